@@ -1,0 +1,34 @@
+# Compiler, linker and warning options that every floor shares.
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+find_program(MOLD_PROGRAM mold)
+if(MOLD_PROGRAM)
+  add_link_options(-fuse-ld=mold)
+endif()
+
+add_library(lodestone_options INTERFACE)
+target_include_directories(lodestone_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(lodestone_options INTERFACE
+  # Debian's PCL is built without AVX: mixing instruction sets changes Eigen's alignment and crashes in free().
+  $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},x86_64>:-march=x86-64-v2>
+  # The same bits on every machine: no contraction into fused multiply-adds.
+  -ffp-contract=off
+  -Wall -Wextra -Wno-unused-parameter)
+if(LODESTONE_SANITIZER)
+  target_compile_options(lodestone_options INTERFACE -fsanitize=${LODESTONE_SANITIZER} -fno-omit-frame-pointer)
+  target_compile_definitions(lodestone_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
+  target_link_options(lodestone_options INTERFACE -fsanitize=${LODESTONE_SANITIZER})
+endif()
+
+# lodestone_floor(NAME): a static library of every source below the current folder, known as lodestone::NAME.
+function(lodestone_floor name)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/ros1/")
+  add_library(lodestone_${name} STATIC ${sources})
+  add_library(lodestone::${name} ALIAS lodestone_${name})
+  target_link_libraries(lodestone_${name} PUBLIC lodestone_options ${ARGN})
+endfunction()

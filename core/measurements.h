@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/geometry/so3.h"
+#include "core/time.h"
+
+namespace lodestone {
+
+/// One reading of the IMU, in the imu frame.
+struct ImuSample {
+  Time time = 0;
+  Vector3 angular_velocity = Vector3::Zero();     ///< rad/s
+  Vector3 linear_acceleration = Vector3::Zero();  ///< m/s², specific force: +g upwards at rest
+};
+
+/// One reading of one magnetometer, in that magnetometer's frame.
+struct MagneticSample {
+  Time time = 0;
+  int magnetometer = 0;              ///< index into SensorSuite::magnetometers
+  Vector3 field_ut = Vector3::Zero();  ///< µT
+};
+
+/// One point of a scan, in the lidar frame at the point's own time.
+struct LidarPoint {
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();  ///< metres
+  float intensity = 0.0F;
+  std::int32_t offset_ns = 0;  ///< the point's time less the scan's start time
+  std::uint16_t ring = 0;
+};
+
+/// One revolution (or frame) of the LiDAR. Points in the order of the message.
+struct LidarScan {
+  Time start = 0;  ///< time of offset 0
+  Time end = 0;    ///< t_k: start + the largest offset (start + the nominal period where no point has one)
+  std::vector<LidarPoint> points;
+};
+
+using Measurement = std::variant<ImuSample, MagneticSample, LidarScan>;
+
+/// The time at which a measurement is complete: a scan's end, else the sample's stamp.
+inline Time completion_time(const Measurement& measurement) {
+  if (const auto* scan = std::get_if<LidarScan>(&measurement)) return scan->end;
+  if (const auto* imu = std::get_if<ImuSample>(&measurement)) return imu->time;
+  return std::get<MagneticSample>(measurement).time;
+}
+
+/// Readings of all magnetometers at one instant (hardware-synchronized, or brought to one time by the synchronizer).
+struct MagneticArraySample {
+  Time time = 0;
+  std::vector<std::optional<Vector3>> field_ut;  ///< µT, one entry a magnetometer of the suite; empty where missing
+};
+
+/// What an estimator gets for one step: the scan and all that was measured in (previous end, end].
+struct ScanBundle {
+  LidarScan scan;  ///< points may be empty (an outage); start and end still hold
+  /// From the previous scan's end to this one's, both included (interpolated there). The first bundle of a log holds
+  /// the samples from the scan's start.
+  std::vector<ImuSample> imu;
+  std::vector<MagneticArraySample> magnetic;  ///< in (previous end, end], in order of time
+};
+
+}  // namespace lodestone

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/time.h"
+
+namespace lodestone {
+
+/// Counts warnings by kind, so that a run sums them up at its end instead of scrolling them by.
+/// Not thread-safe: each run has its own.
+class WarningLog {
+ public:
+  struct Entry {
+    std::int64_t count = 0;
+    std::string first_detail;  ///< what was seen the first time: what came, what was expected, what to change
+    Time first_time = 0;
+    Time last_time = 0;
+  };
+
+  /// `kind` is a short stable name in the form part.what, for example "lidar.nan_points".
+  void add(const std::string& kind, const std::string& detail, Time time, std::int64_t count = 1) {
+    auto [iterator, is_new] = entries_.try_emplace(kind);
+    Entry& entry = iterator->second;
+    if (is_new) {
+      entry.first_detail = detail;
+      entry.first_time = time;
+    }
+    entry.count += count;
+    entry.last_time = time;
+  }
+
+  std::int64_t count(const std::string& kind) const {
+    const auto found = entries_.find(kind);
+    return found == entries_.end() ? 0 : found->second.count;
+  }
+
+  const std::map<std::string, Entry>& entries() const { return entries_; }
+
+ private:
+  std::map<std::string, Entry> entries_;
+};
+
+}  // namespace lodestone

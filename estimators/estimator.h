@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/geometry/pose.h"
+#include "core/measurements.h"
+#include "estimators/estimate.h"
+
+namespace lodestone {
+
+/// Receives estimates as they become final. Knows nothing of sources or estimators.
+class EstimateSink {
+ public:
+  virtual ~EstimateSink() = default;
+
+  /// The newest state, once a scan, in order of time: what a robot would have known then.
+  virtual void causal(const Estimate& estimate) = 0;
+
+  /// The best estimate of this run for that time, once a scan, in order of time. A filter reports the causal one.
+  virtual void best(const Estimate& estimate) = 0;
+};
+
+/// One localization method. The caller feeds bundles in order of time and calls finish once at the end.
+class Estimator {
+ public:
+  virtual ~Estimator() = default;
+
+  /// One scan with its IMU and field samples. Deterministic: the same bundles give the same bits.
+  virtual void process(const ScanBundle& bundle, EstimateSink& sink) = 0;
+
+  /// Hands out what still lies in the window.
+  virtual void finish(EstimateSink& sink) = 0;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,9 @@
+#include <CLI/CLI.hpp>
+
+#include "tools/commands.h"
+
+namespace lodestone {
+
+void add_simulate_command(CLI::App& app, int* code) { (void)app, (void)code; }
+
+}  // namespace lodestone

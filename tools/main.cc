@@ -1,0 +1,3 @@
+#include "tools/program.h"
+
+int main(int argument_count, char** arguments) { return lodestone::run_program(argument_count, arguments); }

@@ -1,0 +1,46 @@
+#include "tools/program.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "core/error.h"
+#include "tools/commands.h"
+
+namespace lodestone {
+
+int run_program(int argument_count, char** arguments) {
+  CLI::App app{
+      "Lodestone reprocesses logs of a robot with LiDAR, IMU and magnetometers against prior maps.\n"
+      "Start with:  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel"};
+  app.name("lodestone");
+  app.set_version_flag("--version", std::string("lodestone ") + LODESTONE_VERSION);
+  app.require_subcommand(1);
+  int code = exit_code::done;
+  add_simulate_command(app, &code);
+  add_map_command(app, &code);
+  add_run_command(app, &code);
+  add_evaluate_command(app, &code);
+  try {
+    app.parse(argument_count, arguments);
+  } catch (const CLI::ParseError& error) {
+    // Help and version are no errors; everything else about the call is exit code 2, whatever CLI11 numbers it.
+    return app.exit(error) == 0 ? exit_code::done : exit_code::input_error;
+  } catch (const Interrupted&) {
+    std::fprintf(stderr, "lodestone: interrupted\n");
+    return exit_code::interrupted;
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "lodestone: %s\n", error.what());
+    return exit_code::input_error;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "lodestone: out of memory\n");
+    return exit_code::input_error;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "lodestone: unexpected error: %s\n", error.what());
+    return 1;
+  }
+  return code;
+}
+
+}  // namespace lodestone
