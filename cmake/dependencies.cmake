@@ -1,0 +1,21 @@
+# Every package of the build, found once, here. third_party/packages.txt names them for the set-up script.
+
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(TBB REQUIRED)
+find_package(Ceres 2.1 REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs)
+find_package(PCL 1.12 REQUIRED COMPONENTS common io)
+find_package(embree 3 REQUIRED)
+
+# pluginlib's package file runs a Python script that needs the distribution's own Python, not another one on the PATH.
+if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The distribution's Python, for ROS package files")
+endif()
+find_package(pluginlib REQUIRED)
+find_package(rosbag_storage REQUIRED)
+find_package(sensor_msgs REQUIRED)
