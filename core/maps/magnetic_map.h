@@ -37,22 +37,37 @@ struct FieldGrid {
 class MagneticMap {
  public:
   /// `nodes`: layer-major, then row, then column; (B_x, B_y, B_z, σ) in µT. NaN marks a node without field.
-  /// `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree.
-  MagneticMap(FieldGrid grid, std::vector<Eigen::Vector4f> nodes, double max_sigma_ut);
+  /// `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a side has
+  /// fewer than two nodes, or heights do not increase.
+  MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut);
 
-  /// The field at `position` (map, metres); nothing outside the grid, next to a node without field, or where σ is
-  /// above the limit. Never extrapolates across x, y; below the lowest and above the highest layer the nearest layer
-  /// holds.
+  /// The field at `position` (map, metres); nothing outside the grid, in a cell with a corner without field, or where
+  /// σ is above the limit. Never extrapolates across x, y; below the lowest and above the highest layer the nearest
+  /// layer holds. Between layers the field is linear in z. σ is bilinear for both interpolations. `bicubic` is cubic
+  /// convolution (Keys 1981, a = −1/2: Catmull-Rom), C¹ wherever there is field.
   std::optional<FieldValue> query(const Vector3& position, FieldInterpolation interpolation) const;
 
   const FieldGrid& grid() const { return grid_; }
-  const std::vector<Eigen::Vector4f>& nodes() const { return nodes_; }
+
+  /// One node (B_x, B_y, B_z, σ); all NaN where there is no field.
+  Eigen::Vector4f node(int layer, int row, int column) const;
+
+  /// All nodes in the constructor's order. Builds the array: take it once, not in a loop.
+  std::vector<Eigen::Vector4f> nodes() const;
+
   double max_sigma_ut() const { return max_sigma_ut_; }
 
  private:
+  std::size_t padded_index(int layer, int row, int column) const {
+    return (static_cast<std::size_t>(layer) * (grid_.rows + 2) + row + 1) * (grid_.columns + 2) + column + 1;
+  }
+  void fill_ghosts(int layer);
+
   FieldGrid grid_;
-  std::vector<Eigen::Vector4f> nodes_;
   double max_sigma_ut_;
+  /// The grid with a ring of one node around it. Nodes without field that touch the field are ghosts: they hold a
+  /// linear extrapolation for the outer nodes of a bicubic patch, and σ = NaN, so that no cell at them is answered.
+  std::vector<Eigen::Vector4f> padded_;
 };
 
 }  // namespace lodestone
