@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/time.h"
+
+/// The three ROS 1 messages that Lodestone reads and writes, as plain structs. No ROS header is needed to use them, and
+/// this folder is clean C++17 as well as C++20, for the ROS headers do not compile as C++20.
+namespace lodestone::ros1 {
+
+/// A bag cannot be opened, read or written. The message is one line that names the file.
+class BagError : public std::runtime_error {
+ public:
+  explicit BagError(const std::string& message) : std::runtime_error(message) {}
+};
+
+/// sensor_msgs/PointField.
+struct PointField {
+  /// sensor_msgs/PointField's constants.
+  enum Datatype : std::uint8_t {
+    int8 = 1,
+    uint8 = 2,
+    int16 = 3,
+    uint16 = 4,
+    int32 = 5,
+    uint32 = 6,
+    float32 = 7,
+    float64 = 8
+  };
+  std::string name;
+  std::uint32_t offset = 0;  ///< bytes from the start of a point
+  std::uint8_t datatype = 0;
+  std::uint32_t count = 1;
+};
+
+/// sensor_msgs/PointCloud2. The points are a view: whoever fills the struct owns the bytes.
+struct PointCloudMessage {
+  Time stamp = 0;
+  std::string frame;
+  std::uint32_t height = 1;
+  std::uint32_t width = 0;
+  std::vector<PointField> fields;
+  bool big_endian = false;
+  std::uint32_t point_step = 0;  ///< bytes a point
+  std::uint32_t row_step = 0;    ///< bytes a row
+  bool dense = true;             ///< no point is NaN
+  const std::uint8_t* data = nullptr;
+  std::size_t data_size = 0;  ///< bytes
+};
+
+/// sensor_msgs/Imu without its orientation, which is written as "unknown".
+struct ImuMessage {
+  Time stamp = 0;
+  std::string frame;
+  std::array<double, 3> angular_velocity{};     ///< rad/s
+  std::array<double, 3> linear_acceleration{};  ///< m/s²
+};
+
+/// sensor_msgs/MagneticField.
+struct MagneticFieldMessage {
+  Time stamp = 0;
+  std::string frame;
+  std::array<double, 3> field_tesla{};
+};
+
+using Message = std::variant<PointCloudMessage, ImuMessage, MagneticFieldMessage>;
+
+enum class Compression { none, lz4, bz2 };
+
+}  // namespace lodestone::ros1
