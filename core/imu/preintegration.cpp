@@ -1,0 +1,88 @@
+#include "core/imu/preintegration.h"
+
+#include "core/imu/integration.h"
+
+namespace lodestone {
+
+Preintegration::Preintegration(std::span<const ImuSample> samples, const Vector3& gyroscope_bias,
+                               const Vector3& accelerometer_bias, const ImuNoise& noise)
+    : gyroscope_bias_(gyroscope_bias), accelerometer_bias_(accelerometer_bias) {
+  const double gyroscope_variance = noise.gyroscope_noise_density * noise.gyroscope_noise_density;
+  const double accelerometer_variance = noise.accelerometer_noise_density * noise.accelerometer_noise_density;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const ImuInterval interval = make_interval(samples[i - 1], samples[i], gyroscope_bias, accelerometer_bias);
+    const double dt = interval.duration_s;
+    if (dt <= 0.0) continue;
+    const Vector3 turn = dt * interval.angular_velocity;
+    const Quaternion half_turn = so3::exp(0.5 * turn);
+    const Matrix3 rotation = rotation_.toRotationMatrix();
+    const Matrix3 half_rotation = rotation * half_turn.toRotationMatrix();
+    const Vector3 acceleration = half_rotation * interval.linear_acceleration;
+    const Matrix3 turn_back = so3::exp(-turn).toRotationMatrix();
+    const Matrix3 right_jacobian = so3::right_jacobian(turn);
+    // How the mid-interval acceleration moves with the orientation error at the start and with the turn's own bias.
+    const Matrix3 acceleration_by_rotation = -rotation * so3::hat(half_turn * interval.linear_acceleration);
+    const Matrix3 acceleration_by_turn_bias = 0.5 * dt * half_rotation * so3::hat(interval.linear_acceleration);
+
+    const Matrix3 acceleration_by_gyroscope_bias =
+        acceleration_by_rotation * rotation_by_gyroscope_bias_ + acceleration_by_turn_bias;
+    position_by_gyroscope_bias_ += dt * velocity_by_gyroscope_bias_ + 0.5 * dt * dt * acceleration_by_gyroscope_bias;
+    position_by_accelerometer_bias_ += dt * velocity_by_accelerometer_bias_ - 0.5 * dt * dt * half_rotation;
+    velocity_by_gyroscope_bias_ += dt * acceleration_by_gyroscope_bias;
+    velocity_by_accelerometer_bias_ -= dt * half_rotation;
+    rotation_by_gyroscope_bias_ = (turn_back * rotation_by_gyroscope_bias_ - dt * right_jacobian).eval();
+
+    // Discrete transition of (φ, p, v); white noise of density σ integrated over dt has variance σ² dt.
+    Matrix9 transition = Matrix9::Identity();
+    transition.block<3, 3>(0, 0) = turn_back;
+    transition.block<3, 3>(3, 0) = 0.5 * dt * dt * acceleration_by_rotation;
+    transition.block<3, 3>(3, 6) = dt * Matrix3::Identity();
+    transition.block<3, 3>(6, 0) = dt * acceleration_by_rotation;
+    covariance_ = (transition * covariance_ * transition.transpose()).eval();
+    covariance_.block<3, 3>(0, 0) += gyroscope_variance * dt * right_jacobian * right_jacobian.transpose();
+    covariance_.diagonal().segment<3>(3).array() += accelerometer_variance * dt * dt * dt / 3.0;
+    covariance_.diagonal().segment<3>(6).array() += accelerometer_variance * dt;
+    for (int axis = 0; axis < 3; ++axis) {
+      covariance_(3 + axis, 6 + axis) += accelerometer_variance * dt * dt / 2.0;
+      covariance_(6 + axis, 3 + axis) += accelerometer_variance * dt * dt / 2.0;
+    }
+
+    position_ += dt * velocity_ + 0.5 * dt * dt * acceleration;
+    velocity_ += dt * acceleration;
+    rotation_ = (rotation_ * half_turn * half_turn).normalized();
+    duration_s_ += dt;
+  }
+}
+
+Preintegration::Increment Preintegration::corrected(const Vector3& gyroscope_bias,
+                                                    const Vector3& accelerometer_bias) const {
+  const Vector3 gyroscope_step = gyroscope_bias - gyroscope_bias_;
+  const Vector3 accelerometer_step = accelerometer_bias - accelerometer_bias_;
+  return {(rotation_ * so3::exp(rotation_by_gyroscope_bias_ * gyroscope_step)).normalized(),
+          position_ + position_by_gyroscope_bias_ * gyroscope_step + position_by_accelerometer_bias_ * accelerometer_step,
+          velocity_ + velocity_by_gyroscope_bias_ * gyroscope_step + velocity_by_accelerometer_bias_ * accelerometer_step};
+}
+
+NavState Preintegration::predict(const NavState& start) const {
+  const Increment increment = corrected(start.gyroscope_bias, start.accelerometer_bias);
+  NavState end = start;
+  const Quaternion& rotation = start.T_map_imu.rotation;
+  end.T_map_imu.rotation = (rotation * increment.rotation).normalized();
+  end.T_map_imu.position += duration_s_ * start.velocity + 0.5 * duration_s_ * duration_s_ * start.gravity +
+                            rotation * increment.position;
+  end.velocity += duration_s_ * start.gravity + rotation * increment.velocity;
+  return end;
+}
+
+bool Preintegration::within_linear_range(const Vector3& gyroscope_bias, const Vector3& accelerometer_bias) const {
+  // The first order is exact in the accelerometer bias but for its product with the gyroscope's; the second order in
+  // the gyroscope bias is about |δ b_g T|²/2 in angle and times |Δv| in velocity.
+  const double turn = (gyroscope_bias - gyroscope_bias_).norm() * duration_s_;
+  const double velocity = velocity_.norm() + (accelerometer_bias - accelerometer_bias_).norm() * duration_s_;
+  const double second_order_angle = 0.5 * turn * turn;
+  const double angle_sigma = std::sqrt(covariance_.diagonal().head<3>().minCoeff());
+  const double velocity_sigma = std::sqrt(covariance_.diagonal().tail<3>().minCoeff());
+  return second_order_angle < 0.1 * angle_sigma && second_order_angle * velocity < 0.1 * velocity_sigma;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/geometry/nav_state.h"
+#include "core/measurements.h"
+#include "core/sensor_suite.h"
+
+namespace lodestone {
+
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+using Matrix9 = Eigen::Matrix<double, 9, 9>;
+
+/// Relative motion between two states as the IMU saw it, free of the states themselves: on the manifold, with bias
+/// Jacobians and covariance. Source: Forster et al., TRO 2017; midpoint rule instead of Euler's.
+class Preintegration {
+ public:
+  /// Integrates `samples` (the first at state i's time, the last at state j's) at the given biases.
+  Preintegration(std::span<const ImuSample> samples, const Vector3& gyroscope_bias, const Vector3& accelerometer_bias,
+                 const ImuNoise& noise);
+
+  /// ΔR, Δp (m), Δv (m/s) corrected to first order for biases that differ from those of the integration.
+  struct Increment {
+    Quaternion rotation;
+    Vector3 position;
+    Vector3 velocity;
+  };
+  Increment corrected(const Vector3& gyroscope_bias, const Vector3& accelerometer_bias) const;
+
+  /// State j predicted from state i.
+  NavState predict(const NavState& start) const;
+
+  /// How far (in sigmas of the increment's covariance) the neglected second order is once the biases have moved;
+  /// above about 0.1 a new integration is due.
+  bool within_linear_range(const Vector3& gyroscope_bias, const Vector3& accelerometer_bias) const;
+
+  double duration_s() const { return duration_s_; }
+  const Vector3& gyroscope_bias() const { return gyroscope_bias_; }
+  const Vector3& accelerometer_bias() const { return accelerometer_bias_; }
+
+  /// 9×9, order φ, p, v.
+  const Matrix9& covariance() const { return covariance_; }
+
+  const Matrix3& rotation_by_gyroscope_bias() const { return rotation_by_gyroscope_bias_; }
+  const Matrix3& position_by_gyroscope_bias() const { return position_by_gyroscope_bias_; }
+  const Matrix3& position_by_accelerometer_bias() const { return position_by_accelerometer_bias_; }
+  const Matrix3& velocity_by_gyroscope_bias() const { return velocity_by_gyroscope_bias_; }
+  const Matrix3& velocity_by_accelerometer_bias() const { return velocity_by_accelerometer_bias_; }
+
+ private:
+  Vector3 gyroscope_bias_;
+  Vector3 accelerometer_bias_;
+  double duration_s_ = 0.0;
+  Quaternion rotation_ = Quaternion::Identity();
+  Vector3 position_ = Vector3::Zero();
+  Vector3 velocity_ = Vector3::Zero();
+  Matrix9 covariance_ = Matrix9::Zero();
+  Matrix3 rotation_by_gyroscope_bias_ = Matrix3::Zero();
+  Matrix3 position_by_gyroscope_bias_ = Matrix3::Zero();
+  Matrix3 position_by_accelerometer_bias_ = Matrix3::Zero();
+  Matrix3 velocity_by_gyroscope_bias_ = Matrix3::Zero();
+  Matrix3 velocity_by_accelerometer_bias_ = Matrix3::Zero();
+};
+
+}  // namespace lodestone
