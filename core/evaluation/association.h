@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/geometry/trajectory.h"
+
+namespace lodestone {
+
+/// An estimated pose and the true one for the same time, both T_map_imu.
+struct PosePair {
+  Time time = 0;                   ///< the estimate's stamp
+  Pose estimate;
+  Pose truth;
+  std::size_t estimate_index = 0;  ///< index into the estimated trajectory
+};
+
+/// Pairs in order of time.
+using PosePairs = std::vector<PosePair>;
+
+/// Pairs every pose of the shorter trajectory with the nearest stamp of the longer one (the estimate counts as the
+/// longer where both have the same length), and keeps the pair if the stamps differ by at most `max_difference`.
+/// A stamp of the longer one may be taken twice. Source: evo 1.36.5, sync.associate_trajectories.
+PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
+                            Time max_difference = from_seconds(0.01));
+
+/// Pairs every estimated pose with the truth interpolated at its stamp; poses outside the truth's span, or in a hole of
+/// the truth longer than `max_gap`, are left out.
+PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth,
+                                 Time max_gap = from_seconds(0.25));
+
+}  // namespace lodestone

@@ -1,0 +1,59 @@
+#include "core/evaluation/consistency.h"
+
+#include <Eigen/Cholesky>
+#include <optional>
+#include <stdexcept>
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kChiSquared95With6 = 12.591587243743977;
+
+/// δᵀ P⁻¹ δ, or nothing where P is not positive definite.
+template <int size>
+std::optional<double> squared_mahalanobis(const Eigen::Matrix<double, size, 1>& delta,
+                                          const Eigen::Matrix<double, size, size>& covariance) {
+  // Scaled to unit diagonal, so that radians beside metres do not decide what counts as singular.
+  const Eigen::Matrix<double, size, 1> variances = covariance.diagonal();
+  if (!covariance.allFinite() || (variances.array() <= 0.0).any()) return std::nullopt;
+  const Eigen::Matrix<double, size, 1> inverse_sigma = variances.array().rsqrt();
+  const Eigen::Matrix<double, size, size> correlation =
+      inverse_sigma.asDiagonal() * covariance * inverse_sigma.asDiagonal();
+  const Eigen::LLT<Eigen::Matrix<double, size, size>> cholesky(correlation);
+  if (cholesky.info() != Eigen::Success) return std::nullopt;
+  const Eigen::Matrix<double, size, 1> whitened =
+      cholesky.matrixL().solve(Eigen::Matrix<double, size, 1>(inverse_sigma.cwiseProduct(delta)));
+  return whitened.squaredNorm();
+}
+
+}  // namespace
+
+Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matrix6>& covariances) {
+  if (pairs.size() != covariances.size()) throw std::invalid_argument("evaluate_consistency: one covariance a pair");
+  Consistency result;
+  std::size_t within = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Vector6 delta = pairs[i].truth.boxminus(pairs[i].estimate);
+    const auto whole = squared_mahalanobis<6>(delta, covariances[i]);
+    if (!whole) {
+      ++result.singular;
+      continue;
+    }
+    ++result.count;
+    result.nees += *whole;
+    if (*whole <= kChiSquared95With6) ++within;
+    // Blocks of a positive definite matrix are positive definite; rounding may still say no, and then they add nothing.
+    result.nees_rotation += squared_mahalanobis<3>(delta.head<3>(), covariances[i].topLeftCorner<3, 3>()).value_or(0.0);
+    result.nees_position += squared_mahalanobis<3>(delta.tail<3>(), covariances[i].bottomRightCorner<3, 3>()).value_or(0.0);
+  }
+  if (result.count == 0) return result;
+  const double count = static_cast<double>(result.count);
+  result.nees /= 6.0 * count;
+  result.nees_rotation /= 3.0 * count;
+  result.nees_position /= 3.0 * count;
+  result.share_within_95 = static_cast<double>(within) / count;
+  return result;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "core/evaluation/association.h"
+
+namespace lodestone {
+
+/// How well a reported covariance explains the errors made. Every nees is the mean of δᵀ P⁻¹ δ divided by its degrees of
+/// freedom, δ = truth ⊟ estimate in tangent order φ (right, body), p (map): 1 is consistent, above 1 overconfident.
+struct Consistency {
+  std::size_t count = 0;         ///< poses whose covariance is positive definite
+  std::size_t singular = 0;      ///< poses left out because it is not
+  double nees = 0.0;             ///< of the pose, 6 degrees of freedom
+  double nees_rotation = 0.0;    ///< of φ with its 3×3 block
+  double nees_position = 0.0;    ///< of p with its 3×3 block
+  double share_within_95 = 0.0;  ///< share of poses below the 95 % quantile of χ² with 6 degrees of freedom
+};
+
+/// `covariances`: one a pair, 6×6, rad² and m². Throws std::invalid_argument when the sizes differ.
+Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matrix6>& covariances);
+
+}  // namespace lodestone
