@@ -1,0 +1,141 @@
+#include "frontends/configuration/configuration_node.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "frontends/configuration/nearest_name.h"
+
+namespace lodestone {
+namespace {
+
+/// The whole text as a number; false where anything is left over.
+template <class Number>
+bool parse_number(const std::string& text, Number& number) {
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  if (begin != end && *begin == '+') ++begin;
+  const auto result = std::from_chars(begin, end, number);
+  return result.ec == std::errc() && result.ptr == end && begin != end;
+}
+
+}  // namespace
+
+const ConfigurationNode* ConfigurationNode::find(const std::string& key) const {
+  const auto found = std::find(keys_.begin(), keys_.end(), key);
+  return found == keys_.end() ? nullptr : &elements_[static_cast<std::size_t>(found - keys_.begin())];
+}
+
+const ConfigurationNode& ConfigurationNode::at(const std::string& key) const {
+  if (const ConfigurationNode* value = find(key)) return *value;
+  if (kind_ != Kind::map && kind_ != Kind::empty) fail_expected("a map with the key '" + key + "'");
+  fail("the key '" + key + "' is missing");
+}
+
+std::vector<std::string> ConfigurationNode::keys() const {
+  if (kind_ != Kind::map && kind_ != Kind::empty) fail_expected("a map");
+  return keys_;
+}
+
+const std::vector<ConfigurationNode>& ConfigurationNode::elements() const {
+  if (kind_ != Kind::sequence && kind_ != Kind::empty) fail_expected("a list");
+  return elements_;
+}
+
+bool ConfigurationNode::as_bool() const {
+  if (kind_ == Kind::scalar && (scalar_ == "true" || scalar_ == "false")) return scalar_ == "true";
+  fail_expected("true or false");
+}
+
+int ConfigurationNode::as_int() const {
+  int value = 0;
+  if (kind_ == Kind::scalar && parse_number(scalar_, value)) return value;
+  fail_expected("a whole number");
+}
+
+double ConfigurationNode::as_double() const {
+  double value = 0.0;
+  if (kind_ == Kind::scalar) {
+    if (scalar_ == ".inf" || scalar_ == "+.inf") return std::numeric_limits<double>::infinity();
+    if (scalar_ == "-.inf") return -std::numeric_limits<double>::infinity();
+    if (parse_number(scalar_, value) && !std::isnan(value)) return value;
+  }
+  fail_expected("a number");
+}
+
+std::string ConfigurationNode::as_string() const {
+  if (kind_ == Kind::scalar) return scalar_;
+  fail_expected("a text");
+}
+
+std::vector<double> ConfigurationNode::as_doubles(std::size_t count) const {
+  const std::string expected = count > 0 ? "a list of " + std::to_string(count) + " numbers" : "a list of numbers";
+  if (kind_ != Kind::sequence) fail_expected(expected);
+  if (count > 0 && elements_.size() != count) {
+    fail("expected " + expected + ", found " + std::to_string(elements_.size()));
+  }
+  std::vector<double> values;
+  for (const ConfigurationNode& element : elements_) values.push_back(element.as_double());
+  return values;
+}
+
+void ConfigurationNode::refuse_keys_other_than(const std::vector<std::string>& known) const {
+  if (kind_ != Kind::map && kind_ != Kind::empty) fail_expected("a map with the keys " + join_names(known));
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (std::find(known.begin(), known.end(), keys_[i]) != known.end()) continue;
+    const std::string nearest = nearest_name(keys_[i], known);
+    elements_[i].fail("unknown key '" + keys_[i] + "'" +
+                      (nearest.empty() ? "; expected no key here" : "; did you mean '" + nearest + "'?"));
+  }
+}
+
+void ConfigurationNode::merge(const ConfigurationNode& other) {
+  if (other.kind_ == Kind::empty) return;
+  if (kind_ != Kind::map || other.kind_ != Kind::map) {
+    *this = other;
+    return;
+  }
+  for (std::size_t i = 0; i < other.keys_.size(); ++i) {
+    const auto found = std::find(keys_.begin(), keys_.end(), other.keys_[i]);
+    if (found == keys_.end()) {
+      keys_.push_back(other.keys_[i]);
+      elements_.push_back(other.elements_[i]);
+    } else {
+      elements_[static_cast<std::size_t>(found - keys_.begin())].merge(other.elements_[i]);
+    }
+  }
+}
+
+std::string ConfigurationNode::describe() const {
+  switch (kind_) {
+    case Kind::empty:
+      return "nothing";
+    case Kind::scalar:
+      return "'" + scalar_ + "'";
+    case Kind::sequence:
+      return "a list of " + std::to_string(elements_.size());
+    case Kind::map:
+      break;
+  }
+  return "a map with the keys " + join_names(keys_);
+}
+
+void ConfigurationNode::fail_expected(const std::string& expected) const {
+  fail("expected " + expected + ", found " + describe());
+}
+
+std::string ConfigurationNode::where() const {
+  std::string place = file_;
+  if (line_ > 0) place += ":" + std::to_string(line_);
+  if (!key_path_.empty()) place += (place.empty() ? "" : ": ") + key_path_;
+  return place;
+}
+
+void ConfigurationNode::fail(const std::string& message) const {
+  const std::string place = where();
+  throw InputError(place.empty() ? message : place + ": " + message);
+}
+
+}  // namespace lodestone

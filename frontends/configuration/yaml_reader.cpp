@@ -1,0 +1,96 @@
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "frontends/configuration/configuration_node.h"
+#include "frontends/readers/text_file.h"
+
+namespace lodestone {
+
+/// Turns yaml-cpp's tree into ours, which keeps its origin through merging.
+class YamlReader {
+ public:
+  explicit YamlReader(std::string file) : file_(std::move(file)) {}
+
+  ConfigurationNode read(const YAML::Node& yaml, const std::string& key_path) const {
+    ConfigurationNode node;
+    node.file_ = file_;
+    node.line_ = yaml.Mark().is_null() ? 0 : yaml.Mark().line + 1;
+    node.key_path_ = key_path;
+    if (yaml.IsScalar()) {
+      node.kind_ = ConfigurationNode::Kind::scalar;
+      node.scalar_ = yaml.Scalar();
+    } else if (yaml.IsSequence()) {
+      node.kind_ = ConfigurationNode::Kind::sequence;
+      for (const YAML::Node& element : yaml) {
+        const std::string index = "[" + std::to_string(node.elements_.size()) + "]";
+        node.elements_.push_back(read(element, key_path + index));
+      }
+    } else if (yaml.IsMap()) {
+      node.kind_ = ConfigurationNode::Kind::map;
+      for (const auto& entry : yaml) read_entry(entry.first, entry.second, node);
+    }
+    return node;
+  }
+
+  /// A map of maps along `keys`, with `value` at its end.
+  static ConfigurationNode nest(const std::vector<std::string>& keys, ConfigurationNode value) {
+    for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
+      ConfigurationNode outer;
+      outer.kind_ = ConfigurationNode::Kind::map;
+      outer.file_ = value.file_;
+      outer.keys_ = {*key};
+      outer.elements_ = {std::move(value)};
+      value = std::move(outer);
+    }
+    return value;
+  }
+
+ private:
+  void read_entry(const YAML::Node& key, const YAML::Node& value, ConfigurationNode& map) const {
+    if (!key.IsScalar()) map.fail("a key must be a plain word");
+    const std::string& name = key.Scalar();
+    const std::string path = map.key_path_.empty() ? name : map.key_path_ + "." + name;
+    ConfigurationNode node = read(value, path);
+    // The value of a map starts on the next line: a mistake in the key is on the key's.
+    if (!key.Mark().is_null()) node.line_ = key.Mark().line + 1;
+    if (map.has(name)) node.fail("the key is there twice");
+    map.keys_.push_back(name);
+    map.elements_.push_back(std::move(node));
+  }
+
+  std::string file_;
+};
+
+ConfigurationNode ConfigurationNode::load(const std::string& path) { return parse(read_text_file(path), path); }
+
+ConfigurationNode ConfigurationNode::parse(const std::string& text, const std::string& name) {
+  try {
+    return YamlReader(name).read(YAML::Load(text), "");
+  } catch (const YAML::Exception& error) {
+    const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
+    throw InputError(name + line + ": is no valid YAML (" + error.msg + ")");
+  }
+}
+
+void ConfigurationNode::set(const std::string& assignment) {
+  const std::string origin = "--set " + assignment;
+  const std::size_t equals = assignment.find('=');
+  std::vector<std::string> keys;
+  std::string rest = assignment.substr(0, equals);
+  for (std::size_t dot = 0; dot != std::string::npos;) {
+    dot = rest.find('.');
+    keys.push_back(rest.substr(0, dot));
+    if (dot != std::string::npos) rest = rest.substr(dot + 1);
+  }
+  if (equals == std::string::npos || std::find(keys.begin(), keys.end(), "") != keys.end()) {
+    throw InputError(origin + ": expected key.path=value");
+  }
+  ConfigurationNode value = parse(assignment.substr(equals + 1), origin);
+  value.line_ = 0;
+  value.key_path_ = assignment.substr(0, equals);
+  merge(YamlReader::nest(keys, std::move(value)));
+}
+
+}  // namespace lodestone

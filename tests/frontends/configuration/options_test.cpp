@@ -1,0 +1,143 @@
+#include "frontends/configuration/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/frontends/readers/test_files.h"
+
+namespace lodestone {
+
+enum class Shape { round, square };
+
+constexpr auto enum_names(Shape) {
+  return EnumNames<Shape, 2>{{{Shape::round, "round"}, {Shape::square, "square"}}};
+}
+
+struct InnerOptions {
+  double limit_m = 0.1;
+  Shape shape = Shape::round;
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("limit_m", limit_m, "how far");
+    visitor.field("shape", shape, "what it looks like");
+  }
+  void check() const {
+    if (limit_m <= 0.0) throw InputError("limit_m must be above 0");
+  }
+};
+
+struct OuterOptions {
+  bool enabled = true;
+  int count = 3;
+  std::string name = "a \"name\"";
+  std::vector<double> weights{1.0, 2.5};
+  InnerOptions inner;
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("enabled", enabled, "whether");
+    visitor.field("count", count, "how many");
+    visitor.field("name", name, "whose");
+    visitor.field("weights", weights, "each");
+    visitor.section("inner", inner);
+  }
+};
+
+namespace {
+
+using ::lodestone::testing::message_of;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+OuterOptions load_text(const std::string& text) {
+  OuterOptions options;
+  load_options(ConfigurationNode::parse(text, "file.yaml"), options);
+  return options;
+}
+
+std::string error_of(const std::string& text) {
+  return message_of<InputError>([&] { load_text(text); });
+}
+
+TEST(Options, KeepTheirDefaultsWhereTheFileIsSilent) {
+  const OuterOptions options = load_text("count: 7\ninner:\n  shape: square\n");
+  EXPECT_EQ(options.count, 7);
+  EXPECT_EQ(options.inner.shape, Shape::square);
+  EXPECT_TRUE(options.enabled);
+  EXPECT_EQ(options.inner.limit_m, 0.1);
+  EXPECT_EQ(load_text("").count, 3);
+}
+
+TEST(Options, ReadBackTheSameBits) {
+  OuterOptions options;
+  options.enabled = false;
+  options.name = "tricky: \"#'\\ \n text";
+  options.weights = {0.1 + 0.2, 1e-300, -7.0, std::numeric_limits<double>::infinity(), 3.0e22};
+  options.inner.limit_m = 1.0 / 3.0;
+  options.inner.shape = Shape::square;
+  const OuterOptions back = load_text(save_options(options));
+  EXPECT_EQ(back.enabled, options.enabled);
+  EXPECT_EQ(back.name, options.name);
+  EXPECT_EQ(back.weights, options.weights);
+  EXPECT_EQ(back.inner.limit_m, options.inner.limit_m);
+  EXPECT_EQ(back.inner.shape, options.inner.shape);
+}
+
+TEST(Options, SuggestTheNearestKeyForAMisspeltOne) {
+  EXPECT_EQ(error_of("count: 2\ninner:\n  limt_m: 3\n"),
+            "file.yaml:3: inner.limt_m: unknown key 'limt_m'; did you mean 'limit_m'?");
+  EXPECT_THAT(error_of("iner:\n  limit_m: 3\n"), HasSubstr("file.yaml:1: iner: unknown key 'iner'; did you mean 'inner'"));
+}
+
+TEST(Options, SayWhatWasExpectedAndWhatCame) {
+  EXPECT_EQ(error_of("enabled: maybe\n"), "file.yaml:1: enabled: expected true or false, found 'maybe'");
+  EXPECT_THAT(error_of("count: 2.5\n"), HasSubstr("expected a whole number, found '2.5'"));
+  EXPECT_THAT(error_of("count: [1]\n"), HasSubstr("expected a whole number, found a list of 1"));
+  EXPECT_THAT(error_of("inner:\n  limit_m: 3 m\n"), HasSubstr("inner.limit_m: expected a number, found '3 m'"));
+  EXPECT_THAT(error_of("inner: 3\n"), HasSubstr("expected a map"));
+  EXPECT_THAT(error_of("weights: [1, two]\n"), HasSubstr("weights[1]: expected a number, found 'two'"));
+  EXPECT_THAT(error_of("inner:\n  shape: squar\n"),
+              AllOf(HasSubstr("one of round, square"), HasSubstr("did you mean 'square'")));
+  EXPECT_THAT(error_of("- 1\n"), HasSubstr("expected a map"));
+}
+
+TEST(Options, NameTheFileWhereTheCheckRefusesAValue) {
+  EXPECT_THAT(error_of("inner:\n  limit_m: -1\n"), AllOf(HasSubstr("file.yaml:1: inner"), HasSubstr("above 0")));
+}
+
+TEST(Options, RefuseMalformedYamlAndKeysGivenTwice) {
+  EXPECT_THAT(error_of("inner: [1, 2\n"), HasSubstr("no valid YAML"));
+  EXPECT_THAT(error_of("count: 1\ncount: 2\n"), HasSubstr("file.yaml:2: count: the key is there twice"));
+}
+
+TEST(Options, LaterFilesAndAssignmentsPrevail) {
+  const testing::TemporaryFolder folder;
+  testing::write_text(folder / "a.yaml", "count: 1\ninner:\n  limit_m: 0.5\n  shape: square\n");
+  testing::write_text(folder / "b.yaml", "inner:\n  limit_m: 0.7\n");
+  OuterOptions options;
+  load_options(load_configuration({folder / "a.yaml", folder / "b.yaml"}, {"count=9", "weights=[4, 5]"}), options);
+  EXPECT_EQ(options.count, 9);
+  EXPECT_EQ(options.inner.limit_m, 0.7);
+  EXPECT_EQ(options.inner.shape, Shape::square);
+  EXPECT_EQ(options.weights, (std::vector<double>{4, 5}));
+}
+
+TEST(Options, AMistakeInAnAssignmentIsNamedAsSuch) {
+  OuterOptions options;
+  EXPECT_EQ(message_of<InputError>([&] { load_options(load_configuration({}, {"inner.limt_m=3"}), options); }),
+            "--set inner.limt_m=3: inner.limt_m: unknown key 'limt_m'; did you mean 'limit_m'?");
+  EXPECT_THAT(message_of<InputError>([&] { load_configuration({}, {"inner.limit_m"}); }),
+              HasSubstr("expected key.path=value"));
+  EXPECT_THAT(message_of<InputError>([&] { load_configuration({"absent.yaml"}, {}); }),
+              HasSubstr("absent.yaml: there is no such file"));
+}
+
+TEST(Options, AreListedWithPathTypeAndHelp) {
+  const std::string list = list_options(OuterOptions{});
+  EXPECT_THAT(list, HasSubstr("inner.shape = round  (round|square)  what it looks like\n"));
+  EXPECT_THAT(list, HasSubstr("count = 3  (whole number)  how many\n"));
+}
+
+}  // namespace
+}  // namespace lodestone
