@@ -1,0 +1,137 @@
+#include "core/maps/plane_map.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+constexpr int kKeyBits = 21;
+constexpr int kKeyOffset = 1 << (kKeyBits - 1);
+
+std::uint64_t make_key(const Eigen::Vector3i& voxel) {
+  const auto part = [](int value) { return static_cast<std::uint64_t>(value + kKeyOffset) & ((1U << kKeyBits) - 1U); };
+  return part(voxel.x()) << (2 * kKeyBits) | part(voxel.y()) << kKeyBits | part(voxel.z());
+}
+
+std::uint64_t spread(std::uint64_t key) {
+  key *= 0x9E3779B97F4A7C15ULL;
+  return key ^ (key >> 29);
+}
+
+Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxel) {
+  return (point * inverse_voxel).array().floor().cast<int>();
+}
+
+}  // namespace
+
+PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options)
+    : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)) {
+  if (!(options.voxel_m > 0.0)) throw std::invalid_argument("PlaneMap: voxel_m must be positive");
+  if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: more points than one map holds");
+
+  // Sorted by voxel, then by index: every voxel sums its points in the order of the file.
+  struct Entry {
+    std::uint64_t key;
+    std::uint32_t index;
+    bool operator<(const Entry& other) const { return key != other.key ? key < other.key : index < other.index; }
+  };
+  std::vector<Entry> entries(points.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size()), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      entries[i] = {make_key(voxel_of(points[i], inverse_voxel_)), static_cast<std::uint32_t>(i)};
+    }
+  });
+  tbb::parallel_sort(entries.begin(), entries.end());
+
+  std::vector<std::size_t> starts;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (i == 0 || entries[i].key != entries[i - 1].key) starts.push_back(i);
+  }
+  starts.push_back(entries.size());
+  const std::size_t voxels = starts.size() - 1;
+  std::vector<Plane> fitted(voxels);
+  std::vector<char> is_plane(voxels, 0);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels), [&](const auto& range) {
+    for (std::size_t v = range.begin(); v != range.end(); ++v) {
+      const Eigen::Vector3d reference = points[entries[starts[v]].index].cast<double>();
+      PointMoments moments;
+      for (std::size_t i = starts[v]; i < starts[v + 1]; ++i) {
+        moments.add(points[entries[i].index].cast<double>() - reference);
+      }
+      is_plane[v] = fit_plane(moments, reference, options_.fit, fitted[v]) ? 1 : 0;
+    }
+  });
+  for (std::size_t v = 0; v < voxels; ++v) {
+    if (is_plane[v] != 0) {
+      planes_.push_back(fitted[v]);
+    } else {
+      ++rejected_voxels_;
+    }
+  }
+  build_table();
+}
+
+PlaneMap::PlaneMap(std::vector<Plane> planes, const PlaneMapOptions& options)
+    : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)), planes_(std::move(planes)) {
+  build_table();
+}
+
+void PlaneMap::build_table() {
+  std::uint64_t capacity = 16;
+  while (capacity < 2 * planes_.size()) capacity *= 2;
+  mask_ = capacity - 1;
+  table_.assign(capacity, {kEmpty, -1});
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    // The centroid of a voxel's points lies in that voxel, a convex box.
+    const std::uint64_t key = make_key(voxel_of(planes_[i].center, inverse_voxel_));
+    std::uint64_t slot = spread(key) & mask_;
+    while (table_[slot].key != kEmpty) slot = (slot + 1) & mask_;
+    table_[slot] = {key, static_cast<std::int32_t>(i)};
+  }
+}
+
+const Plane* PlaneMap::find(const Eigen::Vector3i& voxel) const {
+  const std::uint64_t key = make_key(voxel);
+  for (std::uint64_t slot = spread(key) & mask_;; slot = (slot + 1) & mask_) {
+    if (table_[slot].key == key) return &planes_[static_cast<std::size_t>(table_[slot].plane)];
+    if (table_[slot].key == kEmpty) return nullptr;
+  }
+}
+
+const Plane* PlaneMap::at(const Eigen::Vector3f& point) const { return find(voxel_of(point, inverse_voxel_)); }
+
+const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m) const {
+  const Eigen::Vector3f scaled = point * inverse_voxel_;
+  const Eigen::Vector3f floor = scaled.array().floor();
+  const Eigen::Vector3i voxel = floor.cast<int>();
+  const Plane* own = find(voxel);
+  if (own != nullptr && std::abs(own->distance(point)) <= max_distance_m) return own;
+  const Plane* best = nullptr;
+  float best_distance = max_distance_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float share = scaled[axis] - floor[axis];
+    // Only as far over the edge as a match could be off.
+    const float beyond = std::min(share, 1.0F - share) * static_cast<float>(options_.voxel_m);
+    if (beyond > max_distance_m) continue;
+    Eigen::Vector3i neighbour = voxel;
+    neighbour[axis] += share < 0.5F ? -1 : 1;
+    const Plane* candidate = find(neighbour);
+    if (candidate == nullptr) continue;
+    const float distance = std::abs(candidate->distance(point));
+    if (distance <= best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace lodestone

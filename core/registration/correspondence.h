@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/maps/plane_fit.h"
+
+namespace lodestone {
+
+/// A point of a scan and the plane it was associated with. r = nᵀ (R p + t − q), metres.
+struct Correspondence {
+  Eigen::Vector3f point;    ///< p, imu frame at the scan's end
+  const Plane* plane;       ///< n = plane->normal, q = plane->center, map frame; owned by the map
+  float variance;           ///< m², of r: sensor and plane together
+  float robust_weight = 1.0F;  ///< in (0, 1], frozen with the correspondence
+
+  float weight() const { return robust_weight / variance; }
+};
+
+}  // namespace lodestone
