@@ -32,9 +32,9 @@ std::string write_value(const std::string& value) {
 }
 
 std::string write_value(const std::vector<double>& value) {
-  std::string text;
-  for (const double element : value) text += (text.empty() ? "" : ", ") + write_value(element);
-  return "[" + text + "]";
+  std::string text = "[";
+  for (const double element : value) text += (text.size() == 1 ? "" : ", ") + write_value(element);
+  return text += "]";
 }
 
 std::string type_name(bool) { return "true|false"; }
