@@ -1,0 +1,161 @@
+#include "frontends/readers/platform.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frontends/configuration/options.h"
+#include "frontends/readers/text_file.h"
+
+namespace lodestone {
+namespace {
+
+/// A platform file has its own shape (lists, poses), yet its values are written and read as those of options are.
+using options_detail::read_value;
+using options_detail::write_value;
+
+template <class Value>
+void read_if_there(const ConfigurationNode& node, const std::string& key, Value& value) {
+  if (const ConfigurationNode* child = node.find(key)) read_value(*child, value);
+}
+
+void read_positive(const ConfigurationNode& node, const std::string& key, double& value) {
+  read_value(node.at(key), value);
+  if (!(value > 0.0) || std::isinf(value)) node.at(key).fail("expected a number above 0");
+}
+
+Pose read_pose(const ConfigurationNode& node) {
+  node.refuse_keys_other_than({"translation_m", "quaternion_xyzw"});
+  const std::vector<double> translation = node.at("translation_m").as_doubles(3);
+  const std::vector<double> q = node.at("quaternion_xyzw").as_doubles(4);
+  Pose pose;
+  pose.position = Vector3(translation[0], translation[1], translation[2]);
+  pose.rotation = Quaternion(q[3], q[0], q[1], q[2]);
+  const double length = pose.rotation.norm();
+  if (!(std::abs(length - 1.0) < 1e-3)) {
+    node.at("quaternion_xyzw").fail("the quaternion's length is " + write_value(length) + "; expected 1");
+  }
+  // A quaternion that is as near to unit length as doubles go keeps its bits.
+  if (std::abs(length - 1.0) > 1e-15) pose.rotation.normalize();
+  return pose;
+}
+
+void read_lidar(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than({"topic", "stamp", "fields", "time_unit", "range_noise_m", "min_range_m", "max_range_m",
+                               "scan_period_s", "T_imu_lidar"});
+  LidarMessageLayout& layout = platform.lidar;
+  LidarModel& model = platform.suite.lidar;
+  read_value(node.at("topic"), layout.topic);
+  read_value(node.at("stamp"), layout.stamp);
+  read_value(node.at("time_unit"), layout.time_unit);
+  const ConfigurationNode& fields = node.at("fields");
+  fields.refuse_keys_other_than({"intensity", "ring", "time"});
+  layout.intensity_field.clear();
+  layout.ring_field.clear();
+  read_if_there(fields, "intensity", layout.intensity_field);
+  read_if_there(fields, "ring", layout.ring_field);
+  read_value(fields.at("time"), layout.time_field);
+  read_positive(node, "range_noise_m", model.range_noise_m);
+  read_value(node.at("min_range_m"), model.min_range_m);
+  if (!(model.min_range_m >= 0.0)) node.at("min_range_m").fail("expected a number of at least 0");
+  read_positive(node, "max_range_m", model.max_range_m);
+  if (model.max_range_m <= model.min_range_m) node.at("max_range_m").fail("expected more than min_range_m");
+  read_positive(node, "scan_period_s", model.scan_period_s);
+  model.T_imu_lidar = read_pose(node.at("T_imu_lidar"));
+}
+
+void read_imu(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than({"topic", "rate_hz", "gyroscope_noise_density_rad_s_sqrt_hz",
+                               "accelerometer_noise_density_m_s2_sqrt_hz", "gyroscope_bias_random_walk_rad_s2_sqrt_hz",
+                               "accelerometer_bias_random_walk_m_s3_sqrt_hz"});
+  ImuNoise& noise = platform.suite.imu;
+  read_value(node.at("topic"), platform.imu_topic);
+  read_positive(node, "rate_hz", noise.rate_hz);
+  read_positive(node, "gyroscope_noise_density_rad_s_sqrt_hz", noise.gyroscope_noise_density);
+  read_positive(node, "accelerometer_noise_density_m_s2_sqrt_hz", noise.accelerometer_noise_density);
+  read_positive(node, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", noise.gyroscope_bias_random_walk);
+  read_positive(node, "accelerometer_bias_random_walk_m_s3_sqrt_hz", noise.accelerometer_bias_random_walk);
+}
+
+void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than({"name", "topic", "unit", "noise_ut", "T_imu_mag"});
+  MagnetometerModel& model = platform.suite.magnetometers.emplace_back();
+  std::string& topic = platform.magnetometer_topics.emplace_back();
+  read_value(node.at("name"), model.name);
+  read_value(node.at("topic"), topic);
+  if (const auto& topics = platform.magnetometer_topics; std::count(topics.begin(), topics.end(), topic) > 1) {
+    node.at("topic").fail("another magnetometer has the topic " + topic + " already");
+  }
+  if (const ConfigurationNode* unit = node.find("unit"); unit != nullptr && unit->as_string() != "tesla") {
+    unit->fail("expected 'tesla', the unit of sensor_msgs/MagneticField, found '" + unit->as_string() + "'");
+  }
+  read_positive(node, "noise_ut", model.noise_ut);
+  model.T_imu_mag = read_pose(node.at("T_imu_mag"));
+}
+
+Platform read_platform(const ConfigurationNode& root) {
+  root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "imu", "magnetometers"});
+  Platform platform;
+  read_value(root.at("name"), platform.name);
+  read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
+  read_lidar(root.at("lidar"), platform);
+  read_imu(root.at("imu"), platform);
+  if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
+    for (const ConfigurationNode& node : magnetometers->elements()) read_magnetometer(node, platform);
+  }
+  return platform;
+}
+
+template <class Value>
+std::string line(int depth, const std::string& key, const Value& value) {
+  return std::string(static_cast<std::size_t>(2 * depth), ' ') + key + ": " + write_value(value) + "\n";
+}
+
+std::string pose_lines(int depth, const std::string& key, const Pose& pose) {
+  const Vector3& p = pose.position;
+  const Quaternion& q = pose.rotation;
+  return std::string(static_cast<std::size_t>(2 * depth), ' ') + key + ":\n" +
+         line(depth + 1, "translation_m", std::vector<double>{p.x(), p.y(), p.z()}) +
+         line(depth + 1, "quaternion_xyzw", std::vector<double>{q.x(), q.y(), q.z(), q.w()});
+}
+
+std::string format_platform(const Platform& platform) {
+  const LidarMessageLayout& layout = platform.lidar;
+  const LidarModel& lidar = platform.suite.lidar;
+  const ImuNoise& imu = platform.suite.imu;
+  std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
+  text += "lidar:\n" + line(1, "topic", layout.topic) + line(1, "stamp", layout.stamp) + "  fields:\n";
+  if (!layout.intensity_field.empty()) text += line(2, "intensity", layout.intensity_field);
+  if (!layout.ring_field.empty()) text += line(2, "ring", layout.ring_field);
+  text += line(2, "time", layout.time_field) + line(1, "time_unit", layout.time_unit) +
+          line(1, "range_noise_m", lidar.range_noise_m) + line(1, "min_range_m", lidar.min_range_m) +
+          line(1, "max_range_m", lidar.max_range_m) + line(1, "scan_period_s", lidar.scan_period_s) +
+          pose_lines(1, "T_imu_lidar", lidar.T_imu_lidar);
+  text += "imu:\n" + line(1, "topic", platform.imu_topic) + line(1, "rate_hz", imu.rate_hz) +
+          line(1, "gyroscope_noise_density_rad_s_sqrt_hz", imu.gyroscope_noise_density) +
+          line(1, "accelerometer_noise_density_m_s2_sqrt_hz", imu.accelerometer_noise_density) +
+          line(1, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", imu.gyroscope_bias_random_walk) +
+          line(1, "accelerometer_bias_random_walk_m_s3_sqrt_hz", imu.accelerometer_bias_random_walk);
+  if (platform.suite.magnetometers.empty()) return text + "magnetometers: []\n";
+  text += "magnetometers:\n";
+  for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
+    const MagnetometerModel& magnetometer = platform.suite.magnetometers[i];
+    text += "  - name: " + write_value(magnetometer.name) + "\n" + line(2, "topic", platform.magnetometer_topics.at(i)) +
+            line(2, "unit", std::string("tesla")) + line(2, "noise_ut", magnetometer.noise_ut) +
+            pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
+  }
+  return text;
+}
+
+}  // namespace
+
+Platform load_platform(const std::string& path) { return read_platform(ConfigurationNode::load(path)); }
+
+Platform parse_platform(const std::string& text, const std::string& name) {
+  return read_platform(ConfigurationNode::parse(text, name));
+}
+
+void save_platform(const Platform& platform, const std::string& path) {
+  write_text_file(path, format_platform(platform));
+}
+
+}  // namespace lodestone

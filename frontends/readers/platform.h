@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/sensor_suite.h"
+#include "core/options.h"
+
+namespace lodestone {
+
+/// Which instant of a scan its message's stamp names.
+enum class ScanStamp { start, end };
+
+constexpr auto enum_names(ScanStamp) {
+  return EnumNames<ScanStamp, 2>{{{ScanStamp::start, "start"}, {ScanStamp::end, "end"}}};
+}
+
+/// Unit of the per-point time.
+enum class PointTimeUnit { seconds, milliseconds, microseconds, nanoseconds };
+
+constexpr auto enum_names(PointTimeUnit) {
+  return EnumNames<PointTimeUnit, 4>{{{PointTimeUnit::seconds, "s"},
+                                      {PointTimeUnit::milliseconds, "ms"},
+                                      {PointTimeUnit::microseconds, "us"},
+                                      {PointTimeUnit::nanoseconds, "ns"}}};
+}
+
+/// How a LiDAR's PointCloud2 is to be read. x, y, z are metres in the lidar frame.
+struct LidarMessageLayout {
+  std::string topic = "/ouster/points";
+  ScanStamp stamp = ScanStamp::start;
+  std::string intensity_field = "intensity";  ///< empty: the message has none
+  std::string ring_field = "ring";            ///< empty: the message has none
+  std::string time_field = "t";  ///< from the stamp; or absolute time where the field's values are that large
+  PointTimeUnit time_unit = PointTimeUnit::nanoseconds;
+};
+
+/// A robot: where its log keeps each sensor, and what the sensors are.
+struct Platform {
+  std::string name;
+  LidarMessageLayout lidar;
+  std::string imu_topic = "/imu/data";
+  std::vector<std::string> magnetometer_topics;  ///< one a magnetometer of the suite
+  SensorSuite suite;
+};
+
+/// Reads a platform file (config/platforms/). Throws InputError, with file and line, for whatever is missing, misspelt,
+/// of the wrong type or out of range.
+Platform load_platform(const std::string& path);
+
+/// Throws InputError as load_platform does; `name` stands for the file in messages.
+Platform parse_platform(const std::string& text, const std::string& name);
+
+/// Writes a file that load_platform reads back to the same bits; aside, then renamed. Throws InputError.
+void save_platform(const Platform& platform, const std::string& path);
+
+}  // namespace lodestone
