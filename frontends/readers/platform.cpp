@@ -1,6 +1,5 @@
 #include "frontends/readers/platform.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "frontends/configuration/options.h"
@@ -64,11 +63,12 @@ void read_lidar(const ConfigurationNode& node, Platform& platform) {
 }
 
 void read_imu(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"topic", "rate_hz", "gyroscope_noise_density_rad_s_sqrt_hz",
+  node.refuse_keys_other_than({"topic", "acceleration_unit", "rate_hz", "gyroscope_noise_density_rad_s_sqrt_hz",
                                "accelerometer_noise_density_m_s2_sqrt_hz", "gyroscope_bias_random_walk_rad_s2_sqrt_hz",
                                "accelerometer_bias_random_walk_m_s3_sqrt_hz"});
   ImuNoise& noise = platform.suite.imu;
-  read_value(node.at("topic"), platform.imu_topic);
+  read_value(node.at("topic"), platform.imu.topic);
+  read_if_there(node, "acceleration_unit", platform.imu.acceleration_unit);
   read_positive(node, "rate_hz", noise.rate_hz);
   read_positive(node, "gyroscope_noise_density_rad_s_sqrt_hz", noise.gyroscope_noise_density);
   read_positive(node, "accelerometer_noise_density_m_s2_sqrt_hz", noise.accelerometer_noise_density);
@@ -79,15 +79,16 @@ void read_imu(const ConfigurationNode& node, Platform& platform) {
 void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
   node.refuse_keys_other_than({"name", "topic", "unit", "noise_ut", "T_imu_mag"});
   MagnetometerModel& model = platform.suite.magnetometers.emplace_back();
-  std::string& topic = platform.magnetometer_topics.emplace_back();
   read_value(node.at("name"), model.name);
-  read_value(node.at("topic"), topic);
-  if (const auto& topics = platform.magnetometer_topics; std::count(topics.begin(), topics.end(), topic) > 1) {
-    node.at("topic").fail("another magnetometer has the topic " + topic + " already");
+  MagnetometerMessageLayout layout;
+  read_value(node.at("topic"), layout.topic);
+  for (const MagnetometerMessageLayout& other : platform.magnetometers) {
+    if (other.topic == layout.topic) {
+      node.at("topic").fail("another magnetometer has the topic " + layout.topic + " already");
+    }
   }
-  if (const ConfigurationNode* unit = node.find("unit"); unit != nullptr && unit->as_string() != "tesla") {
-    unit->fail("expected 'tesla', the unit of sensor_msgs/MagneticField, found '" + unit->as_string() + "'");
-  }
+  read_if_there(node, "unit", layout.unit);
+  platform.magnetometers.push_back(layout);
   read_positive(node, "noise_ut", model.noise_ut);
   model.T_imu_mag = read_pose(node.at("T_imu_mag"));
 }
@@ -95,6 +96,7 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
 Platform read_platform(const ConfigurationNode& root) {
   root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "imu", "magnetometers"});
   Platform platform;
+  platform.file = root.file();
   read_value(root.at("name"), platform.name);
   read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
   read_lidar(root.at("lidar"), platform);
@@ -130,7 +132,8 @@ std::string format_platform(const Platform& platform) {
           line(1, "range_noise_m", lidar.range_noise_m) + line(1, "min_range_m", lidar.min_range_m) +
           line(1, "max_range_m", lidar.max_range_m) + line(1, "scan_period_s", lidar.scan_period_s) +
           pose_lines(1, "T_imu_lidar", lidar.T_imu_lidar);
-  text += "imu:\n" + line(1, "topic", platform.imu_topic) + line(1, "rate_hz", imu.rate_hz) +
+  text += "imu:\n" + line(1, "topic", platform.imu.topic) +
+          line(1, "acceleration_unit", platform.imu.acceleration_unit) + line(1, "rate_hz", imu.rate_hz) +
           line(1, "gyroscope_noise_density_rad_s_sqrt_hz", imu.gyroscope_noise_density) +
           line(1, "accelerometer_noise_density_m_s2_sqrt_hz", imu.accelerometer_noise_density) +
           line(1, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", imu.gyroscope_bias_random_walk) +
@@ -139,14 +142,27 @@ std::string format_platform(const Platform& platform) {
   text += "magnetometers:\n";
   for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
     const MagnetometerModel& magnetometer = platform.suite.magnetometers[i];
-    text += "  - name: " + write_value(magnetometer.name) + "\n" + line(2, "topic", platform.magnetometer_topics.at(i)) +
-            line(2, "unit", std::string("tesla")) + line(2, "noise_ut", magnetometer.noise_ut) +
+    const MagnetometerMessageLayout& layout = platform.magnetometers.at(i);
+    text += "  - name: " + write_value(magnetometer.name) + "\n" + line(2, "topic", layout.topic) +
+            line(2, "unit", layout.unit) + line(2, "noise_ut", magnetometer.noise_ut) +
             pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
   }
   return text;
 }
 
 }  // namespace
+
+double microtesla_per(FieldUnit unit) {
+  switch (unit) {
+    case FieldUnit::microtesla:
+      return 1.0;
+    case FieldUnit::gauss:
+      return 100.0;
+    case FieldUnit::tesla:
+      break;
+  }
+  return 1e6;
+}
 
 Platform load_platform(const std::string& path) { return read_platform(ConfigurationNode::load(path)); }
 

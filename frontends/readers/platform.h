@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "core/sensor_suite.h"
 #include "core/options.h"
+#include "core/sensor_suite.h"
 
 namespace lodestone {
 
@@ -35,12 +35,42 @@ struct LidarMessageLayout {
   PointTimeUnit time_unit = PointTimeUnit::nanoseconds;
 };
 
+/// Unit of an Imu message's acceleration. The message's definition says m/s²; not every driver does.
+enum class AccelerationUnit { metres_per_second_squared, standard_gravity };
+
+constexpr auto enum_names(AccelerationUnit) {
+  return EnumNames<AccelerationUnit, 2>{
+      {{AccelerationUnit::metres_per_second_squared, "m/s2"}, {AccelerationUnit::standard_gravity, "g"}}};
+}
+
+/// Unit of a MagneticField message. The message's definition says tesla; not every driver does.
+enum class FieldUnit { tesla, microtesla, gauss };
+
+constexpr auto enum_names(FieldUnit) {
+  return EnumNames<FieldUnit, 3>{
+      {{FieldUnit::tesla, "tesla"}, {FieldUnit::microtesla, "microtesla"}, {FieldUnit::gauss, "gauss"}}};
+}
+
+/// Factor that brings values of this unit to µT.
+double microtesla_per(FieldUnit unit);
+
+struct ImuMessageLayout {
+  std::string topic = "/imu/data";
+  AccelerationUnit acceleration_unit = AccelerationUnit::metres_per_second_squared;
+};
+
+struct MagnetometerMessageLayout {
+  std::string topic;
+  FieldUnit unit = FieldUnit::tesla;
+};
+
 /// A robot: where its log keeps each sensor, and what the sensors are.
 struct Platform {
   std::string name;
+  std::string file;  ///< where it was read from, for messages; may be empty
   LidarMessageLayout lidar;
-  std::string imu_topic = "/imu/data";
-  std::vector<std::string> magnetometer_topics;  ///< one a magnetometer of the suite
+  ImuMessageLayout imu;
+  std::vector<MagnetometerMessageLayout> magnetometers;  ///< one a magnetometer of the suite, in its order
   SensorSuite suite;
 };
 

@@ -28,10 +28,11 @@ TEST(PlatformFile, DescribesTheScout) {
   const Platform platform = load_platform(scout);
   EXPECT_EQ(platform.lidar.topic, "/ouster/points");
   EXPECT_EQ(platform.lidar.time_field, "t");
-  EXPECT_EQ(platform.imu_topic, "/imu/data");
+  EXPECT_EQ(platform.imu.topic, "/imu/data");
   ASSERT_EQ(platform.suite.magnetometers.size(), 8U);
-  ASSERT_EQ(platform.magnetometer_topics.size(), 8U);
-  EXPECT_EQ(platform.magnetometer_topics[7], "/magnetometer_7/field");
+  ASSERT_EQ(platform.magnetometers.size(), 8U);
+  EXPECT_EQ(platform.magnetometers[7].topic, "/magnetometer_7/field");
+  EXPECT_EQ(platform.magnetometers[7].unit, FieldUnit::tesla);
   const auto& magnetometers = platform.suite.magnetometers;
   EXPECT_NEAR((magnetometers[0].T_imu_mag.position - magnetometers[3].T_imu_mag.position).norm(), 0.5, 1e-12);
   EXPECT_NEAR((magnetometers[0].T_imu_mag.position - magnetometers[4].T_imu_mag.position).norm(), 0.6, 1e-12);
@@ -46,19 +47,24 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   platform.lidar.time_unit = PointTimeUnit::seconds;
   platform.suite.lidar.T_imu_lidar = {so3::exp(Vector3(0.1, -0.2, 3.0)), Vector3(1.0 / 3.0, -0.1, 1e-9)};
   platform.suite.magnetometers[2].noise_ut = 0.1 + 0.2;
+  platform.magnetometers[5].unit = FieldUnit::gauss;
+  platform.imu.acceleration_unit = AccelerationUnit::standard_gravity;
   save_platform(platform, folder / "platform.yaml");
   const Platform back = load_platform(folder / "platform.yaml");
   EXPECT_EQ(back.name, platform.name);
   EXPECT_EQ(back.lidar.ring_field, "");
   EXPECT_EQ(back.lidar.stamp, ScanStamp::end);
   EXPECT_EQ(back.lidar.time_unit, PointTimeUnit::seconds);
-  EXPECT_EQ(back.magnetometer_topics, platform.magnetometer_topics);
+  ASSERT_EQ(back.magnetometers.size(), platform.magnetometers.size());
+  EXPECT_EQ(back.magnetometers[5].topic, platform.magnetometers[5].topic);
+  EXPECT_EQ(back.magnetometers[5].unit, FieldUnit::gauss);
+  EXPECT_EQ(back.imu.acceleration_unit, AccelerationUnit::standard_gravity);
   EXPECT_EQ(back.suite.lidar.T_imu_lidar.rotation.coeffs(), platform.suite.lidar.T_imu_lidar.rotation.coeffs());
   EXPECT_EQ(back.suite.lidar.T_imu_lidar.position, platform.suite.lidar.T_imu_lidar.position);
   EXPECT_EQ(back.suite.magnetometers[2].noise_ut, platform.suite.magnetometers[2].noise_ut);
   EXPECT_EQ(back.suite.imu.gyroscope_noise_density, platform.suite.imu.gyroscope_noise_density);
   platform.suite.magnetometers.clear();
-  platform.magnetometer_topics.clear();
+  platform.magnetometers.clear();
   save_platform(platform, folder / "platform.yaml");
   EXPECT_TRUE(load_platform(folder / "platform.yaml").suite.magnetometers.empty());
 }
@@ -74,7 +80,7 @@ TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
               HasSubstr("length is 2.0; expected 1"));
   EXPECT_THAT(error_with("translation_m: [0.05, 0.0, 0.25]", "translation_m: [0.05, 0.0]"),
               HasSubstr("expected a list of 3 numbers, found 2"));
-  EXPECT_THAT(error_with("unit: tesla", "unit: gauss"), HasSubstr("expected 'tesla'"));
+  EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
   EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"), HasSubstr("magnetometers[1].topic"));
   EXPECT_THAT(message_of<InputError>([] { load_platform("absent.yaml"); }), HasSubstr("no such file"));
 }
