@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/evaluation/alignment.h"
+#include "core/evaluation/consistency.h"
+
+namespace lodestone {
+
+/// What `lodestone evaluate` was asked for, as on its command line.
+struct ComparisonCall {
+  std::string estimate;
+  std::string truth;
+  std::string align = "none";
+  std::vector<std::string> relations;  ///< empty: all
+  double delta = 1.0;
+  std::string delta_unit = "frames";
+  bool all_pairs = false;
+  bool interpolate = false;
+  double max_difference_s = 0.01;
+  std::string covariance;  ///< empty: no NEES
+  std::string errors;      ///< empty: no csv
+};
+
+/// One row of the result: errors of one kind, in `unit`.
+struct RelationErrors {
+  std::string name;
+  std::string unit;
+  std::vector<double> errors;  ///< heading errors keep their sign
+};
+
+struct Comparison {
+  std::size_t estimate_poses = 0;
+  std::size_t truth_poses = 0;
+  std::size_t pairs = 0;
+  Alignment alignment = Alignment::none;
+  Similarity similarity;  ///< applied to the estimate
+  std::vector<RelationErrors> relations;
+  std::optional<Consistency> consistency;
+};
+
+/// Reads the files and compares. Throws InputError where a file is unusable, a name is misspelt, nothing matches, or the
+/// alignment is undetermined.
+Comparison compare(const ComparisonCall& call);
+
+/// For people.
+std::string to_table(const Comparison& comparison);
+
+/// For scripts: one object with `pairs`, `alignment`, `relations.NAME.{unit,count,rmse,…}`, `nees`.
+std::string to_json(const Comparison& comparison);
+
+}  // namespace lodestone

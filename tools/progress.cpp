@@ -1,0 +1,106 @@
+#include "tools/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <utility>
+
+#include "core/error.h"
+
+namespace lodestone {
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+
+extern "C" void note_interrupt(int) { interrupted.store(true); }
+
+std::string clock_text(double seconds) {
+  const auto whole = static_cast<long>(std::lround(seconds));
+  if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+  return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+}  // namespace
+
+void catch_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = note_interrupt;
+  sigemptyset(&action.sa_mask);
+  // The default comes back with the first signal, so that the second one ends a command that does not listen.
+  action.sa_flags = SA_RESETHAND | SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool interrupt_requested() { return interrupted.load(std::memory_order_relaxed); }
+
+void throw_if_interrupted() {
+  if (interrupt_requested()) throw Interrupted();
+}
+
+std::string progress_line(const std::string& label, double share, double rate, double seconds_left, int bar_width) {
+  share = std::clamp(share, 0.0, 1.0);
+  std::string line = label + "  ";
+  if (bar_width > 0) {
+    const int filled = static_cast<int>(share * bar_width);
+    for (int i = 0; i < bar_width; ++i) line += i < filled ? "█" : "░";
+    line += "  ";
+  }
+  line += fmt::format("{:3.0f} %  {:.1f} x real time", std::floor(100.0 * share), rate);
+  if (std::isfinite(seconds_left) && seconds_left >= 0.0) line += "  " + clock_text(seconds_left) + " left";
+  return line;
+}
+
+Progress::Progress(std::string label, Time begin, Time end, std::FILE* stream)
+    : label_(std::move(label)),
+      begin_(begin),
+      end_(end),
+      stream_(stream),
+      terminal_(isatty(fileno(stream)) == 1),
+      last_(begin),
+      start_(Clock::now()),
+      next_print_(start_ + (terminal_ ? std::chrono::milliseconds(200) : std::chrono::seconds(5))) {}
+
+Progress::~Progress() { finish(); }
+
+void Progress::update(Time now) {
+  last_ = std::max(last_, now);
+  const Clock::time_point wall = Clock::now();
+  if (wall < next_print_) return;
+  print(last_, wall);
+  next_print_ = wall + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5));
+}
+
+void Progress::finish() {
+  if (finished_) return;
+  finished_ = true;
+  if (!open_line_) return;
+  print(last_, Clock::now());
+  std::fputc('\n', stream_);
+  std::fflush(stream_);
+}
+
+void Progress::print(Time now, Clock::time_point wall) {
+  const double elapsed = std::chrono::duration<double>(wall - start_).count();
+  const double done = to_seconds(now - begin_);
+  const double total = to_seconds(end_ - begin_);
+  const double rate = elapsed > 0.0 ? done / elapsed : 0.0;
+  if (total <= 0.0) {
+    std::fprintf(stream_, "%s%s  %.1f s of the log  %.1f x real time%s", terminal_ ? "\r\033[K" : "", label_.c_str(), done,
+                 rate, terminal_ ? "" : "\n");
+  } else {
+    const double left = rate > 0.0 ? (total - done) / rate : std::nan("");
+    const std::string line = progress_line(label_, done / total, rate, left, terminal_ ? 30 : 0);
+    std::fprintf(stream_, "%s%s%s", terminal_ ? "\r\033[K" : "", line.c_str(), terminal_ ? "" : "\n");
+  }
+  open_line_ = terminal_;
+  std::fflush(stream_);
+}
+
+}  // namespace lodestone

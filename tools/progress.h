@@ -1,0 +1,55 @@
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <string>
+
+#include "core/time.h"
+
+namespace lodestone {
+
+/// From now on SIGINT and SIGTERM only set a flag, so that a long command can write what it has and end with exit code
+/// 130. A second signal ends the process at once.
+void catch_interrupts();
+
+/// Whether a signal came. Long loops poll this.
+bool interrupt_requested();
+
+/// Throws Interrupted where a signal came: for loops that have nothing to save.
+void throw_if_interrupted();
+
+/// One line of progress: a bar of `bar_width` cells (none for 0), per cent, times real time, time left.
+std::string progress_line(const std::string& label, double share, double rate, double seconds_left, int bar_width);
+
+/// How far a pass over a log has come: on a terminal a bar that is redrawn, elsewhere a line every few seconds.
+class Progress {
+ public:
+  /// Log times from `begin` to `end`; without a span (equal times) only the rate is told. Written to `stream`.
+  Progress(std::string label, Time begin, Time end, std::FILE* stream = stderr);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// The log has been worked off up to `now`. Cheap: may be called for every measurement.
+  void update(Time now);
+
+  /// Ends the line. The destructor calls it.
+  void finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void print(Time now, Clock::time_point wall);
+
+  std::string label_;
+  Time begin_;
+  Time end_;
+  std::FILE* stream_;
+  bool terminal_;
+  bool open_line_ = false;  ///< a bar stands on the current line
+  bool finished_ = false;
+  Time last_ = 0;
+  Clock::time_point start_;
+  Clock::time_point next_print_;
+};
+
+}  // namespace lodestone

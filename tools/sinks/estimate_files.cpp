@@ -1,0 +1,89 @@
+#include "tools/sinks/estimate_files.h"
+
+#include <fmt/format.h>
+
+#include <system_error>
+
+#include "core/error.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tools/sinks/covariance_file.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr const char* kTrajectoryHeader = "# t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends\n";
+
+std::filesystem::path made(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
+  }
+  return folder;
+}
+
+std::string diagnostics_header() {
+  std::string text = "t_s,health,points,correspondences,inlier_share,lidar_rmse_m";
+  for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_sigma_m", i);
+  for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
+  return text +
+         ",degenerate_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,magnetic_weight,magnetic_shrink,"
+         "magnetic_residual_ut,iterations,step_ms\n";
+}
+
+std::string diagnostics_row(const Estimate& estimate) {
+  const Diagnostics& d = estimate.diagnostics;
+  std::string text = fmt::format("{},{},{},{},{:.6g},{:.6g}", format_stamp(estimate.time), health_name(estimate.health),
+                                 d.points, d.correspondences, d.inlier_share, d.lidar_rmse_m);
+  for (int i = 0; i < 6; ++i) text += fmt::format(",{:.6g}", d.direction_sigma_m(i));
+  for (int i = 0; i < 6; ++i) text += fmt::format(",{:.6g}", d.direction_weight(i));
+  return text + fmt::format(",{},{},{},{},{:.6g},{:.6g},{:.6g},{},{:.6g}\n", d.degenerate_directions, d.magnetic_samples,
+                            d.magnetic_rejected, d.magnetic_off_map, d.magnetic_weight, d.magnetic_shrink,
+                            d.magnetic_residual_ut, d.iterations, d.step_ms);
+}
+
+}  // namespace
+
+const char* health_name(Health health) {
+  switch (health) {
+    case Health::good:
+      return "good";
+    case Health::degenerate:
+      return "degenerate";
+    case Health::lost:
+      return "lost";
+  }
+  return "lost";
+}
+
+EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
+    : trajectory_(made(folder) / "trajectory.tum"),
+      causal_(folder / "causal.tum"),
+      covariance_(folder / "covariance.csv"),
+      diagnostics_(folder / "diagnostics.csv") {
+  trajectory_.write(kTrajectoryHeader);
+  causal_.write(kTrajectoryHeader);
+  covariance_.write(covariance_header());
+  diagnostics_.write(diagnostics_header());
+}
+
+void EstimateFiles::causal(const Estimate& estimate) {
+  causal_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  diagnostics_.write(diagnostics_row(estimate));
+}
+
+void EstimateFiles::best(const Estimate& estimate) {
+  trajectory_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  covariance_.write(covariance_row(estimate.time, estimate.covariance));
+}
+
+void EstimateFiles::finish(const std::string& mark) {
+  if (!mark.empty()) {
+    trajectory_.write("# " + mark + "\n");
+    causal_.write("# " + mark + "\n");
+  }
+  for (OutputFile* file : {&trajectory_, &causal_, &covariance_, &diagnostics_}) file->commit();
+}
+
+}  // namespace lodestone

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <string_view>
+
+namespace lodestone {
+
+/// A file that appears under its name only when it is whole: it is written beside it and renamed by `commit`.
+/// Destroyed without `commit` it leaves nothing behind. Throws InputError where the folder cannot be written.
+class OutputFile {
+ public:
+  explicit OutputFile(std::filesystem::path path);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(std::string_view text);
+
+  /// Closes and renames. Throws InputError where the disk did not take everything.
+  void commit();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path aside_;
+  std::FILE* file_ = nullptr;
+};
+
+}  // namespace lodestone
