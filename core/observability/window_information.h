@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/geometry/nav_state.h"
+
+namespace lodestone {
+
+using Vector15 = Eigen::Matrix<double, 15, 1>;
+using Matrix15 = Eigen::Matrix<double, 15, 15>;
+using Matrix15x2 = Eigen::Matrix<double, 15, 2>;
+
+/// One linearized, whitened IMU factor between two neighbouring states of a window: 15 rows; columns in tangent order
+/// φ, p, v, b_g, b_a of each state, and the shared gravity.
+struct ChainLink {
+  Matrix15 by_first = Matrix15::Zero();
+  Matrix15 by_second = Matrix15::Zero();
+  Matrix15x2 by_gravity = Matrix15x2::Zero();
+};
+
+/// For every pose of a window, what LiDAR and IMU together know of it: Λ_k, 6×6, all other variables marginalized
+/// (design.md, section 7). `pose_information[k]`: LiDAR's of pose k, 6×6, order φ, p; negative directions count as
+/// none. `links[k]` joins states k and k+1; one fewer than poses. Nothing else, no prior: gauge freedoms stay free.
+/// Eliminates by pivoted QR, which tells what was never known from what is known weakly; no ridge is added.
+std::vector<Matrix6> marginal_pose_information(std::span<const Matrix6> pose_information,
+                                               std::span<const ChainLink> links);
+
+/// The last element of the above alone, at half the cost.
+Matrix6 newest_pose_information(std::span<const Matrix6> pose_information, std::span<const ChainLink> links);
+
+}  // namespace lodestone
