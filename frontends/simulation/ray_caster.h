@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "frontends/simulation/scene.h"
+
+namespace lodestone::simulation {
+
+/// What a ray met.
+struct RayHit {
+  float range = -1.0F;            ///< metres along the ray; negative where nothing was met
+  float cosine = 0.0F;            ///< |cos| of the angle between ray and surface normal
+};
+
+/// Rays against the triangles of a world (Embree). Immutable; queries are thread-safe.
+class RayCaster {
+ public:
+  explicit RayCaster(const TriangleMesh& mesh);
+  ~RayCaster();
+  RayCaster(const RayCaster&) = delete;
+  RayCaster& operator=(const RayCaster&) = delete;
+
+  /// First surface along each of the unit `directions` from one `origin` (map), no farther than `max_range`.
+  void cast(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions, float max_range,
+            std::span<RayHit> hits) const;
+
+  /// Whether nothing stands between two points (map); the last 2 cm before `to` are not looked at.
+  bool sees(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lodestone::simulation

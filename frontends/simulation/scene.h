@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/so3.h"
+#include "frontends/simulation/world.h"
+
+namespace lodestone::simulation {
+
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices;                 ///< map, metres
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// A piece of magnetized steel: a dipole, or a bar (two opposite poles at its ends: a thin rod magnetized along itself).
+struct FieldSource {
+  bool is_bar = false;
+  Vector3 position = Vector3::Zero();  ///< the dipole; the bar's north pole (map, m)
+  Vector3 south = Vector3::Zero();     ///< the bar's other end (map, m)
+  Vector3 moment = Vector3::Zero();    ///< of the dipole, A·m²
+  double pole = 0.0;                   ///< of the bar, A·m (its moment over its length)
+};
+
+/// All surfaces and all steel of a world, in the map frame.
+struct Scene {
+  TriangleMesh mesh;
+  std::vector<FieldSource> sources;
+};
+
+/// Deterministic: depends on the world alone (its steel_seed), not on the seed of a run.
+Scene build_scene(const World& world);
+
+/// Appends the triangles of one solid (its shape only, no parts) placed at `pose`.
+void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh);
+
+}  // namespace lodestone::simulation
