@@ -31,11 +31,11 @@ ImuSample ImuSimulator::next() {
   sample.time = start_time_ + from_seconds(seconds());
   // White noise of a sample is density · √rate; a walk's step is its density / √rate.
   const double root_rate = std::sqrt(options_.rate_hz);
-  sample.angular_velocity += gyroscope_bias_ + options_.gyroscope_noise_rad_s_sqrt_hz * root_rate * random_.normal3();
+  sample.angular_velocity += gyroscope_bias_ + options_.gyroscope_noise_density_rad_s_sqrt_hz * root_rate * random_.normal3();
   sample.linear_acceleration +=
-      accelerometer_bias_ + options_.accelerometer_noise_m_s2_sqrt_hz * root_rate * random_.normal3();
-  gyroscope_bias_ += options_.gyroscope_bias_walk_rad_s2_sqrt_hz / root_rate * random_.normal3();
-  accelerometer_bias_ += options_.accelerometer_bias_walk_m_s3_sqrt_hz / root_rate * random_.normal3();
+      accelerometer_bias_ + options_.accelerometer_noise_density_m_s2_sqrt_hz * root_rate * random_.normal3();
+  gyroscope_bias_ += options_.gyroscope_bias_random_walk_rad_s2_sqrt_hz / root_rate * random_.normal3();
+  accelerometer_bias_ += options_.accelerometer_bias_random_walk_m_s3_sqrt_hz / root_rate * random_.normal3();
   ++index_;
   return sample;
 }
@@ -54,7 +54,7 @@ std::vector<MagneticSample> MagnetometerSimulator::read(int index) const {
   const Pose T_map_imu = motion_.pose_at(seconds(index));
   std::vector<MagneticSample> samples(options_.mounts.size());
   for (std::size_t j = 0; j < samples.size(); ++j) {
-    const Pose T_map_mag = T_map_imu * options_.mounts[j].T_imu_mag;
+    const Pose T_map_mag = T_map_imu * options_.mounts[j].T_imu_mag();
     samples[j].time = time(index);
     samples[j].magnetometer = static_cast<int>(j);
     samples[j].field_ut = T_map_mag.rotation.conjugate() * field_.field_ut(T_map_mag.position) +

@@ -10,7 +10,7 @@ namespace lodestone::simulation {
 
 LidarSimulator::LidarSimulator(const RayCaster& caster, const Motion& motion, const LidarOptions& options,
                                Time start_time, std::uint64_t seed)
-    : caster_(caster), motion_(motion), options_(options), start_time_(start_time), seed_(seed) {
+    : caster_(caster), motion_(motion), options_(options), T_imu_lidar_(options.T_imu_lidar()), start_time_(start_time), seed_(seed) {
   const double drive = motion.duration() - options.first_scan_s;
   scan_count_ = std::max(0, static_cast<int>(std::floor(drive * options.rate_hz)));
   const double field_of_view = options.vertical_field_of_view_deg * std::numbers::pi / 180.0;
@@ -40,7 +40,7 @@ LidarScan LidarSimulator::scan(int index) const {
   std::vector<RayHit> hits(options_.rows);
   for (int column = 0; column < options_.columns; ++column) {
     const double seconds = column_seconds(index, column);
-    const Pose T_map_lidar = motion_.pose_at(seconds) * options_.T_imu_lidar;
+    const Pose T_map_lidar = motion_.pose_at(seconds) * T_imu_lidar_;
     // Behind is azimuth 180°; from there the head turns clockwise seen from above.
     const double azimuth = std::numbers::pi - 2.0 * std::numbers::pi * column / options_.columns;
     const double cosine = std::cos(azimuth), sine = std::sin(azimuth);

@@ -30,6 +30,7 @@ class LidarSimulator {
   const RayCaster& caster_;
   const Motion& motion_;
   LidarOptions options_;
+  Pose T_imu_lidar_;
   Time start_time_;
   std::uint64_t seed_;
   int scan_count_ = 0;

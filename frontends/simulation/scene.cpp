@@ -19,15 +19,15 @@ class SteelBuilder {
   void add(const Solid& solid, const Steel& steel, const ToMap& to_map) {
     RandomStream random(seed_, "steel", next_stream_++);
     switch (steel.kind) {
-      case Steel::Kind::dipole: return add_dipole(steel, steel.region_min, to_map, random);
-      case Steel::Kind::bar: return add_bar(steel, steel.region_min, steel.region_max, to_map, random);
-      case Steel::Kind::dipoles:
+      case SteelKind::dipole: return add_dipole(steel, steel.region_min, to_map, random);
+      case SteelKind::bar: return add_bar(steel, steel.region_min, steel.region_max, to_map, random);
+      case SteelKind::dipoles:
         for (int i = count(steel, random); i > 0; --i) add_dipole(steel, place(steel, random), to_map, random);
         return;
-      case Steel::Kind::rods:
+      case SteelKind::rods:
         for (int i = count(steel, random); i > 0; --i) add_rod(steel, to_map, random);
         return;
-      case Steel::Kind::rings: return add_rings(solid, steel, to_map, random);
+      case SteelKind::rings: return add_rings(solid, steel, to_map, random);
     }
   }
 
@@ -102,7 +102,7 @@ void place_solid(const Solid& solid, const Pose& T_map_parent, Scene& scene, Ste
         const Pose pose = T_map_parent * solid.placement * step;
         append_shape(solid, pose, scene.mesh);
         const ToMap to_map = [&](const Vector3& local) {
-          return pose * (solid.shape == Solid::Shape::tube ? tube_point(solid, local) : local);
+          return pose * (solid.shape == SolidShape::tube ? tube_point(solid, local) : local);
         };
         for (const Steel& steel : solid.steel) builder.add(solid, steel, to_map);
         for (const Solid& part : solid.parts) place_solid(part, pose, scene, builder);

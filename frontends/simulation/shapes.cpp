@@ -70,14 +70,14 @@ void append_tube(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
 
 void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
   switch (solid.shape) {
-    case Solid::Shape::group: return;
-    case Solid::Shape::rectangle:
+    case SolidShape::group: return;
+    case SolidShape::rectangle:
       return append_patch(mesh, 1, 1, [&](double a, double b) {
         return pose * Vector3((a - 0.5) * solid.size.x(), (b - 0.5) * solid.size.y(), 0.0);
       });
-    case Solid::Shape::box: return append_box(solid, pose, mesh);
-    case Solid::Shape::cylinder: return append_cylinder(solid, pose, mesh);
-    case Solid::Shape::tube: return append_tube(solid, pose, mesh);
+    case SolidShape::box: return append_box(solid, pose, mesh);
+    case SolidShape::cylinder: return append_cylinder(solid, pose, mesh);
+    case SolidShape::tube: return append_tube(solid, pose, mesh);
   }
 }
 

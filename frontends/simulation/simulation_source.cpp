@@ -47,7 +47,7 @@ struct SimulationSource::Implementation {
         run_seed(RandomStream(seed, is_survey ? "survey" : "sequence").bits()),
         survey(world.survey),
         imu_rate_hz(world.imu.rate_hz),
-        start_time(world.start_time_ns),
+        start_time(world.start_time),
         motion(cut(is_survey ? plan_survey(sequence, world.survey) : plan_drive(sequence), max_duration_s),
                world.imu.height_m, world.floor, run_seed),
         imu(motion, world.imu, world.gravity_m_s2, start_time, run_seed),

@@ -20,17 +20,17 @@ SensorSuite sensor_suite(const World& world) {
   SensorSuite suite;
   suite.gravity_m_s2 = world.gravity_m_s2;
   suite.imu.rate_hz = world.imu.rate_hz;
-  suite.imu.gyroscope_noise_density = world.imu.gyroscope_noise_rad_s_sqrt_hz;
-  suite.imu.accelerometer_noise_density = world.imu.accelerometer_noise_m_s2_sqrt_hz;
-  suite.imu.gyroscope_bias_random_walk = world.imu.gyroscope_bias_walk_rad_s2_sqrt_hz;
-  suite.imu.accelerometer_bias_random_walk = world.imu.accelerometer_bias_walk_m_s3_sqrt_hz;
-  suite.lidar.T_imu_lidar = world.lidar.T_imu_lidar;
+  suite.imu.gyroscope_noise_density = world.imu.gyroscope_noise_density_rad_s_sqrt_hz;
+  suite.imu.accelerometer_noise_density = world.imu.accelerometer_noise_density_m_s2_sqrt_hz;
+  suite.imu.gyroscope_bias_random_walk = world.imu.gyroscope_bias_random_walk_rad_s2_sqrt_hz;
+  suite.imu.accelerometer_bias_random_walk = world.imu.accelerometer_bias_random_walk_m_s3_sqrt_hz;
+  suite.lidar.T_imu_lidar = world.lidar.T_imu_lidar();
   suite.lidar.range_noise_m = world.lidar.range_noise_m;
   suite.lidar.min_range_m = world.lidar.min_range_m;
   suite.lidar.max_range_m = world.lidar.max_range_m;
   suite.lidar.scan_period_s = 1.0 / world.lidar.rate_hz;
   for (const MagnetometerMount& mount : world.magnetometers.mounts)
-    suite.magnetometers.push_back({mount.name, mount.T_imu_mag, world.magnetometers.noise_ut});
+    suite.magnetometers.push_back({mount.name, mount.T_imu_mag(), world.magnetometers.noise_ut});
   return suite;
 }
 

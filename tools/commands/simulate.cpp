@@ -1,9 +1,119 @@
-#include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "core/error.h"
+#include "frontends/readers/platform.h"
+#include "frontends/readers/trajectory_file.h"
+#include "frontends/simulation/bag_recorder.h"
+#include "frontends/simulation/cloud_map.h"
+#include "frontends/simulation/simulation_source.h"
 #include "tools/commands.h"
 
 namespace lodestone {
+namespace {
 
-void add_simulate_command(CLI::App& app, int* code) { (void)app, (void)code; }
+struct SimulateOptions {
+  std::string world;
+  std::string out;
+  std::string sequence;
+  std::vector<std::string> settings;
+  std::uint64_t seed = 1;
+  double duration_s = std::numeric_limits<double>::infinity();
+};
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The world's sensors as a platform file says them, with the same noise that the simulator draws.
+Platform make_platform(const simulation::World& world) {
+  Platform platform;
+  platform.name = world.name;
+  platform.suite = simulation::sensor_suite(world);
+  for (std::size_t j = 0; j < platform.suite.magnetometers.size(); ++j)
+    platform.magnetometer_topics.push_back(fmt::format("/magnetometer_{}/field", j));
+  return platform;
+}
+
+void record(simulation::SimulationSource& source, const Platform& platform, const std::string& path) {
+  const auto start = std::chrono::steady_clock::now();
+  simulation::BagRecorder recorder(path, {platform.lidar.topic, platform.imu_topic, platform.magnetometer_topics});
+  const double length = to_seconds(source.end_time() - source.begin_time());
+  double reported = 0.0;
+  Measurement measurement;
+  while (source.next(measurement)) {
+    recorder.write(measurement);
+    const double done = to_seconds(completion_time(measurement) - source.begin_time());
+    if (done < reported + 20.0) continue;
+    reported = done;
+    fmt::print(stderr, "  {}: {:.0f} of {:.0f} s\n", path, done, length);
+  }
+  recorder.close();
+  fmt::print("{}: {:.1f} s of log, {:.0f} MB, written in {:.1f} s\n", path, length,
+             static_cast<double>(std::filesystem::file_size(path)) * 1e-6, seconds_since(start));
+}
+
+void simulate(const SimulateOptions& options) {
+  using Drive = simulation::SimulationSource::Drive;
+  const simulation::World world = simulation::load_world(options.world, options.settings);
+  const std::string sequence = simulation::find_sequence(world, options.sequence).first;
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", options.out, error.message()));
+  const auto path = [&](const char* name) { return (std::filesystem::path(options.out) / name).string(); };
+
+  const auto environment = std::make_shared<simulation::Environment>(world);
+  fmt::print("{}: sequence {}, seed {}, {} triangles, {} pieces of steel\n", options.world, sequence, options.seed,
+             environment->scene.mesh.triangles.size(), environment->scene.sources.size());
+  const Platform platform = make_platform(world);
+  save_platform(platform, path("platform.yaml"));
+  const auto cloud = simulation::sample_cloud(world, *environment, options.seed);
+  simulation::write_pcd(path("cloud.pcd"), cloud);
+  fmt::print("{}: {} points\n", path("cloud.pcd"), cloud.size());
+
+  simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
+  write_tum(path("truth.tum"), drive.trajectory(), "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw");
+  record(drive, platform, path("log.bag"));
+
+  simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
+                                      std::numeric_limits<double>::infinity());
+  write_tum(path("survey.tum"), survey.trajectory(),
+            fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
+                        world.survey.position_sigma_m, world.survey.angle_sigma_deg));
+  record(survey, platform, path("survey.bag"));
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& app, int* code) {
+  const auto options = std::make_shared<SimulateOptions>();
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Drive a robot through a world and write what it would have recorded, with truth and maps' sources");
+  command->add_option("world", options->world, "World file (config/worlds/)")->required()->type_name("WORLD.yaml");
+  command->add_option("--out", options->out, "Folder for log.bag, truth.tum, platform.yaml, cloud.pcd, survey.bag and survey.tum")
+      ->required()->type_name("DIR");
+  command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")
+      ->type_name("N");
+  command->add_option("--sequence", options->sequence, "Which drive (default: the world's first)")->type_name("NAME");
+  command->add_option("--duration", options->duration_s, "Cut the drive after so many seconds")
+      ->check(CLI::PositiveNumber)->type_name("S");
+  command->add_option("--set", options->settings, "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
+      ->type_name("key.path=value");
+  command->footer(
+      "Examples:\n"
+      "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel\n"
+      "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/warehouse --sequence 2 --seed 7 "
+      "--set sensors.magnetometers.noise_ut=5");
+  command->callback([options, code] {
+    simulate(*options);
+    *code = exit_code::done;
+  });
+}
 
 }  // namespace lodestone

@@ -1,0 +1,79 @@
+#include "frontends/simulation/cloud_map.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "frontends/simulation/random.h"
+#include "frontends/simulation/route.h"
+
+namespace lodestone::simulation {
+namespace {
+
+constexpr std::size_t chunk = 2048;  // triangles that share one random stream
+
+std::vector<Eigen::Vector3f> find_viewpoints(const World& world) {
+  std::vector<Eigen::Vector3f> viewpoints;
+  const double lidar_height = world.imu.height_m + world.lidar.T_imu_lidar().position.z();
+  for (const auto& [name, sequence] : world.sequences) {
+    const Route route(sequence.waypoints, sequence.corner_radius_m);
+    for (double distance = 0.0; distance <= route.length(); distance += world.cloud.viewpoint_spacing_m) {
+      const Eigen::Vector2d place = route.at(distance).position;
+      for (const double height : {lidar_height, world.cloud.viewpoint_height_m})
+        viewpoints.push_back(Vector3(place.x(), place.y(), height).cast<float>());
+    }
+  }
+  return viewpoints;
+}
+
+/// Whether any viewpoint within range sees `point`. `hint` is where the last answer was found: neighbours see alike.
+bool is_seen(const RayCaster& caster, const std::vector<Eigen::Vector3f>& viewpoints, const Eigen::Vector3f& point,
+             float range, std::size_t& hint) {
+  const auto sees = [&](std::size_t index) {
+    return (viewpoints[index] - point).squaredNorm() < range * range && caster.sees(viewpoints[index], point);
+  };
+  if (hint < viewpoints.size() && sees(hint)) return true;
+  for (std::size_t index = 0; index < viewpoints.size(); ++index) {
+    if (!sees(index)) continue;
+    hint = index;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed) {
+  const TriangleMesh& mesh = environment.scene.mesh;
+  const std::vector<Eigen::Vector3f> viewpoints = find_viewpoints(world);
+  const double density = 1.0 / (world.cloud.point_spacing_m * world.cloud.point_spacing_m);
+  const auto range = static_cast<float>(world.cloud.viewpoint_range_m);
+  const std::size_t chunks = (mesh.triangles.size() + chunk - 1) / chunk;
+  std::vector<std::vector<Eigen::Vector3f>> parts(chunks);
+  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t part) {
+    RandomStream random(seed, "cloud", part);
+    std::size_t hint = 0;
+    for (std::size_t t = part * chunk; t < std::min((part + 1) * chunk, mesh.triangles.size()); ++t) {
+      const auto& triangle = mesh.triangles[t];
+      const Vector3 a = mesh.vertices[triangle[0]].cast<double>();
+      const Vector3 u = mesh.vertices[triangle[1]].cast<double>() - a;
+      const Vector3 v = mesh.vertices[triangle[2]].cast<double>() - a;
+      const double expected = 0.5 * u.cross(v).norm() * density;
+      const auto count = static_cast<std::int64_t>(std::floor(expected + random.uniform()));
+      for (std::int64_t i = 0; i < count; ++i) {
+        double first = random.uniform(), second = random.uniform();
+        if (first + second > 1.0) first = 1.0 - first, second = 1.0 - second;
+        const Vector3 point = a + first * u + second * v;
+        const Vector3 noise = world.cloud.noise_m * random.normal3();
+        if (is_seen(environment.caster, viewpoints, point.cast<float>(), range, hint))
+          parts[part].push_back((point + noise).cast<float>());
+      }
+    }
+  });
+  std::vector<Eigen::Vector3f> points;
+  for (const auto& part : parts) points.insert(points.end(), part.begin(), part.end());
+  return points;
+}
+
+}  // namespace lodestone::simulation

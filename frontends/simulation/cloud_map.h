@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/geometry/trajectory.h"
+#include "frontends/simulation/simulation_source.h"
+
+namespace lodestone::simulation {
+
+/// The prior point-cloud map, made as a surveyor would: every surface that a scanner sees from places along the sequences'
+/// paths, sampled at random with CloudOptions::point_spacing_m (one point per spacing²), with isotropic noise. Map frame.
+/// Deterministic by `seed` on any number of threads.
+std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed);
+
+/// Binary PCD (x y z, float32), written aside and renamed. Throws InputError where the file cannot be written.
+void write_pcd(const std::string& path, const std::vector<Eigen::Vector3f>& points);
+
+}  // namespace lodestone::simulation
