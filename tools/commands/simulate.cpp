@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -14,6 +13,7 @@
 #include "frontends/simulation/cloud_map.h"
 #include "frontends/simulation/simulation_source.h"
 #include "tools/commands.h"
+#include "tools/progress.h"
 
 namespace lodestone {
 namespace {
@@ -37,30 +37,32 @@ Platform make_platform(const simulation::World& world) {
   platform.name = world.name;
   platform.suite = simulation::sensor_suite(world);
   for (std::size_t j = 0; j < platform.suite.magnetometers.size(); ++j)
-    platform.magnetometer_topics.push_back(fmt::format("/magnetometer_{}/field", j));
+    platform.magnetometers.push_back({fmt::format("/magnetometer_{}/field", j), FieldUnit::tesla});
   return platform;
 }
 
 void record(simulation::SimulationSource& source, const Platform& platform, const std::string& path) {
   const auto start = std::chrono::steady_clock::now();
-  simulation::BagRecorder recorder(path, {platform.lidar.topic, platform.imu_topic, platform.magnetometer_topics});
-  const double length = to_seconds(source.end_time() - source.begin_time());
-  double reported = 0.0;
+  simulation::BagRecorder::Topics topics{platform.lidar.topic, platform.imu.topic, {}};
+  for (const auto& magnetometer : platform.magnetometers) topics.magnetometers.push_back(magnetometer.topic);
+  simulation::BagRecorder recorder(path, topics);
+  Progress progress(std::filesystem::path(path).filename().string(), source.begin_time(), source.end_time());
   Measurement measurement;
   while (source.next(measurement)) {
     recorder.write(measurement);
-    const double done = to_seconds(completion_time(measurement) - source.begin_time());
-    if (done < reported + 20.0) continue;
-    reported = done;
-    fmt::print(stderr, "  {}: {:.0f} of {:.0f} s\n", path, done, length);
+    progress.update(completion_time(measurement));
+    throw_if_interrupted();
   }
   recorder.close();
-  fmt::print("{}: {:.1f} s of log, {:.0f} MB, written in {:.1f} s\n", path, length,
+  progress.finish();
+  fmt::print("{}: {:.1f} s of log, {:.0f} MB, written in {:.1f} s\n", path,
+             to_seconds(source.end_time() - source.begin_time()),
              static_cast<double>(std::filesystem::file_size(path)) * 1e-6, seconds_since(start));
 }
 
 void simulate(const SimulateOptions& options) {
   using Drive = simulation::SimulationSource::Drive;
+  catch_interrupts();
   const simulation::World world = simulation::load_world(options.world, options.settings);
   const std::string sequence = simulation::find_sequence(world, options.sequence).first;
   std::error_code error;
