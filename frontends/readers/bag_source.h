@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/measurement_source.h"
+#include "core/warnings.h"
+#include "frontends/readers/platform.h"
+
+namespace lodestone {
+
+/// Which sensors a run needs. A log may lack the topics of those that it does not.
+struct SensorChoice {
+  bool lidar = true;
+  bool imu = true;
+  bool magnetometers = true;
+};
+
+/// Measurements of a ROS 1 bag, in the order of recording; one message in memory at a time.
+///
+/// Wrong input that spoils a run is an InputError at construction: a missing or truncated file, a topic that is not
+/// there (with those that are), a cloud without per-point time, an IMU in g, a magnetometer in another unit than
+/// the platform says, sensors whose clocks differ. What a run survives is dropped or passed on, and counted in
+/// `warnings`: lidar.nan_points, lidar.empty_scan, lidar.packed_points, and for lidar, imu and magnetometer
+/// PART.stamp_back (dropped), PART.stamp_repeated (dropped); PART.not_finite (dropped), imu.gap.
+class BagSource : public MeasurementSource {
+ public:
+  /// `warnings` must outlive this.
+  BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice = {});
+  ~BagSource() override;
+
+  bool next(Measurement& measurement) override;
+  Time begin_time() const override;
+  Time end_time() const override;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,76 @@
+#include "frontends/readers/sensor_checks.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace lodestone {
+namespace {
+
+std::string file_of(const Platform& platform) { return platform.file.empty() ? "the platform file" : platform.file; }
+
+/// The unit in which these values would have the size of the earth's field among steel; empty where none fits.
+std::string fitting_unit(double value_as_written) {
+  for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
+    const double field_ut = value_as_written * microtesla_per(unit);
+    if (field_ut > 5.0 && field_ut < 500.0) return std::string(name);
+  }
+  return {};
+}
+
+}  // namespace
+
+void check_acceleration(const std::string& source, const Platform& platform, const FirstReadings& readings) {
+  if (readings.finite_count == 0) return;
+  const double gravity = platform.suite.gravity_m_s2;
+  const double mean = readings.mean_magnitude();
+  const std::string found = fmt::format("{}: {}: the acceleration's mean magnitude is {:.3g} m/s2; expected about {:.4g}",
+                                        source, platform.imu.topic, mean, gravity);
+  const bool read_as_g = platform.imu.acceleration_unit == AccelerationUnit::standard_gravity;
+  if (!read_as_g && std::abs(mean - 1.0) < 0.3) {
+    throw InputError(found + "; the IMU is in g: set imu.acceleration_unit: g in " + file_of(platform));
+  }
+  if (read_as_g && mean > 5.0 * gravity) {
+    throw InputError(found + "; the IMU is in m/s2: set imu.acceleration_unit: m/s2 in " + file_of(platform));
+  }
+  if (mean < 0.5 * gravity || mean > 2.0 * gravity) {
+    throw InputError(found + "; a log needs the specific force with gravity in it, in the unit that " +
+                     file_of(platform) + " names as imu.acceleration_unit");
+  }
+}
+
+void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
+                 const FirstReadings& readings) {
+  constexpr double largest_ut = 1000.0;
+  const double mean_ut = readings.mean_magnitude();
+  if (readings.finite_count == 0 || mean_ut <= largest_ut) return;
+  const MagnetometerMessageLayout& layout = platform.magnetometers[magnetometer];
+  const double as_written = mean_ut / microtesla_per(layout.unit);
+  std::string_view unit_name;
+  for (const auto& [unit, name] : enum_names(layout.unit)) {
+    if (unit == layout.unit) unit_name = name;
+  }
+  const std::string fitting = fitting_unit(as_written);
+  throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}; expected 10 to 1000 microtesla; {} in {}",
+                               source, layout.topic, as_written, unit_name,
+                               fitting.empty() ? fmt::format("check the unit of magnetometers[{}]", magnetometer)
+                                               : fmt::format("it looks like {}: set magnetometers[{}].unit: {}", fitting,
+                                                             magnetometer, fitting),
+                               file_of(platform)));
+}
+
+void check_clock(const std::string& source, const std::string& topic, Time first_stamp, const std::string& reference_topic,
+                 Time first_reference_stamp, double duration_s) {
+  if (first_stamp == 0) {
+    throw InputError(fmt::format("{}: {}: the messages have no stamp (0 s); record them with the sensor's time in their "
+                                 "headers", source, topic));
+  }
+  const double apart_s = to_seconds(first_stamp - first_reference_stamp);
+  if (std::abs(apart_s) <= duration_s + 1.0) return;
+  throw InputError(fmt::format("{}: {} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: their clocks differ; "
+                               "record both with one clock", source, topic, apart_s, reference_topic, duration_s));
+}
+
+}  // namespace lodestone
