@@ -29,4 +29,20 @@ Vector2 boxminus(const Vector3& vector, const Vector3& reference) {
 
 Eigen::Matrix<double, 3, 2> boxplus_jacobian(const Vector3& vector) { return -so3::hat(vector) * basis(vector); }
 
+Eigen::Matrix2d boxminus_jacobian(const Vector3& vector, const Vector3& reference) {
+  const double squared_length = reference.norm() * vector.norm();
+  const Vector3 axis = reference.cross(vector) / squared_length;  // length sin θ
+  const double sine = axis.norm();
+  const double cosine = reference.dot(vector) / squared_length;
+  const double angle = std::atan2(sine, cosine);
+  // f = θ / sin θ and its derivative by −cos θ; series about θ = 0.
+  const bool small = sine < 1e-4;
+  const double factor = small ? 1.0 + angle * angle / 6.0 : angle / sine;
+  const double slope = small ? 1.0 / 3.0 : (sine - angle * cosine) / (sine * sine * sine);
+  const Eigen::Matrix<double, 3, 2> step = boxplus_jacobian(vector);
+  const Eigen::Matrix<double, 3, 2> axis_step = so3::hat(reference) * step / squared_length;
+  const Eigen::Matrix<double, 1, 2> cosine_step = reference.transpose() * step / squared_length;
+  return basis(reference).transpose() * (factor * axis_step - slope * axis * cosine_step);
+}
+
 }  // namespace lodestone::s2

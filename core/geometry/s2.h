@@ -22,5 +22,8 @@ Vector2 boxminus(const Vector3& vector, const Vector3& reference);
 /// ∂(g ⊞ δ)/∂δ at δ = 0: −hat(g) B(g), 3×2.
 Eigen::Matrix<double, 3, 2> boxplus_jacobian(const Vector3& vector);
 
+/// ∂boxminus(g ⊞ δ, reference)/∂δ at δ = 0, 2×2.
+Eigen::Matrix2d boxminus_jacobian(const Vector3& vector, const Vector3& reference);
+
 }  // namespace s2
 }  // namespace lodestone

@@ -79,6 +79,22 @@ TEST(S2, BoxplusJacobianMatchesDifferences) {
   EXPECT_LT((numeric - s2::boxplus_jacobian(g)).norm(), 1e-8);
 }
 
+TEST(S2, BoxminusJacobianMatchesDifferences) {
+  std::mt19937_64 generator(6);
+  for (double away : {0.0, 1e-6, 1e-3, 0.1, 1.0}) {
+    const Vector3 reference = 9.8 * random_vector(generator, 1.0).normalized();
+    const Vector3 g = s2::boxplus(reference, away * Vector2(0.6, -0.8));
+    const double step = 1e-6;
+    Eigen::Matrix2d numeric;
+    for (int i = 0; i < 2; ++i) {
+      const Vector2 delta = step * Vector2::Unit(i);
+      numeric.col(i) =
+          (s2::boxminus(s2::boxplus(g, delta), reference) - s2::boxminus(s2::boxplus(g, -delta), reference)) / (2 * step);
+    }
+    EXPECT_LT((numeric - s2::boxminus_jacobian(g, reference)).norm(), 1e-7) << away;
+  }
+}
+
 TEST(NavStateTest, BoxminusInvertsBoxplus) {
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal;

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <ceres/sized_cost_function.h>
+
+#include "core/registration/condensed_cost.h"
+#include "factors/pose_mask.h"
+
+namespace lodestone {
+
+/// All point-to-plane residuals of a scan as thirteen: e = F ξ(x), Fᵀ F = M. Cost, gradient and Gauss-Newton Hessian are
+/// those of one residual a point, at every pose (design.md, section 5). Parameter: pose (7).
+/// Its content may be renewed between solves, so that the Ceres problem persists.
+class CondensedLidarFactor final : public ceres::SizedCostFunction<13, 7> {
+ public:
+  CondensedLidarFactor(const CondensedCost& cost, const PoseMask& mask) { set(cost, mask); }
+
+  void set(const CondensedCost& cost, const PoseMask& mask);
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  CondensedCost cost_;
+  Matrix13 root_ = Matrix13::Zero();
+  PoseMask mask_;
+};
+
+}  // namespace lodestone

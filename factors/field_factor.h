@@ -1,0 +1,45 @@
+#pragma once
+
+#include <ceres/cost_function.h>
+
+#include <memory>
+#include <vector>
+
+#include "core/maps/magnetic_map.h"
+#include "factors/pose_mask.h"
+
+namespace lodestone {
+
+/// One magnetometer's reading (or the mean of a few neighbouring ones) as a keyframe's factor uses it.
+struct FieldReading {
+  Pose T_end_mag;        ///< takes points in the magnetometer's frame at the reading's time to the imu frame at t_k
+  Vector3 measured_ut = Vector3::Zero();
+  int magnetometer = 0;
+  double sigma_ut = 1.0;  ///< of residual components: sensor and map together
+  double weight = 1.0;    ///< Huber's weight times β²; multiplies the squared residual
+};
+
+/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion (design.md, section
+/// 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases of all magnetometers (3 each, µT).
+/// A reading that finds no field in the map contributes nothing.
+class FieldFactor final : public ceres::CostFunction {
+ public:
+  FieldFactor(std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation, int magnetometers,
+              std::vector<FieldReading> readings, const PoseMask& mask);
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+  const std::vector<FieldReading>& readings() const { return readings_; }
+
+  /// New weights (one a reading) and mask; the readings stay.
+  void renew(std::vector<FieldReading> readings, const PoseMask& mask);
+
+ private:
+  std::shared_ptr<const MagneticMap> map_;
+  FieldInterpolation interpolation_;
+  int magnetometers_;
+  std::vector<FieldReading> readings_;
+  PoseMask mask_;
+};
+
+}  // namespace lodestone

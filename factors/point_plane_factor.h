@@ -1,0 +1,25 @@
+#pragma once
+
+#include <ceres/cost_function.h>
+
+#include <vector>
+
+#include "core/registration/correspondence.h"
+#include "factors/pose_mask.h"
+
+namespace lodestone {
+
+/// One residual a point: √w nᵀ(R p + t − q). What the condensed factor replaces; kept for the ablation and as its
+/// oracle. Parameter: pose (7).
+class PointPlaneFactor final : public ceres::CostFunction {
+ public:
+  PointPlaneFactor(std::vector<Correspondence> correspondences, const PoseMask& mask);
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  std::vector<Correspondence> correspondences_;
+  PoseMask mask_;
+};
+
+}  // namespace lodestone

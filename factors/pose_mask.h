@@ -1,0 +1,42 @@
+#pragma once
+
+#include "core/geometry/pose.h"
+
+namespace lodestone {
+
+/// Lets a factor look at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost as in derivatives. What lies in the null space of
+/// P is hidden from the factor; x₀ moves with every re-association (design.md, section 5).
+class PoseMask {
+ public:
+  /// Nothing hidden.
+  PoseMask() = default;
+
+  /// `projector`: P, tangent order φ, p. `reference`: x₀.
+  PoseMask(const Matrix6& projector, const Pose& reference)
+      : active_(!projector.isIdentity(1e-12)), projector_(projector), reference_(reference) {}
+
+  bool active() const { return active_; }
+
+  /// The pose the factor sees; with `jacobian`, ∂(seen)/∂(x) in the right tangents of both, 6×6.
+  Pose apply(const Pose& pose, Matrix6* jacobian) const {
+    if (!active_) {
+      if (jacobian != nullptr) jacobian->setIdentity();
+      return pose;
+    }
+    const Vector6 step = pose.boxminus(reference_);
+    const Vector6 seen = projector_ * step;
+    if (jacobian != nullptr) {
+      *jacobian = projector_;
+      jacobian->leftCols<3>() *= so3::right_jacobian_inverse(step.head<3>());
+      jacobian->topRows<3>() = (so3::right_jacobian(seen.head<3>()) * jacobian->topRows<3>()).eval();
+    }
+    return reference_.boxplus(seen);
+  }
+
+ private:
+  bool active_ = false;
+  Matrix6 projector_ = Matrix6::Identity();
+  Pose reference_;
+};
+
+}  // namespace lodestone

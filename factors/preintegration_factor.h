@@ -1,0 +1,42 @@
+#pragma once
+
+#include <ceres/sized_cost_function.h>
+
+#include "core/imu/preintegration.h"
+#include "core/observability/window_information.h"
+#include "core/sensor_suite.h"
+
+namespace lodestone {
+
+/// IMU between two keyframes: rotation, position, velocity against the preintegrated increment, and the random walk of
+/// both biases; 15 whitened residuals. Source: Forster et al. 2017, eq. (45), with gravity as a variable.
+/// Parameters: pose i (7), motion i (9), pose j (7), motion j (9), gravity (3).
+/// Its content may be renewed between solves (re-integration at other biases).
+class PreintegrationFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9, 3> {
+ public:
+  PreintegrationFactor(const Preintegration& preintegration, const ImuNoise& noise) { set(preintegration, noise); }
+
+  void set(const Preintegration& preintegration, const ImuNoise& noise);
+
+  const Preintegration& preintegration() const { return preintegration_; }
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+  /// The factor at two states as a link of the window's chain: whitened Jacobians by the tangents.
+  ChainLink link(const NavState& first, const NavState& second) const;
+
+ private:
+  struct Jacobians {
+    Matrix15 by_first = Matrix15::Zero();
+    Matrix15 by_second = Matrix15::Zero();
+    Eigen::Matrix<double, 15, 3> by_gravity = Eigen::Matrix<double, 15, 3>::Zero();  // ambient
+  };
+  Vector15 residual(const NavState& first, const NavState& second, Jacobians* jacobians) const;
+
+  Preintegration preintegration_{{}, Vector3::Zero(), Vector3::Zero(), ImuNoise{}};
+  Matrix9 whitening_ = Matrix9::Identity();  // L⁻¹ of the increment's covariance L Lᵀ
+  double gyroscope_bias_whitening_ = 1.0;
+  double accelerometer_bias_whitening_ = 1.0;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,86 @@
+#include "frontends/lidar/association.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/observability/robust_weight.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::size_t kChunk = 1024;
+
+struct Noise {
+  float range_variance;
+  float angle_variance;
+  float roughness_variance;
+  float plane_factor;
+  float max_distance;
+  double huber_sigmas;
+};
+
+void associate_part(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
+                    const PlaneMap& map, const Noise& noise, std::vector<Correspondence>& result) {
+  const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
+  // Doubles for the position: far from the map's origin floats lose millimetres, which the sum would keep.
+  for (const Eigen::Vector3f& point : points) {
+    const Eigen::Vector3f turned = rotation * point;
+    const Eigen::Vector3f place = (turned.cast<double>() + T_map_imu.position).cast<float>();
+    const Plane* plane = map.match(place, noise.max_distance);
+    if (plane == nullptr) continue;
+    const float distance = plane->distance(place);
+    const Eigen::Vector3f beam = rotation * (point - beam_origin);
+    const float range_squared = beam.squaredNorm();
+    const float along_normal = plane->normal.dot(beam);
+    const float cosine_squared = along_normal * along_normal / range_squared;
+    const float variance = noise.range_variance * cosine_squared +
+                           noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance +
+                           noise.plane_factor * plane->variance_at(place);
+    const double sigmas = std::abs(distance) / std::sqrt(variance);
+    result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas))});
+  }
+}
+
+}  // namespace
+
+std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
+                                      const PlaneMap& map, const LidarModel& lidar, const AssociationOptions& options) {
+  const auto square = [](double value) { return static_cast<float>(value * value); };
+  const Noise noise{square(lidar.range_noise_m),
+                    square(options.angular_noise_rad),
+                    square(options.surface_roughness_m),
+                    static_cast<float>(options.map_error_repeats),
+                    static_cast<float>(options.max_distance_m),
+                    options.huber_sigmas};
+  const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();
+  const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
+  std::vector<std::vector<Correspondence>> parts(chunks);
+  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
+    const std::size_t begin = i * kChunk;
+    parts[i].reserve(kChunk);
+    associate_part(points.subspan(begin, std::min(kChunk, points.size() - begin)), T_map_imu, beam_origin, map, noise,
+                   parts[i]);
+  });
+  std::vector<Correspondence> result;
+  result.reserve(points.size());
+  for (const auto& part : parts) result.insert(result.end(), part.begin(), part.end());
+  return result;
+}
+
+Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  const Matrix3 map_to_imu = T_map_imu.rotation.toRotationMatrix().transpose();
+  Matrix6 sum = Matrix6::Zero();
+  for (const Correspondence& match : correspondences) {
+    const Vector3 normal = match.plane->normal.cast<double>();
+    Vector6 jacobian;
+    jacobian.head<3>() = match.point.cast<double>().cross(map_to_imu * normal);
+    jacobian.tail<3>() = normal;
+    sum.selfadjointView<Eigen::Lower>().rankUpdate(jacobian);
+  }
+  return sum.selfadjointView<Eigen::Lower>();
+}
+
+}  // namespace lodestone

@@ -1,0 +1,315 @@
+#include <ceres/gradient_checker.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/observability/degeneracy.h"
+#include "factors/condensed_lidar_factor.h"
+#include "factors/field_factor.h"
+#include "factors/manifolds.h"
+#include "factors/point_plane_factor.h"
+#include "factors/preintegration_factor.h"
+#include "factors/prior_factor.h"
+#include "factors/random_walk_factor.h"
+
+namespace lodestone {
+namespace {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : generator_(seed) {}
+  double normal() { return normal_(generator_); }
+  Vector3 vector(double scale = 1.0) { return scale * Vector3(normal(), normal(), normal()); }
+  Pose pose(double position_scale = 1.0) { return {so3::exp(vector()), vector(position_scale)}; }
+
+ private:
+  std::mt19937_64 generator_;
+  std::normal_distribution<double> normal_;
+};
+
+PoseBlock block_of(const Pose& pose) {
+  PoseBlock block;
+  from_pose(pose, block.data());
+  return block;
+}
+
+/// Ceres' own checker, in the tangent spaces: analytic against Ridders' differences.
+void expect_gradients(const ceres::CostFunction& factor, const std::vector<const ceres::Manifold*>& manifolds,
+                      const std::vector<const double*>& parameters, double tolerance = 1e-6) {
+  ceres::NumericDiffOptions options;
+  // Small enough to stay within one cell of an interpolated map, where it is smooth.
+  options.ridders_relative_initial_step_size = 1e-5;
+  const ceres::GradientChecker checker(&factor, &manifolds, options);
+  ceres::GradientChecker::ProbeResults results;
+  EXPECT_TRUE(checker.Probe(parameters.data(), tolerance, &results)) << results.error_log;
+}
+
+Matrix6 corridor_projector() {
+  Vector6 information;
+  information << 1e6, 1e6, 1e6, 0.0, 1e6, 1e6;
+  // Turned a little, so that the hidden direction couples rotation and translation.
+  Matrix6 turn = Matrix6::Identity();
+  turn(3, 2) = 0.1;
+  turn(2, 3) = -0.1;
+  return analyse_by_sigma(turn.transpose() * Matrix6(information.asDiagonal()) * turn, 4.0, {}).lidar_projector();
+}
+
+struct LidarScene {
+  std::vector<Plane> planes;
+  std::vector<Correspondence> matches;
+  Pose pose;
+};
+
+LidarScene lidar_scene(std::uint64_t seed) {
+  Random random(seed);
+  LidarScene scene;
+  scene.pose = random.pose(10.0);
+  scene.planes.resize(200);
+  for (Plane& plane : scene.planes) {
+    const Vector3 point = random.vector(8.0);
+    plane.normal = random.vector().normalized().cast<float>();
+    plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
+    plane.center = (scene.pose * point + random.vector(0.03)).cast<float>();
+    scene.matches.push_back({point.cast<float>(), &plane, 1e-2F});
+  }
+  return scene;
+}
+
+TEST(Manifolds, PoseKeepsTheInvariants) {
+  Random random(1);
+  const PoseManifold manifold;
+  for (int i = 0; i < 50; ++i) {
+    const PoseBlock x = block_of(random.pose());
+    Vector6 delta;
+    delta << random.vector(0.5), random.vector();
+    PoseBlock y;
+    ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
+    EXPECT_NEAR(Eigen::Map<Eigen::Vector4d>(y.data()).norm(), 1.0, 1e-14);
+    Vector6 back;
+    manifold.Minus(y.data(), x.data(), back.data());
+    EXPECT_LT((back - delta).norm(), 1e-12);
+    const Vector6 zero = Vector6::Zero();
+    PoseBlock same;
+    manifold.Plus(x.data(), zero.data(), same.data());
+    EXPECT_LT((Eigen::Map<Eigen::Matrix<double, 7, 1>>(same.data()) - Eigen::Map<const Eigen::Matrix<double, 7, 1>>(x.data())).norm(), 1e-15);
+    Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+    Eigen::Matrix<double, 6, 7, Eigen::RowMajor> minus;
+    manifold.PlusJacobian(x.data(), plus.data());
+    manifold.MinusJacobian(x.data(), minus.data());
+    EXPECT_LT((minus * plus - Matrix6::Identity()).norm(), 1e-12);
+    for (int k = 0; k < 6; ++k) {
+      const double step = 1e-6;
+      PoseBlock up;
+      PoseBlock down;
+      const Vector6 forward = step * Vector6::Unit(k);
+      const Vector6 backward = -forward;
+      manifold.Plus(x.data(), forward.data(), up.data());
+      manifold.Plus(x.data(), backward.data(), down.data());
+      for (int row = 0; row < 7; ++row) EXPECT_NEAR((up[row] - down[row]) / (2 * step), plus(row, k), 1e-8);
+    }
+  }
+}
+
+TEST(Manifolds, GravityKeepsTheInvariants) {
+  Random random(2);
+  const GravityManifold manifold;
+  for (int i = 0; i < 50; ++i) {
+    const Vector3 x = 9.8 * random.vector().normalized();
+    const Vector2 delta(0.4 * random.normal(), 0.4 * random.normal());
+    Vector3 y;
+    manifold.Plus(x.data(), delta.data(), y.data());
+    EXPECT_NEAR(y.norm(), x.norm(), 1e-12);
+    Vector2 back;
+    manifold.Minus(y.data(), x.data(), back.data());
+    EXPECT_LT((back - delta).norm(), 1e-10);
+    Eigen::Matrix<double, 3, 2, Eigen::RowMajor> plus;
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> minus;
+    manifold.PlusJacobian(x.data(), plus.data());
+    manifold.MinusJacobian(x.data(), minus.data());
+    EXPECT_LT((minus * plus - Eigen::Matrix2d::Identity()).norm(), 1e-12);
+  }
+}
+
+TEST(PoseMask, HidesExactlyTheNullSpaceOfItsProjector) {
+  Random random(3);
+  const Pose reference = random.pose(5.0);
+  Vector6 diagonal;
+  diagonal << 1, 1, 1, 0, 1, 1;
+  const PoseMask mask(Matrix6(diagonal.asDiagonal()), reference);
+  Vector6 step;
+  step << 0.01, -0.02, 0.03, 0.7, 0.2, -0.1;
+  const Vector6 seen = mask.apply(reference.boxplus(step), nullptr).boxminus(reference);
+  EXPECT_NEAR(seen[3], 0.0, 1e-14);
+  step[3] = 0.0;
+  EXPECT_LT((seen - step).norm(), 1e-12);
+}
+
+TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
+  const PoseManifold pose_manifold;
+  const LidarScene scene = lidar_scene(4);
+  const CondensedCost cost = condense(scene.matches, scene.pose);
+  for (const PoseMask& mask : {PoseMask{}, PoseMask(corridor_projector(), scene.pose)}) {
+    const CondensedLidarFactor factor(cost, mask);
+    Vector6 away;
+    away << 0.05, -0.02, 0.1, 0.3, -0.2, 0.1;
+    const PoseBlock block = block_of(scene.pose.boxplus(away));
+    expect_gradients(factor, {&pose_manifold}, {block.data()});
+  }
+}
+
+TEST(CondensedLidarFactor, EqualsOneResidualAPointWithAndWithoutMask) {
+  const PoseManifold manifold;
+  const LidarScene scene = lidar_scene(5);
+  const CondensedCost cost = condense(scene.matches, scene.pose);
+  for (const PoseMask& mask : {PoseMask{}, PoseMask(corridor_projector(), scene.pose)}) {
+    const CondensedLidarFactor condensed(cost, mask);
+    const PointPlaneFactor points(scene.matches, mask);
+    for (double share : {0.0, 0.1, 1.0}) {
+      Vector6 away;
+      away << 0.2, -0.1, 0.3, 1.0, -2.0, 0.5;
+      const PoseBlock block = block_of(scene.pose.boxplus(share * away));
+      const auto normal_equations = [&](const ceres::CostFunction& factor) {
+        Eigen::VectorXd residual(factor.num_residuals());
+        Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor> ambient(factor.num_residuals(), 7);
+        const double* parameters[] = {block.data()};
+        double* jacobians[] = {ambient.data()};
+        factor.Evaluate(parameters, residual.data(), jacobians);
+        Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+        manifold.PlusJacobian(block.data(), plus.data());
+        const Eigen::MatrixXd jacobian = ambient * plus;
+        return std::tuple<double, Vector6, Matrix6>(residual.squaredNorm(), jacobian.transpose() * residual,
+                                                    jacobian.transpose() * jacobian);
+      };
+      const auto [cost_a, gradient_a, hessian_a] = normal_equations(condensed);
+      const auto [cost_b, gradient_b, hessian_b] = normal_equations(points);
+      EXPECT_NEAR(cost_a / cost_b, 1.0, 1e-9);
+      EXPECT_LT((gradient_a - gradient_b).norm(), 1e-9 * gradient_b.norm());
+      EXPECT_LT((hessian_a - hessian_b).norm(), 1e-9 * hessian_b.norm());
+    }
+  }
+}
+
+TEST(PointPlaneFactor, PassesTheGradientChecker) {
+  const PoseManifold manifold;
+  const LidarScene scene = lidar_scene(6);
+  for (const PoseMask& mask : {PoseMask{}, PoseMask(corridor_projector(), scene.pose)}) {
+    const PointPlaneFactor factor(scene.matches, mask);
+    const PoseBlock block = block_of(scene.pose.boxplus(Vector6::Constant(0.05)));
+    expect_gradients(factor, {&manifold}, {block.data()});
+  }
+}
+
+TEST(PreintegrationFactor, PassesTheGradientChecker) {
+  Random random(7);
+  const PoseManifold pose_manifold;
+  const GravityManifold gravity_manifold;
+  const ceres::EuclideanManifold<9> motion_manifold;
+  std::vector<ImuSample> samples(21);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i] = {static_cast<Time>(i) * 5'000'000, random.vector(0.5), Vector3(0, 0, 9.8) + random.vector(0.5)};
+  }
+  ImuNoise noise;
+  noise.gyroscope_noise_density = 0.05;  // residuals of a size that differences resolve
+  noise.accelerometer_noise_density = 0.5;
+  noise.gyroscope_bias_random_walk = noise.accelerometer_bias_random_walk = 0.1;
+  const PreintegrationFactor factor(Preintegration(samples, random.vector(0.01), random.vector(0.1), noise), noise);
+  for (int i = 0; i < 10; ++i) {
+    const PoseBlock first = block_of(random.pose());
+    Pose moved = to_pose(first.data());
+    moved = moved.boxplus(0.1 * Vector6::Random());
+    const PoseBlock second = block_of(moved);
+    MotionBlock motion_first;
+    MotionBlock motion_second;
+    for (int k = 0; k < 9; ++k) {
+      motion_first[static_cast<std::size_t>(k)] = (k < 3 ? 1.0 : 0.05) * random.normal();
+      motion_second[static_cast<std::size_t>(k)] = (k < 3 ? 1.0 : 0.05) * random.normal();
+    }
+    const Vector3 gravity = s2::boxplus(Vector3(0, 0, -9.8), Vector2(0.05, -0.02));
+    expect_gradients(factor, {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold, &gravity_manifold},
+                     {first.data(), motion_first.data(), second.data(), motion_second.data(), gravity.data()});
+  }
+}
+
+std::shared_ptr<const MagneticMap> wavy_map() {
+  FieldGrid grid;
+  grid.resolution_m = 0.2;
+  grid.origin = {-3.0, -3.0};
+  grid.columns = grid.rows = 31;
+  grid.heights_m = {0.0};
+  std::vector<Eigen::Vector4f> nodes;
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const double x = grid.origin.x() + grid.resolution_m * column;
+      const double y = grid.origin.y() + grid.resolution_m * row;
+      nodes.emplace_back(20.0 + 8.0 * std::sin(1.3 * x), 5.0 * std::cos(1.1 * y), -40.0 + 4.0 * std::sin(x + y), 0.5F);
+    }
+  }
+  return std::make_shared<MagneticMap>(grid, nodes, 5.0);
+}
+
+TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
+  Random random(8);
+  const PoseManifold pose_manifold;
+  const ceres::EuclideanManifold<ceres::DYNAMIC> bias_manifold(6);
+  for (int i = 0; i < 5; ++i) {
+    const Pose pose{so3::exp(random.vector(0.5)), random.vector(0.5)};
+    std::vector<FieldReading> readings;
+    for (int k = 0; k < 4; ++k) {
+      readings.push_back({{so3::exp(random.vector(0.3)), random.vector(0.3)},
+                          Vector3(20, 0, -40) + random.vector(5.0), k % 2, 1.5, 0.7});
+    }
+    std::vector<double> biases(6);
+    for (double& bias : biases) bias = random.normal();
+    for (const PoseMask& mask : {PoseMask{}, PoseMask(Matrix6::Identity() - corridor_projector(), pose)}) {
+      // Bicubic is smooth; bilinear has kinks that differences may step over.
+      const FieldFactor factor(wavy_map(), FieldInterpolation::bicubic, 2, readings, mask);
+      const PoseBlock block = block_of(pose.boxplus(0.02 * Vector6::Ones()));
+      expect_gradients(factor, {&pose_manifold, &bias_manifold}, {block.data(), biases.data()}, 1e-5);
+    }
+  }
+}
+
+TEST(FieldFactor, OffTheMapItSaysNothing) {
+  const FieldFactor factor(wavy_map(), FieldInterpolation::bicubic, 1, {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}}, {});
+  const PoseBlock block = block_of({Quaternion::Identity(), Vector3(50, 0, 0)});
+  const Vector3 bias = Vector3::Zero();
+  const double* parameters[] = {block.data(), bias.data()};
+  Vector3 residual = Vector3::Ones();
+  Eigen::Matrix<double, 3, 7, Eigen::RowMajor> by_pose = Eigen::Matrix<double, 3, 7>::Ones();
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> by_bias = Matrix3::Ones();
+  double* jacobians[] = {by_pose.data(), by_bias.data()};
+  factor.Evaluate(parameters, residual.data(), jacobians);
+  EXPECT_EQ(residual.norm() + by_pose.norm() + by_bias.norm(), 0.0);
+}
+
+TEST(PriorFactor, PassesTheGradientChecker) {
+  Random random(9);
+  const PoseManifold pose_manifold;
+  const GravityManifold gravity_manifold;
+  const ceres::EuclideanManifold<9> motion_manifold;
+  const Pose pose = random.pose();
+  const PoseBlock pose_block = block_of(pose);
+  const Vector3 gravity(0.1, 0.2, -9.79);
+  const MotionBlock motion{};
+  std::vector<PriorBlock> blocks{{BlockKind::pose, {pose_block.begin(), pose_block.end()}},
+                                 {BlockKind::euclidean, {motion.begin(), motion.end()}},
+                                 {BlockKind::gravity, {gravity.x(), gravity.y(), gravity.z()}}};
+  const PriorFactor factor(blocks, Eigen::MatrixXd::Random(17, 17), Eigen::VectorXd::Random(17));
+  const PoseBlock moved = block_of(pose.boxplus(0.3 * Vector6::Ones()));
+  const Vector3 turned = s2::boxplus(gravity, Vector2(0.2, -0.1));
+  MotionBlock other{};
+  other.fill(0.3);
+  expect_gradients(factor, {&pose_manifold, &motion_manifold, &gravity_manifold},
+                   {moved.data(), other.data(), turned.data()});
+}
+
+TEST(RandomWalkFactor, PassesTheGradientChecker) {
+  const ceres::EuclideanManifold<3> manifold;
+  const RandomWalkFactor factor(3, 0.5);
+  const Vector3 first(1, 2, 3);
+  const Vector3 second(0, 1, 5);
+  expect_gradients(factor, {&manifold, &manifold}, {first.data(), second.data()});
+}
+
+}  // namespace
+}  // namespace lodestone
