@@ -1,0 +1,112 @@
+#include "tools/run/estimator_run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <optional>
+
+#include "core/error.h"
+#include "frontends/readers/text_file.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tools/progress.h"
+#include "tools/run/resources.h"
+#include "tools/sinks/estimate_files.h"
+
+namespace lodestone {
+
+namespace {
+
+/// Hands every estimate to the files and to the record.
+class BothSinks : public EstimateSink {
+ public:
+  BothSinks(EstimateSink& first, EstimateSink& second) : first_(first), second_(second) {}
+  void causal(const Estimate& estimate) override {
+    first_.causal(estimate);
+    second_.causal(estimate);
+  }
+  void best(const Estimate& estimate) override {
+    first_.best(estimate);
+    second_.best(estimate);
+  }
+
+ private:
+  EstimateSink& first_;
+  EstimateSink& second_;
+};
+
+void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
+  for (const EstimateRecord::Step& step : record.steps()) {
+    if (step.diagnostics.degenerate_directions > 0) ++summary.degenerate_scans;
+    summary.magnetic_rejected += step.diagnostics.magnetic_rejected;
+    if (step.health == Health::lost) {
+      warnings.add("run.lost", "the estimator no longer trusts its pose from " + format_stamp(step.time) + " s", step.time);
+    }
+  }
+}
+
+}  // namespace
+
+EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
+  reset_peak_memory();
+  const auto start = std::chrono::steady_clock::now();
+  EstimatorOutcome outcome;
+  RunSummary& summary = outcome.summary;
+  summary.estimator = run.name;
+  EstimateFiles files(run.folder);
+  BothSinks sinks(files, outcome.record);
+  std::unique_ptr<Estimator> estimator;
+  std::optional<InputError> failure;
+  Time first_start = 0;
+  Time last_end = 0;
+  {
+    Progress progress(run.name, run.log_begin, run.log_end);
+    try {
+      ScanBundle bundle;
+      while (run.next_bundle(bundle)) {
+        if (!estimator) {
+          estimator = run.make_estimator(bundle);
+          first_start = bundle.scan.start;
+        }
+        estimator->process(bundle, sinks);
+        ++summary.scans;
+        last_end = bundle.scan.end;
+        progress.update(last_end);
+        if (interrupt_requested()) {
+          summary.status = RunStatus::interrupted;
+          break;
+        }
+      }
+      if (!estimator) throw InputError("the log holds no scan between its first and last IMU sample; nothing to estimate");
+    } catch (const InputError& error) {
+      if (!estimator) throw;
+      failure = error;
+      summary.status = RunStatus::stopped;
+    }
+    estimator->finish(sinks);
+  }
+  summary.duration_s = to_seconds(last_end - first_start);
+  count_steps(outcome.record, summary, warnings);
+  const auto& steps = outcome.record.steps();
+  if (summary.status == RunStatus::done && !steps.empty() && steps.back().health == Health::lost) {
+    summary.status = RunStatus::lost;
+  }
+  std::string mark;
+  if (summary.status != RunStatus::done) {
+    mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(run.log_end));
+    if (failure) mark += fmt::format(": {}", failure->what());
+    if (summary.status != RunStatus::lost) warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
+  }
+  files.finish(mark);
+  summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  summary.peak_rss_mb = peak_memory_mb();
+  if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, run.log_end, summary.status);
+  if (summary.truth && summary.truth->pairs.empty()) {
+    warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock", last_end);
+  }
+  summary.warnings = warnings;
+  write_text_file((run.folder / "summary.json").string(), to_json(summary));
+  if (failure) throw *failure;
+  return outcome;
+}
+
+}  // namespace lodestone

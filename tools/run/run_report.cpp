@@ -1,0 +1,118 @@
+// How a run's figures are written down: JSON for scripts, tables for people.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "frontends/readers/trajectory_file.h"
+#include "tools/run/run_summary.h"
+#include "tools/table.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON knows no NaN.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
+
+Json json_of(const RunSummary& summary) {
+  Json json;
+  json["estimator"] = summary.estimator;
+  json["scans"] = summary.scans;
+  json["duration_s"] = number(summary.duration_s);
+  json["wall_s"] = number(summary.wall_s);
+  json["real_time_factor"] = number(summary.real_time_factor());
+  json["peak_rss_mb"] = number(summary.peak_rss_mb);
+  json["degenerate_scans"] = summary.degenerate_scans;
+  json["magnetic_rejected"] = summary.magnetic_rejected;
+  json["warnings"] = Json::object();
+  for (const auto& [kind, entry] : summary.warnings.entries()) {
+    json["warnings"][kind] = {{"count", entry.count}, {"first", entry.first_detail}, {"at_s", format_stamp(entry.first_time)}};
+  }
+  if (summary.truth) {
+    json["ate_m"] = number(summary.truth->ate_m);
+    json["ate_se3_m"] = number(summary.truth->ate_se3_m);
+    json["max_error_m"] = number(summary.truth->max_error_m);
+    json["heading_rmse_deg"] = number(summary.truth->heading_rmse_deg);
+    json["nees_pose"] = number(summary.truth->nees_pose);
+    json["success"] = summary.truth->success;
+  }
+  return json;
+}
+
+/// The worst status names the whole call.
+RunStatus overall(const std::vector<RunSummary>& runs) {
+  RunStatus status = RunStatus::done;
+  for (const RunSummary& run : runs) status = std::max(status, run.status);
+  return status;
+}
+
+std::string optional_fixed(const std::optional<double>& value, int digits) {
+  return fixed(value.value_or(std::nan("")), digits);
+}
+
+}  // namespace
+
+std::string to_json(const RunSummary& summary) { return json_of(summary).dump(2) + "\n"; }
+
+std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs) {
+  Json json;
+  for (const auto& [name, value] : inputs) json[name] = value.empty() ? Json(nullptr) : Json(value);
+  json["status"] = status_name(overall(runs));
+  json["estimators"] = Json::object();
+  for (const RunSummary& run : runs) json["estimators"][run.estimator] = json_of(run);
+  return json.dump(2) + "\n";
+}
+
+std::string ab_table(const std::vector<RunSummary>& runs) {
+  bool with_truth = false;
+  for (const RunSummary& run : runs) with_truth = with_truth || run.truth.has_value();
+  std::vector<std::string> header{"estimator", "status", "scans"};
+  if (with_truth) {
+    for (const char* name : {"ATE m", "ATE SE3 m", "max m", "heading °", "NEES", "success"}) header.emplace_back(name);
+  }
+  for (const char* name : {"degenerate", "mag. rejected", "x real time", "peak MB"}) header.emplace_back(name);
+  Table table(header);
+  for (const RunSummary& run : runs) {
+    std::vector<std::string> row{run.estimator, status_name(run.status), std::to_string(run.scans)};
+    if (with_truth) {
+      const TruthFigures figures = run.truth.value_or(TruthFigures{});
+      row.insert(row.end(), {fixed(figures.ate_m, 4), optional_fixed(figures.ate_se3_m, 4), fixed(figures.max_error_m, 3),
+                             fixed(figures.heading_rmse_deg, 3), optional_fixed(figures.nees_pose, 2),
+                             figures.success ? "yes" : "no"});
+    }
+    row.insert(row.end(), {std::to_string(run.degenerate_scans), std::to_string(run.magnetic_rejected),
+                           fixed(run.real_time_factor(), 1), fixed(run.peak_rss_mb, 0)});
+    table.add(row);
+  }
+  return table.to_string();
+}
+
+std::string warnings_text(const std::vector<RunSummary>& runs) {
+  // Front ends warn in every run of one log alike: a line for each kind, with the runs that differ in count told apart.
+  std::map<std::string, std::map<std::int64_t, std::vector<std::string>>> counts;
+  std::map<std::string, std::string> details;
+  for (const RunSummary& run : runs) {
+    for (const auto& [kind, entry] : run.warnings.entries()) {
+      counts[kind][entry.count].push_back(run.estimator);
+      details.try_emplace(kind, entry.first_detail);
+    }
+  }
+  std::string text;
+  for (const auto& [kind, by_count] : counts) {
+    std::string times;
+    for (const auto& [count, names] : by_count) {
+      times += fmt::format("{}{} x", times.empty() ? "" : ", ", count);
+      if (names.size() == runs.size()) continue;
+      for (std::size_t i = 0; i < names.size(); ++i) times += (i == 0 ? " in " : ", ") + names[i];
+    }
+    text += fmt::format("  {} ({}): {}\n", kind, times, details[kind]);
+  }
+  return text.empty() ? text : "Warnings:\n" + text;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/evaluation/association.h"
+#include "core/warnings.h"
+#include "tools/run/estimate_record.h"
+
+namespace lodestone {
+
+/// How a run ended.
+enum class RunStatus {
+  done,
+  lost,         ///< the estimator's last word was that it lost track
+  interrupted,  ///< by a signal
+  stopped       ///< the log became unusable on the way
+};
+
+const char* status_name(RunStatus status);
+
+/// A run held against the truth (interpolated at the estimate's stamps). Of the best estimate.
+struct TruthFigures {
+  PosePairs pairs;
+  double ate_m = 0.0;                    ///< unaligned rmse
+  std::optional<double> ate_se3_m;       ///< nothing where the path fixes no alignment
+  double max_error_m = 0.0;
+  double heading_rmse_deg = 0.0;
+  std::optional<double> nees_pose;       ///< per degree of freedom; nothing without usable covariances
+  bool success = false;                  ///< never more than 1 m off, and at the end of the log
+};
+
+struct RunSummary {
+  std::string estimator;
+  RunStatus status = RunStatus::done;
+  std::int64_t scans = 0;
+  double duration_s = 0.0;  ///< of the log, as far as it was worked off
+  double wall_s = 0.0;      ///< reading, estimating and writing
+  double peak_rss_mb = 0.0;
+  std::int64_t degenerate_scans = 0;
+  std::int64_t magnetic_rejected = 0;
+  WarningLog warnings;
+  std::optional<TruthFigures> truth;
+
+  double real_time_factor() const { return wall_s > 0.0 ? duration_s / wall_s : 0.0; }
+};
+
+/// Holds the best estimate of `record` against `truth`. `log_end`: the log's last stamp.
+TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status);
+
+/// summary.json of one estimator: the keys of design.md, section 11; `warnings` is {kind: {count, first, at_s}}.
+std::string to_json(const RunSummary& summary);
+
+/// summary.json of the whole call. `inputs`: name and value of what was given on the command line.
+std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs);
+
+/// The A/B table: against the truth where there is one, else of what was seen.
+std::string ab_table(const std::vector<RunSummary>& runs);
+
+/// All warnings of all runs, one line a kind, each with its count and what was seen first; empty where there are none.
+std::string warnings_text(const std::vector<RunSummary>& runs);
+
+}  // namespace lodestone
