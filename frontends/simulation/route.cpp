@@ -59,6 +59,7 @@ std::vector<Eigen::Vector2d> resample(const std::vector<Eigen::Vector2d>& dense)
   return samples;
 }
 
+/// Smoothed by a Gaussian; past its ends the data is mirrored through the end point, so that straight ends stay put.
 template <class Value>
 std::vector<Value> gaussian_smoothed(const std::vector<Value>& values, double sigma_samples) {
   const int half = static_cast<int>(std::ceil(4.0 * sigma_samples));
@@ -66,11 +67,16 @@ std::vector<Value> gaussian_smoothed(const std::vector<Value>& values, double si
   double sum = 0.0;
   for (int k = -half; k <= half; ++k) sum += kernel[k + half] = std::exp(-0.5 * std::pow(k / sigma_samples, 2));
   const int last = static_cast<int>(values.size()) - 1;
+  const auto value_at = [&](int i) -> Value {
+    if (i < 0) return 2.0 * values.front() - values[std::min(-i, last)];
+    if (i > last) return 2.0 * values.back() - values[std::max(2 * last - i, 0)];
+    return values[i];
+  };
   std::vector<Value> result;
   result.reserve(values.size());
   for (int i = 0; i <= last; ++i) {
     Value value = values[i] * 0.0;
-    for (int k = -half; k <= half; ++k) value += values[std::clamp(i + k, 0, last)] * (kernel[k + half] / sum);
+    for (int k = -half; k <= half; ++k) value += value_at(i + k) * (kernel[k + half] / sum);
     result.push_back(value);
   }
   return result;
