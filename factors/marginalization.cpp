@@ -1,0 +1,88 @@
+#include "factors/marginalization.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+
+namespace lodestone {
+
+namespace {
+
+struct Columns {
+  std::vector<WindowBlock*> blocks;
+  std::vector<int> starts;
+  int size = 0;
+
+  void add(WindowBlock* block) {
+    if (std::find(blocks.begin(), blocks.end(), block) != blocks.end()) return;
+    blocks.push_back(block);
+    starts.push_back(size);
+    size += block->tangent_size();
+  }
+
+  int start(const WindowBlock* block) const {
+    return starts[static_cast<std::size_t>(std::find(blocks.begin(), blocks.end(), block) - blocks.begin())];
+  }
+};
+
+}  // namespace
+
+MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<WindowBlock* const> eliminated) {
+  Columns columns;
+  for (WindowBlock* block : eliminated) columns.add(block);
+  const int gone = columns.size;
+  Eigen::Index rows = 0;
+  for (const WindowFactor& factor : factors) {
+    for (WindowBlock* block : factor.blocks) columns.add(block);
+    rows += factor.function->num_residuals();
+  }
+
+  // [eliminated | remaining | residual]
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(rows, columns.size + 1);
+  Eigen::Index row = 0;
+  for (const WindowFactor& factor : factors) {
+    const LinearizedFactor part = linearize(factor, true);
+    int column = 0;
+    for (WindowBlock* block : factor.blocks) {
+      const int size = block->tangent_size();
+      system.block(row, columns.start(block), part.residual.size(), size) += part.jacobian.middleCols(column, size);
+      column += size;
+    }
+    system.block(row, columns.size, part.residual.size(), 1) = part.residual;
+    row += part.residual.size();
+  }
+
+  MarginalPrior prior;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factorization(system.leftCols(gone));
+  Eigen::MatrixXd rest = system.rightCols(columns.size + 1 - gone);
+  rest.applyOnTheLeft(factorization.householderQ().adjoint());
+  Eigen::MatrixXd remaining = rest.bottomRows(rows - factorization.rank());
+  const Eigen::Index kept = columns.size - gone;
+  if (remaining.rows() > kept) {
+    // Triangular in the remaining variables; the rows below hold a constant cost alone.
+    Eigen::HouseholderQR<Eigen::MatrixXd> triangle(remaining.leftCols(kept));
+    Eigen::MatrixXd residual = remaining.rightCols<1>();
+    residual.applyOnTheLeft(triangle.householderQ().adjoint());
+    Eigen::MatrixXd compressed(kept, kept + 1);
+    compressed.leftCols(kept) = triangle.matrixQR().topRows(kept).triangularView<Eigen::Upper>();
+    compressed.rightCols<1>() = residual.topRows(kept);
+    remaining = compressed;
+  }
+  prior.root = remaining.leftCols(kept);
+  prior.offset = remaining.rightCols<1>();
+
+  // The residual holds at the current values; the prior measures from the first estimates.
+  for (std::size_t i = eliminated.size(); i < columns.blocks.size(); ++i) {
+    WindowBlock* block = columns.blocks[i];
+    prior.blocks.push_back(block);
+    if (block->first_estimate.empty()) {
+      block->first_estimate = block->values;
+      continue;
+    }
+    const PriorBlock reference{block->kind, block->first_estimate};
+    prior.offset -= prior.root.middleCols(columns.starts[i] - gone, block->tangent_size()) *
+                    reference.difference(block->values.data());
+  }
+  return prior;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,365 @@
+#include "factors/sliding_window.h"
+
+#include <ceres/solver.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <stdexcept>
+
+#include "factors/condensed_lidar_factor.h"
+#include "factors/manifolds.h"
+#include "factors/marginalization.h"
+#include "factors/point_plane_factor.h"
+#include "factors/preintegration_factor.h"
+#include "factors/random_walk_factor.h"
+
+namespace lodestone {
+
+/// Magnetometer biases over one epoch, and the walk from the epoch before.
+struct SlidingWindow::BiasEpoch {
+  Time start = 0;
+  WindowBlock biases;
+  WindowFactor walk;
+  int keyframes = 0;  // how many keyframes use it
+};
+
+struct SlidingWindow::Keyframe {
+  Time time = 0;
+  WindowBlock pose{BlockKind::pose, std::vector<double>(7), {}};
+  WindowBlock motion{BlockKind::euclidean, std::vector<double>(9), {}};
+  std::vector<ImuSample> samples;  // from the keyframe before
+  WindowFactor imu;                // to the keyframe before
+  WindowFactor lidar;
+  WindowFactor field;
+  BiasEpoch* epoch = nullptr;
+};
+
+namespace {
+
+void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
+  from_pose(state.T_map_imu, pose.values.data());
+  Eigen::Map<Vector9>(motion.values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
+}
+
+}  // namespace
+
+SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
+                             const ImuNoise& noise, const SlidingWindowOptions& options)
+    : options_(options),
+      noise_(noise),
+      magnetometers_(magnetometers),
+      pose_manifold_(std::make_unique<PoseManifold>()),
+      gravity_manifold_(std::make_unique<GravityManifold>()) {
+  ceres::Problem::Options problem_options;
+  problem_options.enable_fast_removal = true;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.disable_all_safety_checks = true;
+  problem_ = std::make_unique<ceres::Problem>(problem_options);
+
+  gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}, {}};
+  add_block(gravity_);
+  auto keyframe = std::make_unique<Keyframe>();
+  keyframe->time = time;
+  store(state, keyframe->pose, keyframe->motion);
+  add_block(keyframe->pose);
+  add_block(keyframe->motion);
+
+  MarginalPrior prior;
+  prior.blocks = {&keyframe->pose, &keyframe->motion, &gravity_};
+  for (WindowBlock* block : prior.blocks) block->first_estimate = block->values;
+  const Eigen::LLT<Matrix17> factor(covariance);
+  prior.root = factor.matrixL().solve(Matrix17::Identity());
+  prior.offset = Eigen::VectorXd::Zero(tangent::size);
+  keyframes_.push_back(std::move(keyframe));
+  set_prior(std::move(prior));
+}
+
+SlidingWindow::~SlidingWindow() = default;
+
+void SlidingWindow::add_block(WindowBlock& block) {
+  ceres::Manifold* manifold = block.kind == BlockKind::pose      ? pose_manifold_.get()
+                              : block.kind == BlockKind::gravity ? gravity_manifold_.get()
+                                                                 : nullptr;
+  problem_->AddParameterBlock(block.values.data(), static_cast<int>(block.values.size()), manifold);
+}
+
+WindowFactor SlidingWindow::add_factor(std::unique_ptr<ceres::CostFunction> function,
+                                       std::vector<WindowBlock*> blocks) {
+  std::vector<double*> parameters;
+  for (WindowBlock* block : blocks) parameters.push_back(block->values.data());
+  const ceres::CostFunction* pointer = function.get();
+  const ceres::ResidualBlockId id = problem_->AddResidualBlock(function.release(), nullptr, parameters);
+  return {id, pointer, std::move(blocks)};
+}
+
+void SlidingWindow::remove_factor(WindowFactor& factor) {
+  if (factor) problem_->RemoveResidualBlock(factor.id);
+  factor = {};
+}
+
+void SlidingWindow::set_prior(MarginalPrior prior) {
+  std::vector<PriorBlock> blocks;
+  for (const WindowBlock* block : prior.blocks) blocks.push_back({block->kind, block->first_estimate});
+  prior_ = add_factor(std::make_unique<PriorFactor>(std::move(blocks), std::move(prior.root), std::move(prior.offset)),
+                      prior.blocks);
+}
+
+void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples) {
+  Keyframe& before = *keyframes_.back();
+  auto keyframe = std::make_unique<Keyframe>();
+  keyframe->time = time;
+  keyframe->samples.assign(samples.begin(), samples.end());
+  store(state, keyframe->pose, keyframe->motion);
+  add_block(keyframe->pose);
+  add_block(keyframe->motion);
+  const Preintegration preintegration(samples, Vector3(before.motion.values.data() + 3),
+                                      Vector3(before.motion.values.data() + 6), noise_);
+  keyframe->imu = add_factor(std::make_unique<PreintegrationFactor>(preintegration, noise_),
+                             {&before.pose, &before.motion, &keyframe->pose, &keyframe->motion, &gravity_});
+  keyframes_.push_back(std::move(keyframe));
+}
+
+void SlidingWindow::set_lidar(std::size_t k, const CondensedCost& cost,
+                              const std::vector<Correspondence>& correspondences, const PoseMask& mask) {
+  Keyframe& keyframe = *keyframes_[k];
+  if (cost.count == 0) {
+    remove_factor(keyframe.lidar);
+  } else if (!options_.condensed) {
+    remove_factor(keyframe.lidar);
+    keyframe.lidar = add_factor(std::make_unique<PointPlaneFactor>(correspondences, mask), {&keyframe.pose});
+  } else if (keyframe.lidar) {
+    // Owned by the problem, made by us: the problem persists, only the content is renewed.
+    static_cast<CondensedLidarFactor*>(const_cast<ceres::CostFunction*>(keyframe.lidar.function))->set(cost, mask);
+  } else {
+    keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(cost, mask), {&keyframe.pose});
+  }
+}
+
+SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
+  if (!epochs_.empty() && (!options_.magnetometer_bias_states ||
+                           to_seconds(time - epochs_.back()->start) < options_.magnetometer_bias_epoch_s)) {
+    return epochs_.back().get();
+  }
+  auto epoch = std::make_unique<BiasEpoch>();
+  epoch->start = time;
+  epoch->biases.values.assign(static_cast<std::size_t>(3 * magnetometers_), 0.0);
+  add_block(epoch->biases);
+  if (!options_.magnetometer_bias_states) {
+    problem_->SetParameterBlockConstant(epoch->biases.values.data());
+  } else if (epochs_.empty()) {
+    // The first epoch is known to the sensors' calibration.
+    const int size = 3 * magnetometers_;
+    PriorBlock reference{BlockKind::euclidean, epoch->biases.values};
+    epoch->walk = add_factor(std::make_unique<PriorFactor>(
+                                 std::vector<PriorBlock>{reference},
+                                 Eigen::MatrixXd::Identity(size, size) / options_.magnetometer_bias_sigma_ut,
+                                 Eigen::VectorXd::Zero(size)),
+                             {&epoch->biases});
+  } else {
+    BiasEpoch& before = *epochs_.back();
+    epoch->biases.values = before.biases.values;
+    const double sigma = options_.magnetometer_bias_walk_ut * std::sqrt(to_seconds(time - before.start));
+    epoch->walk = add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_, sigma),
+                             {&before.biases, &epoch->biases});
+  }
+  epochs_.push_back(std::move(epoch));
+  return epochs_.back().get();
+}
+
+void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
+                              const std::vector<FieldReading>& readings, const PoseMask& mask) {
+  Keyframe& keyframe = *keyframes_[k];
+  if (readings.empty()) {
+    remove_factor(keyframe.field);
+    return;
+  }
+  if (keyframe.field) {
+    auto* factor = static_cast<FieldFactor*>(const_cast<ceres::CostFunction*>(keyframe.field.function));
+    if (factor->readings().size() == readings.size()) {
+      factor->renew(readings, mask);
+      return;
+    }
+    remove_factor(keyframe.field);
+  }
+  if (keyframe.epoch == nullptr) {
+    keyframe.epoch = epoch_at(keyframe.time);
+    ++keyframe.epoch->keyframes;
+  }
+  keyframe.field =
+      add_factor(std::make_unique<FieldFactor>(std::move(map), interpolation, magnetometers_, readings, mask),
+                 {&keyframe.pose, &keyframe.epoch->biases});
+}
+
+int SlidingWindow::solve() {
+  for (std::size_t k = 1; k < keyframes_.size(); ++k) {
+    const double* bias = keyframes_[k - 1]->motion.values.data() + 3;
+    auto* factor =
+        static_cast<PreintegrationFactor*>(const_cast<ceres::CostFunction*>(keyframes_[k]->imu.function));
+    if (!factor->preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3))) {
+      factor->set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), noise_), noise_);
+    }
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  options.max_num_iterations = options_.max_iterations;
+  options.num_threads = 1;
+  options.function_tolerance = 1e-5;
+  options.parameter_tolerance = 1e-9;
+  options.jacobi_scaling = true;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, problem_.get(), &summary);
+  return static_cast<int>(summary.iterations.size()) - 1;
+}
+
+std::vector<const WindowFactor*> SlidingWindow::factors() const {
+  std::vector<const WindowFactor*> result{&prior_};
+  for (const auto& keyframe : keyframes_) {
+    for (const WindowFactor* factor : {&keyframe->imu, &keyframe->lidar, &keyframe->field}) {
+      if (*factor) result.push_back(factor);
+    }
+  }
+  for (const auto& epoch : epochs_) {
+    if (epoch->walk) result.push_back(&epoch->walk);
+  }
+  return result;
+}
+
+std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t> keyframes) const {
+  // Columns: keyframes in order, then what they share, so that the factor stays a band with a border.
+  std::vector<const WindowBlock*> blocks;
+  for (const auto& keyframe : keyframes_) {
+    blocks.push_back(&keyframe->pose);
+    blocks.push_back(&keyframe->motion);
+  }
+  blocks.push_back(&gravity_);
+  if (options_.magnetometer_bias_states) {
+    for (const auto& epoch : epochs_) blocks.push_back(&epoch->biases);
+  }
+  std::vector<int> starts;
+  int size = 0;
+  for (const WindowBlock* block : blocks) {
+    starts.push_back(size);
+    size += block->tangent_size();
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const WindowFactor* factor : factors()) {
+    const LinearizedFactor part = linearize(*factor, false);
+    const Eigen::MatrixXd square = part.jacobian.transpose() * part.jacobian;
+    std::vector<int> places;
+    for (const WindowBlock* block : factor->blocks) {
+      const auto found = std::find(blocks.begin(), blocks.end(), block);
+      for (int i = 0; i < block->tangent_size(); ++i) {
+        places.push_back(found == blocks.end() ? -1 : starts[static_cast<std::size_t>(found - blocks.begin())] + i);
+      }
+    }
+    for (Eigen::Index column = 0; column < square.cols(); ++column) {
+      for (Eigen::Index row = 0; row < square.rows(); ++row) {
+        const int i = places[static_cast<std::size_t>(row)];
+        const int j = places[static_cast<std::size_t>(column)];
+        if (i >= j && j >= 0 && square(row, column) != 0.0) entries.emplace_back(i, j, square(row, column));
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> hessian(size, size);
+  hessian.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>> factorization(
+      hessian);
+  if (factorization.info() != Eigen::Success) throw std::runtime_error("the window's information is not positive");
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(size, 6 * static_cast<Eigen::Index>(keyframes.size()));
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    unit.block<6, 6>(starts[2 * keyframes[i]], 6 * static_cast<Eigen::Index>(i)).setIdentity();
+  }
+  const Eigen::MatrixXd solution = factorization.solve(unit);
+  std::vector<Matrix6> result;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const Matrix6 block = solution.block<6, 6>(starts[2 * keyframes[i]], 6 * static_cast<Eigen::Index>(i));
+    result.push_back(0.5 * (block + block.transpose()));
+  }
+  return result;
+}
+
+void SlidingWindow::marginalize_oldest() {
+  Keyframe& oldest = *keyframes_.front();
+  Keyframe& next = *keyframes_[1];
+  std::vector<WindowFactor> involved{prior_};
+  for (const WindowFactor& factor : {oldest.lidar, oldest.field, next.imu}) {
+    if (factor) involved.push_back(factor);
+  }
+  std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
+  // An epoch leaves with its last keyframe, once a later epoch has begun.
+  BiasEpoch* leaving = nullptr;
+  if (options_.magnetometer_bias_states && epochs_.size() > 1) {
+    BiasEpoch& first = *epochs_.front();
+    const int left = first.keyframes - (oldest.epoch == &first ? 1 : 0);
+    if (left == 0) {
+      leaving = &first;
+      gone.push_back(&first.biases);
+      if (first.walk) involved.push_back(first.walk);
+      involved.push_back(epochs_[1]->walk);
+    }
+  }
+  MarginalPrior prior = marginalize(involved, gone);
+  // Constant biases are no variables: the prior must not know them.
+  if (!options_.magnetometer_bias_states) {
+    Eigen::Index column = 0;
+    for (std::size_t i = 0; i < prior.blocks.size(); ++i) {
+      const Eigen::Index size = prior.blocks[i]->tangent_size();
+      if (!epochs_.empty() && prior.blocks[i] == &epochs_.front()->biases) {
+        Eigen::MatrixXd root(prior.root.rows(), prior.root.cols() - size);
+        root << prior.root.leftCols(column), prior.root.rightCols(prior.root.cols() - column - size);
+        prior.root = root;
+        prior.blocks.erase(prior.blocks.begin() + static_cast<std::ptrdiff_t>(i));
+        break;
+      }
+      column += size;
+    }
+  }
+  // Factors go one by one in a fixed order: the problem's own order of removal would depend on addresses.
+  remove_factor(prior_);
+  remove_factor(oldest.lidar);
+  remove_factor(oldest.field);
+  remove_factor(next.imu);
+  if (leaving != nullptr) {
+    remove_factor(leaving->walk);
+    remove_factor(epochs_[1]->walk);
+    problem_->RemoveParameterBlock(leaving->biases.values.data());
+  }
+  if (oldest.epoch != nullptr) --oldest.epoch->keyframes;
+  problem_->RemoveParameterBlock(oldest.pose.values.data());
+  problem_->RemoveParameterBlock(oldest.motion.values.data());
+  keyframes_.pop_front();
+  if (leaving != nullptr) epochs_.pop_front();
+  set_prior(std::move(prior));
+}
+
+Time SlidingWindow::time(std::size_t k) const { return keyframes_[k]->time; }
+
+NavState SlidingWindow::state(std::size_t k) const {
+  const Keyframe& keyframe = *keyframes_[k];
+  NavState state;
+  state.T_map_imu = to_pose(keyframe.pose.values.data());
+  state.velocity = Vector3(keyframe.motion.values.data());
+  state.gyroscope_bias = Vector3(keyframe.motion.values.data() + 3);
+  state.accelerometer_bias = Vector3(keyframe.motion.values.data() + 6);
+  state.gravity = Vector3(gravity_.values.data());
+  return state;
+}
+
+Vector3 SlidingWindow::magnetometer_bias(std::size_t k, int magnetometer) const {
+  const BiasEpoch* epoch = keyframes_[k]->epoch;
+  if (epoch == nullptr) epoch = epochs_.empty() ? nullptr : epochs_.back().get();
+  return epoch == nullptr ? Vector3::Zero().eval() : Vector3(epoch->biases.values.data() + 3 * magnetometer);
+}
+
+ChainLink SlidingWindow::link(std::size_t k) const {
+  return static_cast<const PreintegrationFactor*>(keyframes_[k + 1]->imu.function)->link(state(k), state(k + 1));
+}
+
+Eigen::MatrixXd SlidingWindow::prior_information() const {
+  const Eigen::MatrixXd& root = static_cast<const PriorFactor*>(prior_.function)->root();
+  return root.transpose() * root;
+}
+
+}  // namespace lodestone

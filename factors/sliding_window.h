@@ -1,0 +1,105 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/geometry/nav_state.h"
+#include "core/imu/preintegration.h"
+#include "core/observability/window_information.h"
+#include "core/registration/condensed_cost.h"
+#include "core/time.h"
+#include "factors/field_factor.h"
+#include "factors/marginalization.h"
+#include "factors/pose_mask.h"
+
+namespace lodestone {
+
+struct SlidingWindowOptions {
+  int max_iterations = 4;
+  bool condensed = true;
+  bool magnetometer_bias_states = true;
+  double magnetometer_bias_sigma_ut = 0.5;
+  double magnetometer_bias_walk_ut = 0.02;
+  double magnetometer_bias_epoch_s = 5.0;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("max_iterations", max_iterations, "iterations of one solve");
+    visitor.field("condensed", condensed, "a scan as thirteen residuals; false: one residual a point");
+    visitor.field("magnetometer_bias_states", magnetometer_bias_states, "estimate a bias of each magnetometer");
+    visitor.field("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut, "one sigma of each bias at the start");
+    visitor.field("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut, "drift of each bias, µT/√s");
+    visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
+  }
+};
+
+/// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
+/// go. Nothing depends on addresses or threads. One gravity for all keyframes; magnetometer biases are constant over
+/// epochs joined by a random walk.
+class SlidingWindow {
+ public:
+  /// Starts with one keyframe whose state is known with `covariance` (tangent order φ, p, v, b_g, b_a, g).
+  SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers, const ImuNoise& noise,
+                const SlidingWindowOptions& options);
+  ~SlidingWindow();
+  SlidingWindow(const SlidingWindow&) = delete;
+  SlidingWindow& operator=(const SlidingWindow&) = delete;
+
+  /// A new keyframe, joined to the newest by the IMU.
+  void add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples);
+
+  /// Sets or renews keyframe k's LiDAR factor; without correspondences the factor goes.
+  /// `correspondences` are used only where one residual a point is asked for.
+  void set_lidar(std::size_t k, const CondensedCost& cost, const std::vector<Correspondence>& correspondences,
+                 const PoseMask& mask);
+
+  /// Sets or renews keyframe k's field factor; without readings it goes.
+  void set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
+                 const std::vector<FieldReading>& readings, const PoseMask& mask);
+
+  /// Minimizes; returns the iterations taken. Re-integrates IMU factors whose bias left the linear range.
+  int solve();
+
+  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window.
+  std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
+
+  /// Takes the oldest keyframe out, leaving what it knew as a square-root prior.
+  void marginalize_oldest();
+
+  std::size_t size() const { return keyframes_.size(); }
+  Time time(std::size_t k) const;
+  NavState state(std::size_t k) const;
+  Vector3 magnetometer_bias(std::size_t k, int magnetometer) const;
+
+  /// The IMU factor between keyframes k and k + 1, linearized at their states.
+  ChainLink link(std::size_t k) const;
+
+  /// Directions of the prior on keyframe 0 for tests: information 17×17 on its pose, motion and gravity.
+  Eigen::MatrixXd prior_information() const;
+
+ private:
+  struct Keyframe;
+  struct BiasEpoch;
+  WindowFactor add_factor(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
+  void remove_factor(WindowFactor& factor);
+  void add_block(WindowBlock& block);
+  void set_prior(MarginalPrior prior);
+  BiasEpoch* epoch_at(Time time);
+  std::vector<const WindowFactor*> factors() const;
+
+  SlidingWindowOptions options_;
+  ImuNoise noise_;
+  int magnetometers_;
+  std::unique_ptr<ceres::Manifold> pose_manifold_;
+  std::unique_ptr<ceres::Manifold> gravity_manifold_;
+  std::unique_ptr<ceres::Problem> problem_;
+  WindowBlock gravity_;
+  WindowFactor prior_;
+  std::deque<std::unique_ptr<Keyframe>> keyframes_;
+  std::deque<std::unique_ptr<BiasEpoch>> epochs_;
+};
+
+}  // namespace lodestone

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <ceres/problem.h>
+
+#include <vector>
+
+#include "factors/prior_factor.h"
+
+namespace lodestone {
+
+/// A variable of the window: its values live at a fixed address that Ceres knows.
+struct WindowBlock {
+  BlockKind kind = BlockKind::euclidean;
+  std::vector<double> values;
+  /// Where the prior linearized this block, once it holds it; empty before. First-estimate Jacobians are taken here.
+  std::vector<double> first_estimate;
+
+  int tangent_size() const { return kind == BlockKind::pose ? 6 : kind == BlockKind::gravity ? 2 : static_cast<int>(values.size()); }
+};
+
+/// A factor of the window with the variables it touches, in its own order.
+struct WindowFactor {
+  ceres::ResidualBlockId id = nullptr;
+  const ceres::CostFunction* function = nullptr;
+  std::vector<WindowBlock*> blocks;
+
+  explicit operator bool() const { return id != nullptr; }
+};
+
+/// A factor's residual at the current values and its Jacobian by the tangents of its blocks side by side.
+struct LinearizedFactor {
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd jacobian;  ///< rows × sum of tangent sizes, order of WindowFactor::blocks
+};
+
+/// With `first_estimates`, Jacobians are taken where the prior linearized (for blocks it holds), so that directions no
+/// sensor observes stay so through marginalization.
+LinearizedFactor linearize(const WindowFactor& factor, bool first_estimates);
+
+}  // namespace lodestone
