@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "core/geometry/so3.h"
+
+namespace lodestone {
+
+/// One reading of a survey, turned to the map frame.
+struct FieldObservation {
+  Vector3 position = Vector3::Zero();  ///< map, metres
+  Vector3 field_ut = Vector3::Zero();  ///< map axes, µT
+  double noise_ut = 1.0;               ///< white, one sigma a component
+};
+
+/// The mean of all observations in one voxel.
+struct FieldCell {
+  Vector3 position = Vector3::Zero();  ///< centroid of the observations
+  Vector3 field_ut = Vector3::Zero();
+  double variance_ut2 = 0.0;           ///< of the mean of white noise, a component
+  int count = 0;
+};
+
+/// Averages observations in voxels of `cell_m` a side, in order of the voxels (z, y, x). The white noise averages out
+/// with the count; whatever does not (survey pose, calibration, structure within the voxel) is left to the noise that
+/// the regression fits per cell. Observations that are not finite are left out.
+std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observations, double cell_m);
+
+}  // namespace lodestone

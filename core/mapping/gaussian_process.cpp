@@ -1,0 +1,100 @@
+#include "core/mapping/gaussian_process.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace lodestone {
+namespace {
+
+/// Squared distances, rows(a) × rows(b). By differences, not by |a|² + |b|² − 2ab: map coordinates are large.
+Eigen::MatrixXd squared_distances(const Eigen::ArrayX3d& a, const Eigen::ArrayX3d& b) {
+  Eigen::MatrixXd result(a.rows(), b.rows());
+  for (Eigen::Index j = 0; j < b.rows(); ++j) {
+    result.col(j) = ((a.col(0) - b(j, 0)).square() + (a.col(1) - b(j, 1)).square() + (a.col(2) - b(j, 2)).square()).matrix();
+  }
+  return result;
+}
+
+/// The field's part of the kernel, in place of squared distances.
+void to_kernel(const KernelParameters& parameters, Eigen::MatrixXd& distances) {
+  const double exponent = -0.5 / (parameters.length_scale_m * parameters.length_scale_m);
+  const double variance = parameters.signal_sigma * parameters.signal_sigma;
+  distances.array() = variance * (exponent * distances.array()).exp();
+}
+
+/// Adds constant and errors to the field's kernel and factorizes. A little of the signal's variance goes to the
+/// diagonal: points much closer than the length scale make the kernel numerically singular.
+Eigen::LLT<Eigen::MatrixXd> factorize(const GaussianProcessData& data, const KernelParameters& parameters,
+                                      const Eigen::MatrixXd& kernel) {
+  Eigen::MatrixXd covariance = kernel.array() + parameters.mean_sigma * parameters.mean_sigma;
+  const double noise = parameters.noise_sigma * parameters.noise_sigma;
+  double jitter = 1e-9 * (parameters.signal_sigma * parameters.signal_sigma +
+                          parameters.mean_sigma * parameters.mean_sigma);
+  covariance.diagonal().array() += data.variance.array() + noise;
+  for (int attempt = 0; attempt < 6; ++attempt, jitter *= 100.0) {
+    covariance.diagonal().array() += jitter;
+    Eigen::LLT<Eigen::MatrixXd> cholesky(covariance);
+    if (cholesky.info() == Eigen::Success) return cholesky;
+  }
+  throw std::invalid_argument("a Gaussian process's covariance is not positive definite: are all values finite?");
+}
+
+void check(const GaussianProcessData& data) {
+  if (data.values.size() == 0) throw std::invalid_argument("a Gaussian process needs a training point");
+  if (data.positions.rows() != data.values.size() || data.variance.size() != data.values.size()) {
+    throw std::invalid_argument("a Gaussian process needs as many positions and variances as values");
+  }
+}
+
+}  // namespace
+
+GaussianProcess::GaussianProcess(const GaussianProcessData& data, const KernelParameters& parameters)
+    : positions_(data.positions), parameters_(parameters) {
+  check(data);
+  Eigen::MatrixXd kernel = squared_distances(positions_, positions_);
+  to_kernel(parameters_, kernel);
+  cholesky_ = factorize(data, parameters_, kernel);
+  const Eigen::VectorXd centred = data.values.array() - parameters_.mean;
+  weights_ = cholesky_.solve(centred);
+  squared_mahalanobis_ = centred.dot(weights_);
+}
+
+void GaussianProcess::predict(const Eigen::ArrayX3d& points, Eigen::VectorXd& mean, Eigen::VectorXd& variance) const {
+  Eigen::MatrixXd cross = squared_distances(positions_, points);
+  to_kernel(parameters_, cross);
+  const double constant = parameters_.mean_sigma * parameters_.mean_sigma;
+  cross.array() += constant;
+  mean = (cross.transpose() * weights_).array() + parameters_.mean;
+  cholesky_.matrixL().solveInPlace(cross);
+  const double prior = parameters_.signal_sigma * parameters_.signal_sigma + constant;
+  variance = (prior - cross.colwise().squaredNorm().transpose().array()).max(0.0);
+}
+
+double log_marginal_likelihood(const GaussianProcessData& data, const KernelParameters& parameters,
+                               Eigen::Vector3d* gradient) {
+  check(data);
+  const Eigen::Index size = data.values.size();
+  const Eigen::MatrixXd distances = squared_distances(data.positions, data.positions);
+  Eigen::MatrixXd kernel = distances;
+  to_kernel(parameters, kernel);
+  const Eigen::LLT<Eigen::MatrixXd> cholesky = factorize(data, parameters, kernel);
+  const Eigen::VectorXd centred = data.values.array() - parameters.mean;
+  const Eigen::VectorXd weights = cholesky.solve(centred);
+  const Eigen::MatrixXd& factor = cholesky.matrixLLT();
+  const double value = -0.5 * centred.dot(weights) - factor.diagonal().array().log().sum() -
+                       0.5 * static_cast<double>(size) * std::log(2.0 * std::numbers::pi);
+  if (gradient) {
+    // ½ tr((α αᵀ − K⁻¹) ∂K/∂θ); the derivatives by the logarithms are 2 K_f, K_f |d|²/l² and 2 σ_n² I.
+    Eigen::MatrixXd inner = -cholesky.solve(Eigen::MatrixXd::Identity(size, size));
+    inner.noalias() += weights * weights.transpose();
+    const double scale = parameters.length_scale_m * parameters.length_scale_m;
+    kernel.array() *= inner.array();
+    (*gradient)[0] = kernel.sum();
+    (*gradient)[1] = 0.5 * (kernel.array() * distances.array()).sum() / scale;
+    (*gradient)[2] = parameters.noise_sigma * parameters.noise_sigma * inner.trace();
+  }
+  return value;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/maps/magnetic_map.h"
+
+namespace lodestone {
+
+/// Where a map came from, name and value, kept in its file for people.
+using Provenance = std::vector<std::pair<std::string, std::string>>;
+
+/// A magnetic map is two files beside each other, in map_server's habit:
+///
+///   field.yaml   resolution_m, origin_m [x, y], heights_m [z, …], unit (microtesla), frame, max_sigma_ut, image,
+///                provenance
+///   field.tif    float32 pages of one size: B_x, B_y, B_z, σ of the lowest layer, then of the next
+///
+/// A pixel is a node. As pictures have it, the first row of a page is the one of the largest y, so that QGIS and ImageJ
+/// show the map with y up; origin_m is the centre of the lower left pixel. NaN marks nodes without field.
+///
+/// Writes both (the image is `yaml_path` with .tif), each aside and then renamed. Throws InputError where that fails.
+void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, const std::string& yaml_path);
+
+/// Reads both, to the same bits that were written. Throws InputError where a file is missing or malformed, a key is
+/// misspelt or missing, a unit is unknown, or the pages are not four a layer, of one size, float32.
+MagneticMap read_magnetic_map(const std::string& yaml_path);
+
+}  // namespace lodestone

@@ -1,0 +1,96 @@
+#include "core/mapping/magnetic_map_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/error.h"
+
+namespace lodestone {
+namespace {
+
+/// The field of a row of dipoles under the floor, µT, a smooth field with sharp places.
+Vector3 dipoles(const Vector3& p) {
+  Vector3 field(18.0, 2.0, -42.0);
+  for (int i = 0; i < 12; ++i) {
+    const Vector3 offset = p - Vector3(1.1 * i, 0.7 + 0.5 * std::sin(2.0 * i), -0.35);
+    const Vector3 moment = 1.2 * Vector3(std::cos(3.0 * i), std::sin(5.0 * i), 1.0);
+    const double distance = offset.norm();
+    const Vector3 direction = offset / distance;
+    field += (3.0 * direction * direction.dot(moment) - moment) / std::pow(distance, 3);
+  }
+  return field;
+}
+
+std::vector<FieldObservation> survey(double noise, std::vector<bool>* in_block = nullptr) {
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal;
+  std::vector<FieldObservation> observations;
+  for (int lane = 0; lane < 8; ++lane) {
+    for (int i = 0; i < 2400; ++i) {
+      FieldObservation observation;
+      observation.position = Vector3(0.005 * i, 0.2 * lane, 0.3);
+      observation.field_ut =
+          dipoles(observation.position) + noise * Vector3(normal(generator), normal(generator), normal(generator));
+      observation.noise_ut = noise;
+      observations.push_back(observation);
+      if (in_block) in_block->push_back((i / 80 + lane) % 10 == 3);
+    }
+  }
+  return observations;
+}
+
+TEST(MagneticMapBuilderTest, MapIsTheFieldWithinItsSigma) {
+  const MagneticMapResult result = build_magnetic_map(survey(1.0), MagneticMapOptions{});
+  std::mt19937_64 generator(4);
+  const auto uniform = [&] { return static_cast<double>(generator() >> 11) * 0x1.0p-53; };
+  int answered = 0;
+  double squares = 0.0;
+  double normalized = 0.0;
+  for (int i = 0; i < 3000; ++i) {
+    const Vector3 position(0.1 + 11.7 * uniform(), 0.05 + 1.3 * uniform(), 0.3);
+    const auto value = result.map.query(position, FieldInterpolation::bicubic);
+    if (!value) continue;
+    ++answered;
+    const double error = (value->field_ut - dipoles(position)).squaredNorm() / 3.0;
+    squares += error;
+    normalized += error / (value->sigma_ut * value->sigma_ut);
+  }
+  EXPECT_GT(answered, 2950);
+  std::printf("rms %.3f uT, median sigma %.3f, 95%% %.3f, normalized %.3f\n", std::sqrt(squares / answered),
+              result.median_sigma_ut, result.high_sigma_ut, std::sqrt(normalized / answered));
+  EXPECT_LT(std::sqrt(squares / answered), 0.5);
+  EXPECT_GT(std::sqrt(normalized / answered), 0.6);
+  EXPECT_LT(std::sqrt(normalized / answered), 1.4);
+  // Outside the survey there is none.
+  EXPECT_FALSE(result.map.query({6.0, 4.0, 0.3}, FieldInterpolation::bicubic));
+  EXPECT_EQ(std::remainder(result.map.grid().origin.x(), 0.1), std::remainder(std::round(result.map.grid().origin.x() * 10) * 0.1, 0.1));
+}
+
+TEST(MagneticMapBuilderTest, HeldOutScoreIsHonest) {
+  std::vector<bool> in_block;
+  const auto all = survey(1.0, &in_block);
+  std::vector<FieldObservation> training, held_out;
+  for (std::size_t i = 0; i < all.size(); ++i) (in_block[i] ? held_out : training).push_back(all[i]);
+  const SlidingGprOptions options;
+  const FieldKernelFit fit = fit_field_kernels(training, 0.1, options);
+  const HeldOutScore score = score_held_out(training, held_out, fit, 5.0, options);
+  EXPECT_GT(score.cells, 50U);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_GT(score.normalized_rms[k], 0.6);
+    EXPECT_LT(score.normalized_rms[k], 1.4);
+  }
+}
+
+TEST(MagneticMapBuilderTest, RefusesAGridTooLarge) {
+  auto observations = survey(1.0);
+  observations.back().position.x() = 1e6;
+  EXPECT_THROW(build_magnetic_map(observations, MagneticMapOptions{}), InputError);
+  MagneticMapOptions options;
+  options.resolution_m = -1.0;
+  EXPECT_THROW(build_magnetic_map(survey(1.0), options), InputError);
+}
+
+}  // namespace
+}  // namespace lodestone
