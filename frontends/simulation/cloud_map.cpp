@@ -11,19 +11,26 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr std::size_t chunk = 2048;  // triangles that share one random stream
+constexpr std::size_t chunk = 256;     // triangles that share one random stream
+constexpr std::int64_t probes = 12;    // a triangle of which none of so many points is seen is left out
 
+/// Places along every sequence's path, each at the LiDAR's height and at the scanner's; none where one is near already.
 std::vector<Eigen::Vector3f> find_viewpoints(const World& world) {
-  std::vector<Eigen::Vector3f> viewpoints;
+  const double spacing = world.cloud.viewpoint_spacing_m;
   const double lidar_height = world.imu.height_m + world.lidar.T_imu_lidar().position.z();
+  std::vector<Eigen::Vector2d> places;
   for (const auto& [name, sequence] : world.sequences) {
     const Route route(sequence.waypoints, sequence.corner_radius_m);
-    for (double distance = 0.0; distance <= route.length(); distance += world.cloud.viewpoint_spacing_m) {
+    for (double distance = 0.0; distance <= route.length(); distance += spacing) {
       const Eigen::Vector2d place = route.at(distance).position;
-      for (const double height : {lidar_height, world.cloud.viewpoint_height_m})
-        viewpoints.push_back(Vector3(place.x(), place.y(), height).cast<float>());
+      const auto is_near = [&](const Eigen::Vector2d& other) { return (other - place).norm() < 0.5 * spacing; };
+      if (std::none_of(places.begin(), places.end(), is_near)) places.push_back(place);
     }
   }
+  std::vector<Eigen::Vector3f> viewpoints;
+  for (const Eigen::Vector2d& place : places)
+    for (const double height : {lidar_height, world.cloud.viewpoint_height_m})
+      viewpoints.push_back(Vector3(place.x(), place.y(), height).cast<float>());
   return viewpoints;
 }
 
@@ -61,13 +68,15 @@ std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment&
       const Vector3 v = mesh.vertices[triangle[2]].cast<double>() - a;
       const double expected = 0.5 * u.cross(v).norm() * density;
       const auto count = static_cast<std::int64_t>(std::floor(expected + random.uniform()));
-      for (std::int64_t i = 0; i < count; ++i) {
+      bool any_seen = false;
+      for (std::int64_t i = 0; i < count && (any_seen || i < probes); ++i) {
         double first = random.uniform(), second = random.uniform();
         if (first + second > 1.0) first = 1.0 - first, second = 1.0 - second;
         const Vector3 point = a + first * u + second * v;
         const Vector3 noise = world.cloud.noise_m * random.normal3();
-        if (is_seen(environment.caster, viewpoints, point.cast<float>(), range, hint))
-          parts[part].push_back((point + noise).cast<float>());
+        if (!is_seen(environment.caster, viewpoints, point.cast<float>(), range, hint)) continue;
+        any_seen = true;
+        parts[part].push_back((point + noise).cast<float>());
       }
     }
   });
