@@ -78,7 +78,7 @@ TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_THAT(error_with("time_unit: ns", "time_unit: min"), HasSubstr("one of s, ms, us, ns"));
   EXPECT_THAT(error_with("quaternion_xyzw: [0.0, 0.0, 0.0, 1.0]", "quaternion_xyzw: [0.0, 0.0, 0.0, 2.0]"),
               HasSubstr("length is 2.0; expected 1"));
-  EXPECT_THAT(error_with("translation_m: [0.05, 0.0, 0.25]", "translation_m: [0.05, 0.0]"),
+  EXPECT_THAT(error_with("translation_m: [0.05, 0.0, 0.3]", "translation_m: [0.05, 0.0]"),
               HasSubstr("expected a list of 3 numbers, found 2"));
   EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
   EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"), HasSubstr("magnetometers[1].topic"));

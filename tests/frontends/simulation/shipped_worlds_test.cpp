@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <iostream>
 
+#include "frontends/readers/platform.h"
+#include "frontends/simulation/lidar_simulator.h"
 #include "frontends/simulation/magnetic_field.h"
 #include "frontends/simulation/route.h"
 #include "frontends/simulation/scene.h"
@@ -100,6 +102,89 @@ TEST(ShippedWorlds, SequencesLastAsLongAsTheyShould) {
       EXPECT_GT(static_cast<double>(plan.size()) * plan_step_s, 80.0);
       EXPECT_LT(static_cast<double>(plan.size()) * plan_step_s, 220.0);
       EXPECT_LE(fastest, 3.1);
+    }
+  }
+}
+
+TEST(ShippedWorlds, NothingStandsWhereTheRobotAndItsSurveyDrive) {
+  for (const std::string& file : shipped_worlds()) {
+    const World world = load_world(file);
+    const RayCaster caster(build_scene(world).mesh);
+    std::vector<Eigen::Vector3f> around;
+    for (int k = 0; k < 36; ++k)
+      around.emplace_back(std::cos(k * M_PI / 18.0), std::sin(k * M_PI / 18.0), 0.0F);
+    for (const auto& [name, sequence] : world.sequences) {
+      for (const auto& plan : {plan_drive(sequence), plan_survey(sequence, world.survey)}) {
+        for (std::size_t i = 0; i < plan.size(); i += 20) {
+          std::vector<RayHit> hits(around.size());
+          const Eigen::Vector2f place = plan[i].position.cast<float>();
+          caster.cast({place.x(), place.y(), 0.3F}, around, 0.45F, hits);
+          for (const RayHit& hit : hits) ASSERT_LT(hit.range, 0.0F) << file << " " << name << " at " << place.transpose();
+        }
+      }
+    }
+  }
+}
+
+/// Seconds of a sequence, in one piece, in which a LiDAR of that range sees nothing but the floor.
+double longest_blind_stretch(const World& world, const Sequence& sequence, double max_range_m) {
+  const RayCaster caster(build_scene(world).mesh);
+  const Motion motion(plan_drive(sequence), world.imu.height_m, world.floor, 1);
+  LidarOptions options = world.lidar;
+  options.columns = 128;
+  options.max_range_m = max_range_m;
+  options.range_noise_m = 0.0;
+  const LidarSimulator lidar(caster, motion, options, 0, 1);
+  int blind = 0, longest = 0;
+  for (int index = 0; index < lidar.scan_count(); ++index) {
+    bool floor_only = true;
+    const LidarScan scan = lidar.scan(index);
+    for (const LidarPoint& point : scan.points) {
+      const Pose pose = motion.pose_at(to_seconds(scan.start + point.offset_ns)) * options.T_imu_lidar();
+      floor_only = floor_only && (pose * point.position.cast<double>()).z() < 0.05;
+    }
+    blind = floor_only ? blind + 1 : 0;
+    longest = std::max(longest, blind);
+  }
+  return longest / options.rate_hz;
+}
+
+TEST(ShippedWorlds, TheOpenFloorOfTheWarehouseTakesTwentySecondsToCross) {
+  const World world = load_world(LODESTONE_SOURCE_DIR "/config/worlds/warehouse.yaml");
+  for (const auto& [name, sequence] : world.sequences) {
+    const double seconds = longest_blind_stretch(world, sequence, 10.0);
+    std::cout << "warehouse sequence " << name << ": " << seconds << " s with nothing but the floor within 10 m\n";
+    EXPECT_GT(seconds, 18.0) << name;
+    EXPECT_LT(seconds, 25.0) << name;
+    EXPECT_EQ(longest_blind_stretch(world, sequence, 100.0), 0.0) << name;
+  }
+}
+
+/// No portal, no end: from anywhere on the path every return is of the bore, and beams along it are lost.
+TEST(ShippedWorlds, TheTunnelGoesOnPastTheLidarsRange) {
+  const World world = load_world(LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml");
+  ASSERT_EQ(world.solids.size(), 1U);
+  const Solid& bore = world.solids[0];
+  for (const auto& [name, sequence] : world.sequences) {
+    for (const double end : {bore.tube_begin_m, bore.tube_end_m}) {
+      const Eigen::Vector2d portal = (bore.placement * tube_point(bore, {end, 0, 0})).head<2>();
+      for (const Eigen::Vector2d& waypoint : sequence.waypoints)
+        EXPECT_GT((waypoint - portal).norm(), world.lidar.max_range_m + 10.0) << name;
+    }
+  }
+}
+
+TEST(ShippedWorlds, CarryTheScoutOfItsPlatformFile) {
+  const Platform scout = load_platform(LODESTONE_SOURCE_DIR "/config/platforms/scout_os32.yaml");
+  for (const std::string& file : shipped_worlds()) {
+    const SensorSuite suite = sensor_suite(load_world(file));
+    EXPECT_LT(suite.lidar.T_imu_lidar.boxminus(scout.suite.lidar.T_imu_lidar).norm(), 1e-9) << file;
+    EXPECT_EQ(suite.imu.accelerometer_noise_density, scout.suite.imu.accelerometer_noise_density) << file;
+    EXPECT_EQ(suite.imu.gyroscope_noise_density, scout.suite.imu.gyroscope_noise_density) << file;
+    ASSERT_EQ(suite.magnetometers.size(), scout.suite.magnetometers.size()) << file;
+    for (std::size_t j = 0; j < suite.magnetometers.size(); ++j) {
+      EXPECT_EQ(suite.magnetometers[j].name, scout.suite.magnetometers[j].name) << file;
+      EXPECT_LT(suite.magnetometers[j].T_imu_mag.boxminus(scout.suite.magnetometers[j].T_imu_mag).norm(), 1e-9) << file;
     }
   }
 }

@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "frontends/readers/bag_source.h"
+#include "frontends/readers/platform.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+constexpr const char* yard = R"(
+name: yard
+earth_field_ut: [20, 0, -40]
+sensors:
+  lidar: {columns: 128}
+  magnetometer_mounts:
+    - {name: front, position_m: [0.3, 0.2, -0.08]}
+    - {name: rear, position_m: [-0.3, -0.2, -0.08], rotation_rpy_deg: [0, 0, 180]}
+survey: {lateral_offsets_m: [0.0]}
+cloud: {point_spacing_m: 0.2}
+solids:
+  - {shape: rectangle, size_m: [30, 30], steel: [{kind: rods, from_m: [-15, -15, -0.6], to_m: [15, 15, -0.4],
+     density_per_m2: 1, length_m: [0.5, 1.0], moment_sigma_a_m2: 10}]}
+  - {shape: box, at_m: [0, 8, 1], size_m: [4, 4, 2]}
+sequences:
+  short: {waypoints_m: [[-4, 0], [4, 0]], speed: [[0, 2.0]]}
+)";
+
+class SimulateCommand : public ::testing::Test {
+ protected:
+  void SetUp() override { std::ofstream(folder_ / "yard.yaml") << yard; }
+
+  ProgramResult simulate(const std::string& out, const std::string& options) const {
+    return run_lodestone("simulate " + (folder_ / "yard.yaml").string() + " --out " + (folder_ / out).string() + " " +
+                         options);
+  }
+  std::string bytes(const std::string& out, const std::string& file) const {
+    return content_of(folder_ / out / file);
+  }
+
+  TemporaryFolder folder_;
+};
+
+const std::vector<std::string> all_files = {"log.bag",   "truth.tum",  "platform.yaml",
+                                            "cloud.pcd", "survey.bag", "survey.tum"};
+
+TEST_F(SimulateCommand, WritesALogThatReadsBackAsWhatWasDriven) {
+  const ProgramResult result = simulate("run", "--duration 4");
+  ASSERT_EQ(result.code, 0) << result.errors;
+  const std::string folder = (folder_ / "run").string() + "/";
+  const Platform platform = load_platform(folder + "platform.yaml");
+  ASSERT_EQ(platform.suite.magnetometers.size(), 2U);
+  EXPECT_EQ(platform.suite.magnetometers[1].name, "rear");
+  const Trajectory truth = read_tum(folder + "truth.tum");
+  EXPECT_NEAR(to_seconds(truth.back().time - truth.front().time), 4.0, 0.1);
+  EXPECT_EQ(truth[1].time - truth[0].time, 5'000'000);
+
+  WarningLog warnings;
+  BagSource source(folder + "log.bag", platform, warnings);
+  int scans = 0, imu = 0, magnetic = 0;
+  for (Measurement measurement; source.next(measurement);) {
+    if (const auto* scan = std::get_if<LidarScan>(&measurement)) {
+      ++scans;
+      // On the floor and the box, seen from where the truth says.
+      for (const LidarPoint& point : scan->points) {
+        const auto pose = interpolate(truth, scan->start + point.offset_ns, from_seconds(0.01));
+        ASSERT_TRUE(pose.has_value());
+        const Vector3 p = *pose * (platform.suite.lidar.T_imu_lidar * point.position.cast<double>());
+        const double box = std::max({std::abs(p.x()) - 2.0, std::abs(p.y() - 8.0) - 2.0, std::abs(p.z() - 1.0) - 1.0});
+        ASSERT_LT(std::min(std::abs(p.z()), std::abs(box)), 0.15);
+      }
+    }
+    if (const auto* sample = std::get_if<ImuSample>(&measurement)) {
+      ++imu;
+      EXPECT_NEAR(sample->linear_acceleration.norm(), 9.8, 3.0);
+    }
+    if (const auto* sample = std::get_if<MagneticSample>(&measurement)) {
+      ++magnetic;
+      EXPECT_GT(sample->field_ut.norm(), 10.0);
+      EXPECT_LT(sample->field_ut.norm(), 100.0);
+    }
+  }
+  EXPECT_NEAR(scans, 40, 2);
+  EXPECT_NEAR(imu, 800, 20);
+  EXPECT_NEAR(magnetic, 1600, 40);
+  EXPECT_TRUE(warnings.entries().empty());
+
+  const Trajectory survey = read_tum(folder + "survey.tum");
+  BagSource survey_source(folder + "survey.bag", platform, warnings, {.lidar = false});
+  EXPECT_EQ(survey_source.begin_time() / 1'000'000'000, survey.front().time / 1'000'000'000);
+  EXPECT_EQ(content_of(folder + "cloud.pcd").substr(0, 20), std::string("# .PCD v0.7 - Point "));
+}
+
+TEST_F(SimulateCommand, SameSeedSameBytesOtherSeedOtherBytes) {
+  ASSERT_EQ(simulate("a", "--duration 2 --seed 4").code, 0);
+  ASSERT_EQ(simulate("b", "--duration 2 --seed 4").code, 0);
+  ASSERT_EQ(simulate("c", "--duration 2 --seed 5").code, 0);
+  for (const std::string& file : all_files) {
+    EXPECT_FALSE(bytes("a", file).empty()) << file;
+    EXPECT_TRUE(bytes("a", file) == bytes("b", file)) << file;
+    if (file != "platform.yaml") {
+      EXPECT_FALSE(bytes("a", file) == bytes("c", file)) << file;
+    }
+  }
+  // Nothing is left beside the six files.
+  int files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_ / "a")) ++files;
+  EXPECT_EQ(files, 6);
+}
+
+TEST_F(SimulateCommand, SetChangesTheWorldAndItsPlatform) {
+  ASSERT_EQ(simulate("loud", "--duration 2 --set sensors.magnetometers.noise_ut=5").code, 0);
+  const Platform platform = load_platform((folder_ / "loud" / "platform.yaml").string());
+  EXPECT_EQ(platform.suite.magnetometers[0].noise_ut, 5.0);
+}
+
+TEST_F(SimulateCommand, WrongCallsAreOneClearLineAndCode2) {
+  struct Case {
+    const char* options;
+    const char* said;
+  };
+  for (const Case& wrong : {Case{"--sequence 9", "short"}, Case{"--set sensors.lidar.row=3", "rows"},
+                            Case{"--set sensors.lidar.rows=no", "rows"}, Case{"--set nonsense", "nonsense"}}) {
+    const ProgramResult result = simulate("wrong", wrong.options);
+    EXPECT_EQ(result.code, 2) << wrong.options;
+    EXPECT_NE(result.errors.find(wrong.said), std::string::npos) << result.errors;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+  }
+  const ProgramResult missing = run_lodestone("simulate /no/such/world.yaml --out " + (folder_ / "x").string());
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_NE(missing.errors.find("/no/such/world.yaml"), std::string::npos);
+}
+
+TEST_F(SimulateCommand, HelpShowsExamples) {
+  const ProgramResult help = run_lodestone("simulate --help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.output.find("lodestone simulate config/worlds/tunnel.yaml"), std::string::npos);
+  EXPECT_NE(help.output.find("lodestone simulate config/worlds/warehouse.yaml"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lodestone
