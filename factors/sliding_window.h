@@ -14,27 +14,9 @@
 #include "factors/field_factor.h"
 #include "factors/marginalization.h"
 #include "factors/pose_mask.h"
+#include "factors/window_options.h"
 
 namespace lodestone {
-
-struct SlidingWindowOptions {
-  int max_iterations = 4;
-  bool condensed = true;
-  bool magnetometer_bias_states = true;
-  double magnetometer_bias_sigma_ut = 0.5;
-  double magnetometer_bias_walk_ut = 0.02;
-  double magnetometer_bias_epoch_s = 5.0;
-
-  template <class Visitor>
-  void visit(Visitor& visitor) {
-    visitor.field("max_iterations", max_iterations, "iterations of one solve");
-    visitor.field("condensed", condensed, "a scan as thirteen residuals; false: one residual a point");
-    visitor.field("magnetometer_bias_states", magnetometer_bias_states, "estimate a bias of each magnetometer");
-    visitor.field("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut, "one sigma of each bias at the start");
-    visitor.field("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut, "drift of each bias, µT/√s");
-    visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
-  }
-};
 
 /// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
 /// go. Nothing depends on addresses or threads. One gravity for all keyframes; magnetometer biases are constant over

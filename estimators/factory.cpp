@@ -1,0 +1,28 @@
+#include "estimators/factory.h"
+
+#include "core/error.h"
+#include "estimators/ieskf/ieskf.h"
+#include "estimators/smoother/smoother.h"
+#include "frontends/configuration/nearest_name.h"
+
+namespace lodestone {
+
+std::vector<std::string> estimator_names() { return {"smoother", "ieskf", "lidar-inertial"}; }
+
+std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
+  if (input.planes == nullptr && input.field == nullptr) {
+    throw InputError("no map given: pass --cloud MAP.pcd, --magnetic FIELD.yaml or both");
+  }
+  if (name == "smoother") return std::make_unique<Smoother>(input);
+  if (name == "ieskf") return std::make_unique<IteratedFilter>(input);
+  if (name == "lidar-inertial") {
+    if (input.planes == nullptr) throw InputError("estimator lidar-inertial needs a cloud map: pass --cloud MAP.pcd");
+    EstimatorInput without_field = input;
+    without_field.field = nullptr;
+    return std::make_unique<IteratedFilter>(without_field);
+  }
+  throw InputError("no estimator is called '" + name + "'; did you mean '" + nearest_name(name, estimator_names()) +
+                   "'? (known: " + join_names(estimator_names()) + ")");
+}
+
+}  // namespace lodestone

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/sensor_suite.h"
+#include "core/warnings.h"
+#include "estimators/estimator.h"
+#include "estimators/options.h"
+
+namespace lodestone {
+
+/// What every estimator is made of: the same sensors, maps and options, so that an A/B compares estimators alone.
+struct EstimatorInput {
+  SensorSuite suite;
+  std::shared_ptr<const PlaneMap> planes;    ///< null: no LiDAR localization
+  std::shared_ptr<const MagneticMap> field;  ///< null: no magnetic localization
+  Pose initial_pose;                         ///< T_map_imu at the first scan's start
+  RunOptions options;
+  WarningLog* warnings = nullptr;            ///< counts what an estimator had to leave out; must outlive it
+};
+
+/// Names that make_estimator knows, the default first.
+std::vector<std::string> estimator_names();
+
+/// Throws InputError where the name is unknown (with the closest one) or where the input lacks what the estimator needs.
+std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input);
+
+}  // namespace lodestone

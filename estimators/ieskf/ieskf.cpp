@@ -1,0 +1,178 @@
+#include "estimators/ieskf/ieskf.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/imu/propagation.h"
+#include "core/imu/scan_motion.h"
+#include "core/observability/robust_weight.h"
+#include "estimators/health.h"
+#include "estimators/ieskf/magnetic_poses.h"
+#include "estimators/initialization.h"
+#include "frontends/lidar/deskew.h"
+
+namespace lodestone {
+
+struct IteratedFilter::Scan {
+  std::vector<Eigen::Vector3f> points;  // imu frame at the scan's end
+  std::vector<Correspondence> correspondences;  // at the prediction
+  CondensedCost cost;
+  Pose predicted;
+};
+
+IteratedFilter::IteratedFilter(EstimatorInput input) : input_(std::move(input)) {}
+
+void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
+  const auto begin = std::chrono::steady_clock::now();
+  const RunOptions& options = input_.options;
+  if (!started_) {
+    const InitialState start = initial_state(input_.initial_pose, input_.suite.gravity_m_s2, options.initial);
+    state_ = start.state;
+    covariance_ = start.covariance;
+    started_ = true;
+  }
+  state_ = propagate(state_, bundle.imu, input_.suite.imu, &covariance_);
+
+  Estimate estimate;
+  estimate.time = bundle.scan.end;
+  Scan scan;
+  scan.predicted = state_.T_map_imu;
+  Degeneracy degeneracy = no_degeneracy();
+  if (input_.planes != nullptr) {
+    const ScanMotion motion(state_, bundle.imu);
+    const auto sampled = sample_scan(bundle.scan, input_.suite.lidar, options.lidar.sampling);
+    scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
+    scan.correspondences =
+        associate(scan.points, scan.predicted, *input_.planes, input_.suite.lidar, options.lidar.association);
+    scan.cost = condense(scan.correspondences, scan.predicted);
+    degeneracy = analyse(scan);
+  }
+  Diagnostics& diagnostics = estimate.diagnostics;
+  diagnostics.direction_sigma_m = degeneracy.sigma_m;
+  diagnostics.direction_weight = degeneracy.kept;
+  diagnostics.degenerate_directions = degeneracy.degenerate_directions;
+  if (input_.field != nullptr && !bundle.magnetic.empty()) update_by_field(bundle, degeneracy, diagnostics);
+  if (input_.planes != nullptr) update_by_lidar(scan, degeneracy, diagnostics);
+
+  estimate.state = state_;
+  estimate.covariance = covariance_.topLeftCorner<6, 6>();
+  estimate.health = judge(estimate);
+  diagnostics.step_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  sink.causal(estimate);
+  sink.best(estimate);
+}
+
+void IteratedFilter::finish(EstimateSink&) {}
+
+Degeneracy IteratedFilter::analyse(const Scan& scan) const {
+  const DegeneracyOptions& options = input_.options.ieskf.degeneracy;
+  switch (options.rule) {
+    case DegeneracyRule::none:
+      return no_degeneracy();
+    case DegeneracyRule::paper:
+      return analyse_by_eigenvalue(unit_hessian(scan.correspondences, scan.predicted), options);
+    case DegeneracyRule::marginal:
+      break;
+  }
+  // A filter has no window: the scan's own information takes its place.
+  return analyse_by_sigma(scan.cost.hessian(scan.predicted) -
+                              options.normal_noise_margin * scan.cost.spurious_information,
+                          std::max(scan.cost.range_rms_m, 1.0), options);
+}
+
+void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy& degeneracy,
+                                     Diagnostics& diagnostics) {
+  const RunOptions& options = input_.options;
+  const Matrix6 pose_covariance = covariance_.topLeftCorner<6, 6>();
+  const MagneticPoses localized =
+      localize_samples(bundle.magnetic, ScanMotion(state_, bundle.imu), pose_covariance, input_.suite, *input_.field,
+                       options.ieskf.interpolation, options.magnetic.map_sigma);
+  diagnostics.magnetic_off_map = localized.off_map;
+  diagnostics.magnetic_residual_ut = localized.residual_rms_ut;
+  diagnostics.magnetic_samples = static_cast<int>(localized.poses.size());
+  if (localized.poses.empty()) return;
+
+  // Huber's weight of each: s = √(rᵀ (P + R)⁻¹ r) of the pose against the prediction, weight c / s.
+  const Pose predicted = state_.T_map_imu;
+  const double threshold = mahalanobis_quantile(6, options.magnetic.huber_probability);
+  std::vector<double> weights;
+  for (const MagneticPose& pose : localized.poses) {
+    double weight = 1.0;
+    if (options.magnetic.huber) {
+      // (P + R)⁻¹ = I_n (Id + P I_n)⁻¹ holds where the information I_n = R⁻¹ is singular, too.
+      const Vector6 residual = pose.T_map_imu.boxminus(predicted);
+      const Matrix6 inverse_innovation =
+          pose.information * (Matrix6::Identity() + pose_covariance * pose.information).inverse();
+      weight = huber_weight(std::sqrt(std::max(0.0, residual.dot(inverse_innovation * residual))), threshold);
+    }
+    weights.push_back(weight);
+    diagnostics.magnetic_weight += weight / static_cast<double>(localized.poses.size());
+    if (weight < 0.5) ++diagnostics.magnetic_rejected;
+  }
+
+  // H_u = H V (I − D) Vᵀ where LiDAR misses a direction; else β.
+  const bool degenerate = degeneracy.degenerate_directions > 0;
+  const bool guarded = options.ieskf.degeneracy.rule != DegeneracyRule::none && input_.planes != nullptr;
+  const Matrix6 mask = degenerate && guarded ? degeneracy.magnetic_projector() : Matrix6::Identity();
+  double residual_scale = 1.0;
+  double information_scale = 1.0;
+  if (guarded && !degenerate) {
+    const double beta = options.magnetic.beta;
+    if (options.ieskf.shrink == MagneticShrink::residual) residual_scale = beta;
+    if (options.ieskf.shrink == MagneticShrink::information) information_scale = beta * beta;
+    if (options.ieskf.shrink != MagneticShrink::none) diagnostics.magnetic_shrink = beta;
+  }
+  const auto evidence = [&](const NavState& state) {
+    PoseEvidence sum;
+    for (std::size_t n = 0; n < localized.poses.size(); ++n) {
+      const MagneticPose& pose = localized.poses[n];
+      // r = x_n ⊟ x; ∂r/∂δ ≈ −I (paper, H for small residuals).
+      const Vector6 residual = residual_scale * pose.T_map_imu.boxminus(state.T_map_imu);
+      const Matrix6 information = information_scale * weights[n] * pose.information;
+      sum.information += mask.transpose() * information * mask;
+      sum.gradient -= mask.transpose() * (information * residual);
+    }
+    return sum;
+  };
+  const UpdatedState updated = iterated_update(
+      state_, covariance_, evidence,
+      {options.ieskf.magnetic_iterations, options.ieskf.converged_m, options.ieskf.converged_deg * M_PI / 180.0});
+  state_ = updated.state;
+  covariance_ = updated.covariance;
+}
+
+void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degeneracy, Diagnostics& diagnostics) {
+  const RunOptions& options = input_.options;
+  const Matrix6 mask = degeneracy.lidar_projector();  // H_g = H V D Vᵀ
+  CondensedCost cost = scan.cost;
+  Pose associated = scan.predicted;
+  bool first = (associated.boxminus(state_.T_map_imu)).isZero(0.0);
+  const auto evidence = [&](const NavState& state) {
+    if (!first) {
+      const auto correspondences =
+          associate(scan.points, state.T_map_imu, *input_.planes, input_.suite.lidar, options.lidar.association);
+      cost = condense(correspondences, state.T_map_imu);
+      associated = state.T_map_imu;
+    }
+    first = false;
+    return PoseEvidence{mask.transpose() * cost.hessian(state.T_map_imu) * mask,
+                        mask.transpose() * cost.gradient(state.T_map_imu)};
+  };
+  const UpdatedState updated = iterated_update(
+      state_, covariance_, evidence,
+      {options.ieskf.lidar_iterations, options.ieskf.converged_m, options.ieskf.converged_deg * M_PI / 180.0});
+  state_ = updated.state;
+  covariance_ = updated.covariance;
+  diagnostics.iterations = updated.iterations;
+  diagnostics.points = static_cast<int>(scan.points.size());
+  diagnostics.correspondences = cost.count;
+  diagnostics.inlier_share =
+      scan.points.empty() ? 0.0 : static_cast<double>(cost.count) / static_cast<double>(scan.points.size());
+  diagnostics.lidar_rmse_m =
+      cost.count == 0 ? 0.0 : std::sqrt(std::max(0.0, cost.cost(state_.T_map_imu)) / cost.weight_sum);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "core/observability/degeneracy.h"
+#include "core/registration/condensed_cost.h"
+#include "estimators/factory.h"
+#include "estimators/ieskf/iterated_update.h"
+
+namespace lodestone {
+
+/// The paper's filter (MIL-LC), complete: undistortion of points and magnetometer samples, Gauss-Newton magnetic
+/// localization per sample, two-step update with H_u and H_g, β, Huber on the Mahalanobis distance, R from the spread of
+/// the samples, gravity in the state. Order within a scan: design.md, section 4.7. Without a field map it is the
+/// LiDAR-inertial filter.
+class IteratedFilter final : public Estimator {
+ public:
+  explicit IteratedFilter(EstimatorInput input);
+
+  void process(const ScanBundle& bundle, EstimateSink& sink) override;
+  void finish(EstimateSink& sink) override;
+
+ private:
+  struct Scan;
+  Degeneracy analyse(const Scan& scan) const;
+  void update_by_field(const ScanBundle& bundle, const Degeneracy& degeneracy, Diagnostics& diagnostics);
+  void update_by_lidar(const Scan& scan, const Degeneracy& degeneracy, Diagnostics& diagnostics);
+
+  EstimatorInput input_;
+  bool started_ = false;
+  NavState state_;
+  Matrix17 covariance_ = Matrix17::Identity();
+};
+
+}  // namespace lodestone

@@ -1,0 +1,151 @@
+#pragma once
+
+#include "core/maps/magnetic_map.h"
+#include "core/maps/plane_map.h"
+#include "core/observability/degeneracy.h"
+#include "core/options.h"
+#include "factors/window_options.h"
+#include "frontends/lidar/association.h"
+#include "frontends/lidar/scan_sampling.h"
+
+namespace lodestone {
+
+/// How well the start is known: one sigma each.
+struct InitialOptions {
+  double position_sigma_m = 0.1;
+  double rotation_sigma_deg = 1.0;
+  double velocity_sigma_m_s = 0.3;
+  double gyroscope_bias_sigma_rad_s = 0.02;
+  double accelerometer_bias_sigma_m_s2 = 0.1;
+  double gravity_sigma_deg = 0.5;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("position_sigma_m", position_sigma_m, "of the initial position, each axis");
+    visitor.field("rotation_sigma_deg", rotation_sigma_deg, "of the initial attitude, each axis");
+    visitor.field("velocity_sigma_m_s", velocity_sigma_m_s, "of the initial velocity, which is taken as zero");
+    visitor.field("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s, "of the gyroscope's bias, taken as zero");
+    visitor.field("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2,
+                  "of the accelerometer's bias, taken as zero");
+    visitor.field("gravity_sigma_deg", gravity_sigma_deg, "tilt of gravity against the map's z axis");
+  }
+};
+
+struct LidarOptions {
+  ScanSamplingOptions sampling;
+  AssociationOptions association;
+  PlaneMapOptions map;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.section("sampling", sampling);
+    visitor.section("association", association);
+    visitor.section("map", map);
+  }
+};
+
+/// How a magnetic measurement is held back where LiDAR sees every direction.
+enum class MagneticShrink {
+  none,        ///< full weight
+  residual,    ///< the paper: β on the residual, the information stays (design.md, section 4.5)
+  information  ///< β² on the whole factor
+};
+
+constexpr auto enum_names(MagneticShrink) {
+  return EnumNames<MagneticShrink, 3>{{{MagneticShrink::none, "none"},
+                                       {MagneticShrink::residual, "residual"},
+                                       {MagneticShrink::information, "information"}}};
+}
+
+struct MagneticOptions {
+  FieldInterpolation interpolation = FieldInterpolation::bicubic;
+  MagneticShrink shrink = MagneticShrink::information;
+  double beta = 0.3;
+  bool huber = true;
+  double huber_probability = 0.95;
+  bool map_sigma = true;
+  double map_sigma_floor_ut = 0.2;
+  double map_correlation_m = 0.3;
+  int samples_per_reading = 5;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("interpolation", interpolation, "bilinear or bicubic, between the nodes of the field map");
+    visitor.field("shrink", shrink, "none, residual or information: how β acts where LiDAR sees every direction");
+    visitor.field("beta", beta, "β: how much of a magnetic measurement counts there");
+    visitor.field("huber", huber, "weigh down array samples of large Mahalanobis distance");
+    visitor.field("huber_probability", huber_probability,
+                  "array samples beyond this χ² quantile are weighed down; 0.95 is the paper's c = 3.55 in 6 degrees");
+    visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");
+    visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "least sigma of the map: interpolation between nodes");
+    visitor.field("map_correlation_m", map_correlation_m,
+                  "the map's error is one and the same over this distance: samples closer than that share it");
+    visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
+  }
+};
+
+struct SmootherOptions {
+  double window_s = 2.5;
+  int reassociations = 1;
+  double reassociate_moved_m = 0.01;
+  double reassociate_turned_deg = 0.1;
+  SlidingWindowOptions solver;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("window_s", window_s, "length of the sliding window: the lag of the smoothed output");
+    visitor.field("reassociations", reassociations, "how often a step looks for correspondences again after solving");
+    visitor.field("reassociate_moved_m", reassociate_moved_m, "a keyframe that moved further gets new correspondences");
+    visitor.field("reassociate_turned_deg", reassociate_turned_deg, "or that turned further");
+    visitor.section("solver", solver);
+  }
+};
+
+struct FilterOptions {
+  int lidar_iterations = 4;
+  int magnetic_iterations = 3;
+  double converged_m = 1e-3;
+  double converged_deg = 1e-2;
+  FieldInterpolation interpolation = FieldInterpolation::bilinear;
+  MagneticShrink shrink = MagneticShrink::residual;
+  DegeneracyOptions degeneracy = paper_degeneracy();
+
+  static DegeneracyOptions paper_degeneracy() {
+    DegeneracyOptions options;
+    options.rule = DegeneracyRule::paper;
+    return options;
+  }
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("lidar_iterations", lidar_iterations, "iterations of the LiDAR update, each with new correspondences");
+    visitor.field("magnetic_iterations", magnetic_iterations, "iterations of the magnetic update");
+    visitor.field("converged_m", converged_m, "an update that moves less than this ends the iterations");
+    visitor.field("converged_deg", converged_deg, "and turns less than this");
+    visitor.field("interpolation", interpolation, "bilinear (the paper) or bicubic");
+    visitor.field("shrink", shrink, "residual (the paper), information or none");
+    visitor.section("degeneracy", degeneracy);
+  }
+};
+
+/// Everything that a run can be told, by key. Sections `lidar`, `initial` and most of `magnetic` serve every estimator.
+struct RunOptions {
+  InitialOptions initial;
+  LidarOptions lidar;
+  DegeneracyOptions degeneracy;
+  MagneticOptions magnetic;
+  SmootherOptions smoother;
+  FilterOptions ieskf;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.section("initial", initial);
+    visitor.section("lidar", lidar);
+    visitor.section("degeneracy", degeneracy);
+    visitor.section("magnetic", magnetic);
+    visitor.section("smoother", smoother);
+    visitor.section("ieskf", ieskf);
+  }
+};
+
+}  // namespace lodestone

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/maps/magnetic_map.h"
+#include "core/sensor_suite.h"
+#include "estimators/options.h"
+#include "factors/field_factor.h"
+#include "frontends/magnetometer/array_reading.h"
+
+namespace lodestone {
+
+/// What weighing a scan's array readings found; goes into the diagnostics.
+struct FieldStatistics {
+  int arrays = 0;        ///< array readings that met the map
+  int rejected = 0;      ///< of these, with a Huber weight below one half
+  int off_map = 0;       ///< single readings without field
+  double weight_sum = 0.0;
+  double residual_squared_sum = 0.0;  ///< µT², over components
+  int components = 0;
+};
+
+struct FieldWeighting {
+  const SensorSuite& suite;
+  const MagneticMap& map;
+  const MagneticOptions& options;
+  std::function<Vector3(int)> bias_ut;  ///< of each magnetometer
+};
+
+/// Readings of one scan with the noise that each deserves and Huber's weight of its array (one weight an array sample,
+/// on the Mahalanobis distance s = √(rᵀ S⁻¹ r), S = J P Jᵀ + R). `T_map_imu`: predicted pose at t_k, `covariance`: its
+/// P (φ, p). `spacing_m`: distance between neighbouring array readings; their map errors are correlated over
+/// options.map_correlation_m, which inflates the map's share. `factor`: multiplies every weight (β²).
+std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, const Pose& T_map_imu,
+                                      const Matrix6& covariance, double spacing_m, double factor,
+                                      const FieldWeighting& weighting, FieldStatistics& statistics);
+
+}  // namespace lodestone

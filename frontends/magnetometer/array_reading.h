@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/imu/scan_motion.h"
+#include "core/measurements.h"
+#include "core/sensor_suite.h"
+
+namespace lodestone {
+
+/// The mean of a few neighbouring samples of one magnetometer, placed relative to the scan's end.
+struct MeanReading {
+  Pose T_end_mag;  ///< takes points in the magnetometer's frame at the mean time to the imu frame at t_k
+  Vector3 measured_ut = Vector3::Zero();
+  int magnetometer = 0;
+  int samples = 0;
+};
+
+/// Readings of the whole array about one time.
+struct ArrayReading {
+  Time time = 0;
+  std::vector<MeanReading> readings;  ///< in the order of the suite; magnetometers without samples are left out
+};
+
+/// Averages every `samples_per_reading` array samples in a row: less white noise, and no illusion that the map's error
+/// averages out over a centimetre. A rest of fewer samples makes a last reading.
+std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
+                                        const SensorSuite& suite, int samples_per_reading);
+
+/// How many times the variance of a map's error counts where samples `spacing_m` apart share it over `correlation_m`:
+/// (1 + ρ)/(1 − ρ), ρ = exp(−spacing/correlation), the inflation of a first-order Gauss-Markov error. At most 1000.
+double correlation_inflation(double spacing_m, double correlation_m);
+
+}  // namespace lodestone
