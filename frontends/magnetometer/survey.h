@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+
+#include "core/geometry/trajectory.h"
+#include "core/mapping/field_survey.h"
+#include "core/measurement_source.h"
+#include "core/sensor_suite.h"
+
+namespace lodestone {
+
+/// A survey drive as the field's regression needs it.
+struct FieldSurvey {
+  std::vector<FieldObservation> observations;  ///< in order of the log
+  std::vector<Time> times;                     ///< of each observation
+  std::int64_t without_pose = 0;               ///< readings outside the trajectory or in a gap of it, left out
+};
+
+/// Turns every magnetometer reading of `source` to the map frame, B_map = R R_IMj B_j, and places it at p + R ℓ_j, by the
+/// trajectory (T_map_imu) interpolated at the reading's time. Readings where the trajectory's neighbours are more than
+/// `max_gap` (ns) apart are left out and counted. `progress` is called with each measurement's time.
+FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory, const SensorSuite& suite, Time max_gap,
+                        const std::function<void(Time)>& progress = {});
+
+/// Splits a survey in time: every tenth block of `block_s` seconds is held out.
+struct SurveySplit {
+  std::vector<FieldObservation> training;
+  std::vector<FieldObservation> held_out;
+};
+SurveySplit split_survey(const FieldSurvey& survey, double block_s);
+
+}  // namespace lodestone
