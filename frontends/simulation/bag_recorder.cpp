@@ -27,7 +27,9 @@ void as_input_error(Call&& call) {
   }
 }
 
-std::array<double, 3> as_array(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+std::array<double, 3> as_array(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 }  // namespace
 
@@ -39,16 +41,21 @@ struct BagRecorder::Implementation {
     points.resize(scan.points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
       const LidarPoint& point = scan.points[i];
-      points[i] = {point.position.x(), point.position.y(), point.position.z(), point.intensity,
-                   static_cast<std::uint32_t>(point.offset_ns), point.ring, 0};
+      points[i] = {point.position.x(),
+                   point.position.y(),
+                   point.position.z(),
+                   point.intensity,
+                   static_cast<std::uint32_t>(point.offset_ns),
+                   point.ring,
+                   0};
     }
     using Field = ros1::PointField;
     ros1::PointCloudMessage message;
     message.stamp = scan.start;
     message.frame = "lidar";
     message.width = static_cast<std::uint32_t>(points.size());
-    message.fields = {{"x", 0, Field::float32},          {"y", 4, Field::float32},  {"z", 8, Field::float32},
-                      {"intensity", 12, Field::float32}, {"t", 16, Field::uint32},  {"ring", 20, Field::uint16}};
+    message.fields = {{"x", 0, Field::float32},          {"y", 4, Field::float32}, {"z", 8, Field::float32},
+                      {"intensity", 12, Field::float32}, {"t", 16, Field::uint32}, {"ring", 20, Field::uint16}};
     message.point_step = sizeof(PackedPoint);
     message.row_step = message.width * message.point_step;
     message.data = reinterpret_cast<const std::uint8_t*>(points.data());

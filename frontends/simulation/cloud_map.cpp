@@ -11,8 +11,8 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr std::size_t chunk = 256;     // triangles that share one random stream
-constexpr std::int64_t probes = 12;    // a triangle of which none of so many points is seen is left out
+constexpr std::size_t chunk = 256;   // triangles that share one random stream
+constexpr std::int64_t probes = 12;  // a triangle of which none of so many points is seen is left out
 
 /// Places along every sequence's path, each at the LiDAR's height and at the scanner's; none where one is near already.
 std::vector<Eigen::Vector3f> find_viewpoints(const World& world) {

@@ -9,9 +9,9 @@
 
 namespace lodestone::simulation {
 
-/// The prior point-cloud map, made as a surveyor would: every surface that a scanner sees from places along the sequences'
-/// paths, sampled at random with CloudOptions::point_spacing_m (one point per spacing²), with isotropic noise. Map frame.
-/// Deterministic by `seed` on any number of threads.
+/// The prior point-cloud map, made as a surveyor would: every surface that a scanner sees from places along the
+/// sequences' paths, sampled at random with CloudOptions::point_spacing_m (one point per spacing²), with isotropic
+/// noise. Map frame. Deterministic by `seed` on any number of threads.
 std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed);
 
 /// Binary PCD (x y z, float32), written aside and renamed. Throws InputError where the file cannot be written.

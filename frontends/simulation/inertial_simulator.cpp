@@ -31,7 +31,8 @@ ImuSample ImuSimulator::next() {
   sample.time = start_time_ + from_seconds(seconds());
   // White noise of a sample is density · √rate; a walk's step is its density / √rate.
   const double root_rate = std::sqrt(options_.rate_hz);
-  sample.angular_velocity += gyroscope_bias_ + options_.gyroscope_noise_density_rad_s_sqrt_hz * root_rate * random_.normal3();
+  sample.angular_velocity +=
+      gyroscope_bias_ + options_.gyroscope_noise_density_rad_s_sqrt_hz * root_rate * random_.normal3();
   sample.linear_acceleration +=
       accelerometer_bias_ + options_.accelerometer_noise_density_m_s2_sqrt_hz * root_rate * random_.normal3();
   gyroscope_bias_ += options_.gyroscope_bias_random_walk_rad_s2_sqrt_hz / root_rate * random_.normal3();
@@ -47,7 +48,9 @@ MagnetometerSimulator::MagnetometerSimulator(const Motion& motion, const Magneti
   sample_count_ = options.mounts.empty() ? 0 : std::max(0, 1 + static_cast<int>(std::floor(span)));
 }
 
-Time MagnetometerSimulator::time(int index) const { return start_time_ + from_seconds(seconds(index)); }
+Time MagnetometerSimulator::time(int index) const {
+  return start_time_ + from_seconds(seconds(index));
+}
 
 std::vector<MagneticSample> MagnetometerSimulator::read(int index) const {
   RandomStream random(seed_, "magnetometers", static_cast<std::uint64_t>(index));
@@ -57,8 +60,8 @@ std::vector<MagneticSample> MagnetometerSimulator::read(int index) const {
     const Pose T_map_mag = T_map_imu * options_.mounts[j].T_imu_mag();
     samples[j].time = time(index);
     samples[j].magnetometer = static_cast<int>(j);
-    samples[j].field_ut = T_map_mag.rotation.conjugate() * field_.field_ut(T_map_mag.position) +
-                          options_.noise_ut * random.normal3();
+    samples[j].field_ut =
+        T_map_mag.rotation.conjugate() * field_.field_ut(T_map_mag.position) + options_.noise_ut * random.normal3();
   }
   return samples;
 }

@@ -10,7 +10,12 @@ namespace lodestone::simulation {
 
 LidarSimulator::LidarSimulator(const RayCaster& caster, const Motion& motion, const LidarOptions& options,
                                Time start_time, std::uint64_t seed)
-    : caster_(caster), motion_(motion), options_(options), T_imu_lidar_(options.T_imu_lidar()), start_time_(start_time), seed_(seed) {
+    : caster_(caster),
+      motion_(motion),
+      options_(options),
+      T_imu_lidar_(options.T_imu_lidar()),
+      start_time_(start_time),
+      seed_(seed) {
   const double drive = motion.duration() - options.first_scan_s;
   scan_count_ = std::max(0, static_cast<int>(std::floor(drive * options.rate_hz)));
   const double field_of_view = options.vertical_field_of_view_deg * std::numbers::pi / 180.0;

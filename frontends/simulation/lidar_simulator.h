@@ -9,8 +9,8 @@
 
 namespace lodestone::simulation {
 
-/// A spinning LiDAR: rows evenly spread over the vertical field of view (ring 0 is the uppermost), columns in time as the
-/// head turns clockwise from behind, every column cast from where the LiDAR is at that moment. Thread-safe.
+/// A spinning LiDAR: rows evenly spread over the vertical field of view (ring 0 is the uppermost), columns in time as
+/// the head turns clockwise from behind, every column cast from where the LiDAR is at that moment. Thread-safe.
 class LidarSimulator {
  public:
   /// `caster` and `motion` must outlive this. `start_time` is the stamp of the motion's second 0.

@@ -12,11 +12,11 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr double mu0_over_4pi_ut = 0.1;    // µT·m³/(A·m²)
+constexpr double mu0_over_4pi_ut = 0.1;     // µT·m³/(A·m²)
 constexpr double smallest_square = 1.0e-4;  // m², keeps a source finite within a centimetre
 
-const Vector3 cell_size(2.5, 2.5, 0.5);    // m: robots drive flat
-constexpr double near_distance = 6.0;      // m from a cell's centre; steel within is summed exactly
+const Vector3 cell_size(2.5, 2.5, 0.5);  // m: robots drive flat
+constexpr double near_distance = 6.0;    // m from a cell's centre; steel within is summed exactly
 
 /// Interpolation at Chebyshev nodes, over [-1, 1]. The nearest far source is about 5 half-widths away, so that five
 /// nodes leave 1e-5 of the far field, three in the flat direction as much.
@@ -56,8 +56,7 @@ Vector3 pole_field(const Vector3& offset) {
 
 Vector3 source_field_ut(const FieldSource& source, const Vector3& point) {
   const Vector3 offset = point - source.position;
-  if (source.is_bar)
-    return (mu0_over_4pi_ut * source.pole) * (pole_field(offset) - pole_field(point - source.south));
+  if (source.is_bar) return (mu0_over_4pi_ut * source.pole) * (pole_field(offset) - pole_field(point - source.south));
   const double square = std::max(offset.squaredNorm(), smallest_square);
   const double scale = mu0_over_4pi_ut / (square * std::sqrt(square));
   return (3.0 * scale * source.moment.dot(offset) / square) * offset - scale * source.moment;

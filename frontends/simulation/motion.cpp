@@ -17,9 +17,9 @@ struct Basis {
   std::array<double, order> value, first, second;
   explicit Basis(double u) {
     // Row k: coefficients of u⁰ … u⁵, times 120. Source: Qin 2000, general matrix representations for B-splines.
-    static constexpr double matrix[order][order] = {{1, -5, 10, -10, 5, -1},   {26, -50, 20, 20, -20, 5},
-                                                    {66, 0, -60, 0, 30, -10},  {26, 50, 20, -20, -20, 10},
-                                                    {1, 5, 10, 10, 5, -5},     {0, 0, 0, 0, 0, 1}};
+    static constexpr double matrix[order][order] = {{1, -5, 10, -10, 5, -1},  {26, -50, 20, 20, -20, 5},
+                                                    {66, 0, -60, 0, 30, -10}, {26, 50, 20, -20, -20, 10},
+                                                    {1, 5, 10, 10, 5, -5},    {0, 0, 0, 0, 0, 1}};
     for (int k = 0; k < order; ++k) {
       const double* c = matrix[k];
       value[k] = (c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * (c[4] + u * c[5]))))) / 120.0;
@@ -68,22 +68,23 @@ Motion::Motion(const std::vector<PlannedPose>& plan, double imu_height_m, const 
   const auto slow = [&](const char* channel) {
     return correlated_noise(count, floor.slow_correlation_s, RandomStream(seed, channel));
   };
-  const auto vibration = [&](const char* channel) {
-    return correlated_noise(count, 0.0, RandomStream(seed, channel));
-  };
-  const auto height = slow("height"), roll = slow("roll"), pitch = slow("pitch"), slip = slow("slip");
-  const auto shake_z = vibration("shake height"), shake_roll = vibration("shake roll"),
-             shake_pitch = vibration("shake pitch");
+  const auto vibration = [&](const char* channel) { return correlated_noise(count, 0.0, RandomStream(seed, channel)); };
+  const auto slip_x = slow("slip x"), slip_y = slow("slip y"), height = slow("height"), roll = slow("roll"),
+             pitch = slow("pitch"), slip_yaw = slow("slip yaw");
+  const auto shake_x = vibration("shake x"), shake_y = vibration("shake y"), shake_z = vibration("shake z"),
+             shake_roll = vibration("shake roll"), shake_pitch = vibration("shake pitch");
   for (std::size_t i = 0; i < count; ++i) {
     // At rest the floor does nothing; the shaking grows with the speed up to 0.5 m/s.
     const double pace = std::min(1.0, std::abs(plan[i].speed) / 0.5);
     const double share = pace * pace * (3.0 - 2.0 * pace);
     Channels channels;
     channels << plan[i].position, imu_height_m, 0.0, 0.0, plan[i].heading;
-    channels[2] += share * (floor.height_sigma_m * height[i] + floor.vibration_height_m * shake_z[i]);
+    channels[0] += share * (floor.slip_position_sigma_m * slip_x[i] + floor.vibration_m * shake_x[i]);
+    channels[1] += share * (floor.slip_position_sigma_m * slip_y[i] + floor.vibration_m * shake_y[i]);
+    channels[2] += share * (floor.height_sigma_m * height[i] + floor.vibration_m * shake_z[i]);
     channels[3] += share * degree * (floor.tilt_sigma_deg * roll[i] + floor.vibration_tilt_deg * shake_roll[i]);
     channels[4] += share * degree * (floor.tilt_sigma_deg * pitch[i] + floor.vibration_tilt_deg * shake_pitch[i]);
-    channels[5] += share * degree * floor.slip_yaw_sigma_deg * slip[i];
+    channels[5] += share * degree * floor.slip_yaw_sigma_deg * slip_yaw[i];
     control_points_.push_back(channels);
   }
   while (control_points_.size() < order + 1) control_points_.push_back(control_points_.back());

@@ -17,9 +17,9 @@ struct MotionSample {
   Vector3 angular_velocity = Vector3::Zero();  ///< imu axes, rad/s
 };
 
-/// The true motion of the IMU: one uniform quintic B-spline in x, y, z, roll, pitch and yaw (R = Rz Ry Rx), so four times
-/// continuously differentiable, with exact derivatives. Its control points are the planned drive and what the floor
-/// does to a robot on it. Immutable; queries are thread-safe.
+/// The true motion of the IMU: one uniform quintic B-spline in x, y, z, roll, pitch and yaw (R = Rz Ry Rx), so four
+/// times continuously differentiable, with exact derivatives. Its control points are the planned drive and what the
+/// floor does to a robot on it. Immutable; queries are thread-safe.
 class Motion {
  public:
   Motion(const std::vector<PlannedPose>& plan, double imu_height_m, const FloorOptions& floor, std::uint64_t seed);

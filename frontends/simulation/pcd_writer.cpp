@@ -10,7 +10,8 @@
 namespace lodestone::simulation {
 
 void write_pcd(const std::string& path, const std::vector<Eigen::Vector3f>& points) {
-  if (points.empty()) throw InputError(path + ": no surface of the world is seen from its paths; the cloud map is empty");
+  if (points.empty())
+    throw InputError(path + ": no surface of the world is seen from its paths; the cloud map is empty");
   pcl::PointCloud<pcl::PointXYZ> cloud;
   cloud.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) cloud[i].getVector3fMap() = points[i];

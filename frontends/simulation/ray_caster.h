@@ -9,8 +9,8 @@ namespace lodestone::simulation {
 
 /// What a ray met.
 struct RayHit {
-  float range = -1.0F;            ///< metres along the ray; negative where nothing was met
-  float cosine = 0.0F;            ///< |cos| of the angle between ray and surface normal
+  float range = -1.0F;  ///< metres along the ray; negative where nothing was met
+  float cosine = 0.0F;  ///< |cos| of the angle between ray and surface normal
 };
 
 /// Rays against the triangles of a world (Embree). Immutable; queries are thread-safe.

@@ -11,9 +11,13 @@ constexpr double route_step = 0.01;       // m
 constexpr double route_smoothing = 0.35;  // m, one sigma
 constexpr double run_out = 3.0;           // m of straight line past both ends, so that smoothing moves no end
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
-double wrapped(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
+double wrapped(double angle) {
+  return std::remainder(angle, 2.0 * std::numbers::pi);
+}
 
 /// The polyline with every corner replaced by an arc, sampled about every route_step.
 std::vector<Eigen::Vector2d> round_corners(const std::vector<Eigen::Vector2d>& corners, double radius) {
@@ -139,8 +143,8 @@ double profile_speed(const std::vector<SpeedPoint>& profile, double distance) {
 }
 
 struct Leg {
-  double begin = 0.0;  ///< distance on the route, m
-  double end = 0.0;    ///< smaller than begin: driven backwards
+  double begin = 0.0;          ///< distance on the route, m
+  double end = 0.0;            ///< smaller than begin: driven backwards
   double offset_before = 0.0;  ///< lateral, m
   double offset = 0.0;
 };
@@ -156,8 +160,8 @@ std::vector<double> time_leg(const Route& route, const Leg& leg, const std::vect
   for (std::size_t i = 0; i <= count; ++i) {
     const double distance = leg.begin + direction * step * static_cast<double>(i);
     const double curvature = std::abs(route.at(distance).curvature) + 1e-9;
-    speed[i] = std::min({profile_speed(profile, distance), max_yaw_rate / curvature,
-                         std::sqrt(lateral_acceleration / curvature)});
+    speed[i] = std::min(
+        {profile_speed(profile, distance), max_yaw_rate / curvature, std::sqrt(lateral_acceleration / curvature)});
   }
   speed.front() = speed.back() = 0.0;
   const double gain = 2.0 * acceleration * step;

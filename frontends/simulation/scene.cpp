@@ -19,15 +19,18 @@ class SteelBuilder {
   void add(const Solid& solid, const Steel& steel, const ToMap& to_map) {
     RandomStream random(seed_, "steel", next_stream_++);
     switch (steel.kind) {
-      case SteelKind::dipole: return add_dipole(steel, steel.region_min, to_map, random);
-      case SteelKind::bar: return add_bar(steel, steel.region_min, steel.region_max, to_map, random);
+      case SteelKind::dipole:
+        return add_dipole(steel, steel.region_min, to_map, random);
+      case SteelKind::bar:
+        return add_bar(steel, steel.region_min, steel.region_max, to_map, random);
       case SteelKind::dipoles:
         for (int i = count(steel, random); i > 0; --i) add_dipole(steel, place(steel, random), to_map, random);
         return;
       case SteelKind::rods:
         for (int i = count(steel, random); i > 0; --i) add_rod(steel, to_map, random);
         return;
-      case SteelKind::rings: return add_rings(solid, steel, to_map, random);
+      case SteelKind::rings:
+        return add_rings(solid, steel, to_map, random);
     }
   }
 
@@ -39,7 +42,8 @@ class SteelBuilder {
 
   static Vector3 place(const Steel& steel, RandomStream& random) {
     Vector3 position;
-    for (int axis = 0; axis < 3; ++axis) position[axis] = random.uniform(steel.region_min[axis], steel.region_max[axis]);
+    for (int axis = 0; axis < 3; ++axis)
+      position[axis] = random.uniform(steel.region_min[axis], steel.region_max[axis]);
     return position;
   }
 

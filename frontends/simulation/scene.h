@@ -10,11 +10,12 @@
 namespace lodestone::simulation {
 
 struct TriangleMesh {
-  std::vector<Eigen::Vector3f> vertices;                 ///< map, metres
+  std::vector<Eigen::Vector3f> vertices;  ///< map, metres
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// A piece of magnetized steel: a dipole, or a bar (two opposite poles at its ends: a thin rod magnetized along itself).
+/// A piece of magnetized steel: a dipole, or a bar (two opposite poles at its ends: a thin rod magnetized along
+/// itself).
 struct FieldSource {
   bool is_bar = false;
   Vector3 position = Vector3::Zero();  ///< the dipole; the bar's north pole (map, m)

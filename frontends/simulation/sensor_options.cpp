@@ -30,12 +30,14 @@ Pose mounting_pose(const std::vector<double>& position_m, const std::vector<doub
 }
 
 void LidarOptions::check() const {
-  require(rows >= 1 && rows <= 1024 && columns >= 1 && columns <= 65536, "rows (1 to 1024) or columns (1 to 65536) is out of range");
+  require(rows >= 1 && rows <= 1024 && columns >= 1 && columns <= 65536,
+          "rows (1 to 1024) or columns (1 to 65536) is out of range");
   require(vertical_field_of_view_deg >= 0.0 && vertical_field_of_view_deg < 180.0,
           "vertical_field_of_view_deg must be at least 0 and below 180");
   require(rate_hz > 0.0 && rate_hz <= 1000.0, "rate_hz must be above 0, at most 1000");
   require(first_scan_s >= 0.0, "first_scan_s must be at least 0");
-  require(min_range_m >= 0.0 && max_range_m > min_range_m, "max_range_m must be more than min_range_m, both at least 0");
+  require(min_range_m >= 0.0 && max_range_m > min_range_m,
+          "max_range_m must be more than min_range_m, both at least 0");
   require(range_noise_m >= 0.0, "range_noise_m must be at least 0");
   require(max_incidence_deg > 0.0 && max_incidence_deg <= 90.0, "max_incidence_deg must be above 0, at most 90");
   require(dropout_probability >= 0.0 && dropout_probability < 1.0, "dropout_probability must be at least 0, below 1");
@@ -50,7 +52,9 @@ void ImuOptions::check() const {
           "noise must be at least 0");
 }
 
-void MagnetometerMount::check() const { require_vectors(position_m, rotation_rpy_deg); }
+void MagnetometerMount::check() const {
+  require_vectors(position_m, rotation_rpy_deg);
+}
 
 void MagnetometerOptions::check() const {
   require(rate_hz > 0.0 && rate_hz <= 1.0e5, "rate_hz must be above 0, at most 1e5");

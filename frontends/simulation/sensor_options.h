@@ -104,8 +104,9 @@ struct FloorOptions {
   double height_sigma_m = 1.0e-3;
   double tilt_sigma_deg = 0.25;
   double slip_yaw_sigma_deg = 0.6;
+  double slip_position_sigma_m = 0.01;
   double slow_correlation_s = 0.5;
-  double vibration_height_m = 5.0e-5;
+  double vibration_m = 5.0e-5;
   double vibration_tilt_deg = 0.015;
 
   void check() const;
@@ -113,9 +114,12 @@ struct FloorOptions {
   void visit(Visitor& visitor) {
     visitor.field("height_sigma_m", height_sigma_m, "unevenness, one sigma");
     visitor.field("tilt_sigma_deg", tilt_sigma_deg, "of roll and pitch, one sigma");
-    visitor.field("slip_yaw_sigma_deg", slip_yaw_sigma_deg, "heading of a skid-steer robot against its path, one sigma");
-    visitor.field("slow_correlation_s", slow_correlation_s, "correlation time of the three above");
-    visitor.field("vibration_height_m", vibration_height_m, "up to about 15 Hz, one sigma at speed");
+    visitor.field("slip_yaw_sigma_deg", slip_yaw_sigma_deg,
+                  "heading of a skid-steer robot against its path, one sigma");
+    visitor.field("slip_position_sigma_m", slip_position_sigma_m,
+                  "wheels that slip: off the plan in x and y, one sigma");
+    visitor.field("slow_correlation_s", slow_correlation_s, "correlation time of the four above");
+    visitor.field("vibration_m", vibration_m, "in x, y and z, up to about 15 Hz, one sigma at speed");
     visitor.field("vibration_tilt_deg", vibration_tilt_deg, "of roll and pitch, up to about 15 Hz, one sigma at speed");
   }
 };
@@ -150,7 +154,8 @@ struct CloudOptions {
   void visit(Visitor& visitor) {
     visitor.field("point_spacing_m", point_spacing_m, "one point per spacing squared of surface");
     visitor.field("noise_m", noise_m, "of the surveyed points, one sigma a component");
-    visitor.field("viewpoint_spacing_m", viewpoint_spacing_m, "the scanner stands so often along every sequence's path");
+    visitor.field("viewpoint_spacing_m", viewpoint_spacing_m,
+                  "the scanner stands so often along every sequence's path");
     visitor.field("viewpoint_height_m", viewpoint_height_m, "at the lidar's height and at this one");
     visitor.field("viewpoint_range_m", viewpoint_range_m, "the scanner sees so far");
   }

@@ -41,8 +41,10 @@ void append_cylinder(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
   const auto at = [&](double angle, double radius, double height) {
     return pose * Vector3(radius * std::cos(angle), radius * std::sin(angle), height);
   };
-  append_patch(mesh, around, 1, [&](double a, double b) { return at(a * full_turn, solid.radius_m, b * solid.height_m); });
-  append_patch(mesh, around, 1, [&](double a, double b) { return at(a * full_turn, b * solid.radius_m, solid.height_m); });
+  append_patch(mesh, around, 1,
+               [&](double a, double b) { return at(a * full_turn, solid.radius_m, b * solid.height_m); });
+  append_patch(mesh, around, 1,
+               [&](double a, double b) { return at(a * full_turn, b * solid.radius_m, solid.height_m); });
 }
 
 /// Round vault and flat floor along an arc; both ends open.
@@ -70,14 +72,18 @@ void append_tube(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
 
 void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
   switch (solid.shape) {
-    case SolidShape::group: return;
+    case SolidShape::group:
+      return;
     case SolidShape::rectangle:
       return append_patch(mesh, 1, 1, [&](double a, double b) {
         return pose * Vector3((a - 0.5) * solid.size.x(), (b - 0.5) * solid.size.y(), 0.0);
       });
-    case SolidShape::box: return append_box(solid, pose, mesh);
-    case SolidShape::cylinder: return append_cylinder(solid, pose, mesh);
-    case SolidShape::tube: return append_tube(solid, pose, mesh);
+    case SolidShape::box:
+      return append_box(solid, pose, mesh);
+    case SolidShape::cylinder:
+      return append_cylinder(solid, pose, mesh);
+    case SolidShape::tube:
+      return append_tube(solid, pose, mesh);
   }
 }
 

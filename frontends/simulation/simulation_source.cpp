@@ -15,7 +15,7 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr int scans_ahead = 32;              // cast together, so that threads have work and memory stays small
+constexpr int scans_ahead = 32;  // cast together, so that threads have work and memory stays small
 constexpr int magnetic_samples_ahead = 512;
 constexpr Time never = std::numeric_limits<Time>::max();
 
@@ -107,9 +107,8 @@ struct SimulationSource::Implementation {
 
 SimulationSource::SimulationSource(const World& world, std::shared_ptr<const Environment> environment,
                                    const std::string& sequence, Drive drive, std::uint64_t seed, double max_duration_s)
-    : implementation_(std::make_unique<Implementation>(world, std::move(environment),
-                                                       find_sequence(world, sequence).second, drive, seed,
-                                                       max_duration_s)) {}
+    : implementation_(std::make_unique<Implementation>(
+          world, std::move(environment), find_sequence(world, sequence).second, drive, seed, max_duration_s)) {}
 
 SimulationSource::~SimulationSource() = default;
 
@@ -128,11 +127,15 @@ bool SimulationSource::next(Measurement& measurement) {
   return true;
 }
 
-Time SimulationSource::begin_time() const { return implementation_->start_time; }
+Time SimulationSource::begin_time() const {
+  return implementation_->start_time;
+}
 Time SimulationSource::end_time() const {
   return implementation_->start_time + from_seconds(implementation_->motion.duration());
 }
-const Motion& SimulationSource::motion() const { return implementation_->motion; }
+const Motion& SimulationSource::motion() const {
+  return implementation_->motion;
+}
 
 Trajectory SimulationSource::trajectory() const {
   const Implementation& i = *implementation_;

@@ -21,8 +21,8 @@ struct Environment {
   MagneticField field;
 };
 
-/// One drive through a world as measurements, in the order in which they are complete (a scan at its end). The same world
-/// and seed give the same bits on any number of threads.
+/// One drive through a world as measurements, in the order in which they are complete (a scan at its end). The same
+/// world and seed give the same bits on any number of threads.
 class SimulationSource : public MeasurementSource {
  public:
   enum class Drive {

@@ -43,8 +43,8 @@ struct Steel {
   double spacing_m = 1.0;                    ///< of rings
   double ring_radius_m = 0.0;
   int ring_segments = 12;
-  Vector3 moment = Vector3::Zero();          ///< A·m²; of bars only x counts, along the bar
-  double moment_sigma = 0.0;                 ///< A·m², a component (or along the bar): random magnetization, seeded
+  Vector3 moment = Vector3::Zero();  ///< A·m²; of bars only x counts, along the bar
+  double moment_sigma = 0.0;         ///< A·m², a component (or along the bar): random magnetization, seeded
 };
 
 enum class SolidShape { group, rectangle, box, cylinder, tube };
@@ -61,19 +61,19 @@ constexpr auto enum_names(SolidShape) {
 struct Solid {
   std::string name;
   SolidShape shape = SolidShape::group;
-  Pose placement;                          ///< in the parent's frame
+  Pose placement;  ///< in the parent's frame
   std::array<int, 3> repeat_count{1, 1, 1};
-  Vector3 repeat_step = Vector3::Zero();   ///< m, along the solid's own axes
-  Vector3 size = Vector3::Zero();          ///< rectangle: x, y (it faces z); box: x, y, z. Centred at the placement
-  double radius_m = 0.0;                   ///< of a cylinder or tube
-  double height_m = 0.0;                   ///< of a cylinder, upwards from the placement
-  double facet_m = 0.25;                   ///< longest facet of curved surfaces
-  double tube_begin_m = 0.0;               ///< along the tube's axis; both ends are open
+  Vector3 repeat_step = Vector3::Zero();  ///< m, along the solid's own axes
+  Vector3 size = Vector3::Zero();         ///< rectangle: x, y (it faces z); box: x, y, z. Centred at the placement
+  double radius_m = 0.0;                  ///< of a cylinder or tube
+  double height_m = 0.0;                  ///< of a cylinder, upwards from the placement
+  double facet_m = 0.25;                  ///< longest facet of curved surfaces
+  double tube_begin_m = 0.0;              ///< along the tube's axis; both ends are open
   double tube_end_m = 0.0;
-  double tube_curvature_per_m = 0.0;       ///< of the axis, positive to the left; constant
-  double tube_center_height_m = 0.0;       ///< of the round cross-section's centre above the flat floor
+  double tube_curvature_per_m = 0.0;  ///< of the axis, positive to the left; constant
+  double tube_center_height_m = 0.0;  ///< of the round cross-section's centre above the flat floor
   std::vector<Steel> steel;
-  std::vector<Solid> parts;                ///< of a group (a template that was put here)
+  std::vector<Solid> parts;  ///< of a group (a template that was put here)
 };
 
 struct SpeedPoint {
@@ -88,7 +88,7 @@ struct Sequence {
   std::vector<SpeedPoint> speed;           ///< linear between points
   double acceleration_m_s2 = 0.6;
   double max_yaw_rate_rad_s = 0.8;
-  double rest_s = 2.0;                     ///< standing at the start, and half as long at the end
+  double rest_s = 2.0;  ///< standing at the start, and half as long at the end
 };
 
 /// A world as its YAML file says. Nothing in the code knows a world by name.
@@ -96,7 +96,7 @@ struct World {
   std::string name;
   std::string file;
   std::uint64_t steel_seed = 1;
-  Time start_time = 0;                     ///< stamp of the first IMU sample
+  Time start_time = 0;  ///< stamp of the first IMU sample
   double gravity_m_s2 = 9.80665;
   Vector3 earth_field_ut = Vector3::Zero();  ///< map axes
   LidarOptions lidar;
@@ -109,8 +109,8 @@ struct World {
   std::map<std::string, Sequence> sequences;
 };
 
-/// Reads a world. `assignments` are "key.path=value" and replace or add keys before the world is read. Throws InputError
-/// with the file, the line, the key and what to change; unknown keys are errors.
+/// Reads a world. `assignments` are "key.path=value" and replace or add keys before the world is read. Throws
+/// InputError with the file, the line, the key and what to change; unknown keys are errors.
 World load_world(const std::string& path, const std::vector<std::string>& assignments = {});
 
 /// The sequence called `name`; the first where `name` is empty. Throws InputError that lists the names there are.

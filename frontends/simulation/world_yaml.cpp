@@ -72,8 +72,8 @@ Steel read_steel(const ConfigurationNode& node) {
     steel.region_min = section.vector("from_m");
     steel.region_max = section.vector("to_m");
     steel.moment.x() = section.number("moment_a_m2", 0.0);
-    section.require(steel.kind == SteelKind::bar || (steel.region_max.array() >= steel.region_min.array()).all(), "to_m",
-                    "at least from_m in x, y and z");
+    section.require(steel.kind == SteelKind::bar || (steel.region_max.array() >= steel.region_min.array()).all(),
+                    "to_m", "at least from_m in x, y and z");
   }
   if (steel.kind == SteelKind::dipoles || steel.kind == SteelKind::rods) {
     steel.density_per_m2 = section.number("density_per_m2");
@@ -113,13 +113,16 @@ void read_shape(Section& section, const ConfigurationNode* templates, int depth,
   solid.facet_m = section.number("facet_m", solid.facet_m);
   section.require(solid.facet_m >= 0.01, "facet_m", "at least 0.01");
   switch (solid.shape) {
-    case SolidShape::group: return;
+    case SolidShape::group:
+      return;
     case SolidShape::rectangle: {
       const auto size = section.at("size_m").as_doubles(2);
       solid.size = {size[0], size[1], 0.0};
       return;
     }
-    case SolidShape::box: solid.size = section.vector("size_m"); return;
+    case SolidShape::box:
+      solid.size = section.vector("size_m");
+      return;
     case SolidShape::cylinder:
       solid.radius_m = section.number("radius_m");
       solid.height_m = section.number("height_m");
@@ -208,7 +211,8 @@ Sequence read_sequence(const ConfigurationNode& node, const std::vector<Solid>& 
   for (const ConfigurationNode& element : section.at("speed").elements()) {
     const auto pair = element.as_doubles(2);
     if (pair[1] <= 0.0) element.fail("must be [distance_m, speed_m_s] with a speed above 0");
-    if (!sequence.speed.empty() && pair[0] < sequence.speed.back().distance_m) element.fail("distances must not decrease");
+    if (!sequence.speed.empty() && pair[0] < sequence.speed.back().distance_m)
+      element.fail("distances must not decrease");
     sequence.speed.push_back({pair[0], pair[1]});
   }
   section.require(!sequence.speed.empty(), "speed", "a list of at least one [distance_m, speed_m_s]");
@@ -244,7 +248,8 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   const ConfigurationNode* templates = section.find("templates");
   world.solids = read_solids(section.at("solids"), templates, 0);
   const ConfigurationNode& sequences = section.at("sequences");
-  for (const std::string& name : sequences.keys()) world.sequences[name] = read_sequence(sequences.at(name), world.solids);
+  for (const std::string& name : sequences.keys())
+    world.sequences[name] = read_sequence(sequences.at(name), world.solids);
   section.require(!world.sequences.empty(), "sequences", "a map of at least one sequence");
   section.finish();
   return world;

@@ -37,9 +37,7 @@ class SimulateCommand : public ::testing::Test {
     return run_lodestone("simulate " + (folder_ / "yard.yaml").string() + " --out " + (folder_ / out).string() + " " +
                          options);
   }
-  std::string bytes(const std::string& out, const std::string& file) const {
-    return content_of(folder_ / out / file);
-  }
+  std::string bytes(const std::string& out, const std::string& file) const { return content_of(folder_ / out / file); }
 
   TemporaryFolder folder_;
 };

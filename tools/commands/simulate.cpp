@@ -98,14 +98,20 @@ void add_simulate_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand(
       "simulate", "Drive a robot through a world and write what it would have recorded, with truth and maps' sources");
   command->add_option("world", options->world, "World file (config/worlds/)")->required()->type_name("WORLD.yaml");
-  command->add_option("--out", options->out, "Folder for log.bag, truth.tum, platform.yaml, cloud.pcd, survey.bag and survey.tum")
-      ->required()->type_name("DIR");
+  command
+      ->add_option("--out", options->out,
+                   "Folder for log.bag, truth.tum, platform.yaml, cloud.pcd, survey.bag and survey.tum")
+      ->required()
+      ->type_name("DIR");
   command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")
       ->type_name("N");
   command->add_option("--sequence", options->sequence, "Which drive (default: the world's first)")->type_name("NAME");
   command->add_option("--duration", options->duration_s, "Cut the drive after so many seconds")
-      ->check(CLI::PositiveNumber)->type_name("S");
-  command->add_option("--set", options->settings, "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
+      ->check(CLI::PositiveNumber)
+      ->type_name("S");
+  command
+      ->add_option("--set", options->settings,
+                   "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
       ->type_name("key.path=value");
   command->footer(
       "Examples:\n"

@@ -83,8 +83,8 @@ class RollingScan : public ::testing::Test {
   }
 
   static double distance_to_surface(const Vector3& p) {
-    const double room = std::min({std::abs(10 - std::abs(p.x())), std::abs(8 - std::abs(p.y())), std::abs(p.z()),
-                                  std::abs(2 - p.z())});
+    const double room =
+        std::min({std::abs(10 - std::abs(p.x())), std::abs(8 - std::abs(p.y())), std::abs(p.z()), std::abs(2 - p.z())});
     return std::min(room, std::abs((p.head<2>() - Eigen::Vector2d(3, 4)).norm() - 0.5));
   }
 
@@ -154,7 +154,8 @@ TEST_F(RollingScan, RangeAndIncidenceLimitWhatComesBack) {
   const LidarScan scan = lidar.scan(10);
   EXPECT_GT(scan.points.size(), 100U);
   // Half a metre below, the floor is met under less than 70° only nearer than 0.5 m / cos 70° (and noise).
-  for (const LidarPoint& point : scan.points) EXPECT_LT(point.position.norm(), 0.5 / std::cos(70.0 * M_PI / 180.0) + 0.1);
+  for (const LidarPoint& point : scan.points)
+    EXPECT_LT(point.position.norm(), 0.5 / std::cos(70.0 * M_PI / 180.0) + 0.1);
 }
 
 }  // namespace

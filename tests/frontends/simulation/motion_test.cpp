@@ -17,7 +17,9 @@ Sequence winding_sequence() {
   return sequence;
 }
 
-Motion winding_motion() { return {plan_drive(winding_sequence()), 0.2, FloorOptions{}, 5}; }
+Motion winding_motion() {
+  return {plan_drive(winding_sequence()), 0.2, FloorOptions{}, 5};
+}
 
 TEST(Motion, DerivativesAreThoseOfThePose) {
   const Motion motion = winding_motion();
@@ -36,7 +38,9 @@ TEST(Motion, DerivativesAreThoseOfThePose) {
 TEST(Motion, ThirdDerivativeHasNoSteps) {
   const Motion motion = winding_motion();
   constexpr double h = 1e-5;
-  const auto jerk = [&](double t) { return ((motion.at(t + h).acceleration - motion.at(t - h).acceleration) / (2 * h)).eval(); };
+  const auto jerk = [&](double t) {
+    return ((motion.at(t + h).acceleration - motion.at(t - h).acceleration) / (2 * h)).eval();
+  };
   // Across a knot (every plan_step_s) the jerk changes as little as within an interval.
   for (int k = 200; k < 900; k += 7) {
     const double knot = k * plan_step_s;
@@ -51,22 +55,22 @@ TEST(Motion, IdealImuIntegratesToTheTruth) {
   constexpr double gravity = 9.80665;
   // At 200 Hz what is left is the trapezoid's own error, a velocity of dt²/12 times the jerk at the start.
   for (const auto [dt, tolerance] : {std::pair{0.001, 1e-4}, std::pair{0.005, 2e-3}})
-  for (const double start : {0.0, 4.0, 12.0}) {
-    const MotionSample first = motion.at(start);
-    Pose pose = first.T_map_imu;
-    Vector3 velocity = first.velocity;
-    for (int k = 0; k < std::lround(10.0 / dt); ++k) {
-      const double t = start + k * dt;
-      const ImuSample a = ideal_imu(motion, t, gravity), b = ideal_imu(motion, t + dt, gravity);
-      const Quaternion next = pose.rotation * so3::exp(0.5 * dt * (a.angular_velocity + b.angular_velocity));
-      const Vector3 acceleration = 0.5 * (pose.rotation * a.linear_acceleration + next * b.linear_acceleration) -
-                                   gravity * Vector3::UnitZ();
-      pose.position += velocity * dt + 0.5 * acceleration * dt * dt;
-      velocity += acceleration * dt;
-      pose.rotation = next.normalized();
+    for (const double start : {0.0, 4.0, 12.0}) {
+      const MotionSample first = motion.at(start);
+      Pose pose = first.T_map_imu;
+      Vector3 velocity = first.velocity;
+      for (int k = 0; k < std::lround(10.0 / dt); ++k) {
+        const double t = start + k * dt;
+        const ImuSample a = ideal_imu(motion, t, gravity), b = ideal_imu(motion, t + dt, gravity);
+        const Quaternion next = pose.rotation * so3::exp(0.5 * dt * (a.angular_velocity + b.angular_velocity));
+        const Vector3 acceleration =
+            0.5 * (pose.rotation * a.linear_acceleration + next * b.linear_acceleration) - gravity * Vector3::UnitZ();
+        pose.position += velocity * dt + 0.5 * acceleration * dt * dt;
+        velocity += acceleration * dt;
+        pose.rotation = next.normalized();
+      }
+      EXPECT_LT((pose.position - motion.pose_at(start + 10.0).position).norm(), tolerance) << start;
     }
-    EXPECT_LT((pose.position - motion.pose_at(start + 10.0).position).norm(), tolerance) << start;
-  }
 }
 
 TEST(Motion, StandsStillBeforeItDrives) {
@@ -112,7 +116,8 @@ TEST(Survey, DrivesEveryLaneForwardsAndBackwards) {
   bool forwards = false, backwards = false;
   double previous = plan.front().heading;
   for (const PlannedPose& pose : plan) {
-    for (int lane = 0; lane < 3; ++lane) at_lane[lane] += std::abs(pose.position.y() - survey.lateral_offsets_m[lane]) < 0.01;
+    for (int lane = 0; lane < 3; ++lane)
+      at_lane[lane] += std::abs(pose.position.y() - survey.lateral_offsets_m[lane]) < 0.01;
     forwards |= pose.speed > 1.0;
     backwards |= pose.speed < -1.0;
     EXPECT_LT(std::abs(pose.heading - previous), 0.05);

@@ -24,10 +24,10 @@ std::vector<std::string> shipped_worlds() {
 
 /// Horizontal gradients of the field's components along a path at the magnetometers' height, every 5 cm.
 struct FieldStatistics {
-  double gradient_rms = 0.0;        ///< µT/m, of one component along one horizontal axis
+  double gradient_rms = 0.0;          ///< µT/m, of one component along one horizontal axis
   double weakest_gradient_rms = 0.0;  ///< the same over the weakest 2 m of the path
-  double field_sigma = 0.0;         ///< µT, a component, about its mean over 5 m
-  double structure_m = 0.0;         ///< field_sigma / gradient_rms: the field changes by its own size over this length
+  double field_sigma = 0.0;           ///< µT, a component, about its mean over 5 m
+  double structure_m = 0.0;  ///< field_sigma / gradient_rms: the field changes by its own size over this length
 };
 
 FieldStatistics field_statistics(const World& world, const Sequence& sequence) {
@@ -111,15 +111,15 @@ TEST(ShippedWorlds, NothingStandsWhereTheRobotAndItsSurveyDrive) {
     const World world = load_world(file);
     const RayCaster caster(build_scene(world).mesh);
     std::vector<Eigen::Vector3f> around;
-    for (int k = 0; k < 36; ++k)
-      around.emplace_back(std::cos(k * M_PI / 18.0), std::sin(k * M_PI / 18.0), 0.0F);
+    for (int k = 0; k < 36; ++k) around.emplace_back(std::cos(k * M_PI / 18.0), std::sin(k * M_PI / 18.0), 0.0F);
     for (const auto& [name, sequence] : world.sequences) {
       for (const auto& plan : {plan_drive(sequence), plan_survey(sequence, world.survey)}) {
         for (std::size_t i = 0; i < plan.size(); i += 20) {
           std::vector<RayHit> hits(around.size());
           const Eigen::Vector2f place = plan[i].position.cast<float>();
           caster.cast({place.x(), place.y(), 0.3F}, around, 0.45F, hits);
-          for (const RayHit& hit : hits) ASSERT_LT(hit.range, 0.0F) << file << " " << name << " at " << place.transpose();
+          for (const RayHit& hit : hits)
+            ASSERT_LT(hit.range, 0.0F) << file << " " << name << " at " << place.transpose();
         }
       }
     }

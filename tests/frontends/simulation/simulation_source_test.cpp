@@ -1,7 +1,6 @@
 #include "frontends/simulation/simulation_source.h"
 
 #include <gtest/gtest.h>
-
 #include <tbb/global_control.h>
 
 #include <cmath>
@@ -112,8 +111,8 @@ TEST_F(SimulatedRoom, MeasurementsComeInTheOrderOfTheirCompletionAndRate) {
     last = completion_time(measurement);
     ++counts[measurement.index()];
   }
-  EXPECT_NEAR(counts[0], 800, 25);       // IMU, 4 s at 200 Hz and a margin
-  EXPECT_NEAR(counts[1], 2 * 800, 50);   // two magnetometers
+  EXPECT_NEAR(counts[0], 800, 25);      // IMU, 4 s at 200 Hz and a margin
+  EXPECT_NEAR(counts[1], 2 * 800, 50);  // two magnetometers
   EXPECT_NEAR(counts[2], 40, 2);
 }
 
@@ -126,7 +125,9 @@ TEST_F(SimulatedRoom, SurveyHasNoScansAndOtherShaking) {
   double squares = 0.0;
   const Trajectory noisy = source.trajectory();
   for (const StampedPose& pose : noisy)
-    squares += (pose.pose.position - source.motion().pose_at(to_seconds(pose.time - world.start_time)).position).squaredNorm() / 3;
+    squares += (pose.pose.position - source.motion().pose_at(to_seconds(pose.time - world.start_time)).position)
+                   .squaredNorm() /
+               3;
   EXPECT_NEAR(std::sqrt(squares / static_cast<double>(noisy.size())), world.survey.position_sigma_m, 1e-4);
 }
 
