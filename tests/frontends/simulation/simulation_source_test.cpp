@@ -28,7 +28,8 @@ sensors:
     - {position_m: [-0.3, -0.2, -0.08], rotation_rpy_deg: [0, 0, 180]}
 templates:
   shelf:
-    - {shape: box, at_m: [0, 0, 0.5], size_m: [1, 0.5, 0.05], steel: [{kind: dipole, at_m: [0, 0, 0], moment_sigma_a_m2: 3}]}
+    - {shape: box, at_m: [0, 0, 0.5], size_m: [1, 0.5, 0.05],
+       steel: [{kind: dipole, at_m: [0, 0, 0], moment_sigma_a_m2: 3}]}
 solids:
   - {name: floor, shape: rectangle, size_m: [16, 12], steel: [{kind: rods, from_m: [-8, -6, -0.5], to_m: [8, 6, -0.4],
      density_per_m2: 1, length_m: [0.5, 1.0], moment_sigma_a_m2: 10}]}
