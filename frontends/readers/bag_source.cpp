@@ -22,6 +22,7 @@ struct Stream {
   std::string topic;
   std::string key;  ///< where the platform file names the topic
   Time last_stamp = 0;
+  Time recorder_lag = 0;  ///< record time less stamp, of the first message
   bool any = false;
 };
 
@@ -65,6 +66,10 @@ std::vector<Stream> make_streams(const Platform& platform, SensorChoice choice) 
 /// A gap is longer than this many IMU periods: a lost packet or two are none.
 constexpr double imu_gap_periods = 5.0;
 
+/// A stamp that departs by more from the recorder's clock than the first one did is a broken one. Taken at its word, one
+/// stamp in the far future would make all that follow look late.
+constexpr Time largest_stamp_jump = 10'000'000'000;
+
 }  // namespace
 
 struct BagSource::Implementation {
@@ -83,6 +88,7 @@ struct BagSource::Implementation {
   PointCloudDecoder decoder;
   std::vector<Stream> streams;
   ros1::Message message;
+  Time record_time = 0;  ///< of `message`
   Time begin = 0;
   Time end = 0;
 
@@ -151,7 +157,6 @@ void BagSource::Implementation::inspect() {
     readings[i].wanted = static_cast<int>(std::min(worth, topic->messages));
   }
   select();
-  Time record_time = 0;
   LidarScan scan;
   for (std::size_t index = 0; unsatisfied > 0 && reader.next(message, index, record_time);) {
     FirstReadings& reading = readings[index];
@@ -183,6 +188,15 @@ void BagSource::Implementation::inspect() {
 
 /// Stamps of one topic must increase: what does not is dropped and counted.
 bool BagSource::Implementation::accept(Stream& stream, Time stamp) {
+  if (!stream.any) stream.recorder_lag = record_time - stamp;
+  const Time jump = stamp - (record_time - stream.recorder_lag);
+  if (std::abs(jump) > largest_stamp_jump) {
+    warnings.add(std::string(part_of(stream.sensor)) + ".stamp_jump",
+                 fmt::format("{}: a stamp is {:.3f} s off the recorder's clock; such messages are dropped", stream.topic,
+                             to_seconds(jump)),
+                 record_time);
+    return false;
+  }
   if (stream.any && stamp <= stream.last_stamp) {
     const bool repeated = stamp == stream.last_stamp;
     warnings.add(fmt::format("{}.{}", part_of(stream.sensor), repeated ? "stamp_repeated" : "stamp_back"),
@@ -258,8 +272,7 @@ bool BagSource::next(Measurement& measurement) {
   Implementation& self = *implementation_;
   try {
     std::size_t index = 0;
-    Time record_time = 0;
-    while (self.reader.next(self.message, index, record_time)) {
+    while (self.reader.next(self.message, index, self.record_time)) {
       Stream& stream = self.streams[index];
       if (const auto* imu = std::get_if<ros1::ImuMessage>(&self.message)) {
         if (self.read_imu(stream, *imu, measurement)) return true;

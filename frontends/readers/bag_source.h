@@ -6,15 +6,9 @@
 #include "core/measurement_source.h"
 #include "core/warnings.h"
 #include "frontends/readers/platform.h"
+#include "frontends/readers/sensor_choice.h"
 
 namespace lodestone {
-
-/// Which sensors a run needs. A log may lack the topics of those that it does not.
-struct SensorChoice {
-  bool lidar = true;
-  bool imu = true;
-  bool magnetometers = true;
-};
 
 /// Measurements of a ROS 1 bag, in the order of recording; one message in memory at a time.
 ///
@@ -22,7 +16,7 @@ struct SensorChoice {
 /// there (with those that are), a cloud without per-point time, an IMU in g, a magnetometer in another unit than
 /// the platform says, sensors whose clocks differ. What a run survives is dropped or passed on, and counted in
 /// `warnings`: lidar.nan_points, lidar.empty_scan, lidar.packed_points, and for lidar, imu and magnetometer
-/// PART.stamp_back (dropped), PART.stamp_repeated (dropped); PART.not_finite (dropped), imu.gap.
+/// PART.stamp_back, PART.stamp_repeated, PART.stamp_jump and PART.not_finite (all dropped), and imu.gap.
 class BagSource : public MeasurementSource {
  public:
   /// `warnings` must outlive this.

@@ -240,6 +240,16 @@ TEST_F(BagSourceTest, StampsThatGoBackAreDroppedAndCounted) {
   for (std::size_t i = 1; i < contents.imu.size(); ++i) EXPECT_GT(contents.imu[i].time, contents.imu[i - 1].time);
 }
 
+TEST_F(BagSourceTest, OneStampInTheFarFutureDoesNotSpoilTheRest) {
+  log.on_imu = [](int i, ros1::ImuMessage& imu) {
+    if (i == 50) imu.stamp += 3'600'000'000'000;
+    return true;
+  };
+  const Contents contents = read();
+  EXPECT_EQ(contents.imu.size(), 404U);
+  EXPECT_EQ(contents.warnings.count("imu.stamp_jump"), 1);
+}
+
 TEST_F(BagSourceTest, SamplesThatAreNotFiniteAreDroppedAndCounted) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   log.on_imu = [nan](int i, ros1::ImuMessage& imu) {

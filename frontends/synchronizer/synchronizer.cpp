@@ -1,0 +1,185 @@
+#include "frontends/synchronizer/synchronizer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace lodestone {
+namespace {
+
+/// How far, in the log's time, the other sensors may run ahead before one is taken as silent.
+constexpr Time patience = 1'000'000'000;
+
+/// Up to this many IMU periods a missing sample at a log's start or end is nothing to speak of.
+constexpr Time tolerated_imu_periods = 2;
+
+ImuSample interpolate(const ImuSample& before, const ImuSample& after, Time time) {
+  if (time <= before.time || after.time == before.time) return {time, before.angular_velocity, before.linear_acceleration};
+  const double share = to_seconds(time - before.time) / to_seconds(after.time - before.time);
+  return {time, before.angular_velocity + share * (after.angular_velocity - before.angular_velocity),
+          before.linear_acceleration + share * (after.linear_acceleration - before.linear_acceleration)};
+}
+
+std::string at(Time time) { return fmt::format("at {:.3f} s", to_seconds(time)); }
+
+}  // namespace
+
+Synchronizer::Synchronizer(MeasurementSource& source, const SensorSuite& suite, WarningLog& warnings,
+                           SensorChoice choice)
+    : source_(source),
+      warnings_(warnings),
+      choice_(choice),
+      period_(from_seconds(suite.lidar.scan_period_s)),
+      imu_period_(from_seconds(1.0 / suite.imu.rate_hz)),
+      fields_(choice.magnetometers ? suite.magnetometers.size() : 0) {}
+
+bool Synchronizer::next(ScanBundle& bundle) {
+  while (plan(bundle.scan)) {
+    wait_for(bundle.scan.end);
+    if (!take_imu(bundle.scan, bundle.imu)) continue;
+    take_fields(bundle.scan, bundle.magnetic);
+    previous_end_ = bundle.scan.end;
+    started_ = true;
+    return true;
+  }
+  return false;
+}
+
+bool Synchronizer::pull() {
+  Measurement measurement;
+  if (ended_ || !source_.next(measurement)) {
+    ended_ = true;
+    return false;
+  }
+  newest_ = std::max(newest_, completion_time(measurement));
+  std::visit([this](auto& each) { add(std::move(each)); }, measurement);
+  return true;
+}
+
+void Synchronizer::add(LidarScan&& scan) {
+  if (choice_.lidar) scans_.push_back(std::move(scan));
+}
+
+void Synchronizer::add(const ImuSample& sample) {
+  if (!imu_.empty() && sample.time <= imu_.back().time) {
+    warnings_.add("imu.late", "a sample came after its time had been bridged " + at(sample.time), sample.time);
+    return;
+  }
+  imu_.push_back(sample);
+  last_measured_imu_ = sample.time;
+  // Before the first scan nothing else empties the queues.
+  while (!started_ && scans_.empty() && choice_.lidar && imu_.front().time < newest_ - patience) imu_.pop_front();
+}
+
+void Synchronizer::add(const MagneticSample& sample) {
+  if (!choice_.magnetometers) return;
+  if ((started_ && sample.time <= previous_end_) || !fields_.add(sample)) {
+    warnings_.add("magnetometer.late", "a sample came after its bundle was made " + at(sample.time), sample.time);
+  }
+  if (!started_ && scans_.empty() && choice_.lidar) fields_.forget(newest_ - patience);
+}
+
+bool Synchronizer::plan_empty(Time length, LidarScan& scan) const {
+  scan = {};
+  scan.start = previous_end_;
+  scan.end = previous_end_ + length;
+  return true;
+}
+
+/// Decides on the next step: a scan, or an empty one over a stretch without LiDAR. False at the end of the log.
+bool Synchronizer::plan(LidarScan& scan) {
+  if (!choice_.lidar) {
+    while (imu_.empty() && pull()) {
+    }
+    if (!started_ && !imu_.empty()) previous_end_ = imu_.front().time;
+    while (!imu_reaches(previous_end_ + period_) && pull()) {
+    }
+    return imu_reaches(previous_end_ + period_) && plan_empty(period_, scan);
+  }
+  const Time one_and_a_half = period_ + period_ / 2;
+  for (;;) {
+    while (scans_.empty() && !(started_ && imu_reaches(previous_end_ + one_and_a_half + patience)) && pull()) {
+    }
+    if (scans_.empty()) {
+      // Silent, or the end of the log: go on while there are IMU samples for a whole period, but put nothing in where
+      // only the usual rest of samples follows the last scan.
+      if (!started_ || !imu_reaches(previous_end_ + (silent_ ? period_ : one_and_a_half))) return false;
+      silent_ = true;
+      warnings_.add("lidar.silent", "no scan " + at(previous_end_) + "; an empty one was put in", previous_end_);
+      return plan_empty(period_, scan);
+    }
+    if (started_ && scans_.front().end <= previous_end_) {
+      warnings_.add("lidar.late_scan", "a scan ends before the one before it, or came too late, and was dropped " +
+                    at(scans_.front().end), scans_.front().end);
+      scans_.pop_front();
+      continue;
+    }
+    if (const Time hole = scans_.front().start - previous_end_; started_ && hole > period_ / 2) {
+      silent_ = true;
+      warnings_.add("lidar.silent", "no scan " + at(previous_end_) + "; an empty one was put in", previous_end_);
+      return plan_empty(hole > one_and_a_half ? period_ : hole, scan);
+    }
+    silent_ = false;
+    scan = std::move(scans_.front());
+    scans_.pop_front();
+    return true;
+  }
+}
+
+void Synchronizer::wait_for(Time time) {
+  while (!(imu_reaches(time) && fields_.passed(time)) && newest_ <= time + patience && pull()) {
+  }
+}
+
+/// Lets the last IMU sample stand for those that are missing up to the scan's end. False where the log has none left.
+bool Synchronizer::hold_last_imu(const LidarScan& scan) {
+  if (imu_.empty()) return false;
+  const Time missing = scan.end - last_measured_imu_;
+  if (ended_ && missing > period_) return false;
+  if (missing > tolerated_imu_periods * imu_period_) {
+    warnings_.add("imu.held", fmt::format("{:.3f} s without a sample before {:.3f} s; the last one was held",
+                                          to_seconds(missing), to_seconds(scan.end)), scan.end);
+  }
+  ImuSample held = imu_.back();
+  held.time = scan.end;
+  imu_.push_back(held);
+  return true;
+}
+
+bool Synchronizer::take_imu(const LidarScan& scan, std::vector<ImuSample>& samples) {
+  const Time begin = started_ ? previous_end_ : scan.start;
+  if (!imu_reaches(scan.end) && !hold_last_imu(scan)) {
+    // At the end of the log no IMU sample can follow for the scans that wait behind this one either.
+    const auto waiting = ended_ ? static_cast<std::int64_t>(scans_.size()) : 0;
+    warnings_.add("lidar.after_imu", "a scan has no IMU samples and was dropped " + at(scan.end), scan.end,
+                  waiting + (silent_ ? 0 : 1));
+    if (ended_) scans_.clear();
+    return false;
+  }
+  while (imu_.size() > 1 && imu_[1].time <= begin) imu_.pop_front();
+  if (imu_.front().time > begin + tolerated_imu_periods * imu_period_) {
+    warnings_.add("lidar.before_imu", "a scan starts before the first IMU sample and was dropped " + at(scan.start),
+                  scan.start);
+    return false;
+  }
+  samples.clear();
+  samples.push_back(interpolate(imu_.front(), imu_.size() > 1 ? imu_[1] : imu_.front(), begin));
+  ImuSample last = samples.front();
+  while (!imu_.empty() && imu_.front().time < scan.end) {
+    last = imu_.front();
+    imu_.pop_front();
+    if (last.time > begin) samples.push_back(last);
+  }
+  samples.push_back(interpolate(last, imu_.front(), scan.end));
+  // The next bundle starts from the same sample.
+  if (imu_.front().time > scan.end) imu_.push_front(samples.back());
+  return true;
+}
+
+void Synchronizer::take_fields(const LidarScan& scan, std::vector<MagneticArraySample>& samples) {
+  samples.clear();
+  if (!started_) fields_.forget(scan.start);
+  while (auto sample = fields_.take(scan.end)) samples.push_back(std::move(*sample));
+}
+
+}  // namespace lodestone
