@@ -72,16 +72,29 @@ class EstimatorRunTest : public testing::Test {
     EstimatorRun run;
     run.name = "stand-in";
     run.folder = folder_ / "stand-in";
-    run.log_end = from_seconds(0.1 * kScans);
     run.truth = &truth_;
-    run.next_bundle = [scan = 0](ScanBundle& bundle) mutable {
-      if (scan == kScans) return false;
-      bundle.scan.start = from_seconds(0.1 * scan);
-      bundle.scan.end = from_seconds(0.1 * ++scan);
-      return true;
+    run.open = []() {
+      return OpenedLog{0, from_seconds(0.1 * kScans), [scan = 0](ScanBundle& bundle) mutable {
+                         if (scan == kScans) return false;
+                         bundle.scan.start = from_seconds(0.1 * scan);
+                         bundle.scan.end = from_seconds(0.1 * ++scan);
+                         return true;
+                       }};
     };
     run.make_estimator = [stand_in](const ScanBundle&) { return std::make_unique<StandIn>(stand_in); };
     return run;
+  }
+
+  /// The same log, with `before` called ahead of every bundle.
+  static std::function<OpenedLog()> opened_with(const EstimatorRun& run, std::function<void(int)> before) {
+    return [open = run.open, before]() {
+      OpenedLog log = open();
+      log.next = [next = log.next, before, count = 0](ScanBundle& bundle) mutable {
+        before(++count);
+        return next(bundle);
+      };
+      return log;
+    };
   }
 
   nlohmann::json summary() const { return nlohmann::json::parse(content_of(folder_ / "stand-in/summary.json")); }
@@ -152,7 +165,11 @@ TEST_F(EstimatorRunTest, SuccessEndsAtOneMetre) {
 
 TEST_F(EstimatorRunTest, SuccessNeedsTheEndOfTheLog) {
   EstimatorRun run = run_with(StandIn{});
-  run.log_end += from_seconds(5.0);
+  run.open = [open = run.open]() {
+    OpenedLog log = open();
+    log.end += from_seconds(5.0);
+    return log;
+  };
   WarningLog warnings;
   EXPECT_FALSE(run_estimator(run, warnings).summary.truth->success);
 }
@@ -187,11 +204,9 @@ TEST_F(EstimatorRunTest, NumbersThatAreNoneAreNoSuccess) {
 
 TEST_F(EstimatorRunTest, KeepsWhatItHasWhenTheLogBreaksOff) {
   EstimatorRun run = run_with(StandIn{});
-  const auto whole = run.next_bundle;
-  run.next_bundle = [whole, count = 0](ScanBundle& bundle) mutable {
-    if (++count > 30) throw InputError("log.bag: chunk 7 is cut off");
-    return whole(bundle);
-  };
+  run.open = opened_with(run, [](int count) {
+    if (count > 30) throw InputError("log.bag: chunk 7 is cut off");
+  });
   WarningLog warnings;
   EXPECT_THROW(run_estimator(run, warnings), InputError);
   EXPECT_EQ(read_trajectory((folder_ / "stand-in/trajectory.tum").string()).size(), 30U);
@@ -201,7 +216,7 @@ TEST_F(EstimatorRunTest, KeepsWhatItHasWhenTheLogBreaksOff) {
 
 TEST_F(EstimatorRunTest, RefusesALogWithoutScans) {
   EstimatorRun run = run_with(StandIn{});
-  run.next_bundle = [](ScanBundle&) { return false; };
+  run.open = []() { return OpenedLog{0, 0, [](ScanBundle&) { return false; }}; };
   WarningLog warnings;
   EXPECT_THROW(run_estimator(run, warnings), InputError);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "stand-in/trajectory.tum"));
@@ -213,11 +228,9 @@ TEST_F(EstimatorRunDeathTest, KeepsWhatItHasWhenInterrupted) {
   const auto run_and_exit = [this]() {
     catch_interrupts();
     EstimatorRun run = run_with(StandIn{});
-    const auto whole = run.next_bundle;
-    run.next_bundle = [whole, count = 0](ScanBundle& bundle) mutable {
-      if (++count == 20) std::raise(SIGINT);
-      return whole(bundle);
-    };
+    run.open = opened_with(run, [](int count) {
+      if (count == 20) std::raise(SIGINT);
+    });
     WarningLog warnings;
     std::exit(run_estimator(run, warnings).summary.status == RunStatus::interrupted ? 0 : 1);
   };

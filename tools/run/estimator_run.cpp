@@ -52,6 +52,8 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   EstimatorOutcome outcome;
   RunSummary& summary = outcome.summary;
   summary.estimator = run.name;
+  const OpenedLog log = run.open();
+  outcome.log_begin = log.begin;
   EstimateFiles files(run.folder);
   BothSinks sinks(files, outcome.record);
   std::unique_ptr<Estimator> estimator;
@@ -59,10 +61,10 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   Time first_start = 0;
   Time last_end = 0;
   {
-    Progress progress(run.name, run.log_begin, run.log_end);
+    Progress progress(run.name, log.begin, log.end);
     try {
       ScanBundle bundle;
-      while (run.next_bundle(bundle)) {
+      while (log.next(bundle)) {
         if (!estimator) {
           estimator = run.make_estimator(bundle);
           first_start = bundle.scan.start;
@@ -92,14 +94,14 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   std::string mark;
   if (summary.status != RunStatus::done) {
-    mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(run.log_end));
+    mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(log.end));
     if (failure) mark += fmt::format(": {}", failure->what());
     if (summary.status != RunStatus::lost) warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
   }
   files.finish(mark);
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_rss_mb = peak_memory_mb();
-  if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, run.log_end, summary.status);
+  if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log.end, summary.status);
   if (summary.truth && summary.truth->pairs.empty()) {
     warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock", last_end);
   }

@@ -11,15 +11,19 @@
 
 namespace lodestone {
 
+/// A log as a sequence of bundles.
+struct OpenedLog {
+  Time begin = 0;
+  Time end = 0;
+  std::function<bool(ScanBundle&)> next;  ///< false at the end of the log
+};
+
 /// One estimator's pass over a log.
 struct EstimatorRun {
   std::string name;
   std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, summary.json
-  Time log_begin = 0;
-  Time log_end = 0;
   const Trajectory* truth = nullptr;  ///< null: no figures against the truth
-
-  std::function<bool(ScanBundle&)> next_bundle;                              ///< false at the end of the log
+  std::function<OpenedLog()> open;    ///< opens the log at its beginning; its time counts
   std::function<std::unique_ptr<Estimator>(const ScanBundle&)> make_estimator;  ///< called with the first bundle
 };
 
@@ -27,6 +31,7 @@ struct EstimatorRun {
 struct EstimatorOutcome {
   RunSummary summary;
   EstimateRecord record;
+  Time log_begin = 0;
 };
 
 /// Works off the log. A signal (interrupt_requested) or an InputError of the source ends it early: what there is is
