@@ -1,0 +1,45 @@
+#include "tools/run/initial_pose.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <sstream>
+
+#include "core/error.h"
+#include "frontends/readers/trajectory_file.h"
+
+namespace lodestone {
+
+Pose parse_initial_pose(const std::string& text) {
+  std::string blanks = text;
+  for (char& character : blanks) character = character == ',' ? ' ' : character;
+  std::istringstream stream(blanks);
+  std::array<double, 7> v{};
+  for (double& value : v) stream >> value;
+  std::string rest;
+  const Quaternion rotation(v[6], v[3], v[4], v[5]);
+  const bool finite = std::isfinite(rotation.norm()) && std::isfinite(v[0] + v[1] + v[2]);
+  if (!stream || (stream >> rest) || !finite) {
+    throw InputError(fmt::format("--initial-pose: expected \"x y z qx qy qz qw\" in metres, found \"{}\"", text));
+  }
+  if (std::abs(rotation.norm() - 1.0) > 1e-2) {
+    throw InputError(fmt::format("--initial-pose: the quaternion \"qx qy qz qw\" has length {:.4f} instead of 1; without a "
+                                 "turn it is 0 0 0 1",
+                                 rotation.norm()));
+  }
+  return {rotation.normalized(), {v[0], v[1], v[2]}};
+}
+
+Pose initial_pose_from(const Trajectory& trajectory, const std::string& path, Time time) {
+  constexpr Time kEarliest = 1'000'000'000;
+  if (const auto pose = interpolate(trajectory, time, from_seconds(1.0))) return *pose;
+  const Time wait = trajectory.front().time - time;
+  if (wait > 0 && wait < kEarliest) return trajectory.front().pose;
+  throw InputError(fmt::format("{}: no pose at the log's begin, {} s: it spans {} s to {} s; --initial-pose-from takes a "
+                               "trajectory with the log's clock",
+                               path, format_stamp(time), format_stamp(trajectory.front().time),
+                               format_stamp(trajectory.back().time)));
+}
+
+}  // namespace lodestone

@@ -1,0 +1,56 @@
+#include "tools/run/picture_series.h"
+
+#include <cmath>
+
+#include "core/evaluation/errors.h"
+
+namespace lodestone {
+
+namespace {
+
+/// The part of the truth that belongs to the log: a survey of the whole day would make the picture too wide.
+Trajectory during(const Trajectory& truth, const std::vector<PictureSeries>& series) {
+  Trajectory part;
+  for (const PictureSeries& one : series) {
+    if (one.trajectory.empty()) continue;
+    for (const StampedPose& pose : truth) {
+      if (pose.time >= one.trajectory.front().time && pose.time <= one.trajectory.back().time) part.push_back(pose);
+    }
+    break;
+  }
+  return part;
+}
+
+}  // namespace
+
+PictureSeries picture_series(const EstimatorOutcome& outcome) {
+  PictureSeries series;
+  series.name = outcome.summary.estimator;
+  series.trajectory = outcome.record.best();
+  if (outcome.summary.truth) {
+    for (const PosePair& pair : outcome.summary.truth->pairs) {
+      series.error_time_s.push_back(to_seconds(pair.time - outcome.log_begin));
+    }
+    series.error_m = translation_errors(outcome.summary.truth->pairs);
+  }
+  bool magnetic = false;
+  for (const EstimateRecord::Step& step : outcome.record.steps()) {
+    series.step_time_s.push_back(to_seconds(step.time - outcome.log_begin));
+    series.degenerate_directions.push_back(step.diagnostics.degenerate_directions);
+    const bool seen = step.diagnostics.magnetic_samples > 0;
+    series.magnetic_weight.push_back(seen ? step.diagnostics.magnetic_weight : std::nan(""));
+    magnetic = magnetic || seen;
+  }
+  if (!magnetic) series.magnetic_weight.clear();
+  return series;
+}
+
+void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
+                    const std::vector<PictureSeries>& series) {
+  std::filesystem::create_directories(folder);
+  draw_map_picture(folder / "map.png", map, during(truth, series), series);
+  draw_error_picture(folder / "error.png", series);
+  draw_distribution_picture(folder / "distribution.png", series);
+}
+
+}  // namespace lodestone
