@@ -104,7 +104,7 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   bool shaded = false;
   if (!series.empty()) {
     for (const auto& [from, to] : degenerate_stretches(series.front())) {
-      error_axes.band(from, to, ink::shade, 0.3);
+      error_axes.band(from, to, ink::shade, 0.2);
       shaded = true;
     }
   }
@@ -121,7 +121,7 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   if (magnetic) weight_axes.labels("time, s", "mag. weight", kTimeTicks, 2);
 
   for (std::size_t i = 0; i < series.size(); ++i) legend.push_back({series[i].name, series_color(i), 2.5});
-  if (shaded) legend.push_back({"LiDAR degenerate (" + series.front().name + ")", {223, 223, 223}, 0.0, true});
+  if (shaded) legend.push_back({"LiDAR degenerate (" + series.front().name + ")", {234, 234, 234}, 0.0, true});
   draw_legend(canvas, {kLeft, 46.0}, kRight, legend);
   canvas.save(path);
 }
