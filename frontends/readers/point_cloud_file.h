@@ -1,0 +1,19 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/warnings.h"
+
+namespace lodestone {
+
+/// Positions of a point-cloud map (PCD in ascii, binary or compressed; PLY), metres, in the file's order. Points that are
+/// not finite are dropped and counted ("cloud.nan_points"). Throws InputError, naming the file, where it is missing, of
+/// another kind, malformed, without x, y, z, or holds no points.
+std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLog& warnings);
+
+/// Writes positions as a binary PCD, aside and renamed. Throws InputError.
+void write_point_cloud(const std::string& path, const std::vector<Eigen::Vector3f>& points);
+
+}  // namespace lodestone

@@ -1,0 +1,112 @@
+#include "frontends/readers/point_cloud_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/frontends/readers/test_files.h"
+
+namespace lodestone {
+namespace {
+
+using ::lodestone::testing::message_of;
+using ::lodestone::testing::TemporaryFolder;
+using ::lodestone::testing::write_text;
+using ::testing::HasSubstr;
+
+std::string pcd_header(const std::string& fields, int points) {
+  const std::string n = std::to_string(points);
+  std::string sizes;
+  std::string types;
+  std::string counts;
+  for (std::size_t i = 0; i < 1 + static_cast<std::size_t>(std::count(fields.begin(), fields.end(), ' ')); ++i) {
+    sizes += " 4";
+    types += " F";
+    counts += " 1";
+  }
+  return "# .PCD v0.7\nVERSION 0.7\nFIELDS " + fields + "\nSIZE" + sizes + "\nTYPE" + types + "\nCOUNT" + counts +
+         "\nWIDTH " + n + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA ascii\n";
+}
+
+std::string error_of(const std::string& path) {
+  WarningLog warnings;
+  return message_of<InputError>([&] { read_point_cloud(path, warnings); });
+}
+
+TEST(PointCloudFile, ReadsBackWhatItWrote) {
+  const TemporaryFolder folder;
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 1000; ++i) points.emplace_back(0.1F * static_cast<float>(i), -3.0F, 1e-3F * static_cast<float>(i));
+  write_point_cloud(folder / "map.pcd", points);
+  WarningLog warnings;
+  EXPECT_EQ(read_point_cloud(folder / "map.pcd", warnings), points);
+  EXPECT_TRUE(warnings.entries().empty());
+  EXPECT_THAT(message_of<InputError>([&] { write_point_cloud(folder / "absent/map.pcd", points); }),
+              HasSubstr("cannot be written"));
+}
+
+TEST(PointCloudFile, ReadsAsciiWithFurtherFieldsAndCountsNan) {
+  const TemporaryFolder folder;
+  write_text(folder / "map.pcd", pcd_header("intensity z y x", 3) + "9 3 2 1\n9 nan 2 1\n9 6 5 4\n");
+  WarningLog warnings;
+  const auto points = read_point_cloud(folder / "map.pcd", warnings);
+  ASSERT_EQ(points.size(), 2U);
+  EXPECT_EQ(points[0], Eigen::Vector3f(1, 2, 3));
+  EXPECT_EQ(points[1], Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(warnings.count("cloud.nan_points"), 1);
+}
+
+TEST(PointCloudFile, ReadsCompressedPcd) {
+  const TemporaryFolder folder;
+  // LZF of literals alone: a length less one, then the bytes. Compressed files hold each field in one piece.
+  const float columns[6] = {1, 4, 2, 5, 3, 6};
+  const std::uint32_t sizes[2] = {25, 24};
+  std::string text = pcd_header("x y z", 2);
+  text.replace(text.find("ascii"), 5, "binary_compressed");
+  text.append(reinterpret_cast<const char*>(sizes), 8).append(1, 23).append(reinterpret_cast<const char*>(columns), 24);
+  write_text(folder / "map.pcd", text);
+  WarningLog warnings;
+  EXPECT_EQ(read_point_cloud(folder / "map.pcd", warnings),
+            (std::vector<Eigen::Vector3f>{Eigen::Vector3f(1, 2, 3), Eigen::Vector3f(4, 5, 6)}));
+}
+
+TEST(PointCloudFile, ReadsPlyByItsContentNotItsName) {
+  const TemporaryFolder folder;
+  write_text(folder / "map.pcd",
+             "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+             "end_header\n1 2 3\n4 5 6\n");
+  WarningLog warnings;
+  EXPECT_EQ(read_point_cloud(folder / "map.pcd", warnings).size(), 2U);
+}
+
+TEST(PointCloudFile, SaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(error_of(folder / "absent.pcd"), HasSubstr("there is no such file"));
+  EXPECT_THAT(error_of(folder.path().string()), HasSubstr("expected a PCD or PLY file"));
+  write_text(folder / "text.pcd", "hello\n");
+  EXPECT_THAT(error_of(folder / "text.pcd"), HasSubstr("neither a PCD nor a PLY"));
+  write_text(folder / "empty.pcd", pcd_header("x y z", 0));
+  EXPECT_THAT(error_of(folder / "empty.pcd"), HasSubstr("has no points"));
+  write_point_cloud(folder / "none.pcd", {});
+  EXPECT_THAT(error_of(folder / "none.pcd"), HasSubstr("has no points"));
+  write_text(folder / "nan.pcd", pcd_header("x y z", 1) + "nan nan nan\n");
+  EXPECT_THAT(error_of(folder / "nan.pcd"), HasSubstr("no finite points"));
+  write_text(folder / "flat.pcd", pcd_header("x y", 1) + "1 2\n");
+  EXPECT_THAT(error_of(folder / "flat.pcd"), HasSubstr("no field 'z'; the file has x, y"));
+  write_point_cloud(folder / "cut.pcd", std::vector<Eigen::Vector3f>(1000, Eigen::Vector3f::Ones()));
+  std::filesystem::resize_file(folder / "cut.pcd", 2000);
+  EXPECT_THAT(error_of(folder / "cut.pcd"), HasSubstr("cannot be read"));
+  write_text(folder / "cut.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n");
+  EXPECT_THAT(error_of(folder / "cut.ply"), HasSubstr("cannot be read"));
+}
+
+TEST(PointCloudFile, ReadsRealMaps) {
+  WarningLog warnings;
+  LODESTONE_REAL_DATA(map, "lidar/ouster_map.ply");
+  EXPECT_EQ(read_point_cloud(map, warnings).size(), 155000U);
+  LODESTONE_REAL_DATA(source, "lidar/source.ply");
+  EXPECT_GT(read_point_cloud(source, warnings).size(), 10000U);
+}
+
+}  // namespace
+}  // namespace lodestone
