@@ -1,0 +1,168 @@
+// `lodestone run` as a user calls it, on a log of a robot that stands in a room for three seconds.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "frontends/readers/platform.h"
+#include "frontends/readers/trajectory_file.h"
+#include "frontends/simulation/bag_recorder.h"
+#include "frontends/simulation/cloud_map.h"
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr Time kBegin = 1'700'000'000'000'000'000;
+constexpr double kDuration = 3.0;
+const Vector3 kRoom{8.0, 6.0, 3.0};  // metres; the robot stands in its middle
+
+/// Where a ray from the middle of the room meets its walls.
+Vector3 wall_along(const Vector3& direction) { return direction * (0.5 * kRoom.array() / direction.array().abs()).minCoeff(); }
+
+LidarScan scan_at(Time start) {
+  LidarScan scan;
+  scan.start = start;
+  for (int column = 0; column < 512; ++column) {
+    for (int row = 0; row < 16; ++row) {
+      const double azimuth = 2.0 * 3.14159265358979 * column / 512.0 + 1e-3;
+      const double elevation = 0.05 * (row - 7.5);
+      const Vector3 ray{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
+      LidarPoint point;
+      point.position = wall_along(ray).cast<float>();
+      point.ring = static_cast<std::uint16_t>(row);
+      point.offset_ns = column * 190'000;
+      scan.points.push_back(point);
+    }
+  }
+  scan.end = start + 511 * 190'000;
+  return scan;
+}
+
+std::vector<Eigen::Vector3f> room_cloud() {
+  std::vector<Eigen::Vector3f> cloud;
+  const Vector3 half = 0.5 * kRoom;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    for (double a = -half(u); a <= half(u); a += 0.07) {
+      for (double b = -half(v); b <= half(v); b += 0.07) {
+        for (const double side : {-1.0, 1.0}) {
+          Eigen::Vector3f point;
+          point(axis) = static_cast<float>(side * half(axis));
+          point(u) = static_cast<float>(a);
+          point(v) = static_cast<float>(b);
+          cloud.push_back(point);
+        }
+      }
+    }
+  }
+  return cloud;
+}
+
+class RunCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    Platform platform;
+    platform.name = "standing";
+    save_platform(platform, path("platform.yaml"));
+    simulation::write_pcd(path("cloud.pcd"), room_cloud());
+    simulation::BagRecorder recorder(path("log.bag"), {platform.lidar.topic, platform.imu.topic, {}});
+    Trajectory truth;
+    Time next_scan = kBegin + from_seconds(0.05);
+    for (Time time = kBegin; time <= kBegin + from_seconds(kDuration); time += from_seconds(0.005)) {
+      recorder.write(ImuSample{time, Vector3::Zero(), {0.0, 0.0, platform.suite.gravity_m_s2}});
+      truth.push_back({time, Pose{}});
+      if (time >= next_scan + from_seconds(0.1)) {
+        recorder.write(scan_at(next_scan));
+        next_scan += from_seconds(0.1);
+      }
+    }
+    recorder.close();
+    write_tum(path("truth.tum"), truth);
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string call(const std::string& options) const {
+    return "run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") + " --out " +
+           path("out") + " " + options;
+  }
+
+  void expect_refused(const std::string& arguments, const std::string& expected) const {
+    const ProgramResult result = run_lodestone(arguments);
+    EXPECT_EQ(result.code, 2) << arguments;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr(expected));
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(RunCommand, WritesTheContractsFilesAndTheTable) {
+  const ProgramResult result = run_lodestone(call("--estimator smoother,lidar-inertial --initial-pose-from " +
+                                                  path("truth.tum") + " --truth " + path("truth.tum")));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("ATE m"));
+  EXPECT_THAT(result.output, HasSubstr("LiDAR-inertial"));
+  const std::filesystem::path out = folder_ / "out";
+  for (const char* name : {"smoother", "lidar-inertial"}) {
+    for (const char* file : {"trajectory.tum", "causal.tum", "covariance.csv", "diagnostics.csv", "summary.json"}) {
+      EXPECT_TRUE(std::filesystem::exists(out / name / file)) << name << "/" << file;
+    }
+    const auto summary = nlohmann::json::parse(content_of(out / name / "summary.json"));
+    EXPECT_EQ(summary["estimator"], name);
+    EXPECT_GE(summary["scans"], 25);
+    EXPECT_TRUE(summary["success"].get<bool>());
+    EXPECT_LT(summary["ate_m"].get<double>(), 0.02);
+  }
+  EXPECT_EQ(nlohmann::json::parse(content_of(out / "summary.json"))["status"], "done");
+  for (const char* picture : {"map.png", "error.png", "distribution.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(out / "pictures" / picture)) << picture;
+  }
+  // The effective configuration is itself a configuration.
+  EXPECT_EQ(run_lodestone(call("--config " + (out / "config.yaml").string())).code, 0);
+}
+
+TEST_F(RunCommand, GivesTheSameBitsOnOneAndTwoThreads) {
+  ASSERT_EQ(run_lodestone(call("--threads 1")).code, 0);
+  const std::string best = content_of(folder_ / "out/smoother/trajectory.tum");
+  const std::string covariance = content_of(folder_ / "out/smoother/covariance.csv");
+  ASSERT_EQ(run_lodestone(call("--threads 2")).code, 0);
+  EXPECT_EQ(content_of(folder_ / "out/smoother/trajectory.tum"), best);
+  EXPECT_EQ(content_of(folder_ / "out/smoother/covariance.csv"), covariance);
+}
+
+TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
+  expect_refused(call("--estimator smother"), "did you mean 'smoother'?");
+  expect_refused(call("--estimator smoother,smoother"), "named twice");
+  expect_refused(call("--truth " + path("nowhere.tum")), "nowhere.tum");
+  expect_refused(call("--config " + path("nowhere.yaml")), "nowhere.yaml");
+  expect_refused(call("--set no.such.key=3"), "unknown key");
+  expect_refused(call("--initial-pose '1 2 3'"), "--initial-pose");
+  expect_refused(call("--initial-pose '900 2 3 0 0 0 1'"), "no plane of this map");
+  expect_refused(call("--max-range -3"), "--max-range");
+  expect_refused(call("--threads 0"), "--threads");
+  const std::string rest = " --platform " + path("platform.yaml") + " --out " + path("out");
+  expect_refused("run " + path("nowhere.bag") + rest + " --cloud " + path("cloud.pcd"), "nowhere.bag");
+  expect_refused("run " + path("truth.tum") + rest + " --cloud " + path("cloud.pcd"), "truth.tum");
+  expect_refused("run " + path("log.bag") + rest + " --cloud " + path("nowhere.pcd"), "nowhere.pcd");
+  expect_refused("run " + path("log.bag") + rest + " --magnetic " + path("nowhere.yaml"), "nowhere.yaml");
+  expect_refused("run " + path("log.bag") + rest, "--magnetic");
+  EXPECT_EQ(run_lodestone("run").code, 2);
+  EXPECT_EQ(run_lodestone(call("--refine batch")).code, 2);
+}
+
+TEST(RunHelp, ShowsExamplesAndEveryOption) {
+  const ProgramResult help = run_lodestone("run --help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.output, HasSubstr("Examples"));
+  const ProgramResult options = run_lodestone("run --list-options");
+  EXPECT_EQ(options.code, 0);
+  EXPECT_THAT(options.output, HasSubstr(" = "));
+}
+
+}  // namespace
+}  // namespace lodestone

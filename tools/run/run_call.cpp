@@ -1,0 +1,195 @@
+#include "tools/run/run_call.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <set>
+
+#include "core/error.h"
+#include "estimators/factory.h"
+#include "frontends/configuration/nearest_name.h"
+#include "frontends/configuration/options.h"
+#include "frontends/readers/bag_source.h"
+#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/readers/platform.h"
+#include "frontends/readers/point_cloud_file.h"
+#include "frontends/readers/text_file.h"
+#include "frontends/readers/trajectory_file.h"
+#include "frontends/synchronizer/synchronizer.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+#include "tools/run/estimator_run.h"
+#include "tools/run/initial_pose.h"
+#include "tools/run/picture_series.h"
+#include "tools/run/resources.h"
+
+namespace lodestone {
+
+namespace {
+
+/// Everything that the estimators of one call share.
+struct RunMaterial {
+  Platform platform;
+  RunOptions options;
+  std::shared_ptr<const PlaneMap> planes;
+  std::shared_ptr<const MagneticMap> field;
+  Trajectory truth;
+  Trajectory start;
+  SensorChoice sensors;
+};
+
+void check_call(const RunCall& call) {
+  const std::vector<std::string> known = estimator_names();
+  std::set<std::string> seen;
+  for (const std::string& name : call.estimators) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      throw InputError(fmt::format("--estimator: expected names from {}, found '{}'; did you mean '{}'?", join_names(known),
+                                   name, nearest_name(name, known)));
+    }
+    if (!seen.insert(name).second) throw InputError(fmt::format("--estimator: '{}' is named twice", name));
+  }
+  if (call.cloud.empty() && call.magnetic.empty()) {
+    throw InputError("no map: give --cloud MAP.pcd, --magnetic FIELD.yaml, or both");
+  }
+  if (call.max_range_m && !(*call.max_range_m > 0.0)) {
+    throw InputError(fmt::format("--max-range: expected metres above 0, found {}", *call.max_range_m));
+  }
+  if (call.threads && *call.threads < 1) {
+    throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
+  }
+  if (!call.initial_pose.empty()) parse_initial_pose(call.initial_pose);
+  if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
+}
+
+RunMaterial load(const RunCall& call, WarningLog& warnings) {
+  RunMaterial material;
+  load_options(load_configuration(call.configurations, call.settings), material.options);
+  material.platform = load_platform(call.platform);
+  if (call.max_range_m) material.platform.suite.lidar.max_range_m = *call.max_range_m;
+  if (!call.truth.empty()) material.truth = read_trajectory(call.truth);
+  if (!call.initial_pose_from.empty()) material.start = read_trajectory(call.initial_pose_from);
+  material.sensors.lidar = !call.cloud.empty();
+  material.sensors.magnetometers = !call.magnetic.empty();
+  if (!call.cloud.empty()) {
+    material.planes = std::make_shared<PlaneMap>(read_point_cloud(call.cloud, warnings), material.options.lidar.map);
+    std::printf("%s: %zu planes\n", call.cloud.c_str(), material.planes->planes().size());
+  } else {
+    std::printf("no --cloud: LiDAR is left out, the run is magnetic-inertial\n");
+  }
+  if (!call.magnetic.empty()) {
+    material.field = std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic));
+    const FieldGrid& grid = material.field->grid();
+    std::printf("%s: %d x %d nodes of %g m, %zu layer%s\n", call.magnetic.c_str(), grid.columns, grid.rows,
+                grid.resolution_m, grid.heights_m.size(), grid.heights_m.size() == 1 ? "" : "s");
+  } else {
+    std::printf("no --magnetic: magnetometers are left out, the run is LiDAR-inertial\n");
+  }
+  return material;
+}
+
+/// A start that no map reaches can only fail: better said at once.
+void check_start(const RunCall& call, const RunMaterial& material, const Pose& pose, Time time, WarningLog& warnings) {
+  const Vector3& p = pose.position;
+  if (material.planes != nullptr) {
+    const double reach = material.platform.suite.lidar.max_range_m;
+    const auto& planes = material.planes->planes();
+    const bool seen = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+      return (plane.center.cast<double>() - p).squaredNorm() < reach * reach;
+    });
+    if (!seen) {
+      throw InputError(fmt::format("{}: no plane of this map within the LiDAR's {} m of the start ({:.2f} {:.2f} {:.2f}); "
+                                   "check --initial-pose and the map's frame",
+                                   call.cloud, reach, p.x(), p.y(), p.z()));
+    }
+  }
+  if (material.field != nullptr && !material.field->query(p, FieldInterpolation::bilinear)) {
+    warnings.add("run.start_off_field",
+                 fmt::format("the start ({:.2f} {:.2f} {:.2f}) has no field in {}", p.x(), p.y(), p.z(), call.magnetic), time);
+  }
+}
+
+Pose find_start(const RunCall& call, const RunMaterial& material, Time time, WarningLog& warnings) {
+  if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
+  if (!call.initial_pose_from.empty()) return initial_pose_from(material.start, call.initial_pose_from, time);
+  warnings.add("run.initial_pose", "none given: the map's origin is taken; --initial-pose or --initial-pose-from says better",
+               time);
+  return {};
+}
+
+/// The bag and the synchronizer over it, alive as long as the function that reads them.
+struct LogReader {
+  LogReader(const RunCall& call, const RunMaterial& material, WarningLog& warnings)
+      : source(call.log, material.platform, warnings, material.sensors),
+        synchronizer(source, material.platform.suite, warnings, material.sensors) {}
+  BagSource source;
+  Synchronizer synchronizer;
+};
+
+EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunMaterial& material, WarningLog warnings) {
+  EstimatorRun run;
+  run.name = name;
+  run.folder = std::filesystem::path(call.out) / name;
+  run.truth = call.truth.empty() ? nullptr : &material.truth;
+  run.open = [&]() {
+    const auto reader = std::make_shared<LogReader>(call, material, warnings);
+    return OpenedLog{reader->source.begin_time(), reader->source.end_time(),
+                     [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
+  };
+  run.make_estimator = [&](const ScanBundle& first) {
+    const Pose start = find_start(call, material, first.scan.start, warnings);
+    check_start(call, material, start, first.scan.start, warnings);
+    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, material.options, &warnings});
+  };
+  return run_estimator(run, warnings);
+}
+
+std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call) {
+  return {{"lodestone", LODESTONE_VERSION}, {"log", call.log},     {"platform", call.platform}, {"cloud", call.cloud},
+          {"magnetic", call.magnetic},      {"truth", call.truth}, {"initial_pose", call.initial_pose},
+          {"initial_pose_from", call.initial_pose_from}};
+}
+
+int exit_code_of(const std::vector<RunSummary>& runs) {
+  int code = exit_code::done;
+  for (const RunSummary& run : runs) {
+    if (run.status == RunStatus::interrupted) return exit_code::interrupted;
+    if (run.status == RunStatus::lost) code = exit_code::track_lost;
+  }
+  return code;
+}
+
+}  // namespace
+
+int execute(const RunCall& call) {
+  catch_interrupts();
+  check_call(call);
+  const ThreadLimit limit(call.threads.value_or(0));
+  WarningLog shared;
+  const RunMaterial material = load(call, shared);
+  const std::filesystem::path out = call.out;
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error) throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", call.out, error.message()));
+  write_text_file((out / "config.yaml").string(),
+                  "# Every option of this run; --config takes it again.\n" + save_options(material.options));
+
+  std::vector<RunSummary> summaries;
+  std::vector<PictureSeries> series;
+  for (const std::string& name : call.estimators) {
+    EstimatorOutcome outcome = run_one(name, call, material, shared);
+    series.push_back(picture_series(outcome));
+    summaries.push_back(std::move(outcome.summary));
+    write_text_file((out / "summary.json").string(), to_json(inputs_of(call), summaries));
+    if (summaries.back().status == RunStatus::interrupted) break;
+  }
+  std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
+  if (!call.truth.empty()) {
+    write_pictures(out / "pictures", material.field.get(), material.truth, series);
+    std::printf("pictures: %s\n", (out / "pictures").c_str());
+  }
+  return exit_code_of(summaries);
+}
+
+}  // namespace lodestone
