@@ -62,27 +62,34 @@ struct SyntheticLog {
     writer.write("/ouster/points", record_time, cloud);
   }
 
+  void write_imu(ros1::BagWriter& writer, int i) const {
+    ros1::ImuMessage imu;
+    imu.stamp = start + i * imu_period - 2'000'000;
+    imu.linear_acceleration = {0.0, 0.0, 9.80665};
+    imu.angular_velocity = {0.0, 0.0, 0.001 * i};
+    const Time record_time = imu.stamp;
+    if (!on_imu || on_imu(i, imu)) writer.write("/imu/data", record_time, imu);
+  }
+
+  void write_fields(ros1::BagWriter& writer, int i) const {
+    for (int k = 0; k < magnetometers; ++k) {
+      ros1::MagneticFieldMessage field;
+      field.stamp = start + i * field_period + 1'000'000;
+      field.field_tesla = {20e-6, 1e-6 * k, -40e-6};
+      const Time record_time = field.stamp;
+      if (on_field && !on_field(i, k, field)) continue;
+      writer.write("/magnetometer_" + std::to_string(k) + "/field", record_time, field);
+    }
+  }
+
+  /// In the order of a recorder: else reading jumps to and fro between compressed chunks.
   void write(const std::string& path) const {
     ros1::BagWriter writer(path, compression);
-    for (int scan = 0; lidar && scan < scans; ++scan) write_scan(writer, scan);
     const Time duration = scans * period + 20'000'000;
-    for (int i = 0; i * imu_period <= duration; ++i) {
-      ros1::ImuMessage imu;
-      imu.stamp = start + i * imu_period - 2'000'000;
-      imu.linear_acceleration = {0.0, 0.0, 9.80665};
-      imu.angular_velocity = {0.0, 0.0, 0.001 * i};
-      const Time record_time = imu.stamp;
-      if (!on_imu || on_imu(i, imu)) writer.write("/imu/data", record_time, imu);
-    }
-    for (int i = 0; i * field_period <= duration; ++i) {
-      for (int k = 0; k < magnetometers; ++k) {
-        ros1::MagneticFieldMessage field;
-        field.stamp = start + i * field_period + 1'000'000;
-        field.field_tesla = {20e-6, 1e-6 * k, -40e-6};
-        const Time record_time = field.stamp;
-        if (on_field && !on_field(i, k, field)) continue;
-        writer.write("/magnetometer_" + std::to_string(k) + "/field", record_time, field);
-      }
+    for (Time t = 0; t <= duration; t += imu_period) {
+      write_imu(writer, static_cast<int>(t / imu_period));
+      if (t % field_period == 0) write_fields(writer, static_cast<int>(t / field_period));
+      if (lidar && t % period == 0 && t > 0) write_scan(writer, static_cast<int>(t / period) - 1);
     }
     writer.close();
   }
