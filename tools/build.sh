@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Configures and builds everything in build/release (or the folder in LODESTONE_BUILD). Arguments go to ninja.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build=${LODESTONE_BUILD:-$root/build/release}
+
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLODESTONE_TESTS=ON >/dev/null
+ninja -C "$build" -j"$(nproc)" "$@"
