@@ -89,6 +89,7 @@ struct SmootherOptions {
   int reassociations = 1;
   double reassociate_moved_m = 0.01;
   double reassociate_turned_deg = 0.1;
+  double deskew_velocity_sigma_m_s = 0.01;
   SlidingWindowOptions solver;
 
   template <class Visitor>
@@ -97,6 +98,8 @@ struct SmootherOptions {
     visitor.field("reassociations", reassociations, "how often a step looks for correspondences again after solving");
     visitor.field("reassociate_moved_m", reassociate_moved_m, "a keyframe that moved further gets new correspondences");
     visitor.field("reassociate_turned_deg", reassociate_turned_deg, "or that turned further");
+    visitor.field("deskew_velocity_sigma_m_s", deskew_velocity_sigma_m_s,
+                  "uncertainty of the velocity that a scan is deskewed with");
     visitor.section("solver", solver);
   }
 };

@@ -1,5 +1,7 @@
 #include "factors/condensed_lidar_factor.h"
 
+#include <Eigen/Cholesky>
+
 #include "factors/manifolds.h"
 
 namespace lodestone {
@@ -8,6 +10,14 @@ void CondensedLidarFactor::set(const CondensedCost& cost, const PoseMask& mask) 
   cost_ = cost;
   root_ = cost.square_root();
   mask_ = mask;
+}
+
+void CondensedLidarFactor::set(const CondensedCost& cost, const PoseMask& mask, const Matrix6& common,
+                               const Pose& T_map_imu) {
+  set(cost, mask);
+  const Matrix13x6 jacobian = root_ * cost_.coordinates_jacobian(T_map_imu);
+  const Matrix13 covariance = Matrix13::Identity() + jacobian * common * jacobian.transpose();
+  root_ = covariance.llt().matrixL().solve(root_);
 }
 
 bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {

@@ -16,6 +16,11 @@ class CondensedLidarFactor final : public ceres::SizedCostFunction<13, 7> {
 
   void set(const CondensedCost& cost, const PoseMask& mask);
 
+  /// The same with an error common to all points of the scan, as deskewing by a noisy IMU leaves it: a pose error of
+  /// covariance `common` (6×6, φ, p) at `T_map_imu`. Its effect on the thirteen residuals is whitened away, which turns
+  /// the information H into H (I + common H)⁻¹.
+  void set(const CondensedCost& cost, const PoseMask& mask, const Matrix6& common, const Pose& T_map_imu);
+
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:

@@ -120,18 +120,21 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
 }
 
 void SlidingWindow::set_lidar(std::size_t k, const CondensedCost& cost,
-                              const std::vector<Correspondence>& correspondences, const PoseMask& mask) {
+                              const std::vector<Correspondence>& correspondences, const PoseMask& mask,
+                              const Matrix6& common) {
   Keyframe& keyframe = *keyframes_[k];
   if (cost.count == 0) {
     remove_factor(keyframe.lidar);
   } else if (!options_.condensed) {
     remove_factor(keyframe.lidar);
     keyframe.lidar = add_factor(std::make_unique<PointPlaneFactor>(correspondences, mask), {&keyframe.pose});
-  } else if (keyframe.lidar) {
-    // Owned by the problem, made by us: the problem persists, only the content is renewed.
-    static_cast<CondensedLidarFactor*>(const_cast<ceres::CostFunction*>(keyframe.lidar.function))->set(cost, mask);
   } else {
-    keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(cost, mask), {&keyframe.pose});
+    if (!keyframe.lidar) {
+      keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(cost, mask), {&keyframe.pose});
+    }
+    // Owned by the problem, made by us: the problem persists, only the content is renewed.
+    static_cast<CondensedLidarFactor*>(const_cast<ceres::CostFunction*>(keyframe.lidar.function))
+        ->set(cost, mask, common, to_pose(keyframe.pose.values.data()));
   }
 }
 

@@ -34,9 +34,10 @@ class SlidingWindow {
   void add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples);
 
   /// Sets or renews keyframe k's LiDAR factor; without correspondences the factor goes.
-  /// `correspondences` are used only where one residual a point is asked for.
+  /// `correspondences` are used only where one residual a point is asked for. `common`: covariance (φ, p) of an error
+  /// that all points of the scan share (deskewing); one residual a point takes them as independent.
   void set_lidar(std::size_t k, const CondensedCost& cost, const std::vector<Correspondence>& correspondences,
-                 const PoseMask& mask);
+                 const PoseMask& mask, const Matrix6& common);
 
   /// Sets or renews keyframe k's field factor; without readings it goes.
   void set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,

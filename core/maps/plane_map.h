@@ -9,7 +9,7 @@
 namespace lodestone {
 
 struct PlaneMapOptions {
-  double voxel_m = 0.5;  ///< edge of a voxel; each holds at most one plane
+  double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
   PlaneFitOptions fit;
 
   template <class Visitor>

@@ -30,6 +30,20 @@ struct Smoother::Frame {
   Estimate estimate;                      // diagnostics, filled as the scan is worked on
 };
 
+namespace {
+
+/// What an IMU's noise within a scan does to all its points together, seen from the scan's end: the mean over the scan
+/// of white noise integrated from each point's time to the end has a third of the variance of the whole. The velocity's
+/// error acts over half the scan.
+Matrix6 deskew_covariance(const SensorSuite& suite, const SmootherOptions& options, double duration_s) {
+  Vector6 variance;
+  variance.head<3>().setConstant(std::pow(suite.imu.gyroscope_noise_density, 2) * duration_s / 3.0);
+  variance.tail<3>().setConstant(std::pow(0.5 * duration_s * options.deskew_velocity_sigma_m_s, 2));
+  return variance.asDiagonal();
+}
+
+}  // namespace
+
 Smoother::Smoother(EstimatorInput input) : input_(std::move(input)) {}
 
 Smoother::~Smoother() = default;
@@ -137,7 +151,8 @@ void Smoother::weigh(std::size_t k) {
   if (input_.planes != nullptr) {
     frame.degeneracy = analyse(k);
     window_->set_lidar(k, frame.cost, frame.correspondences,
-                       PoseMask(frame.degeneracy.lidar_projector(), frame.associated));
+                       PoseMask(frame.degeneracy.lidar_projector(), frame.associated),
+                       deskew_covariance(input_.suite, options.smoother, to_seconds(frame.estimate.time - frame.scan_start)));
     diagnostics.direction_sigma_m = frame.degeneracy.sigma_m;
     diagnostics.direction_weight = frame.degeneracy.kept;
     diagnostics.degenerate_directions = frame.degeneracy.degenerate_directions;
