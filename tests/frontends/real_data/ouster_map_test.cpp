@@ -65,7 +65,9 @@ class OusterMap : public ::testing::Test {
     scans_ = read_scans(bag_path);
     poses_ = read_kitti_poses(poses_path);
     WarningLog warnings;
-    map_ = std::make_unique<PlaneMap>(read_point_cloud(map_path, warnings), PlaneMapOptions{});
+    PlaneMapOptions map_options;
+    map_options.voxel_m = 0.5;  // a sparse map: smaller voxels hold too few of its points for a plane
+    map_ = std::make_unique<PlaneMap>(read_point_cloud(map_path, warnings), map_options);
     ASSERT_EQ(scans_.size(), 3U);
     ASSERT_EQ(poses_.size(), 3U);
   }
