@@ -4,8 +4,9 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace lodestone {
@@ -30,26 +31,66 @@ Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxel) {
   return (point * inverse_voxel).array().floor().cast<int>();
 }
 
+/// A point as a member of a voxel: its own one, or one that it lies just outside of.
+struct Entry {
+  std::uint64_t key;
+  std::uint32_t index;
+  bool operator<(const Entry& other) const { return key != other.key ? key < other.key : index < other.index; }
+};
+
+/// The voxels whose box, grown by `margin` (in voxels, below one half), holds the point.
+void append_memberships(const Eigen::Vector3f& scaled, float margin, std::uint32_t index, std::vector<Entry>& entries) {
+  const Eigen::Vector3i low = (scaled.array() - margin).floor().cast<int>();
+  const Eigen::Vector3i high = (scaled.array() + margin).floor().cast<int>();
+  for (int x = low.x(); x <= high.x(); ++x) {
+    for (int y = low.y(); y <= high.y(); ++y) {
+      for (int z = low.z(); z <= high.z(); ++z) entries.push_back({make_key({x, y, z}), index});
+    }
+  }
+}
+
+/// Sorted by voxel, then by index: every voxel sums its points in the order of the file.
+std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, float inverse_voxel, float margin) {
+  constexpr std::size_t kPart = 1 << 16;
+  const std::size_t parts = (points.size() + kPart - 1) / kPart;
+  std::vector<std::vector<Entry>> lists(parts);
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    const std::size_t end = std::min(points.size(), (part + 1) * kPart);
+    for (std::size_t i = part * kPart; i < end; ++i) {
+      append_memberships(points[i] * inverse_voxel, margin, static_cast<std::uint32_t>(i), lists[part]);
+    }
+  });
+  std::vector<Entry> entries;
+  for (std::vector<Entry>& list : lists) {
+    entries.insert(entries.end(), list.begin(), list.end());
+    std::vector<Entry>().swap(list);
+  }
+  tbb::parallel_sort(entries.begin(), entries.end());
+  return entries;
+}
+
+double median_thickness(const std::vector<Plane>& planes, const std::vector<char>& is_plane) {
+  std::vector<float> thickness;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (is_plane[i] != 0) thickness.push_back(planes[i].thickness);
+  }
+  if (thickness.empty()) return 0.0;
+  const auto middle = thickness.begin() + static_cast<std::ptrdiff_t>(thickness.size() / 2);
+  std::nth_element(thickness.begin(), middle, thickness.end());
+  return static_cast<double>(*middle);
+}
+
 }  // namespace
 
 PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options)
     : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)) {
   if (!(options.voxel_m > 0.0)) throw std::invalid_argument("PlaneMap: voxel_m must be positive");
+  if (!(options.margin_m >= 0.0 && options.margin_m < 0.5 * options.voxel_m)) {
+    throw std::invalid_argument("PlaneMap: margin_m must be at least zero and less than half of voxel_m");
+  }
   if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: more points than one map holds");
-
-  // Sorted by voxel, then by index: every voxel sums its points in the order of the file.
-  struct Entry {
-    std::uint64_t key;
-    std::uint32_t index;
-    bool operator<(const Entry& other) const { return key != other.key ? key < other.key : index < other.index; }
-  };
-  std::vector<Entry> entries(points.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size()), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      entries[i] = {make_key(voxel_of(points[i], inverse_voxel_)), static_cast<std::uint32_t>(i)};
-    }
-  });
-  tbb::parallel_sort(entries.begin(), entries.end());
+  const std::vector<Entry> entries =
+      sorted_memberships(points, inverse_voxel_, static_cast<float>(options.margin_m) * inverse_voxel_);
 
   std::vector<std::size_t> starts;
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -69,32 +110,33 @@ PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOption
       is_plane[v] = fit_plane(moments, reference, options_.fit, fitted[v]) ? 1 : 0;
     }
   });
+  // Where floor meets wall a voxel may hold a strip of the other surface too thin to refuse by itself. It shows against
+  // what the map's planes are like.
+  median_thickness_m_ = median_thickness(fitted, is_plane);
+  const double limit = options.max_thickness_over_median > 0.0
+                           ? options.max_thickness_over_median * median_thickness_m_
+                           : std::numeric_limits<double>::infinity();
+  std::vector<std::uint64_t> keys;
   for (std::size_t v = 0; v < voxels; ++v) {
-    if (is_plane[v] != 0) {
+    if (is_plane[v] != 0 && static_cast<double>(fitted[v].thickness) <= limit) {
       planes_.push_back(fitted[v]);
+      keys.push_back(entries[starts[v]].key);
     } else {
       ++rejected_voxels_;
     }
   }
-  build_table();
+  build_table(keys);
 }
 
-PlaneMap::PlaneMap(std::vector<Plane> planes, const PlaneMapOptions& options)
-    : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)), planes_(std::move(planes)) {
-  build_table();
-}
-
-void PlaneMap::build_table() {
+void PlaneMap::build_table(const std::vector<std::uint64_t>& keys) {
   std::uint64_t capacity = 16;
-  while (capacity < 2 * planes_.size()) capacity *= 2;
+  while (capacity < 2 * keys.size()) capacity *= 2;
   mask_ = capacity - 1;
   table_.assign(capacity, {kEmpty, -1});
-  for (std::size_t i = 0; i < planes_.size(); ++i) {
-    // The centroid of a voxel's points lies in that voxel, a convex box.
-    const std::uint64_t key = make_key(voxel_of(planes_[i].center, inverse_voxel_));
-    std::uint64_t slot = spread(key) & mask_;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    std::uint64_t slot = spread(keys[i]) & mask_;
     while (table_[slot].key != kEmpty) slot = (slot + 1) & mask_;
-    table_[slot] = {key, static_cast<std::int32_t>(i)};
+    table_[slot] = {keys[i], static_cast<std::int32_t>(i)};
   }
 }
 

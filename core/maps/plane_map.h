@@ -10,24 +10,29 @@ namespace lodestone {
 
 struct PlaneMapOptions {
   double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
+  double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
+  double max_thickness_over_median = 1.3;
   PlaneFitOptions fit;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("voxel_m", voxel_m, "edge of a voxel; each holds at most one plane");
+    visitor.field("margin_m", margin_m,
+                  "a voxel's plane is fitted to the points up to so far outside it, too: more than the map's noise");
+    visitor.field("max_thickness_over_median", max_thickness_over_median,
+                  "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
     visitor.section("fit", fit);
   }
 };
 
 /// The prior cloud map as planes, fitted once, in a voxel hash. Immutable; look-ups are thread-safe and take tens of
-/// nanoseconds. A voxel's plane depends on that voxel's points alone, so maps cut into tiles give the same planes.
+/// nanoseconds. A surface that lies in a voxel's face would have its noise cut in two, each half a plane of its own beside
+/// the true one; so each voxel is fitted to its points and those within a margin of it. A voxel's plane depends on these
+/// alone: maps cut into tiles that overlap by the margin give the same planes.
 class PlaneMap {
  public:
   /// Fits a plane to each voxel of `points` (map frame, metres; finite). The result does not depend on threads.
   PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options);
-
-  /// From planes already fitted, one for each voxel.
-  PlaneMap(std::vector<Plane> planes, const PlaneMapOptions& options);
 
   /// The plane of the voxel that holds `point`; nullptr where there is none.
   const Plane* at(const Eigen::Vector3f& point) const;
@@ -39,6 +44,9 @@ class PlaneMap {
   const std::vector<Plane>& planes() const { return planes_; }
   const PlaneMapOptions& options() const { return options_; }
 
+  /// Median rms distance of planes' points from them, metres: the survey's noise and the surfaces' roughness.
+  double median_thickness_m() const { return median_thickness_m_; }
+
   /// Voxels that held points but no plane.
   std::int64_t rejected_voxels() const { return rejected_voxels_; }
 
@@ -47,7 +55,7 @@ class PlaneMap {
     std::uint64_t key;
     std::int32_t plane;
   };
-  void build_table();
+  void build_table(const std::vector<std::uint64_t>& keys);
   const Plane* find(const Eigen::Vector3i& voxel) const;
 
   PlaneMapOptions options_;
@@ -55,6 +63,7 @@ class PlaneMap {
   std::vector<Plane> planes_;
   std::vector<Slot> table_;
   std::uint64_t mask_ = 0;
+  double median_thickness_m_ = 0.0;
   std::int64_t rejected_voxels_ = 0;
 };
 
