@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
 
@@ -57,6 +58,79 @@ KernelParameters first_guess(const std::vector<FieldCell>& cells, int component,
   return guess;
 }
 
+/// A held-out cell against its prediction, one component, squared.
+struct Miss {
+  double error;      ///< of the cell's mean
+  double predicted;  ///< variance of the prediction and of the cell's white noise
+};
+
+/// The mean of error / (predicted + noise) over the best nine tenths, over its value for a normal distribution: 1 where
+/// the variances are right. Trimmed, since at steel and at the survey's edge a few errors are far larger than any
+/// stationary kernel says.
+double trimmed_normalized_square(const std::vector<Miss>& misses, double noise) {
+  constexpr double share = 0.9;
+  constexpr double normal_value = 0.6231;  // of χ² with one degree of freedom, below its 90 % quantile
+  std::vector<double> ratios;
+  ratios.reserve(misses.size());
+  for (const Miss& miss : misses) ratios.push_back(miss.error / (miss.predicted + noise));
+  const auto count = static_cast<std::ptrdiff_t>(share * static_cast<double>(ratios.size()));
+  std::nth_element(ratios.begin(), ratios.begin() + count, ratios.end());
+  std::sort(ratios.begin(), ratios.begin() + count);  // one order of summation, whatever the library's partition
+  return std::accumulate(ratios.begin(), ratios.begin() + count, 0.0) / static_cast<double>(count) / normal_value;
+}
+
+/// The noise variance, at least `noise`, that makes the predicted variances right.
+double calibrated_noise(const std::vector<Miss>& misses, double noise) {
+  constexpr double tolerance = 1.2;  // the scatter of such an estimate
+  if (trimmed_normalized_square(misses, noise) <= tolerance) return noise;
+  double low = noise;
+  double high = noise;
+  for (const Miss& miss : misses) high = std::max(high, 4.0 * miss.error);
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (trimmed_normalized_square(misses, middle) > 1.0 ? low : high) = middle;
+  }
+  return high;
+}
+
+void calibrate_noise(const std::vector<FieldObservation>& observations, const SlidingGprOptions& options,
+                     FieldKernelFit& fit) {
+  constexpr std::size_t enough_cells = 50;
+  constexpr double well_known = 0.35;  // of the signal's sigma: where there is another pass, or nearly
+  // As few blocks as give a thousand cells, since each costs the regression of its surroundings; at most a fifth of all.
+  SurveySplit split;
+  std::vector<FieldCell> held_out;
+  for (const Time period : {96, 48, 24, 12, 5}) {
+    split = split_survey(observations, from_seconds(options.calibration_block_s), period);
+    held_out = thin_survey(split.held_out, fit.cell_m);
+    if (held_out.size() >= 1000) break;
+  }
+  const std::vector<FieldCell> training = thin_survey(split.training, fit.cell_m);
+  if (held_out.size() < enough_cells || training.size() < enough_cells) return;
+  std::vector<Vector3> points;
+  for (const FieldCell& cell : held_out) points.push_back(cell.position);
+  for (int round = 0; round < 4; ++round) {  // more noise changes the prediction too
+    const std::vector<FieldPrediction> predictions = SlidingGpr(training, fit.kernels, options).predict(points);
+    bool changed = false;
+    for (int component = 0; component < 3; ++component) {
+      KernelParameters& kernel = fit.kernels[component];
+      std::vector<Miss> misses;
+      for (std::size_t i = 0; i < held_out.size(); ++i) {
+        const double sigma = predictions[i].sigma_ut[component];
+        if (!predictions[i].supported || sigma > well_known * kernel.signal_sigma) continue;
+        misses.push_back({std::pow(held_out[i].field_ut[component] - predictions[i].field_ut[component], 2),
+                          sigma * sigma + held_out[i].variance_ut2});
+      }
+      if (misses.size() < enough_cells) continue;
+      const double noise = kernel.noise_sigma * kernel.noise_sigma;
+      const double calibrated = calibrated_noise(misses, noise);
+      changed = changed || calibrated > noise;
+      kernel.noise_sigma = std::sqrt(calibrated);
+    }
+    if (!changed) break;
+  }
+}
+
 }  // namespace
 
 void SlidingGprOptions::check() const {
@@ -70,6 +144,7 @@ void SlidingGprOptions::check() const {
   require(cells_per_length_scale >= 1.0, "cells_per_length_scale must be at least 1");
   require(fit_windows >= 1 && fit_windows <= 1000, "fit_windows must lie in 1..1000");
   require(fit_points >= 10 && fit_points <= 5000, "fit_points must lie in 10..5000");
+  require(calibration_block_s >= 0.0, "calibration_block_s must not be negative");
   require(scale_prior_points > 0.0, "scale_prior_points must be positive");
 }
 
@@ -109,6 +184,8 @@ FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observatio
     if (wanted < 1.3 * result.cell_m) break;
     result.cell_m = wanted;
   }
+  for (int k = 0; k < 3; ++k) result.uncalibrated_noise[k] = result.kernels[k].noise_sigma;
+  if (options.calibration_block_s > 0.0) calibrate_noise(observations, options, result);
   return result;
 }
 

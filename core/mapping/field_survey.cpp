@@ -43,4 +43,16 @@ std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observat
   return cells;
 }
 
+SurveySplit split_survey(const std::vector<FieldObservation>& observations, Time block, Time period) {
+  SurveySplit split;
+  if (observations.empty()) return split;
+  Time begin = observations.front().time;
+  for (const FieldObservation& observation : observations) begin = std::min(begin, observation.time);
+  for (const FieldObservation& observation : observations) {
+    const bool out = (observation.time - begin) / block % period == period / 2;
+    (out ? split.held_out : split.training).push_back(observation);
+  }
+  return split;
+}
+
 }  // namespace lodestone

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/geometry/so3.h"
+#include "core/time.h"
 
 namespace lodestone {
 
@@ -11,6 +12,7 @@ struct FieldObservation {
   Vector3 position = Vector3::Zero();  ///< map, metres
   Vector3 field_ut = Vector3::Zero();  ///< map axes, µT
   double noise_ut = 1.0;               ///< white, one sigma a component
+  Time time = 0;
 };
 
 /// The mean of all observations in one voxel.
@@ -25,5 +27,14 @@ struct FieldCell {
 /// with the count; whatever does not (survey pose, calibration, structure within the voxel) is left to the noise that
 /// the regression fits per cell. Observations that are not finite are left out.
 std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observations, double cell_m);
+
+/// A survey split in time, so that one part can test what the regression makes of the other.
+struct SurveySplit {
+  std::vector<FieldObservation> training;
+  std::vector<FieldObservation> held_out;
+};
+
+/// Holds out every `period`-th block of `block` ns, counted from the earliest observation, the middle one of the period.
+SurveySplit split_survey(const std::vector<FieldObservation>& observations, Time block, Time period);
 
 }  // namespace lodestone

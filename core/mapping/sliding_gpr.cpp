@@ -177,7 +177,8 @@ std::vector<FieldPrediction> SlidingGpr::predict(const std::vector<Vector3>& poi
       const GaussianProcess process(data, kernels_[component]);
       process.predict(targets, mean, variance);
       const double prior = options_.scale_prior_points;
-      const double scale = (prior + process.squared_mahalanobis()) / (prior + static_cast<double>(chosen.size()));
+      const double scale =
+          std::max(1.0, (prior + process.squared_mahalanobis()) / (prior + static_cast<double>(chosen.size())));
       for (std::size_t i = begin; i < end; ++i) {
         memberships[i].mean[component] = mean[static_cast<Eigen::Index>(i - begin)];
         memberships[i].variance[component] = scale * variance[static_cast<Eigen::Index>(i - begin)];

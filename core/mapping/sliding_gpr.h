@@ -17,6 +17,7 @@ struct SlidingGprOptions {
   int fit_windows = 12;             ///< windows whose likelihood chooses the hyperparameters
   int fit_points = 200;             ///< training cells of each of them
   int seed = 1;                     ///< which windows these are
+  double calibration_block_s = 4.0;  ///< blocks of time that calibrate the noise, see fit_field_kernels; 0: none
   double scale_prior_points = 50.0;  ///< weight of the map-wide variance against a window's own; see SlidingGpr
 
   template <class Visitor>
@@ -29,6 +30,8 @@ struct SlidingGprOptions {
     visitor.field("fit_windows", fit_windows, "windows used to fit the hyperparameters");
     visitor.field("fit_points", fit_points, "training cells of each of these");
     visitor.field("seed", seed, "chooses the windows for the fit");
+    visitor.field("calibration_block_s", calibration_block_s,
+                  "length of the blocks of time whose prediction from the rest calibrates the noise; 0: no calibration");
     visitor.field("scale_prior_points", scale_prior_points, "weight of the map-wide variance against a window's own");
   }
 
@@ -45,11 +48,16 @@ struct FieldKernelFit {
   double cell_m = 0.0;  ///< voxel side that the noise sigma of the kernels refers to
   int windows = 0;
   int evaluations = 0;
+  Vector3 uncalibrated_noise = Vector3::Zero();  ///< noise_sigma of the likelihood alone, µT
 };
 
 /// Fits one set of hyperparameters a component by marginal likelihood on a deterministic choice of windows. The survey
 /// is thinned to voxels of `finest_cell_m`, or coarser where the length scale allows (options.cells_per_length_scale).
-/// Throws InputError where there are fewer than 10 cells.
+/// The likelihood takes errors of the survey that are alike along a stretch (a turn's calibration error, a stamp that is
+/// late, a drift) for structure of the field; only another pass tells them apart. So the noise is then calibrated: some
+/// blocks of time are predicted from the rest, and where they miss by more than predicted the noise is raised.
+/// Surveys without stamps, or without a second pass, keep the likelihood's noise. Throws InputError where there are fewer
+/// than 10 cells.
 FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observations, double finest_cell_m,
                                  const SlidingGprOptions& options);
 
@@ -63,7 +71,8 @@ struct FieldPrediction {
 /// x-y plane that overlap by half; where they overlap the posteriors are blended by C¹ weights that sum to one, so that
 /// no seam shows. The variance is that of the mixture: it contains how far the windows disagree.
 /// One kernel cannot fit racks and open floor alike: each window's variance is scaled by its own squared Mahalanobis
-/// distance per point, shrunk towards one by `scale_prior_points`; the posterior mean does not change.
+/// distance per point where that exceeds one, shrunk towards one by `scale_prior_points`; the posterior mean does not
+/// change.
 class SlidingGpr {
  public:
   /// Throws std::invalid_argument without cells.

@@ -17,22 +17,10 @@ FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory,
     }
     const MagnetometerModel& model = suite.magnetometers.at(static_cast<std::size_t>(sample->magnetometer));
     const Pose T_map_mag = *T_map_imu * model.T_imu_mag;
-    survey.observations.push_back({T_map_mag.position, T_map_mag.rotation * sample->field_ut, model.noise_ut});
-    survey.times.push_back(sample->time);
+    survey.observations.push_back({T_map_mag.position, T_map_mag.rotation * sample->field_ut, model.noise_ut,
+                                   sample->time});
   }
   return survey;
-}
-
-SurveySplit split_survey(const FieldSurvey& survey, double block_s) {
-  constexpr Time period = 10;
-  constexpr Time chosen = 5;
-  SurveySplit split;
-  const Time block = from_seconds(block_s);
-  for (std::size_t i = 0; i < survey.times.size(); ++i) {
-    const bool out = block > 0 && (survey.times[i] - survey.times.front()) / block % period == chosen;
-    (out ? split.held_out : split.training).push_back(survey.observations[i]);
-  }
-  return split;
 }
 
 }  // namespace lodestone

@@ -12,7 +12,6 @@ namespace lodestone {
 /// A survey drive as the field's regression needs it.
 struct FieldSurvey {
   std::vector<FieldObservation> observations;  ///< in order of the log
-  std::vector<Time> times;                     ///< of each observation
   std::int64_t without_pose = 0;               ///< readings outside the trajectory or in a gap of it, left out
 };
 
@@ -21,12 +20,5 @@ struct FieldSurvey {
 /// `max_gap` (ns) apart are left out and counted. `progress` is called with each measurement's time.
 FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory, const SensorSuite& suite, Time max_gap,
                         const std::function<void(Time)>& progress = {});
-
-/// Splits a survey in time: every tenth block of `block_s` seconds is held out.
-struct SurveySplit {
-  std::vector<FieldObservation> training;
-  std::vector<FieldObservation> held_out;
-};
-SurveySplit split_survey(const FieldSurvey& survey, double block_s);
 
 }  // namespace lodestone

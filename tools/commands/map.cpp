@@ -82,12 +82,12 @@ FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platfor
   return survey;
 }
 
-std::string kernels_table(const FieldKernels& kernels) {
-  std::string text = "  component   signal sigma   length scale   noise a cell\n";
+std::string kernels_table(const FieldKernelFit& fit) {
+  std::string text = "  component   signal sigma   length scale   noise a cell (by likelihood alone)\n";
   const char* names[] = {"B_x", "B_y", "B_z"};
   for (int k = 0; k < 3; ++k) {
-    text += fmt::format("  {:<9} {:>10.3f} uT {:>12.3f} m {:>11.3f} uT\n", names[k], kernels[k].signal_sigma,
-                        kernels[k].length_scale_m, kernels[k].noise_sigma);
+    text += fmt::format("  {:<9} {:>11.3f} uT {:>12.3f} m {:>11.3f} uT ({:.3f})\n", names[k], fit.kernels[k].signal_sigma,
+                        fit.kernels[k].length_scale_m, fit.kernels[k].noise_sigma, fit.uncalibrated_noise[k]);
   }
   return text;
 }
@@ -124,21 +124,21 @@ void map_magnetic(const MapMagneticCall& call) {
   const double reading_s = clock.lap();
   fmt::print("{}: {} readings of {} magnetometers, {:.1f} s of log, read in {:.1f} s\n", call.survey,
              survey.observations.size(), platform.suite.magnetometers.size(),
-             to_seconds(survey.times.back() - survey.times.front()), reading_s);
+             to_seconds(survey.observations.back().time - survey.observations.front().time), reading_s);
 
   const MagneticMapResult result = build_magnetic_map(survey.observations, options);
   const FieldGrid& grid = result.map.grid();
   fmt::print("s-GPR: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
              result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows, grid.resolution_m,
              grid.heights_m.front(), clock.lap());
-  fmt::print("{}", kernels_table(result.fit.kernels));
+  fmt::print("{}", kernels_table(result.fit));
   fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
              result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
   throw_if_interrupted();
 
   std::string held_out;
   if (options.held_out_block_s > 0.0) {
-    const SurveySplit split = split_survey(survey, options.held_out_block_s);
+    const SurveySplit split = split_survey(survey.observations, from_seconds(options.held_out_block_s), 10);
     if (!split.held_out.empty() && !split.training.empty()) {
       const HeldOutScore score = score_held_out(split.training, split.held_out, result.fit, result.map.max_sigma_ut(),
                                                 options.regression);

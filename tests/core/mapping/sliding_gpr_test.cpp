@@ -92,11 +92,11 @@ TEST(SlidingGprTest, SigmaIsHonestOnHeldOutPoints) {
     // Errors are correlated over a length scale: one draw is few independent ones.
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
       const RandomField field(6.0, test.length_scale, 20 + seed);
-      const SlidingGpr gpr = train(survey(field, 10.0, 8, test.noise, 30 + seed), 0.1);
+      const SlidingGpr gpr = train(survey(field, 7.0, 6, test.noise, 30 + seed), 0.1);
       std::mt19937_64 generator(5 + seed);
       const auto uniform = [&] { return static_cast<double>(generator() >> 11) * 0x1.0p-53; };
       std::vector<Vector3> points;
-      for (int i = 0; i < 700; ++i) points.push_back({10.0 * uniform(), -0.2 + 2.5 * uniform(), 0.4});
+      for (int i = 0; i < 700; ++i) points.push_back({7.0 * uniform(), -0.2 + 1.9 * uniform(), 0.4});
       const auto predictions = gpr.predict(points);
       for (std::size_t i = 0; i < points.size(); ++i) {
         ASSERT_TRUE(predictions[i].supported);
