@@ -89,7 +89,7 @@ struct SmootherOptions {
   int reassociations = 1;
   double reassociate_moved_m = 0.01;
   double reassociate_turned_deg = 0.1;
-  double deskew_velocity_sigma_m_s = 0.01;
+  double deskew_velocity_sigma_m_s = 0.02;
   SlidingWindowOptions solver;
 
   template <class Visitor>

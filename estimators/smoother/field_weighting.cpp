@@ -8,6 +8,19 @@
 
 namespace lodestone {
 
+std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m) {
+  std::vector<double> result;
+  for (const MagnetometerModel& own : suite.magnetometers) {
+    double sum = 0.0;
+    for (const MagnetometerModel& other : suite.magnetometers) {
+      const double distance_m = (own.T_imu_mag.position - other.T_imu_mag.position).norm();
+      sum += correlation_m > 0.0 ? std::exp(-distance_m / correlation_m) : (&own == &other ? 1.0 : 0.0);
+    }
+    result.push_back(sum);
+  }
+  return result;
+}
+
 std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, const Pose& T_map_imu,
                                       const Matrix6& covariance, double spacing_m, double factor,
                                       const FieldWeighting& weighting, FieldStatistics& statistics) {
@@ -31,13 +44,14 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
           T_map_imu, reading.T_end_mag, reading.measured_ut - weighting.bias_ut(reading.magnetometer), *field);
       const double noise = weighting.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
       const double sensor_variance = noise * noise / reading.samples;
+      const double crowding = weighting.crowding[static_cast<std::size_t>(reading.magnetometer)];
       const double map_sigma = options.map_sigma ? std::max(field->sigma_ut, options.map_sigma_floor_ut) : 0.0;
       residual.segment<3>(rows) = part.residual_ut;
       jacobian.middleRows<3>(rows) = part.jacobian;
       variance.segment<3>(rows).setConstant(sensor_variance + map_sigma * map_sigma);
       rows += 3;
       result.push_back({reading.T_end_mag, reading.measured_ut, reading.magnetometer,
-                        std::sqrt(sensor_variance + inflation * map_sigma * map_sigma), factor});
+                        std::sqrt(sensor_variance + inflation * crowding * map_sigma * map_sigma), factor});
     }
     if (rows == 0) continue;
     ++statistics.arrays;

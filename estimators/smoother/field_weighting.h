@@ -26,13 +26,17 @@ struct FieldWeighting {
   const SensorSuite& suite;
   const MagneticMap& map;
   const MagneticOptions& options;
+  const std::vector<double>& crowding;  ///< of each magnetometer, by array_crowding
   std::function<Vector3(int)> bias_ut;  ///< of each magnetometer
 };
+
+/// How many magnetometers of the array share each one's map error, itself included: Σ exp(−distance/correlation_m).
+std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m);
 
 /// Readings of one scan with the noise that each deserves and Huber's weight of its array (one weight an array sample,
 /// on the Mahalanobis distance s = √(rᵀ S⁻¹ r), S = J P Jᵀ + R). `T_map_imu`: predicted pose at t_k, `covariance`: its
 /// P (φ, p). `spacing_m`: distance between neighbouring array readings; their map errors are correlated over
-/// options.map_correlation_m, which inflates the map's share. `factor`: multiplies every weight (β²).
+/// options.map_correlation_m along the way and across the array, which inflates the map's share. `factor`: multiplies every weight (β²).
 std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, const Pose& T_map_imu,
                                       const Matrix6& covariance, double spacing_m, double factor,
                                       const FieldWeighting& weighting, FieldStatistics& statistics);

@@ -44,7 +44,8 @@ Matrix6 deskew_covariance(const SensorSuite& suite, const SmootherOptions& optio
 
 }  // namespace
 
-Smoother::Smoother(EstimatorInput input) : input_(std::move(input)) {}
+Smoother::Smoother(EstimatorInput input)
+    : input_(std::move(input)), crowding_(array_crowding(input_.suite, input_.options.magnetic.map_correlation_m)) {}
 
 Smoother::~Smoother() = default;
 
@@ -175,7 +176,7 @@ void Smoother::weigh(std::size_t k) {
   if (arrays.empty()) return;
   const double spacing_m = state.velocity.norm() * to_seconds(frame.imu.back().time - frame.imu.front().time) /
                            static_cast<double>(arrays.size());
-  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic,
+  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_,
                                  [&](int magnetometer) { return window_->magnetometer_bias(k, magnetometer); }};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.

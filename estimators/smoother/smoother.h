@@ -29,6 +29,7 @@ class Smoother final : public Estimator {
   void hand_out_oldest(const Matrix6& covariance, EstimateSink& sink);
 
   EstimatorInput input_;
+  std::vector<double> crowding_;  // of the magnetometers
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Frame>> frames_;
 };
