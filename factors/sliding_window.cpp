@@ -210,6 +210,9 @@ int SlidingWindow::solve() {
   options.function_tolerance = 1e-5;
   options.parameter_tolerance = 1e-9;
   options.jacobi_scaling = true;
+  // All but Gauss-Newton from the first step: the usual damping, 1e-4 of the diagonal, holds back whatever is known much
+  // less well jointly than alone, such as the window's place along a tunnel, and leaves it a fifth of a sigma off.
+  options.initial_trust_region_radius = 1e10;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, problem_.get(), &summary);
@@ -360,8 +363,20 @@ ChainLink SlidingWindow::link(std::size_t k) const {
   return static_cast<const PreintegrationFactor*>(keyframes_[k + 1]->imu.function)->link(state(k), state(k + 1));
 }
 
-Eigen::MatrixXd SlidingWindow::prior_information() const {
-  const Eigen::MatrixXd& root = static_cast<const PriorFactor*>(prior_.function)->root();
+Matrix17 SlidingWindow::prior_information() const {
+  const auto* prior = static_cast<const PriorFactor*>(prior_.function);
+  // The prior names its blocks in the order in which the factors it came from did.
+  const WindowBlock* order[] = {&keyframes_.front()->pose, &keyframes_.front()->motion, &gravity_};
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(prior->root().rows(), tangent::size);
+  Eigen::Index to = 0;
+  for (const WindowBlock* block : order) {
+    Eigen::Index from = 0;
+    for (const WindowBlock* candidate : prior_.blocks) {
+      if (candidate == block) root.middleCols(to, block->tangent_size()) = prior->root().middleCols(from, block->tangent_size());
+      from += candidate->tangent_size();
+    }
+    to += block->tangent_size();
+  }
   return root.transpose() * root;
 }
 

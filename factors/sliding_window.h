@@ -60,8 +60,9 @@ class SlidingWindow {
   /// The IMU factor between keyframes k and k + 1, linearized at their states.
   ChainLink link(std::size_t k) const;
 
-  /// Directions of the prior on keyframe 0 for tests: information 17×17 on its pose, motion and gravity.
-  Eigen::MatrixXd prior_information() const;
+  /// What the prior knows of the oldest keyframe's pose and motion and of gravity, all else held: 17×17, tangent order
+  /// φ, p, v, b_g, b_a, g. Along a direction that no sensor sees it can only fall.
+  Matrix17 prior_information() const;
 
  private:
   struct Keyframe;
