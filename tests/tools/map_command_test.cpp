@@ -1,0 +1,39 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(MapCommand, HelpShowsTwoExamplesAndEveryOption) {
+  const ProgramResult help = run_lodestone("map magnetic --help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.output, HasSubstr("--out /tmp/tunnel/field.yaml"));
+  EXPECT_THAT(help.output, HasSubstr("--out /tmp/tunnel/coarse.yaml"));
+  EXPECT_THAT(help.output, HasSubstr("regression.window_points"));
+}
+
+TEST(MapCommand, EachMistakeIsOneLineAndCodeTwo) {
+  const TemporaryFolder folder;
+  const std::string files = " --trajectory /absent.tum --platform /absent.yaml --out ";
+  const std::string out = (folder / "field.yaml").string();
+  const auto expect = [](const ProgramResult& result, const std::string& part) {
+    EXPECT_EQ(result.code, 2);
+    EXPECT_THAT(result.errors, HasSubstr(part));
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+  };
+  expect(run_lodestone("map magnetic /absent.bag" + files + out), "/absent.yaml");
+  expect(run_lodestone("map magnetic /absent.bag" + files + (folder / "field.txt").string()), ".yaml");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution -1"), "resolution_m");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --set regresion.seed=2"), "did you mean 'regression'");
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+}  // namespace
+}  // namespace lodestone
