@@ -14,6 +14,7 @@ namespace lodestone {
 namespace {
 
 constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+constexpr std::int32_t kNoPlane = -1;
 constexpr int kKeyBits = 21;
 constexpr int kKeyOffset = 1 << (kKeyBits - 1);
 
@@ -116,46 +117,53 @@ PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOption
   const double limit = options.max_thickness_over_median > 0.0
                            ? options.max_thickness_over_median * median_thickness_m_
                            : std::numeric_limits<double>::infinity();
-  std::vector<std::uint64_t> keys;
+  std::vector<Slot> slots;
   for (std::size_t v = 0; v < voxels; ++v) {
+    const std::uint64_t key = entries[starts[v]].key;
     if (is_plane[v] != 0 && static_cast<double>(fitted[v].thickness) <= limit) {
+      slots.push_back({key, static_cast<std::int32_t>(planes_.size())});
       planes_.push_back(fitted[v]);
-      keys.push_back(entries[starts[v]].key);
     } else {
+      slots.push_back({key, kNoPlane});
       ++rejected_voxels_;
     }
   }
-  build_table(keys);
+  build_table(slots);
 }
 
-void PlaneMap::build_table(const std::vector<std::uint64_t>& keys) {
+void PlaneMap::build_table(const std::vector<Slot>& slots) {
   std::uint64_t capacity = 16;
-  while (capacity < 2 * keys.size()) capacity *= 2;
+  while (capacity < 2 * slots.size()) capacity *= 2;
   mask_ = capacity - 1;
-  table_.assign(capacity, {kEmpty, -1});
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    std::uint64_t slot = spread(keys[i]) & mask_;
+  table_.assign(capacity, {kEmpty, kNoPlane});
+  for (const Slot& entry : slots) {
+    std::uint64_t slot = spread(entry.key) & mask_;
     while (table_[slot].key != kEmpty) slot = (slot + 1) & mask_;
-    table_[slot] = {keys[i], static_cast<std::int32_t>(i)};
+    table_[slot] = entry;
   }
 }
 
-const Plane* PlaneMap::find(const Eigen::Vector3i& voxel) const {
+PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
   const std::uint64_t key = make_key(voxel);
   for (std::uint64_t slot = spread(key) & mask_;; slot = (slot + 1) & mask_) {
-    if (table_[slot].key == key) return &planes_[static_cast<std::size_t>(table_[slot].plane)];
-    if (table_[slot].key == kEmpty) return nullptr;
+    const Slot& entry = table_[slot];
+    if (entry.key == key) {
+      return {true, entry.plane == kNoPlane ? nullptr : &planes_[static_cast<std::size_t>(entry.plane)]};
+    }
+    if (entry.key == kEmpty) return {false, nullptr};
   }
 }
 
-const Plane* PlaneMap::at(const Eigen::Vector3f& point) const { return find(voxel_of(point, inverse_voxel_)); }
+const Plane* PlaneMap::at(const Eigen::Vector3f& point) const { return find(voxel_of(point, inverse_voxel_)).plane; }
 
 const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m) const {
   const Eigen::Vector3f scaled = point * inverse_voxel_;
   const Eigen::Vector3f floor = scaled.array().floor();
   const Eigen::Vector3i voxel = floor.cast<int>();
-  const Plane* own = find(voxel);
-  if (own != nullptr && std::abs(own->distance(point)) <= max_distance_m) return own;
+  const Found own = find(voxel);
+  if (own.occupied) {
+    return own.plane != nullptr && std::abs(own.plane->distance(point)) <= max_distance_m ? own.plane : nullptr;
+  }
   const Plane* best = nullptr;
   float best_distance = max_distance_m;
   for (int axis = 0; axis < 3; ++axis) {
@@ -165,7 +173,7 @@ const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m)
     if (beyond > max_distance_m) continue;
     Eigen::Vector3i neighbour = voxel;
     neighbour[axis] += share < 0.5F ? -1 : 1;
-    const Plane* candidate = find(neighbour);
+    const Plane* candidate = find(neighbour).plane;
     if (candidate == nullptr) continue;
     const float distance = std::abs(candidate->distance(point));
     if (distance <= best_distance) {

@@ -37,8 +37,10 @@ class PlaneMap {
   /// The plane of the voxel that holds `point`; nullptr where there is none.
   const Plane* at(const Eigen::Vector3f& point) const;
 
-  /// The plane for a point that may lie just over a voxel's edge: that of its own voxel if the point is within
-  /// `max_distance_m` of it, else the closest of those of the three voxels across the nearest faces. nullptr if none.
+  /// The plane for a point that may lie just over a voxel's edge: that of its own voxel; where that voxel holds no points
+  /// of the map at all, the closest of those of the three voxels across the nearest faces. nullptr where none is within
+  /// `max_distance_m`, and where the point's own voxel holds something that is no plane: an edge between two surfaces
+  /// would lend its points to the wrong one.
   const Plane* match(const Eigen::Vector3f& point, float max_distance_m) const;
 
   const std::vector<Plane>& planes() const { return planes_; }
@@ -55,8 +57,12 @@ class PlaneMap {
     std::uint64_t key;
     std::int32_t plane;
   };
-  void build_table(const std::vector<std::uint64_t>& keys);
-  const Plane* find(const Eigen::Vector3i& voxel) const;
+  struct Found {
+    bool occupied;
+    const Plane* plane;
+  };
+  void build_table(const std::vector<Slot>& slots);
+  Found find(const Eigen::Vector3i& voxel) const;
 
   PlaneMapOptions options_;
   float inverse_voxel_;

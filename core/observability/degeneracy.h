@@ -30,7 +30,7 @@ struct DegeneracyOptions {
   DegeneracyRule rule = DegeneracyRule::marginal;
   MaskKind mask = MaskKind::hard;
   double paper_threshold = 15.0;
-  double max_sigma_m = 0.03;
+  double max_sigma_m = 0.01;
   double normal_noise_margin = 2.0;
 
   template <class Visitor>

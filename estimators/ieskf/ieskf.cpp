@@ -45,7 +45,8 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     const auto sampled = sample_scan(bundle.scan, input_.suite.lidar, options.lidar.sampling);
     scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
     scan.correspondences =
-        associate(scan.points, scan.predicted, *input_.planes, input_.suite.lidar, options.lidar.association);
+        associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *input_.planes, input_.suite.lidar,
+                  options.lidar.association);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
   }
@@ -153,7 +154,8 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
   const auto evidence = [&](const NavState& state) {
     if (!first) {
       const auto correspondences =
-          associate(scan.points, state.T_map_imu, *input_.planes, input_.suite.lidar, options.lidar.association);
+          associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *input_.planes, input_.suite.lidar,
+                    options.lidar.association);
       cost = condense(correspondences, state.T_map_imu);
       associated = state.T_map_imu;
     }

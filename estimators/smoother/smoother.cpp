@@ -117,7 +117,7 @@ void Smoother::register_scan(std::size_t k) {
   const std::vector<Eigen::Vector3f> points =
       deskew(frame.points, frame.scan_start, motion, input_.suite.lidar.T_imu_lidar);
   frame.correspondences =
-      associate(points, state.T_map_imu, *input_.planes, input_.suite.lidar, options.lidar.association);
+      associate(points, state.T_map_imu, frame.predicted_covariance, *input_.planes, input_.suite.lidar, options.lidar.association);
   frame.cost = condense(frame.correspondences, state.T_map_imu);
   frame.lidar_information = frame.cost.hessian(state.T_map_imu) -
                             options.degeneracy.normal_noise_margin * frame.cost.spurious_information;

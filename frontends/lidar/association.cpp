@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -19,8 +20,15 @@ struct Noise {
   float roughness_variance;
   float plane_factor;
   float max_distance;
+  float position_variance;  // of the pose, m²: the largest of any direction
+  float rotation_variance;  // rad²: the largest of any axis
+  float gate_squared;
   double huber_sigmas;
 };
+
+float largest_variance(const Matrix3& covariance) {
+  return static_cast<float>(std::max(0.0, Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvalues()[2]));
+}
 
 void associate_part(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
                     const PlaneMap& map, const Noise& noise, std::vector<Correspondence>& result) {
@@ -39,7 +47,9 @@ void associate_part(std::span<const Eigen::Vector3f> points, const Pose& T_map_i
     const float variance = noise.range_variance * cosine_squared +
                            noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance +
                            noise.plane_factor * plane->variance_at(place);
-    const double sigmas = std::abs(distance) / std::sqrt(variance);
+    const float expected = variance + noise.position_variance + noise.rotation_variance * point.squaredNorm();
+    if (distance * distance > noise.gate_squared * expected) continue;
+    const double sigmas = std::abs(distance) / std::sqrt(expected);
     result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas))});
   }
 }
@@ -47,13 +57,17 @@ void associate_part(std::span<const Eigen::Vector3f> points, const Pose& T_map_i
 }  // namespace
 
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
-                                      const PlaneMap& map, const LidarModel& lidar, const AssociationOptions& options) {
+                                      const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
+                                      const AssociationOptions& options) {
   const auto square = [](double value) { return static_cast<float>(value * value); };
   const Noise noise{square(lidar.range_noise_m),
                     square(options.angular_noise_rad),
                     square(options.surface_roughness_m),
                     static_cast<float>(options.map_error_repeats),
                     static_cast<float>(options.max_distance_m),
+                    largest_variance(pose_covariance.bottomRightCorner<3, 3>()),
+                    largest_variance(pose_covariance.topLeftCorner<3, 3>()),
+                    square(options.gate_sigmas),
                     options.huber_sigmas};
   const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();
   const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;

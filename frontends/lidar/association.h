@@ -12,14 +12,17 @@ namespace lodestone {
 
 struct AssociationOptions {
   double max_distance_m = 0.3;
-  double huber_sigmas = 2.5;
+  double gate_sigmas = 4.0;
+  double huber_sigmas = 2.0;
   double angular_noise_rad = 3e-4;
   double surface_roughness_m = 0.005;
-  double map_error_repeats = 10.0;
+  double map_error_repeats = 30.0;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("max_distance_m", max_distance_m, "a point further than this from its plane has no correspondence");
+    visitor.field("gate_sigmas", gate_sigmas,
+                  "nor has one whose residual is beyond this many sigmas of it, the predicted pose's own included");
     visitor.field("huber_sigmas", huber_sigmas, "point-to-plane residuals beyond this many sigmas are weighed down");
     visitor.field("angular_noise_rad", angular_noise_rad, "one sigma of a beam's direction");
     visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
@@ -30,9 +33,11 @@ struct AssociationOptions {
 
 /// Finds each point's plane at the pose `T_map_imu` and what its residual is worth. `points`: imu frame at the scan's
 /// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it, of
-/// the surface and of the plane's own fit. Points in order; the result does not depend on threads.
+/// the surface and of the plane's own fit. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no outlier.
+/// Points in order; the result does not depend on threads.
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
-                                      const PlaneMap& map, const LidarModel& lidar, const AssociationOptions& options);
+                                      const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
+                                      const AssociationOptions& options);
 
 /// Σ JᵀJ with weight one on metres, order φ, p: what the paper's rule looks at.
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
