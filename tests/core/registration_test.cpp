@@ -109,14 +109,14 @@ TEST(PlaneMap, FindsThePlanesOfABoxAndMarksItsEdges) {
   std::uniform_real_distribution<float> uniform(0.0F, 10.0F);
   std::normal_distribution<float> noise(0.0F, 0.005F);
   std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 60000; ++i) {
+  for (int i = 0; i < 240000; ++i) {
     Eigen::Vector3f point(uniform(generator), uniform(generator), uniform(generator));
     const int face = i % 6;
     point[face / 2] = (face % 2 == 0 ? 0.1F : 9.9F) + noise(generator);
     points.push_back(point);
   }
   const PlaneMap map(points, PlaneMapOptions{});
-  EXPECT_GT(map.planes().size(), 1500U);
+  EXPECT_GT(map.planes().size(), 6000U);
   int matched = 0;
   int tested = 0;
   for (int i = 0; i < 6000; ++i) {
