@@ -66,6 +66,7 @@ struct MagneticOptions {
   bool map_sigma = true;
   double map_sigma_floor_ut = 0.2;
   double map_correlation_m = 0.3;
+  double map_max_inflation = 40.0;
   int samples_per_reading = 5;
 
   template <class Visitor>
@@ -80,6 +81,9 @@ struct MagneticOptions {
     visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "least sigma of the map: interpolation between nodes");
     visitor.field("map_correlation_m", map_correlation_m,
                   "the map's error is one and the same over this distance: samples closer than that share it");
+    visitor.field("map_max_inflation", map_max_inflation,
+                  "most that sharing inflates the map's variance: readings within what the IMU bridges; at a standstill "
+                  "the map's error stays one bias");
     visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
   }
 };

@@ -34,10 +34,10 @@ std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> sam
   return result;
 }
 
-double correlation_inflation(double spacing_m, double correlation_m) {
+double correlation_inflation(double spacing_m, double correlation_m, double most) {
   if (correlation_m <= 0.0) return 1.0;
   const double rho = std::exp(-spacing_m / correlation_m);
-  return std::min(1000.0, (1.0 + rho) / std::max(1.0 - rho, 1e-9));
+  return std::min(most, (1.0 + rho) / std::max(1.0 - rho, 1e-9));
 }
 
 }  // namespace lodestone

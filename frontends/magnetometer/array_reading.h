@@ -29,7 +29,7 @@ std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> sam
                                         const SensorSuite& suite, int samples_per_reading);
 
 /// How many times the variance of a map's error counts where samples `spacing_m` apart share it over `correlation_m`:
-/// (1 + ρ)/(1 − ρ), ρ = exp(−spacing/correlation), the inflation of a first-order Gauss-Markov error. At most 1000.
-double correlation_inflation(double spacing_m, double correlation_m);
+/// (1 + ρ)/(1 − ρ), ρ = exp(−spacing/correlation), the inflation of a first-order Gauss-Markov error; at most `most`.
+double correlation_inflation(double spacing_m, double correlation_m, double most);
 
 }  // namespace lodestone
