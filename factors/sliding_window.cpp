@@ -3,9 +3,9 @@
 #include <ceres/solver.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SparseCholesky>
 #include <stdexcept>
 
+#include "factors/chain_solver.h"
 #include "factors/condensed_lidar_factor.h"
 #include "factors/manifolds.h"
 #include "factors/marginalization.h"
@@ -202,6 +202,9 @@ int SlidingWindow::solve() {
       factor->set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), noise_), noise_);
     }
   }
+  if (options_.solver == WindowSolver::chain) {
+    return ChainSolver(chain_variables(), factors()).minimize(options_.max_iterations);
+  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
@@ -219,6 +222,19 @@ int SlidingWindow::solve() {
   return static_cast<int>(summary.iterations.size()) - 1;
 }
 
+ChainVariables SlidingWindow::chain_variables() const {
+  ChainVariables result;
+  for (const auto& keyframe : keyframes_) {
+    result.poses.push_back(&keyframe->pose);
+    result.motions.push_back(&keyframe->motion);
+  }
+  result.shared.push_back(const_cast<WindowBlock*>(&gravity_));
+  if (options_.magnetometer_bias_states) {
+    for (const auto& epoch : epochs_) result.shared.push_back(&epoch->biases);
+  }
+  return result;
+}
+
 std::vector<const WindowFactor*> SlidingWindow::factors() const {
   std::vector<const WindowFactor*> result{&prior_};
   for (const auto& keyframe : keyframes_) {
@@ -233,57 +249,7 @@ std::vector<const WindowFactor*> SlidingWindow::factors() const {
 }
 
 std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t> keyframes) const {
-  // Columns: keyframes in order, then what they share, so that the factor stays a band with a border.
-  std::vector<const WindowBlock*> blocks;
-  for (const auto& keyframe : keyframes_) {
-    blocks.push_back(&keyframe->pose);
-    blocks.push_back(&keyframe->motion);
-  }
-  blocks.push_back(&gravity_);
-  if (options_.magnetometer_bias_states) {
-    for (const auto& epoch : epochs_) blocks.push_back(&epoch->biases);
-  }
-  std::vector<int> starts;
-  int size = 0;
-  for (const WindowBlock* block : blocks) {
-    starts.push_back(size);
-    size += block->tangent_size();
-  }
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const WindowFactor* factor : factors()) {
-    const LinearizedFactor part = linearize(*factor, false);
-    const Eigen::MatrixXd square = part.jacobian.transpose() * part.jacobian;
-    std::vector<int> places;
-    for (const WindowBlock* block : factor->blocks) {
-      const auto found = std::find(blocks.begin(), blocks.end(), block);
-      for (int i = 0; i < block->tangent_size(); ++i) {
-        places.push_back(found == blocks.end() ? -1 : starts[static_cast<std::size_t>(found - blocks.begin())] + i);
-      }
-    }
-    for (Eigen::Index column = 0; column < square.cols(); ++column) {
-      for (Eigen::Index row = 0; row < square.rows(); ++row) {
-        const int i = places[static_cast<std::size_t>(row)];
-        const int j = places[static_cast<std::size_t>(column)];
-        if (i >= j && j >= 0 && square(row, column) != 0.0) entries.emplace_back(i, j, square(row, column));
-      }
-    }
-  }
-  Eigen::SparseMatrix<double> hessian(size, size);
-  hessian.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>> factorization(
-      hessian);
-  if (factorization.info() != Eigen::Success) throw std::runtime_error("the window's information is not positive");
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(size, 6 * static_cast<Eigen::Index>(keyframes.size()));
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    unit.block<6, 6>(starts[2 * keyframes[i]], 6 * static_cast<Eigen::Index>(i)).setIdentity();
-  }
-  const Eigen::MatrixXd solution = factorization.solve(unit);
-  std::vector<Matrix6> result;
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    const Matrix6 block = solution.block<6, 6>(starts[2 * keyframes[i]], 6 * static_cast<Eigen::Index>(i));
-    result.push_back(0.5 * (block + block.transpose()));
-  }
-  return result;
+  return ChainSolver(chain_variables(), factors()).pose_covariances(keyframes);
 }
 
 void SlidingWindow::marginalize_oldest() {

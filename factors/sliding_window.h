@@ -18,6 +18,8 @@
 
 namespace lodestone {
 
+struct ChainVariables;
+
 /// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
 /// go. Nothing depends on addresses or threads. One gravity for all keyframes; magnetometer biases are constant over
 /// epochs joined by a random walk.
@@ -73,6 +75,7 @@ class SlidingWindow {
   void set_prior(MarginalPrior prior);
   BiasEpoch* epoch_at(Time time);
   std::vector<const WindowFactor*> factors() const;
+  ChainVariables chain_variables() const;
 
   SlidingWindowOptions options_;
   ImuNoise noise_;

@@ -4,110 +4,19 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "core/observability/degeneracy.h"
-#include "factors/condensed_lidar_factor.h"
-#include "factors/manifolds.h"
-#include "factors/preintegration_factor.h"
-#include "factors/random_walk_factor.h"
-#include "tests/factors/window_scene.h"
+#include "tests/factors/factor_chain.h"
 
 namespace lodestone {
 namespace {
 
-/// A chain of keyframes with every kind of factor, outside of any window.
-class Chain {
- public:
-  explicit Chain(std::uint64_t seed) {
-    Random random(seed);
-    DriveOptions options;
-    options.keyframes = kKeyframes;
-    const Drive truth = drive(options, random);
-    const std::shared_ptr<const MagneticMap> map = wavy_map();
-    gravity = {BlockKind::gravity, {0.0, 0.0, -9.80665}, {}};
-    biases = {BlockKind::euclidean, std::vector<double>(6, 0.1), {}};
-    next_biases = {BlockKind::euclidean, std::vector<double>(6, 0.2), {}};
-    for (std::size_t k = 0; k < kKeyframes; ++k) {
-      // Not at the minimum, so that the gradient has something to lose.
-      const NavState state = truth.truth[k].boxplus(random.draw(start_covariance(0.3)));
-      poses[k] = {BlockKind::pose, std::vector<double>(7), {}};
-      from_pose(state.T_map_imu, poses[k].values.data());
-      motions[k] = {BlockKind::euclidean, std::vector<double>(9), {}};
-      Eigen::Map<Vector9>(motions[k].values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
-      const Scan points = scan(truth.truth[k].T_map_imu, room_normals(random), 200, 0.02, 5.0, 0.0, random);
-      add(new CondensedLidarFactor(condense(points.matches, state.T_map_imu), lidar_mask(state.T_map_imu, k)), {&poses[k]});
-      add(new FieldFactor(map, FieldInterpolation::bicubic, 2,
-                          field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(2, Vector3::Zero()), 1.0, random), {}),
-          {&poses[k], k < 2 ? &biases : &next_biases});
-      if (k > 0) {
-        const Preintegration increment(truth.samples[k], Vector3::Zero(), Vector3::Zero(), options.noise);
-        add(new PreintegrationFactor(increment, options.noise),
-            {&poses[k - 1], &motions[k - 1], &poses[k], &motions[k], &gravity});
-      }
-    }
-    add(new RandomWalkFactor(6, 0.5), {&biases, &next_biases});
-  }
-
-  static constexpr std::size_t kKeyframes = 4;
-  WindowBlock poses[kKeyframes];
-  WindowBlock motions[kKeyframes];
-  WindowBlock gravity;
-  WindowBlock biases;
-  WindowBlock next_biases;
-  std::vector<WindowFactor> factors;
-
- private:
-  static PoseMask lidar_mask(const Pose& reference, std::size_t k) {
-    Vector6 kept = Vector6::Ones();
-    if (k == 1) kept[3] = 0.0;
-    return {Matrix6(kept.asDiagonal()), reference};
-  }
-
-  void add(ceres::CostFunction* function, std::vector<WindowBlock*> blocks) {
-    functions_.emplace_back(function);
-    factors.push_back({nullptr, function, std::move(blocks)});
-  }
-
-  std::vector<std::unique_ptr<ceres::CostFunction>> functions_;
-};
-
-/// The normal equations of some factors, their variables in the order of `blocks`.
-struct NormalEquations {
-  Eigen::MatrixXd hessian;
-  Eigen::VectorXd gradient;
-};
-
-NormalEquations assemble(const std::vector<WindowFactor>& factors, const std::vector<WindowBlock*>& blocks, bool first_estimates) {
-  std::vector<Eigen::Index> starts;
-  Eigen::Index size = 0;
-  for (const WindowBlock* block : blocks) {
-    starts.push_back(size);
-    size += block->tangent_size();
-  }
-  NormalEquations result{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
-  for (const WindowFactor& factor : factors) {
-    const LinearizedFactor part = linearize(factor, first_estimates);
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(part.residual.size(), size);
-    Eigen::Index column = 0;
-    for (const WindowBlock* block : factor.blocks) {
-      const auto place = std::find(blocks.begin(), blocks.end(), block) - blocks.begin();
-      jacobian.middleCols(starts[static_cast<std::size_t>(place)], block->tangent_size()) =
-          part.jacobian.middleCols(column, block->tangent_size());
-      column += block->tangent_size();
-    }
-    result.hessian += jacobian.transpose() * jacobian;
-    result.gradient += jacobian.transpose() * part.residual;
-  }
-  return result;
-}
-
 /// H_rr − H_re H_ee⁺ H_er and the same for the gradient, the pseudo-inverse by eigenvalues of the scaled block.
 NormalEquations schur(const NormalEquations& full, Eigen::Index gone) {
   const Eigen::Index kept = full.gradient.size() - gone;
-  const Eigen::VectorXd scale =
-      full.hessian.diagonal().head(gone).cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd scale = full.hessian.diagonal().head(gone).cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * full.hessian.topLeftCorner(gone, gone) * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-  const Eigen::VectorXd inverse = (solver.eigenvalues().array() > 1e-11).select(solver.eigenvalues().cwiseInverse(), 0.0);
+  const Eigen::VectorXd inverse =
+      (solver.eigenvalues().array() > 1e-11).select(solver.eigenvalues().cwiseInverse(), 0.0);
   const Eigen::MatrixXd pseudo = scale.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
                                  solver.eigenvectors().transpose() * scale.asDiagonal();
   const Eigen::MatrixXd coupling = full.hessian.bottomLeftCorner(kept, gone) * pseudo;
@@ -116,8 +25,8 @@ NormalEquations schur(const NormalEquations& full, Eigen::Index gone) {
 }
 
 /// The prior's quadratic at the current values against the Schur complement's, each variable in its own sigmas.
-void expect_schur(const std::vector<WindowFactor>& factors, const std::vector<WindowBlock*>& eliminated, bool first_estimates,
-                  double tolerance = 1e-7) {
+void expect_schur(const std::vector<WindowFactor>& factors, const std::vector<WindowBlock*>& eliminated,
+                  bool first_estimates, double tolerance = 1e-7) {
   std::vector<WindowBlock*> blocks = eliminated;
   for (const WindowFactor& factor : factors) {
     for (WindowBlock* block : factor.blocks) {
@@ -128,7 +37,8 @@ void expect_schur(const std::vector<WindowFactor>& factors, const std::vector<Wi
   for (const WindowBlock* block : eliminated) gone += block->tangent_size();
   const NormalEquations expected = schur(assemble(factors, blocks, first_estimates), gone);
   const MarginalPrior prior = marginalize(factors, eliminated);
-  ASSERT_EQ(std::vector<WindowBlock*>(blocks.begin() + static_cast<std::ptrdiff_t>(eliminated.size()), blocks.end()), prior.blocks);
+  ASSERT_EQ(std::vector<WindowBlock*>(blocks.begin() + static_cast<std::ptrdiff_t>(eliminated.size()), blocks.end()),
+            prior.blocks);
   // The prior's offset holds at the first estimates; its residual at the current values is what has a gradient here.
   Eigen::VectorXd residual = prior.offset;
   Eigen::Index column = 0;
@@ -172,7 +82,8 @@ TEST(Marginalization, KeepsWhatARankDeficientVariableSaysOfOthers) {
   grid.columns = grid.rows = 2;
   grid.resolution_m = 10.0;
   grid.heights_m = {0.0};
-  const auto uniform = std::make_shared<MagneticMap>(grid, std::vector<Eigen::Vector4f>(4, {20.0F, 5.0F, -40.0F, 0.5F}), 5.0);
+  const auto uniform =
+      std::make_shared<MagneticMap>(grid, std::vector<Eigen::Vector4f>(4, {20.0F, 5.0F, -40.0F, 0.5F}), 5.0);
   Random random(8);
   WindowBlock pose{BlockKind::pose, std::vector<double>(7), {}};
   from_pose({so3::exp(random.vector(0.3)), Vector3(5.0, 5.0, 0.0)}, pose.values.data());
@@ -183,7 +94,8 @@ TEST(Marginalization, KeepsWhatARankDeficientVariableSaysOfOthers) {
                            {});
   expect_schur({{nullptr, &factor, {&pose, &biases}}}, {&pose}, false);
   biases.first_estimate.clear();
-  const MarginalPrior prior = marginalize(std::vector<WindowFactor>{{nullptr, &factor, {&pose, &biases}}}, std::vector<WindowBlock*>{&pose});
+  const MarginalPrior prior =
+      marginalize(std::vector<WindowFactor>{{nullptr, &factor, {&pose, &biases}}}, std::vector<WindowBlock*>{&pose});
   EXPECT_EQ(prior.root.fullPivHouseholderQr().rank(), 4);
 }
 

@@ -1,5 +1,5 @@
-// The sliding window as an estimator: what it may and may not learn, told apart by simulated drives whose noise is exactly
-// what the factors assume.
+// The sliding window as an estimator: what it may and may not learn, told apart by simulated drives whose noise is
+// exactly what the factors assume.
 #include "factors/sliding_window.h"
 
 #include <gtest/gtest.h>
@@ -23,12 +23,14 @@ NavState draw_start(const NavState& truth, const Matrix17& covariance, Random& r
 
 /// Adds keyframe k of the drive, predicted by the IMU.
 void add_predicted(SlidingWindow& window, const Drive& truth, std::size_t k, const ImuNoise& noise) {
-  window.add_keyframe(truth.times[k], propagate(window.state(window.size() - 1), truth.samples[k], noise, nullptr), truth.samples[k]);
+  window.add_keyframe(truth.times[k], propagate(window.state(window.size() - 1), truth.samples[k], noise, nullptr),
+                      truth.samples[k]);
 }
 
 void set_scan(SlidingWindow& window, const Scan& points, const PoseMask& mask = {}) {
   const std::size_t newest = window.size() - 1;
-  window.set_lidar(newest, condense(points.matches, window.state(newest).T_map_imu), points.matches, mask, Matrix6::Zero());
+  window.set_lidar(newest, condense(points.matches, window.state(newest).T_map_imu), points.matches, mask,
+                   Matrix6::Zero());
 }
 
 Matrix6 covariance_of(const SlidingWindow& window, std::size_t k) {
@@ -75,7 +77,8 @@ TEST(SlidingWindow, ItsCovarianceIsThatOfItsErrors) {
   }
 }
 
-// --- the null space -----------------------------------------------------------------------------------------------------
+// --- the null space
+// -----------------------------------------------------------------------------------------------------
 
 struct Tunnel {
   Vector3 axis;
@@ -100,8 +103,8 @@ struct AxisSigmas {
   double known_m = 0.0;   // of dead reckoning by accelerometer and start alone, all else known
 };
 
-/// Sixty seconds of tunnel. `at(k, sigmas)` sees every keyframe; the return value is the window's information on a shift of
-/// all its poses along the axis at the end, over that at the start.
+/// Sixty seconds of tunnel. `at(k, sigmas)` sees every keyframe; the return value is the window's information on a
+/// shift of all its poses along the axis at the end, over that at the start.
 template <class Visitor>
 double drive_through(const Tunnel& place, std::uint64_t seed, const Visitor& at) {
   Random random(seed);
@@ -123,8 +126,10 @@ double drive_through(const Tunnel& place, std::uint64_t seed, const Visitor& at)
     const Scan points = scan(true_pose, place.normals, 200, kLidarNoiseM, 5.0, 0.01, random);
     const std::size_t newest = window.size() - 1;
     // Correspondences and linearization centimetres off.
-    const Pose guess = window.state(newest).T_map_imu.boxplus(0.02 * (Vector6() << random.vector(), random.vector()).finished());
-    window.set_lidar(newest, condense(points.matches, guess), points.matches, axis_mask(place.axis, guess), Matrix6::Zero());
+    const Pose guess =
+        window.state(newest).T_map_imu.boxplus(0.02 * (Vector6() << random.vector(), random.vector()).finished());
+    window.set_lidar(newest, condense(points.matches, guess), points.matches, axis_mask(place.axis, guess),
+                     Matrix6::Zero());
     window.solve();
     window.set_lidar(newest, condense(points.matches, window.state(newest).T_map_imu), points.matches,
                      axis_mask(place.axis, window.state(newest).T_map_imu), Matrix6::Zero());
@@ -146,7 +151,8 @@ double drive_through(const Tunnel& place, std::uint64_t seed, const Visitor& at)
     const Matrix17 start = start_covariance();
     AxisSigmas sigmas;
     sigmas.window_m = std::sqrt(place.axis.dot(covariance_of(window, newest).bottomRightCorner<3, 3>() * place.axis));
-    sigmas.filter_m = std::sqrt(place.axis.dot(covariance.block<3, 3>(tangent::position, tangent::position) * place.axis));
+    sigmas.filter_m =
+        std::sqrt(place.axis.dot(covariance.block<3, 3>(tangent::position, tangent::position) * place.axis));
     sigmas.known_m = std::sqrt(start(tangent::position, tangent::position) +
                                start(tangent::velocity, tangent::velocity) * seconds * seconds +
                                accelerometer_variance * std::pow(seconds, 3) / 3.0);
@@ -166,22 +172,27 @@ void expect_nothing_learnt(const Quaternion& heading, std::uint64_t seed) {
     least_to_known = std::min(least_to_known, sigmas.window_m / sigmas.known_m);
     last = sigmas;
   });
-  std::printf("axis sigma after 60 s: window %.3f m, filter at the truth %.3f m, dead reckoning with all else known %.3f m; least "
-              "ratios %.4f and %.4f; shift information %.6f of the start's at most\n",
-              last.window_m, last.filter_m, last.known_m, least_to_filter, least_to_known, growth);
+  std::printf(
+      "axis sigma after 60 s: window %.3f m, filter at the truth %.3f m, dead reckoning with all else known %.3f m; "
+      "least "
+      "ratios %.4f and %.4f; shift information %.6f of the start's at most\n",
+      last.window_m, last.filter_m, last.known_m, least_to_filter, least_to_known, growth);
   EXPECT_GT(least_to_filter, 0.99);
   EXPECT_GT(least_to_known, 0.99);
   EXPECT_LT(growth, 1.0 + 1e-6);
 }
 
-TEST(SlidingWindow, GainsNoInformationAlongATunnel) { expect_nothing_learnt(Quaternion::Identity(), 1); }
+TEST(SlidingWindow, GainsNoInformationAlongATunnel) {
+  expect_nothing_learnt(Quaternion::Identity(), 1);
+}
 
 TEST(SlidingWindow, GainsNoInformationAlongATunnelAskewInTheMap) {
   expect_nothing_learnt(so3::exp(Vector3(0.05, -0.15, 0.7)), 2);
   expect_nothing_learnt(so3::exp(Vector3(-0.1, 0.2, -2.3)), 3);
 }
 
-// --- determinism --------------------------------------------------------------------------------------------------------
+// --- determinism
+// --------------------------------------------------------------------------------------------------------
 
 /// Every bit that a drive of 200 keyframes with LiDAR, IMU and magnetometers leaves.
 std::vector<double> long_run() {
@@ -198,8 +209,9 @@ std::vector<double> long_run() {
   for (std::size_t k = 1; k < truth.truth.size(); ++k) {
     add_predicted(window, truth, k, options.noise);
     set_scan(window, scan(truth.truth[k].T_map_imu, normals, 2000, kLidarNoiseM, 5.0, 0.005, random));
-    window.set_field(window.size() - 1, map, FieldInterpolation::bicubic,
-                     field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(3, Vector3::Zero()), 1.0, random), {});
+    window.set_field(
+        window.size() - 1, map, FieldInterpolation::bicubic,
+        field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(3, Vector3::Zero()), 1.0, random), {});
     window.solve();
     if (window.size() > 25) window.marginalize_oldest();
     const NavState state = window.state(window.size() - 1);
@@ -229,7 +241,8 @@ TEST(SlidingWindow, GivesTheSameBitsOnEveryRunAndAnyNumberOfThreads) {
   }
 }
 
-// --- magnetometers ------------------------------------------------------------------------------------------------------
+// --- magnetometers
+// ------------------------------------------------------------------------------------------------------
 
 /// Newest state and covariance of a drive with few planes and three magnetometers, in a window of `size` keyframes.
 struct MagneticRun {
@@ -250,8 +263,9 @@ MagneticRun magnetic_run(bool bias_states, std::size_t size) {
   solver.magnetometer_bias_epoch_s = 0.5;  // twelve epochs, two or three in a window of 1.2 s
   solver.magnetometer_bias_sigma_ut = 2.0;
   solver.max_iterations = 10;
-  const std::vector<Vector3> biases =
-      bias_states ? std::vector<Vector3>{{1.0, -2.0, 0.5}, {-1.5, 1.0, 2.0}, {0.5, 0.5, -1.0}} : std::vector<Vector3>(3, Vector3::Zero());
+  const std::vector<Vector3> biases = bias_states
+                                          ? std::vector<Vector3>{{1.0, -2.0, 0.5}, {-1.5, 1.0, 2.0}, {0.5, 0.5, -1.0}}
+                                          : std::vector<Vector3>(3, Vector3::Zero());
   // Known well enough that where the past was linearized hardly matters: the field is no linear function of the pose.
   const Matrix17 covariance = start_covariance(0.1);
   SlidingWindow window(0, draw_start(truth.truth[0], covariance, random), covariance, 3, options.noise, solver);
@@ -286,9 +300,11 @@ TEST(SlidingWindow, EpochsOfMagnetometerBiasesLeaveItAndTheirInformationStays) {
     }
     EXPECT_LT((windowed.bias - whole.bias).norm(), 0.02) << bias_states;
     for (const double error : windowed.bias_errors) EXPECT_LT(error, bias_states ? 0.5 : 1e-12);
-    std::printf("bias states %d: window off the whole by %.2f mm of %.2f mm sigma, variance ratio %.4f, biases off by %.3f uT\n", bias_states,
-                1e3 * difference.tail<3>().norm(), 1e3 * sigma.tail<3>().norm(), windowed.covariance(3, 3) / whole.covariance(3, 3),
-                windowed.bias_errors[0]);
+    std::printf(
+        "bias states %d: window off the whole by %.2f mm of %.2f mm sigma, variance ratio %.4f, biases off by %.3f "
+        "uT\n",
+        bias_states, 1e3 * difference.tail<3>().norm(), 1e3 * sigma.tail<3>().norm(),
+        windowed.covariance(3, 3) / whole.covariance(3, 3), windowed.bias_errors[0]);
   }
 }
 

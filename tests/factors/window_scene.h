@@ -45,8 +45,8 @@ struct Drive {
 
 struct DriveOptions {
   int keyframes = 40;
-  double period_s = 0.1;  ///< between keyframes
-  int samples = 20;       ///< IMU intervals between keyframes
+  double period_s = 0.1;                        ///< between keyframes
+  int samples = 20;                             ///< IMU intervals between keyframes
   Quaternion heading = Quaternion::Identity();  ///< map from body at the start; the drive goes along body x
   ImuNoise noise;
   double noise_scale = 1.0;
@@ -71,9 +71,11 @@ inline Drive drive(const DriveOptions& options, Random& random) {
       const Time start = time - from_seconds(options.period_s) + i * from_seconds(dt);
       const double t = to_seconds(start) + 0.5 * dt;
       const Vector3 turn_rate(0.02 * std::sin(1.7 * t), 0.03 * std::cos(1.1 * t), 0.05 * std::sin(0.9 * t));
-      const Vector3 acceleration = options.heading * Vector3(0.4 * std::cos(0.8 * t), 0.1 * std::sin(1.3 * t), 0.05 * std::cos(2.0 * t));
+      const Vector3 acceleration =
+          options.heading * Vector3(0.4 * std::cos(0.8 * t), 0.1 * std::sin(1.3 * t), 0.05 * std::cos(2.0 * t));
       const Quaternion half_turn = so3::exp(0.5 * dt * turn_rate);
-      const Vector3 force = half_turn.conjugate() * (state.T_map_imu.rotation.conjugate() * (acceleration - state.gravity));
+      const Vector3 force =
+          half_turn.conjugate() * (state.T_map_imu.rotation.conjugate() * (acceleration - state.gravity));
       ImuSample sample{start, turn_rate + gyroscope_bias + random.vector(white * options.noise.gyroscope_noise_density),
                        force + accelerometer_bias + random.vector(white * options.noise.accelerometer_noise_density)};
       samples.push_back(sample);
@@ -104,8 +106,8 @@ struct Scan {
   Scan& operator=(Scan&&) = default;
 };
 
-/// `points` points at `range_m` round the pose, each on a plane with one of `normals`, `noise_m` off it. The planes' own
-/// normals are known to `normal_sigma` (rad) only.
+/// `points` points at `range_m` round the pose, each on a plane with one of `normals`, `noise_m` off it. The planes'
+/// own normals are known to `normal_sigma` (rad) only.
 inline Scan scan(const Pose& T_map_imu, const std::vector<Vector3>& normals, int points, double noise_m, double range_m,
                  double normal_sigma, Random& random) {
   Scan result;
@@ -122,9 +124,10 @@ inline Scan scan(const Pose& T_map_imu, const std::vector<Vector3>& normals, int
     // From the plane as stored: floats of the map are no noise of the sensor.
     const Vector3 stored = plane.normal.cast<double>();
     const Vector3 center = plane.center.cast<double>();
-    const Vector3 point = on_plane + (stored.dot(center - on_plane) / stored.dot(normal)) * normal +
-                          noise_m * random.normal() * normal;
-    result.matches.push_back({(T_map_imu.inverse() * point).cast<float>(), &plane, static_cast<float>(noise_m * noise_m)});
+    const Vector3 point =
+        on_plane + (stored.dot(center - on_plane) / stored.dot(normal)) * normal + noise_m * random.normal() * normal;
+    result.matches.push_back(
+        {(T_map_imu.inverse() * point).cast<float>(), &plane, static_cast<float>(noise_m * noise_m)});
   }
   return result;
 }
@@ -155,7 +158,8 @@ inline std::shared_ptr<const MagneticMap> wavy_map() {
 
 /// One reading of each of `biases_ut.size()` magnetometers in a row across the robot.
 inline std::vector<FieldReading> field_readings(const Pose& T_map_imu, const MagneticMap& map,
-                                                const std::vector<Vector3>& biases_ut, double sigma_ut, Random& random) {
+                                                const std::vector<Vector3>& biases_ut, double sigma_ut,
+                                                Random& random) {
   std::vector<FieldReading> readings;
   for (std::size_t i = 0; i < biases_ut.size(); ++i) {
     FieldReading reading;

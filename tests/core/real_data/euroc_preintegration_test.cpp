@@ -104,7 +104,8 @@ class EurocPreintegration : public testing::Test {
     for (const auto& row : load<16>(truth)) {
       Truth entry{row.time, {}};
       entry.state.T_map_imu.position = row.vector(0);
-      entry.state.T_map_imu.rotation = Quaternion(row.values[3], row.values[4], row.values[5], row.values[6]).normalized();
+      entry.state.T_map_imu.rotation =
+          Quaternion(row.values[3], row.values[4], row.values[5], row.values[6]).normalized();
       entry.state.velocity = row.vector(7);
       entry.state.gyroscope_bias = row.vector(10);
       entry.state.accelerometer_bias = row.vector(13);

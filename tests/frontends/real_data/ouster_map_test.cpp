@@ -1,7 +1,8 @@
-// Three scans of a moving OS-1-128 against the map and the poses that ouster-sdk ships with them. x, y, z of the messages
-// are in the sensor frame, which is what the poses move. Nothing is deskewed: the map was built of scans taken as rigid.
-// With the points brought to one instant at the poses' own speed (2.5 m/s) they lie further from this map: 40 to 43 mm rms
-// with the pose at mid-scan, 44 to 47 mm at its end, 61 to 65 mm at its start, against 38 to 40 mm as they are.
+// Three scans of a moving OS-1-128 against the map and the poses that ouster-sdk ships with them. x, y, z of the
+// messages are in the sensor frame, which is what the poses move. Nothing is deskewed: the map was built of scans taken
+// as rigid. With the points brought to one instant at the poses' own speed (2.5 m/s) they lie further from this map: 40
+// to 43 mm rms with the pose at mid-scan, 44 to 47 mm at its end, 61 to 65 mm at its start, against 38 to 40 mm as they
+// are.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -113,8 +114,8 @@ TEST_F(OusterMap, RegistrationFindsThePosesFromTheOneBefore) {
     const Vector6 error = pose.boxminus(poses_[k]);
     const Fit found = fit(k, pose);
     const Fit given = fit(k, poses_[k]);
-    std::printf("scan %zu: %.1f mm after %d iterations (%.1f mm with the given pose), %.1f mm and %.3f deg from it\n", k + 1,
-                1e3 * found.rms_m, result.iterations, 1e3 * given.rms_m, 1e3 * error.tail<3>().norm(),
+    std::printf("scan %zu: %.1f mm after %d iterations (%.1f mm with the given pose), %.1f mm and %.3f deg from it\n",
+                k + 1, 1e3 * found.rms_m, result.iterations, 1e3 * given.rms_m, 1e3 * error.tail<3>().norm(),
                 error.head<3>().norm() * 180.0 / M_PI);
     EXPECT_LE(found.rms_m, given.rms_m);
     EXPECT_GT(found.share, 0.99 * given.share);

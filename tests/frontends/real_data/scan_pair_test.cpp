@@ -9,8 +9,8 @@
 #include "core/registration/condensed_cost.h"
 #include "frontends/lidar/association.h"
 #include "frontends/readers/point_cloud_file.h"
-#include "tests/frontends/real_data/registration.h"
 #include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/real_data/registration.h"
 
 namespace lodestone {
 namespace {

@@ -1,0 +1,159 @@
+// What the smoother's back end costs: the window's solve, its marginalization, its covariances and the degeneracy
+// analysis.
+#include <benchmark/benchmark.h>
+
+#include <array>
+#include <memory>
+
+#include "core/imu/propagation.h"
+#include "core/observability/window_information.h"
+#include "factors/sliding_window.h"
+#include "tests/factors/window_scene.h"
+
+namespace lodestone {
+namespace {
+
+constexpr int kKeyframes = 20;
+constexpr int kPlanes = 2000;
+
+/// A drive with its scans, accumulated where a prediction would have put them.
+struct Log {
+  explicit Log(int keyframes) {
+    Random random(1);
+    options.keyframes = keyframes;
+    truth = drive(options, random);
+    const std::vector<Vector3> normals = room_normals(random);
+    for (int k = 0; k < keyframes; ++k) {
+      const std::size_t i = static_cast<std::size_t>(k);
+      const Pose& pose = truth.truth[i].T_map_imu;
+      scans.push_back(scan(pose, normals, kPlanes, 0.02, 5.0, 0.0, random));
+      // Off by some centimetres and a degree, a poor prediction.
+      guesses.push_back(truth.truth[i].boxplus(random.draw(start_covariance())));
+      costs.push_back(condense(scans.back().matches, guesses.back().T_map_imu));
+    }
+  }
+
+  DriveOptions options;
+  Drive truth;
+  std::vector<Scan> scans;
+  std::vector<NavState> guesses;
+  std::vector<CondensedCost> costs;
+};
+
+void set_scan(SlidingWindow& window, const Log& log, std::size_t place, std::size_t k) {
+  window.set_lidar(place, log.costs[k], log.scans[k].matches, {}, Matrix6::Zero());
+}
+
+std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed) {
+  SlidingWindowOptions options;
+  options.condensed = condensed;
+  options.max_iterations = 4;
+  auto window = std::make_unique<SlidingWindow>(log.truth.times[0], log.guesses[0], start_covariance(), 0,
+                                                log.options.noise, options);
+  for (std::size_t k = 1; k < kKeyframes; ++k) {
+    window->add_keyframe(log.truth.times[k], log.guesses[k], log.truth.samples[k]);
+    set_scan(*window, log, k, k);
+  }
+  return window;
+}
+
+/// Every keyframe starts off its place: a whole solve, not an update.
+void BM_WindowSolve(benchmark::State& state, bool condensed) {
+  static const Log log(kKeyframes);
+  double iterations = 0.0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    auto window = full_window(log, condensed);
+    state.ResumeTiming();
+    iterations += window->solve();
+    state.PauseTiming();
+    window.reset();
+    state.ResumeTiming();
+  }
+  state.counters["iterations"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
+}
+BENCHMARK_CAPTURE(BM_WindowSolve, condensed, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_WindowSolve, one_residual_a_point, false)->Unit(benchmark::kMillisecond);
+
+/// What a robot pays for a scan once its points are condensed: a keyframe comes, the window is solved, the oldest goes.
+void BM_WindowUpdate(benchmark::State& state) {
+  static const Log log(400);
+  std::unique_ptr<SlidingWindow> window;
+  std::size_t next = log.truth.times.size();
+  double iterations = 0.0;
+  for (auto _ : state) {
+    if (next == log.truth.times.size()) {
+      state.PauseTiming();
+      window = full_window(log, true);
+      window->solve();
+      next = kKeyframes;
+      state.ResumeTiming();
+    }
+    window->add_keyframe(log.truth.times[next],
+                         propagate(window->state(kKeyframes - 1), log.truth.samples[next], log.options.noise, nullptr),
+                         log.truth.samples[next]);
+    set_scan(*window, log, kKeyframes, next);
+    iterations += window->solve();
+    window->marginalize_oldest();
+    ++next;
+  }
+  state.counters["iterations"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
+}
+BENCHMARK(BM_WindowUpdate)->Unit(benchmark::kMillisecond);
+
+/// The same without the solve.
+void BM_AddAndMarginalize(benchmark::State& state) {
+  static const Log log(400);
+  std::unique_ptr<SlidingWindow> window;
+  std::size_t next = log.truth.times.size();
+  for (auto _ : state) {
+    if (next == log.truth.times.size()) {
+      state.PauseTiming();
+      window = full_window(log, true);
+      window->solve();
+      next = kKeyframes;
+      state.ResumeTiming();
+    }
+    window->add_keyframe(log.truth.times[next], log.truth.truth[next], log.truth.samples[next]);
+    set_scan(*window, log, kKeyframes, next);
+    window->marginalize_oldest();
+    ++next;
+  }
+}
+BENCHMARK(BM_AddAndMarginalize)->Unit(benchmark::kMicrosecond);
+
+void BM_PoseCovariances(benchmark::State& state) {
+  static const Log log(kKeyframes);
+  const auto window = full_window(log, true);
+  window->solve();
+  const std::array<std::size_t, 2> wanted{0, kKeyframes - 1};
+  for (auto _ : state) benchmark::DoNotOptimize(window->pose_covariances(wanted));
+}
+BENCHMARK(BM_PoseCovariances)->Unit(benchmark::kMicrosecond);
+
+struct Chain {
+  explicit Chain(const Log& log) {
+    const auto window = full_window(log, true);
+    window->solve();
+    for (std::size_t k = 0; k < kKeyframes; ++k)
+      information.push_back(log.costs[k].hessian(window->state(k).T_map_imu));
+    for (std::size_t k = 0; k + 1 < kKeyframes; ++k) links.push_back(window->link(k));
+  }
+  std::vector<Matrix6> information;
+  std::vector<ChainLink> links;
+};
+
+void BM_MarginalInformationOfAll(benchmark::State& state) {
+  static const Chain chain{Log(kKeyframes)};
+  for (auto _ : state) benchmark::DoNotOptimize(marginal_pose_information(chain.information, chain.links));
+}
+BENCHMARK(BM_MarginalInformationOfAll)->Unit(benchmark::kMicrosecond);
+
+void BM_MarginalInformationOfTheNewest(benchmark::State& state) {
+  static const Chain chain{Log(kKeyframes)};
+  for (auto _ : state) benchmark::DoNotOptimize(newest_pose_information(chain.information, chain.links));
+}
+BENCHMARK(BM_MarginalInformationOfTheNewest)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "factors/condensed_lidar_factor.h"
+#include "factors/manifolds.h"
+#include "factors/preintegration_factor.h"
+#include "factors/random_walk_factor.h"
+#include "factors/window_block.h"
+#include "tests/factors/window_scene.h"
+
+namespace lodestone {
+
+/// A chain of keyframes with every kind of factor, outside of any window.
+class Chain {
+ public:
+  explicit Chain(std::uint64_t seed) {
+    Random random(seed);
+    DriveOptions options;
+    options.keyframes = kKeyframes;
+    const Drive truth = drive(options, random);
+    const std::shared_ptr<const MagneticMap> map = wavy_map();
+    gravity = {BlockKind::gravity, {0.0, 0.0, -9.80665}, {}};
+    biases = {BlockKind::euclidean, std::vector<double>(6, 0.1), {}};
+    next_biases = {BlockKind::euclidean, std::vector<double>(6, 0.2), {}};
+    for (std::size_t k = 0; k < kKeyframes; ++k) {
+      // Not at the minimum, so that the gradient has something to lose.
+      const NavState state = truth.truth[k].boxplus(random.draw(start_covariance(0.3)));
+      poses[k] = {BlockKind::pose, std::vector<double>(7), {}};
+      from_pose(state.T_map_imu, poses[k].values.data());
+      motions[k] = {BlockKind::euclidean, std::vector<double>(9), {}};
+      Eigen::Map<Vector9>(motions[k].values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
+      const Scan points = scan(truth.truth[k].T_map_imu, room_normals(random), 200, 0.02, 5.0, 0.0, random);
+      add(new CondensedLidarFactor(condense(points.matches, state.T_map_imu), lidar_mask(state.T_map_imu, k)),
+          {&poses[k]});
+      add(new FieldFactor(
+              map, FieldInterpolation::bicubic, 2,
+              field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(2, Vector3::Zero()), 1.0, random),
+              {}),
+          {&poses[k], k < 2 ? &biases : &next_biases});
+      if (k > 0) {
+        const Preintegration increment(truth.samples[k], Vector3::Zero(), Vector3::Zero(), options.noise);
+        add(new PreintegrationFactor(increment, options.noise),
+            {&poses[k - 1], &motions[k - 1], &poses[k], &motions[k], &gravity});
+      }
+    }
+    add(new RandomWalkFactor(6, 0.5), {&biases, &next_biases});
+  }
+
+  static constexpr std::size_t kKeyframes = 4;
+  WindowBlock poses[kKeyframes];
+  WindowBlock motions[kKeyframes];
+  WindowBlock gravity;
+  WindowBlock biases;
+  WindowBlock next_biases;
+  std::vector<WindowFactor> factors;
+
+  /// A factor of the chain's own, which it keeps.
+  void add(ceres::CostFunction* function, std::vector<WindowBlock*> blocks) {
+    functions_.emplace_back(function);
+    factors.push_back({nullptr, function, std::move(blocks)});
+  }
+
+ private:
+  static PoseMask lidar_mask(const Pose& reference, std::size_t k) {
+    Vector6 kept = Vector6::Ones();
+    if (k == 1) kept[3] = 0.0;
+    return {Matrix6(kept.asDiagonal()), reference};
+  }
+
+  std::vector<std::unique_ptr<ceres::CostFunction>> functions_;
+};
+
+/// The normal equations of some factors, their variables in the order of `blocks`.
+struct NormalEquations {
+  Eigen::MatrixXd hessian;
+  Eigen::VectorXd gradient;
+};
+
+inline NormalEquations assemble(const std::vector<WindowFactor>& factors, const std::vector<WindowBlock*>& blocks,
+                                bool first_estimates) {
+  std::vector<Eigen::Index> starts;
+  Eigen::Index size = 0;
+  for (const WindowBlock* block : blocks) {
+    starts.push_back(size);
+    size += block->tangent_size();
+  }
+  NormalEquations result{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+  for (const WindowFactor& factor : factors) {
+    const LinearizedFactor part = linearize(factor, first_estimates);
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(part.residual.size(), size);
+    Eigen::Index column = 0;
+    for (const WindowBlock* block : factor.blocks) {
+      const auto place = std::find(blocks.begin(), blocks.end(), block) - blocks.begin();
+      jacobian.middleCols(starts[static_cast<std::size_t>(place)], block->tangent_size()) =
+          part.jacobian.middleCols(column, block->tangent_size());
+      column += block->tangent_size();
+    }
+    result.hessian += jacobian.transpose() * jacobian;
+    result.gradient += jacobian.transpose() * part.residual;
+  }
+  return result;
+}
+
+}  // namespace lodestone
