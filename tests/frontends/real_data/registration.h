@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -16,21 +17,23 @@ struct Registration {
   int iterations = 0;
 };
 
-/// Gauss-Newton on the condensed cost with new correspondences at each iteration, the distance gate narrowed from
-/// `wide_gate_m` to that of `options`: LiDAR alone, no prediction.
+/// Gauss-Newton on the condensed cost with new correspondences at each iteration: LiDAR alone, no prediction. What the
+/// pose is taken to be uncertain to, and the distance gate with it, narrows from `start_sigma_m` to 1 cm.
 inline Registration register_points(std::span<const Eigen::Vector3f> points, const Pose& start, const PlaneMap& map,
-                                    const LidarModel& lidar, AssociationOptions options, double wide_gate_m = 1.0) {
+                                    const LidarModel& lidar, AssociationOptions options, double start_sigma_m = 0.5) {
+  constexpr double kEndSigmaM = 0.01;
+  constexpr double kRotationPerMetre = 0.1;  // rad: points ten metres off
   const double gate_m = options.max_distance_m;
-  options.max_distance_m = std::max(gate_m, wide_gate_m);
   Registration result{start, {}, 0};
-  while (result.iterations < 60) {
+  for (double sigma_m = start_sigma_m; result.iterations < 60; sigma_m = std::max(kEndSigmaM, 0.7 * sigma_m)) {
     ++result.iterations;
-    result.cost = condense(associate(points, result.pose, map, lidar, options), result.pose);
+    options.max_distance_m = std::max(gate_m, 2.0 * sigma_m);
+    Matrix6 covariance = Matrix6::Identity() * sigma_m * sigma_m;
+    covariance.topLeftCorner<3, 3>() *= kRotationPerMetre * kRotationPerMetre;
+    result.cost = condense(associate(points, result.pose, covariance, map, lidar, options), result.pose);
     const Vector6 step = -result.cost.hessian(result.pose).ldlt().solve(result.cost.gradient(result.pose));
     result.pose = result.pose.boxplus(step);
-    const bool narrow = options.max_distance_m <= gate_m;
-    if (narrow && step.head<3>().norm() < 1e-6 && step.tail<3>().norm() < 1e-5) break;
-    options.max_distance_m = std::max(gate_m, 0.8 * options.max_distance_m);
+    if (sigma_m <= kEndSigmaM && step.head<3>().norm() < 1e-6 && step.tail<3>().norm() < 1e-5) break;
   }
   return result;
 }
