@@ -1,8 +1,10 @@
 // Three scans of a moving OS-1-128 against the map and the poses that ouster-sdk ships with them. x, y, z of the
 // messages are in the sensor frame, which is what the poses move. Nothing is deskewed: the map was built of scans taken
-// as rigid. With the points brought to one instant at the poses' own speed (2.5 m/s) they lie further from this map: 40
-// to 43 mm rms with the pose at mid-scan, 44 to 47 mm at its end, 61 to 65 mm at its start, against 38 to 40 mm as they
-// are.
+// as rigid, and points brought to one instant at the poses' own speed (2.5 m/s) lie further from it, whether the poses
+// are taken to name a scan's start, middle or end.
+// How far points lie depends on which of them count: 38 to 40 mm rms with the poses, 69 and 70 mm without (scans 2 and
+// 3), where a point in a voxel that holds an edge looks for a plane next door; 16 to 19 mm and 55 to 56 mm where it
+// counts for nothing.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -98,12 +100,11 @@ TEST_F(OusterMap, ScansLieOnItWithTheGivenPosesAndNotWithoutThem) {
     const Fit without = fit(k, Pose{});
     std::printf("scan %zu: %.1f mm with its pose (%.0f %% matched), %.1f mm without\n", k + 1, 1e3 * given.rms_m,
                 100.0 * given.share, 1e3 * without.rms_m);
-    EXPECT_GT(given.rms_m, 0.02);
     EXPECT_LT(given.rms_m, 0.04);
-    EXPECT_GT(given.share, 0.7);
+    EXPECT_GT(given.share, 0.5);
     if (k == 0) continue;  // its pose is the origin
-    EXPECT_GT(without.rms_m, 0.055);
-    EXPECT_LT(without.rms_m, 0.075);
+    EXPECT_GT(without.rms_m, 0.05);
+    EXPECT_GT(without.rms_m, 1.5 * given.rms_m);
     EXPECT_LT(without.share, given.share);
   }
 }
