@@ -20,7 +20,7 @@ std::vector<ImuSample> samples(int count) {
 }
 
 /// Increment, covariance and bias Jacobians; 20 samples are a scan of 10 Hz at 200 Hz.
-void BM_PreintegrationPerSample(benchmark::State& state) {
+void preintegration(benchmark::State& state) {
   const std::vector<ImuSample> log = samples(static_cast<int>(state.range(0)));
   for (auto _ : state) {
     Preintegration preintegration(log, Vector3(0.01, 0.0, -0.01), Vector3(0.1, 0.05, 0.0), {});
@@ -29,9 +29,9 @@ void BM_PreintegrationPerSample(benchmark::State& state) {
   state.counters["time/sample"] = benchmark::Counter(
       static_cast<double>(state.range(0)), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(BM_PreintegrationPerSample)->Arg(20)->Arg(200)->Unit(benchmark::kMicrosecond);
+BENCHMARK(preintegration)->Arg(20)->Arg(200)->Unit(benchmark::kMicrosecond);
 
-void BM_PropagationPerSample(benchmark::State& state) {
+void propagation(benchmark::State& state) {
   const std::vector<ImuSample> log = samples(20);
   const bool with_covariance = state.range(0) != 0;
   for (auto _ : state) {
@@ -41,7 +41,7 @@ void BM_PropagationPerSample(benchmark::State& state) {
   state.counters["time/sample"] =
       benchmark::Counter(20.0, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(BM_PropagationPerSample)->ArgName("covariance")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(propagation)->ArgName("covariance")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace lodestone

@@ -44,11 +44,12 @@ void set_scan(SlidingWindow& window, const Log& log, std::size_t place, std::siz
   window.set_lidar(place, log.costs[k], log.scans[k].matches, {}, Matrix6::Zero());
 }
 
-std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed) {
+std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed, WindowSolver solver = WindowSolver::chain) {
   SlidingWindowOptions options;
   options.condensed = condensed;
+  options.solver = solver;
   options.max_iterations = 4;
-  auto window = std::make_unique<SlidingWindow>(log.truth.times[0], log.guesses[0], start_covariance(), 0,
+  auto window = std::make_unique<SlidingWindow>(log.truth.times[0], log.guesses[0], start_covariance(), 8,
                                                 log.options.noise, options);
   for (std::size_t k = 1; k < kKeyframes; ++k) {
     window->add_keyframe(log.truth.times[k], log.guesses[k], log.truth.samples[k]);
@@ -58,12 +59,12 @@ std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed) {
 }
 
 /// Every keyframe starts off its place: a whole solve, not an update.
-void BM_WindowSolve(benchmark::State& state, bool condensed) {
+void window_solve(benchmark::State& state, bool condensed, WindowSolver solver) {
   static const Log log(kKeyframes);
   double iterations = 0.0;
   for (auto _ : state) {
     state.PauseTiming();
-    auto window = full_window(log, condensed);
+    auto window = full_window(log, condensed, solver);
     state.ResumeTiming();
     iterations += window->solve();
     state.PauseTiming();
@@ -72,37 +73,62 @@ void BM_WindowSolve(benchmark::State& state, bool condensed) {
   }
   state.counters["iterations"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
 }
-BENCHMARK_CAPTURE(BM_WindowSolve, condensed, true)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_WindowSolve, one_residual_a_point, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_solve, condensed, true, WindowSolver::chain)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_solve, condensed_by_ceres, true, WindowSolver::ceres)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_solve, one_residual_a_point, false, WindowSolver::chain)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_solve, one_residual_a_point_by_ceres, false, WindowSolver::ceres)
+    ->Unit(benchmark::kMillisecond);
 
 /// What a robot pays for a scan once its points are condensed: a keyframe comes, the window is solved, the oldest goes.
-void BM_WindowUpdate(benchmark::State& state) {
+/// With magnetometers: 32 readings a keyframe and biases of eight sensors.
+void window_update(benchmark::State& state, bool magnetometers, WindowSolver solver) {
   static const Log log(400);
+  static const std::shared_ptr<const MagneticMap> map = wavy_map();
+  std::vector<std::vector<FieldReading>> readings(log.truth.times.size());
+  if (magnetometers) {
+    Random random(2);
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      for (int i = 0; i < 4; ++i) {
+        for (const FieldReading& reading : field_readings(log.truth.truth[k].T_map_imu, *map,
+                                                          std::vector<Vector3>(8, Vector3::Zero()), 1.0, random)) {
+          readings[k].push_back(reading);
+        }
+      }
+    }
+  }
   std::unique_ptr<SlidingWindow> window;
   std::size_t next = log.truth.times.size();
   double iterations = 0.0;
   for (auto _ : state) {
     if (next == log.truth.times.size()) {
       state.PauseTiming();
-      window = full_window(log, true);
+      window = full_window(log, true, solver);
+      for (std::size_t k = 0; k < kKeyframes; ++k) {
+        window->set_field(k, map, FieldInterpolation::bicubic, readings[k], {});
+      }
       window->solve();
       next = kKeyframes;
       state.ResumeTiming();
     }
-    window->add_keyframe(log.truth.times[next],
-                         propagate(window->state(kKeyframes - 1), log.truth.samples[next], log.options.noise, nullptr),
-                         log.truth.samples[next]);
+    const NavState predicted =
+        propagate(window->state(kKeyframes - 1), log.truth.samples[next], log.options.noise, nullptr);
+    window->add_keyframe(log.truth.times[next], predicted, log.truth.samples[next]);
     set_scan(*window, log, kKeyframes, next);
+    window->set_field(kKeyframes, map, FieldInterpolation::bicubic, readings[next], {});
     iterations += window->solve();
     window->marginalize_oldest();
     ++next;
   }
   state.counters["iterations"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
 }
-BENCHMARK(BM_WindowUpdate)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_update, lidar, false, WindowSolver::chain)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_update, lidar_by_ceres, false, WindowSolver::ceres)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_update, lidar_and_magnetometers, true, WindowSolver::chain)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_update, lidar_and_magnetometers_by_ceres, true, WindowSolver::ceres)
+    ->Unit(benchmark::kMillisecond);
 
-/// The same without the solve.
-void BM_AddAndMarginalize(benchmark::State& state) {
+/// The same with LiDAR, without the solve.
+void add_and_marginalize(benchmark::State& state) {
   static const Log log(400);
   std::unique_ptr<SlidingWindow> window;
   std::size_t next = log.truth.times.size();
@@ -120,16 +146,16 @@ void BM_AddAndMarginalize(benchmark::State& state) {
     ++next;
   }
 }
-BENCHMARK(BM_AddAndMarginalize)->Unit(benchmark::kMicrosecond);
+BENCHMARK(add_and_marginalize)->Unit(benchmark::kMicrosecond);
 
-void BM_PoseCovariances(benchmark::State& state) {
+void pose_covariances(benchmark::State& state) {
   static const Log log(kKeyframes);
   const auto window = full_window(log, true);
   window->solve();
   const std::array<std::size_t, 2> wanted{0, kKeyframes - 1};
   for (auto _ : state) benchmark::DoNotOptimize(window->pose_covariances(wanted));
 }
-BENCHMARK(BM_PoseCovariances)->Unit(benchmark::kMicrosecond);
+BENCHMARK(pose_covariances)->Unit(benchmark::kMicrosecond);
 
 struct Chain {
   explicit Chain(const Log& log) {
@@ -143,17 +169,17 @@ struct Chain {
   std::vector<ChainLink> links;
 };
 
-void BM_MarginalInformationOfAll(benchmark::State& state) {
+void marginal_information_of_all(benchmark::State& state) {
   static const Chain chain{Log(kKeyframes)};
   for (auto _ : state) benchmark::DoNotOptimize(marginal_pose_information(chain.information, chain.links));
 }
-BENCHMARK(BM_MarginalInformationOfAll)->Unit(benchmark::kMicrosecond);
+BENCHMARK(marginal_information_of_all)->Unit(benchmark::kMicrosecond);
 
-void BM_MarginalInformationOfTheNewest(benchmark::State& state) {
+void marginal_information_of_the_newest(benchmark::State& state) {
   static const Chain chain{Log(kKeyframes)};
   for (auto _ : state) benchmark::DoNotOptimize(newest_pose_information(chain.information, chain.links));
 }
-BENCHMARK(BM_MarginalInformationOfTheNewest)->Unit(benchmark::kMicrosecond);
+BENCHMARK(marginal_information_of_the_newest)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace lodestone
