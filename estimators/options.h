@@ -67,6 +67,7 @@ struct MagneticOptions {
   double map_sigma_floor_ut = 0.2;
   double map_correlation_m = 0.3;
   double map_max_inflation = 40.0;
+  double height_sigma_m = 0.02;
   int samples_per_reading = 5;
 
   template <class Visitor>
@@ -84,6 +85,8 @@ struct MagneticOptions {
     visitor.field("map_max_inflation", map_max_inflation,
                   "most that sharing inflates the map's variance: readings within what the IMU bridges; at a standstill "
                   "the map's error stays one bias");
+    visitor.field("height_sigma_m", height_sigma_m,
+                  "without a cloud map: how closely the magnetometers keep to the height of a field map of one layer");
     visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
   }
 };

@@ -1,6 +1,7 @@
 #include "core/observability/degeneracy.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
@@ -48,6 +49,31 @@ void apply_limit(double limit, MaskKind mask, Degeneracy& result) {
   }
 }
 
+/// Gram-Schmidt through QR; signs as the columns have them.
+Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> factor(columns);
+  Eigen::MatrixXd basis = factor.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
+  for (Eigen::Index i = 0; i < basis.cols(); ++i) {
+    if (basis.col(i).dot(columns.col(i)) < 0.0) basis.col(i) *= -1.0;
+  }
+  return basis;
+}
+
+bool is_hard(const Degeneracy& mask) {
+  const int hidden = mask.degenerate_directions;
+  return (hidden == 6 || mask.kept.head(6 - hidden).minCoeff() == 1.0) &&
+         (hidden == 0 || mask.kept.tail(hidden).maxCoeff() == 0.0);
+}
+
+/// The same analysis with other hidden directions; those that are seen become what is left of its own, in its order.
+Degeneracy with_hidden(const Degeneracy& degeneracy, const Eigen::MatrixXd& hidden) {
+  Degeneracy result = degeneracy;
+  const Eigen::MatrixXd seen = degeneracy.directions.leftCols(6 - hidden.cols());
+  result.directions.rightCols(hidden.cols()) = hidden;
+  result.directions.leftCols(6 - hidden.cols()) = orthonormal(seen - hidden * (hidden.transpose() * seen));
+  return result;
+}
+
 }  // namespace
 
 Matrix6 Degeneracy::lidar_projector() const {
@@ -69,6 +95,39 @@ Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOp
   Degeneracy result = decompose(unit_hessian, 1.0);
   apply_limit(1.0 / std::sqrt(options.paper_threshold), options.mask, result);
   return result;
+}
+
+Degeneracy without_tilt(const Degeneracy& degeneracy, const Vector3& up) {
+  const int hidden = degeneracy.degenerate_directions;
+  if (hidden == 0 || hidden == 6 || !is_hard(degeneracy)) return degeneracy;
+  Eigen::MatrixXd basis = degeneracy.directions.rightCols(hidden);
+  const Eigen::RowVectorXd turn = up.transpose() * basis.topRows<3>();
+  basis.topRows<3>() = (up * turn).eval();
+  if (basis.colwise().norm().minCoeff() < std::cos(0.5)) return degeneracy;
+  return with_hidden(degeneracy, orthonormal(basis));
+}
+
+Degeneracy follow(const Degeneracy& now, const Pose& pose_now, const Degeneracy& before, const Pose& pose_before,
+                  double gain) {
+  const int hidden = now.degenerate_directions;
+  if (hidden == 0 || hidden == 6 || before.degenerate_directions != hidden || !is_hard(now) || !is_hard(before)) {
+    return now;
+  }
+  // A rigid motion of the map: turn ω about the old position and shift t; at the new pose it is R_nowᵀ ω and
+  // t + ω × (p_now − p_before).
+  Matrix6 carry = Matrix6::Identity();
+  const Matrix3 to_map = pose_before.rotation.toRotationMatrix();
+  carry.topLeftCorner<3, 3>() = pose_now.rotation.toRotationMatrix().transpose() * to_map;
+  carry.bottomLeftCorner<3, 3>() = -so3::hat(pose_now.position - pose_before.position) * to_map;
+  const Eigen::MatrixXd carried = scaling(now.lever_arm_m).asDiagonal() * carry *
+                                  scaling(before.lever_arm_m).cwiseInverse().asDiagonal() *
+                                  before.directions.rightCols(hidden);
+  const Eigen::MatrixXd old_basis = orthonormal(carried);
+  const Eigen::MatrixXd new_basis = now.directions.rightCols(hidden);
+  const Eigen::MatrixXd apart = old_basis - new_basis * (new_basis.transpose() * old_basis);
+  if (apart.colwise().norm().maxCoeff() > 0.2) return now;
+
+  return with_hidden(now, orthonormal(old_basis - gain * apart));
 }
 
 }  // namespace lodestone

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/geometry/so3.h"
+#include "core/geometry/pose.h"
 #include "core/options.h"
 
 namespace lodestone {
@@ -32,6 +32,7 @@ struct DegeneracyOptions {
   double paper_threshold = 15.0;
   double max_sigma_m = 0.01;
   double normal_noise_margin = 2.0;
+  double follow_gain = 0.01;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -43,6 +44,9 @@ struct DegeneracyOptions {
                   "rms range");
     visitor.field("normal_noise_margin", normal_noise_margin,
                   "how many times the information that noisy normals pretend to give is taken off before the analysis");
+    visitor.field("follow_gain", follow_gain,
+                  "share by which a hard mask follows each new analysis; small, so that the noise of hidden directions "
+                  "from scan to scan adds up to no information; 1 takes each analysis as it is");
   }
 };
 
@@ -72,5 +76,19 @@ Degeneracy analyse_by_sigma(const Matrix6& information, double lever_arm_m, cons
 
 /// Decides by the paper's rule. `unit_hessian`: Σ JᵀJ with weight one on metres. sigma_m is 1/√eigenvalue.
 Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOptions& options);
+
+/// Turns hidden directions to the nearest that an IMU does not see either: shifts, and a turn about the vertical
+/// (`up`: unit, imu frame). A hidden direction that tilts would let gravity tell of it what LiDAR must not: noise mixes the
+/// axis of a tunnel with its weakly seen roll. Leaves the mask as it is where it is soft, or where a direction lies more
+/// than 0.5 rad off.
+Degeneracy without_tilt(const Degeneracy& degeneracy, const Vector3& up);
+
+/// `now` with its hidden directions carried over from `before` and turned towards its own by `gain`. A rigid motion of the
+/// whole trajectory in the map is the one motion that neither IMU nor, along a hidden direction, LiDAR sees; so hidden
+/// directions of neighbouring poses must be one rigid motion, or what differs between them counts as information. Leaves
+/// `now` as it is where the number of hidden directions differs, where they part by more than 0.2 rad, or where the mask is
+/// soft. `pose_before`, `pose_now`: where the analyses were made.
+Degeneracy follow(const Degeneracy& now, const Pose& pose_now, const Degeneracy& before, const Pose& pose_before,
+                  double gain);
 
 }  // namespace lodestone

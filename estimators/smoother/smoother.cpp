@@ -27,6 +27,7 @@ struct Smoother::Frame {
   Matrix6 lidar_information = Matrix6::Zero();  // without what noisy normals pretend
   Degeneracy degeneracy;
   Pose associated;                        // where correspondences were looked for
+  Pose analysed;                          // where the degeneracy was analysed
   Estimate estimate;                      // diagnostics, filled as the scan is worked on
 };
 
@@ -45,7 +46,15 @@ Matrix6 deskew_covariance(const SensorSuite& suite, const SmootherOptions& optio
 }  // namespace
 
 Smoother::Smoother(EstimatorInput input)
-    : input_(std::move(input)), crowding_(array_crowding(input_.suite, input_.options.magnetic.map_correlation_m)) {}
+    : input_(std::move(input)), crowding_(array_crowding(input_.suite, input_.options.magnetic.map_correlation_m)) {
+  // Without a cloud map nothing tells the height; but a field map of one layer holds at that layer alone.
+  if (input_.planes == nullptr && input_.field->grid().heights_m.size() == 1) {
+    level_ = std::make_unique<Plane>();
+    level_->normal = Eigen::Vector3f::UnitZ();
+    level_->major = Eigen::Vector3f::UnitX();
+    level_->center = Eigen::Vector3f(0.0F, 0.0F, static_cast<float>(input_.field->grid().heights_m.front()));
+  }
+}
 
 Smoother::~Smoother() = default;
 
@@ -112,7 +121,10 @@ void Smoother::register_scan(std::size_t k) {
   const RunOptions& options = input_.options;
   const NavState state = window_->state(k);
   frame.associated = state.T_map_imu;
-  if (input_.planes == nullptr) return;
+  if (input_.planes == nullptr) {
+    hold_height(k);
+    return;
+  }
   const ScanMotion motion(state, frame.imu);
   const std::vector<Eigen::Vector3f> points =
       deskew(frame.points, frame.scan_start, motion, input_.suite.lidar.T_imu_lidar);
@@ -125,6 +137,20 @@ void Smoother::register_scan(std::size_t k) {
   diagnostics.points = static_cast<int>(points.size());
   diagnostics.correspondences = frame.cost.count;
   diagnostics.inlier_share = points.empty() ? 0.0 : static_cast<double>(frame.cost.count) / static_cast<double>(points.size());
+}
+
+void Smoother::hold_height(std::size_t k) {
+  Frame& frame = *frames_[k];
+  frame.correspondences.clear();
+  if (level_ != nullptr) {
+    const double sigma_m = input_.options.magnetic.height_sigma_m;
+    for (const MagnetometerModel& magnetometer : input_.suite.magnetometers) {
+      frame.correspondences.push_back({magnetometer.T_imu_mag.position.cast<float>(), level_.get(),
+                                       static_cast<float>(sigma_m * sigma_m)});
+    }
+  }
+  frame.cost = condense(frame.correspondences, frame.associated);
+  window_->set_lidar(k, frame.cost, frame.correspondences, {}, Matrix6::Zero());
 }
 
 Degeneracy Smoother::analyse(std::size_t k) const {
@@ -140,7 +166,9 @@ Degeneracy Smoother::analyse(std::size_t k) const {
   for (std::size_t i = 0; i + 1 < frames_.size(); ++i) links.push_back(window_->link(i));
   const Matrix6 known = k + 1 == frames_.size() ? newest_pose_information(information, links)
                                                 : marginal_pose_information(information, links)[k];
-  return analyse_by_sigma(known, std::max(frame.cost.range_rms_m, 1.0), options);
+  const NavState state = window_->state(k);
+  return without_tilt(analyse_by_sigma(known, std::max(frame.cost.range_rms_m, 1.0), options),
+                      state.T_map_imu.rotation.conjugate() * -state.gravity.normalized());
 }
 
 void Smoother::weigh(std::size_t k) {
@@ -150,7 +178,17 @@ void Smoother::weigh(std::size_t k) {
   double factor = 1.0;
   PoseMask field_mask;
   if (input_.planes != nullptr) {
-    frame.degeneracy = analyse(k);
+    // Hidden directions follow those of the keyframe before; a keyframe analysed again follows itself.
+    const Degeneracy analysed = analyse(k);
+    if (k + 1 < frames_.size()) {
+      frame.degeneracy = follow(analysed, frame.associated, frame.degeneracy, frame.analysed, options.degeneracy.follow_gain);
+    } else if (k > 0) {
+      frame.degeneracy = follow(analysed, frame.associated, frames_[k - 1]->degeneracy, frames_[k - 1]->analysed,
+                                options.degeneracy.follow_gain);
+    } else {
+      frame.degeneracy = analysed;
+    }
+    frame.analysed = frame.associated;
     window_->set_lidar(k, frame.cost, frame.correspondences,
                        PoseMask(frame.degeneracy.lidar_projector(), frame.associated),
                        deskew_covariance(input_.suite, options.smoother, to_seconds(frame.estimate.time - frame.scan_start)));

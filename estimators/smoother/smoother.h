@@ -22,6 +22,7 @@ class Smoother final : public Estimator {
  private:
   struct Frame;
   void register_scan(std::size_t k);
+  void hold_height(std::size_t k);
   Degeneracy analyse(std::size_t k) const;
   void weigh(std::size_t k);
   bool moved(std::size_t k) const;
@@ -29,6 +30,7 @@ class Smoother final : public Estimator {
   void hand_out_oldest(const Matrix6& covariance, EstimateSink& sink);
 
   EstimatorInput input_;
+  std::unique_ptr<Plane> level_;  // the field map's height, where no cloud map tells it
   std::vector<double> crowding_;  // of the magnetometers
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Frame>> frames_;
