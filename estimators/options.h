@@ -3,6 +3,7 @@
 #include "core/maps/magnetic_map.h"
 #include "core/maps/plane_map.h"
 #include "core/observability/degeneracy.h"
+#include "core/option_checks.h"
 #include "core/options.h"
 #include "factors/window_options.h"
 #include "frontends/lidar/association.h"
@@ -28,6 +29,15 @@ struct InitialOptions {
     visitor.field("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2,
                   "of the accelerometer's bias, taken as zero");
     visitor.field("gravity_sigma_deg", gravity_sigma_deg, "tilt of gravity against the map's z axis");
+  }
+
+  void check() const {
+    option_checks::positive("position_sigma_m", position_sigma_m);
+    option_checks::positive("rotation_sigma_deg", rotation_sigma_deg);
+    option_checks::positive("velocity_sigma_m_s", velocity_sigma_m_s);
+    option_checks::positive("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s);
+    option_checks::positive("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2);
+    option_checks::positive("gravity_sigma_deg", gravity_sigma_deg);
   }
 };
 
@@ -89,6 +99,16 @@ struct MagneticOptions {
                   "without a cloud map: how closely the magnetometers keep to the height of a field map of one layer");
     visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
   }
+
+  void check() const {
+    option_checks::within("beta", beta, 0.0, 1.0);
+    option_checks::within("huber_probability", huber_probability, 0.01, 0.999999);
+    option_checks::not_negative("map_sigma_floor_ut", map_sigma_floor_ut);
+    option_checks::not_negative("map_correlation_m", map_correlation_m);
+    option_checks::within("map_max_inflation", map_max_inflation, 1.0, 1e6);
+    option_checks::positive("height_sigma_m", height_sigma_m);
+    option_checks::within("samples_per_reading", samples_per_reading, 1, 1000);
+  }
 };
 
 struct SmootherOptions {
@@ -108,6 +128,14 @@ struct SmootherOptions {
     visitor.field("deskew_velocity_sigma_m_s", deskew_velocity_sigma_m_s,
                   "uncertainty of the velocity that a scan is deskewed with");
     visitor.section("solver", solver);
+  }
+
+  void check() const {
+    option_checks::within("window_s", window_s, 0.0, 60.0);
+    option_checks::within("reassociations", reassociations, 0, 20);
+    option_checks::not_negative("reassociate_moved_m", reassociate_moved_m);
+    option_checks::not_negative("reassociate_turned_deg", reassociate_turned_deg);
+    option_checks::not_negative("deskew_velocity_sigma_m_s", deskew_velocity_sigma_m_s);
   }
 };
 
@@ -135,6 +163,13 @@ struct FilterOptions {
     visitor.field("interpolation", interpolation, "bilinear (the paper) or bicubic");
     visitor.field("shrink", shrink, "residual (the paper), information or none");
     visitor.section("degeneracy", degeneracy);
+  }
+
+  void check() const {
+    option_checks::within("lidar_iterations", lidar_iterations, 1, 100);
+    option_checks::within("magnetic_iterations", magnetic_iterations, 1, 100);
+    option_checks::not_negative("converged_m", converged_m);
+    option_checks::not_negative("converged_deg", converged_deg);
   }
 };
 

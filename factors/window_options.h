@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/option_checks.h"
 #include "core/options.h"
 
 namespace lodestone {
@@ -32,6 +33,13 @@ struct SlidingWindowOptions {
     visitor.field("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut, "one sigma of each bias at the start");
     visitor.field("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut, "drift of each bias, µT/√s");
     visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
+  }
+
+  void check() const {
+    option_checks::within("max_iterations", max_iterations, 1, 1000);
+    option_checks::positive("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut);
+    option_checks::positive("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut);
+    option_checks::positive("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s);
   }
 };
 

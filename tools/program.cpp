@@ -17,6 +17,9 @@ int run_program(int argument_count, char** arguments) {
   app.name("lodestone");
   app.set_version_flag("--version", std::string("lodestone ") + LODESTONE_VERSION);
   app.require_subcommand(1);
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return std::string("lodestone: ") + error.what() + " (see lodestone --help, or lodestone SUBCOMMAND --help)\n";
+  });
   int code = exit_code::done;
   add_simulate_command(app, &code);
   add_map_command(app, &code);

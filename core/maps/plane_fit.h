@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "core/geometry/so3.h"
+#include "core/option_checks.h"
 
 namespace lodestone {
 
@@ -56,6 +57,13 @@ struct PlaneFitOptions {
     visitor.field("max_thickness_m", max_thickness_m, "largest rms distance of a plane's points from it");
     visitor.field("max_thickness_ratio", max_thickness_ratio, "thickness over the smaller in-plane spread");
     visitor.field("min_spread_m", min_spread_m, "smallest in-plane spread, one sigma");
+  }
+
+  void check() const {
+    option_checks::within("min_points", min_points, 4, 1000000);
+    option_checks::positive("max_thickness_m", max_thickness_m);
+    option_checks::positive("max_thickness_ratio", max_thickness_ratio);
+    option_checks::not_negative("min_spread_m", min_spread_m);
   }
 };
 

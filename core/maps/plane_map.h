@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/maps/plane_fit.h"
+#include "core/option_checks.h"
 
 namespace lodestone {
 
@@ -22,6 +23,12 @@ struct PlaneMapOptions {
     visitor.field("max_thickness_over_median", max_thickness_over_median,
                   "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
     visitor.section("fit", fit);
+  }
+
+  void check() const {
+    option_checks::within("voxel_m", voxel_m, 0.01, 100.0);
+    option_checks::within("margin_m", margin_m, 0.0, 0.49 * voxel_m);
+    option_checks::not_negative("max_thickness_over_median", max_thickness_over_median);
   }
 };
 

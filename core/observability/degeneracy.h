@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/geometry/pose.h"
+#include "core/option_checks.h"
 #include "core/options.h"
 
 namespace lodestone {
@@ -47,6 +48,13 @@ struct DegeneracyOptions {
     visitor.field("follow_gain", follow_gain,
                   "share by which a hard mask follows each new analysis; small, so that the noise of hidden directions "
                   "from scan to scan adds up to no information; 1 takes each analysis as it is");
+  }
+
+  void check() const {
+    option_checks::positive("paper_threshold", paper_threshold);
+    option_checks::positive("max_sigma_m", max_sigma_m);
+    option_checks::not_negative("normal_noise_margin", normal_noise_margin);
+    option_checks::within("follow_gain", follow_gain, 0.0, 1.0);
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include "core/geometry/pose.h"
 #include "core/maps/plane_map.h"
+#include "core/option_checks.h"
 #include "core/registration/correspondence.h"
 #include "core/sensor_suite.h"
 
@@ -28,6 +29,15 @@ struct AssociationOptions {
     visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
     visitor.field("map_error_repeats", map_error_repeats,
                   "how many scans in a row meet the same plane and so the same error of it: its variance counts so often");
+  }
+
+  void check() const {
+    option_checks::positive("max_distance_m", max_distance_m);
+    option_checks::positive("gate_sigmas", gate_sigmas);
+    option_checks::positive("huber_sigmas", huber_sigmas);
+    option_checks::not_negative("angular_noise_rad", angular_noise_rad);
+    option_checks::positive("surface_roughness_m", surface_roughness_m);
+    option_checks::not_negative("map_error_repeats", map_error_repeats);
   }
 };
 

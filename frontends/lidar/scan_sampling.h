@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/measurements.h"
+#include "core/option_checks.h"
 #include "core/sensor_suite.h"
 
 namespace lodestone {
@@ -15,6 +16,11 @@ struct ScanSamplingOptions {
   void visit(Visitor& visitor) {
     visitor.field("voxel_m", voxel_m, "one point of a scan is kept in each voxel of this edge; 0 keeps all");
     visitor.field("max_points", max_points, "at most this many points of a scan, spread evenly over it");
+  }
+
+  void check() const {
+    option_checks::not_negative("voxel_m", voxel_m);
+    option_checks::within("max_points", max_points, 0, 10000000);
   }
 };
 
