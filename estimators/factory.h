@@ -14,11 +14,11 @@ namespace lodestone {
 /// What every estimator is made of: the same sensors, maps and options, so that an A/B compares estimators alone.
 struct EstimatorInput {
   SensorSuite suite;
-  std::shared_ptr<const PlaneMap> planes;    ///< null: no LiDAR localization
-  std::shared_ptr<const MagneticMap> field;  ///< null: no magnetic localization
-  Pose initial_pose;                         ///< T_map_imu at the first scan's start
+  std::shared_ptr<const PlaneMapSource> planes;  ///< null: no LiDAR localization
+  std::shared_ptr<const MagneticMap> field;      ///< null: no magnetic localization
+  Pose initial_pose;                             ///< T_map_imu at the first scan's start
   RunOptions options;
-  WarningLog* warnings = nullptr;            ///< counts what an estimator had to leave out; must outlive it
+  WarningLog* warnings = nullptr;                ///< counts what an estimator had to leave out; must outlive it
 };
 
 /// Names that make_estimator knows, the default first.

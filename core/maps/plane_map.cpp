@@ -1,13 +1,7 @@
 #include "core/maps/plane_map.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 
 namespace lodestone {
 
@@ -15,65 +9,16 @@ namespace {
 
 constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
 constexpr std::int32_t kNoPlane = -1;
-constexpr int kKeyBits = 21;
-constexpr int kKeyOffset = 1 << (kKeyBits - 1);
-
-std::uint64_t make_key(const Eigen::Vector3i& voxel) {
-  const auto part = [](int value) { return static_cast<std::uint64_t>(value + kKeyOffset) & ((1U << kKeyBits) - 1U); };
-  return part(voxel.x()) << (2 * kKeyBits) | part(voxel.y()) << kKeyBits | part(voxel.z());
-}
 
 std::uint64_t spread(std::uint64_t key) {
   key *= 0x9E3779B97F4A7C15ULL;
   return key ^ (key >> 29);
 }
 
-Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxel) {
-  return (point * inverse_voxel).array().floor().cast<int>();
-}
-
-/// A point as a member of a voxel: its own one, or one that it lies just outside of.
-struct Entry {
-  std::uint64_t key;
-  std::uint32_t index;
-  bool operator<(const Entry& other) const { return key != other.key ? key < other.key : index < other.index; }
-};
-
-/// The voxels whose box, grown by `margin` (in voxels, below one half), holds the point.
-void append_memberships(const Eigen::Vector3f& scaled, float margin, std::uint32_t index, std::vector<Entry>& entries) {
-  const Eigen::Vector3i low = (scaled.array() - margin).floor().cast<int>();
-  const Eigen::Vector3i high = (scaled.array() + margin).floor().cast<int>();
-  for (int x = low.x(); x <= high.x(); ++x) {
-    for (int y = low.y(); y <= high.y(); ++y) {
-      for (int z = low.z(); z <= high.z(); ++z) entries.push_back({make_key({x, y, z}), index});
-    }
-  }
-}
-
-/// Sorted by voxel, then by index: every voxel sums its points in the order of the file.
-std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, float inverse_voxel, float margin) {
-  constexpr std::size_t kPart = 1 << 16;
-  const std::size_t parts = (points.size() + kPart - 1) / kPart;
-  std::vector<std::vector<Entry>> lists(parts);
-  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
-    const std::size_t end = std::min(points.size(), (part + 1) * kPart);
-    for (std::size_t i = part * kPart; i < end; ++i) {
-      append_memberships(points[i] * inverse_voxel, margin, static_cast<std::uint32_t>(i), lists[part]);
-    }
-  });
-  std::vector<Entry> entries;
-  for (std::vector<Entry>& list : lists) {
-    entries.insert(entries.end(), list.begin(), list.end());
-    std::vector<Entry>().swap(list);
-  }
-  tbb::parallel_sort(entries.begin(), entries.end());
-  return entries;
-}
-
-double median_thickness(const std::vector<Plane>& planes, const std::vector<char>& is_plane) {
+double median_thickness(std::span<const VoxelPlane> voxels) {
   std::vector<float> thickness;
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    if (is_plane[i] != 0) thickness.push_back(planes[i].thickness);
+  for (const VoxelPlane& voxel : voxels) {
+    if (voxel.is_plane != 0) thickness.push_back(voxel.plane.thickness);
   }
   if (thickness.empty()) return 0.0;
   const auto middle = thickness.begin() + static_cast<std::ptrdiff_t>(thickness.size() / 2);
@@ -85,66 +30,43 @@ double median_thickness(const std::vector<Plane>& planes, const std::vector<char
 
 PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options)
     : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)) {
-  if (!(options.voxel_m > 0.0)) throw std::invalid_argument("PlaneMap: voxel_m must be positive");
-  if (!(options.margin_m >= 0.0 && options.margin_m < 0.5 * options.voxel_m)) {
-    throw std::invalid_argument("PlaneMap: margin_m must be at least zero and less than half of voxel_m");
-  }
-  if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: more points than one map holds");
-  const std::vector<Entry> entries =
-      sorted_memberships(points, inverse_voxel_, static_cast<float>(options.margin_m) * inverse_voxel_);
-
-  std::vector<std::size_t> starts;
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (i == 0 || entries[i].key != entries[i - 1].key) starts.push_back(i);
-  }
-  starts.push_back(entries.size());
-  const std::size_t voxels = starts.size() - 1;
-  std::vector<Plane> fitted(voxels);
-  std::vector<char> is_plane(voxels, 0);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels), [&](const auto& range) {
-    for (std::size_t v = range.begin(); v != range.end(); ++v) {
-      const Eigen::Vector3d reference = points[entries[starts[v]].index].cast<double>();
-      PointMoments moments;
-      for (std::size_t i = starts[v]; i < starts[v + 1]; ++i) {
-        moments.add(points[entries[i].index].cast<double>() - reference);
-      }
-      is_plane[v] = fit_plane(moments, reference, options_.fit, fitted[v]) ? 1 : 0;
-    }
-  });
-  // Where floor meets wall a voxel may hold a strip of the other surface too thin to refuse by itself. It shows against
-  // what the map's planes are like.
-  median_thickness_m_ = median_thickness(fitted, is_plane);
-  const double limit = options.max_thickness_over_median > 0.0
-                           ? options.max_thickness_over_median * median_thickness_m_
-                           : std::numeric_limits<double>::infinity();
-  std::vector<Slot> slots;
-  for (std::size_t v = 0; v < voxels; ++v) {
-    const std::uint64_t key = entries[starts[v]].key;
-    if (is_plane[v] != 0 && static_cast<double>(fitted[v].thickness) <= limit) {
-      slots.push_back({key, static_cast<std::int32_t>(planes_.size())});
-      planes_.push_back(fitted[v]);
-    } else {
-      slots.push_back({key, kNoPlane});
-      ++rejected_voxels_;
-    }
-  }
-  build_table(slots);
+  const std::vector<VoxelPlane> voxels = fit_voxel_planes(points, options);
+  median_thickness_m_ = median_thickness(voxels);
+  insert(voxels);
 }
 
-void PlaneMap::build_table(const std::vector<Slot>& slots) {
+PlaneMap::PlaneMap(std::span<const VoxelPlane> voxels, double median_thickness_m, const PlaneMapOptions& options)
+    : options_(options),
+      inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)),
+      median_thickness_m_(median_thickness_m) {
+  insert(voxels);
+}
+
+void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
+  const double limit = thickness_limit(median_thickness_m_, options_);
+  const auto counts = [limit](const VoxelPlane& voxel) {
+    return voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
+  };
+  planes_.reserve(static_cast<std::size_t>(std::count_if(voxels.begin(), voxels.end(), counts)));
   std::uint64_t capacity = 16;
-  while (capacity < 2 * slots.size()) capacity *= 2;
+  while (capacity < 2 * voxels.size()) capacity *= 2;
   mask_ = capacity - 1;
   table_.assign(capacity, {kEmpty, kNoPlane});
-  for (const Slot& entry : slots) {
-    std::uint64_t slot = spread(entry.key) & mask_;
+  for (const VoxelPlane& voxel : voxels) {
+    std::uint64_t slot = spread(voxel.key) & mask_;
     while (table_[slot].key != kEmpty) slot = (slot + 1) & mask_;
-    table_[slot] = entry;
+    table_[slot] = {voxel.key, kNoPlane};
+    if (counts(voxel)) {
+      table_[slot].plane = static_cast<std::int32_t>(planes_.size());
+      planes_.push_back(voxel.plane);
+    } else {
+      ++rejected_voxels_;
+    }
   }
 }
 
 PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
-  const std::uint64_t key = make_key(voxel);
+  const std::uint64_t key = voxel_key(voxel);
   for (std::uint64_t slot = spread(key) & mask_;; slot = (slot + 1) & mask_) {
     const Slot& entry = table_[slot];
     if (entry.key == key) {

@@ -1,45 +1,29 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
-#include "core/maps/plane_fit.h"
-#include "core/option_checks.h"
+#include "core/maps/plane_map_source.h"
+#include "core/maps/voxel_planes.h"
 
 namespace lodestone {
-
-struct PlaneMapOptions {
-  double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
-  double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
-  double max_thickness_over_median = 1.3;
-  PlaneFitOptions fit;
-
-  template <class Visitor>
-  void visit(Visitor& visitor) {
-    visitor.field("voxel_m", voxel_m, "edge of a voxel; each holds at most one plane");
-    visitor.field("margin_m", margin_m,
-                  "a voxel's plane is fitted to the points up to so far outside it, too: more than the map's noise");
-    visitor.field("max_thickness_over_median", max_thickness_over_median,
-                  "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
-    visitor.section("fit", fit);
-  }
-
-  void check() const {
-    option_checks::within("voxel_m", voxel_m, 0.01, 100.0);
-    option_checks::within("margin_m", margin_m, 0.0, 0.49 * voxel_m);
-    option_checks::not_negative("max_thickness_over_median", max_thickness_over_median);
-  }
-};
 
 /// The prior cloud map as planes, fitted once, in a voxel hash. Immutable; look-ups are thread-safe and take tens of
 /// nanoseconds. A surface that lies in a voxel's face would have its noise cut in two, each half a plane of its own beside
 /// the true one; so each voxel is fitted to its points and those within a margin of it. A voxel's plane depends on these
-/// alone: maps cut into tiles that overlap by the margin give the same planes.
-class PlaneMap {
+/// alone: maps cut into tiles that overlap by the margin give the same planes. A map in memory is a source of itself.
+class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_this<PlaneMap> {
  public:
   /// Fits a plane to each voxel of `points` (map frame, metres; finite). The result does not depend on threads.
   PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options);
+
+  /// A part of a map whose planes have the median thickness `median_thickness_m`. `voxels`: of all its tiles, in any order.
+  PlaneMap(std::span<const VoxelPlane> voxels, double median_thickness_m, const PlaneMapOptions& options);
+
+  /// This map, which must be held by a shared_ptr.
+  std::shared_ptr<const PlaneMap> around(const Vector3&) const override { return shared_from_this(); }
 
   /// The plane of the voxel that holds `point`; nullptr where there is none.
   const Plane* at(const Eigen::Vector3f& point) const;
@@ -53,7 +37,7 @@ class PlaneMap {
   const std::vector<Plane>& planes() const { return planes_; }
   const PlaneMapOptions& options() const { return options_; }
 
-  /// Median rms distance of planes' points from them, metres: the survey's noise and the surfaces' roughness.
+  /// Median rms distance of the whole map's planes' points from them, metres: the survey's noise and the surfaces' roughness.
   double median_thickness_m() const { return median_thickness_m_; }
 
   /// Voxels that held points but no plane.
@@ -68,7 +52,7 @@ class PlaneMap {
     bool occupied;
     const Plane* plane;
   };
-  void build_table(const std::vector<Slot>& slots);
+  void insert(std::span<const VoxelPlane> voxels);
   Found find(const Eigen::Vector3i& voxel) const;
 
   PlaneMapOptions options_;

@@ -16,7 +16,8 @@
 namespace lodestone {
 
 struct IteratedFilter::Scan {
-  std::vector<Eigen::Vector3f> points;  // imu frame at the scan's end
+  std::vector<Eigen::Vector3f> points;          // imu frame at the scan's end
+  std::shared_ptr<const PlaneMap> planes;       // that correspondences point into
   std::vector<Correspondence> correspondences;  // at the prediction
   CondensedCost cost;
   Pose predicted;
@@ -44,8 +45,9 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     const ScanMotion motion(state_, bundle.imu);
     const auto sampled = sample_scan(bundle.scan, input_.suite.lidar, options.lidar.sampling);
     scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
+    scan.planes = input_.planes->around(scan.predicted.position);
     scan.correspondences =
-        associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *input_.planes, input_.suite.lidar,
+        associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes, input_.suite.lidar,
                   options.lidar.association);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
@@ -153,8 +155,9 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
   bool first = (associated.boxminus(state_.T_map_imu)).isZero(0.0);
   const auto evidence = [&](const NavState& state) {
     if (!first) {
+      const auto planes = input_.planes->around(state.T_map_imu.position);
       const auto correspondences =
-          associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *input_.planes, input_.suite.lidar,
+          associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes, input_.suite.lidar,
                     options.lidar.association);
       cost = condense(correspondences, state.T_map_imu);
       associated = state.T_map_imu;

@@ -22,6 +22,7 @@ struct Smoother::Frame {
   std::vector<MagneticArraySample> magnetic;
   Matrix6 predicted_covariance = Matrix6::Identity();  // before this scan's measurements
   Pose predicted;
+  std::shared_ptr<const PlaneMap> planes;  // that correspondences point into
   std::vector<Correspondence> correspondences;
   CondensedCost cost;
   Matrix6 lidar_information = Matrix6::Zero();  // without what noisy normals pretend
@@ -128,8 +129,10 @@ void Smoother::register_scan(std::size_t k) {
   const ScanMotion motion(state, frame.imu);
   const std::vector<Eigen::Vector3f> points =
       deskew(frame.points, frame.scan_start, motion, input_.suite.lidar.T_imu_lidar);
+  const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
   frame.correspondences =
-      associate(points, state.T_map_imu, frame.predicted_covariance, *input_.planes, input_.suite.lidar, options.lidar.association);
+      associate(points, state.T_map_imu, frame.predicted_covariance, *planes, input_.suite.lidar, options.lidar.association);
+  frame.planes = planes;
   frame.cost = condense(frame.correspondences, state.T_map_imu);
   frame.lidar_information = frame.cost.hessian(state.T_map_imu) -
                             options.degeneracy.normal_noise_margin * frame.cost.spurious_information;

@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/nearest_name.h"
+#include "frontends/readers/pcd_layout.h"
 
 namespace lodestone {
 namespace {
@@ -35,41 +36,123 @@ Format format_of(const std::string& path) {
   throw InputError(path + ": is neither a PCD nor a PLY file; expected a point-cloud map in one of these formats");
 }
 
-/// One coordinate of every point; PCL's own conversion to PointXYZ refuses doubles.
-void copy_coordinate(const std::string& path, const pcl::PCLPointCloud2& cloud, const char* name, int row,
-                     std::vector<Eigen::Vector3f>& points) {
-  const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),
-                                  [name](const pcl::PCLPointField& each) { return each.name == name; });
-  if (field == cloud.fields.end()) {
-    std::vector<std::string> names;
-    for (const auto& each : cloud.fields) names.push_back(each.name);
-    throw InputError(fmt::format("{}: the points have no field '{}'; the file has {}", path, name, join_names(names)));
-  }
-  const bool is_double = field->datatype == pcl::PCLPointField::FLOAT64;
-  if (!is_double && field->datatype != pcl::PCLPointField::FLOAT32) {
-    throw InputError(fmt::format("{}: the field '{}' is no floating-point number", path, name));
-  }
-  const std::uint8_t* data = cloud.data.data() + field->offset;
-  for (Eigen::Vector3f& point : points) {
-    if (is_double) {
-      double value = 0.0;
-      std::memcpy(&value, data, sizeof(value));
-      point[row] = static_cast<float>(value);
-    } else {
-      std::memcpy(&point[row], data, sizeof(float));
+/// A coordinate's place in a point, whose kind may be float or double.
+struct Coordinate {
+  std::int64_t offset;
+  bool is_double;
+};
+
+/// How x, y and z lie in points of `bytes`. PCL's own conversion to PointXYZ refuses doubles.
+struct PositionLayout {
+  PositionLayout(const std::string& path, const std::vector<PointFieldLayout>& fields, std::int64_t point_bytes)
+      : bytes(point_bytes) {
+    for (int row = 0; row < 3; ++row) {
+      const std::string name(1, "xyz"[row]);
+      const auto field = std::find_if(fields.begin(), fields.end(),
+                                      [&name](const PointFieldLayout& each) { return each.name == name; });
+      if (field == fields.end()) {
+        std::vector<std::string> names;
+        for (const auto& each : fields) names.push_back(each.name);
+        throw InputError(
+            fmt::format("{}: the points have no field '{}'; the file has {}", path, name, join_names(names)));
+      }
+      if (field->type != 'F' || (field->size != 4 && field->size != 8)) {
+        throw InputError(fmt::format("{}: the field '{}' is no floating-point number", path, name));
+      }
+      coordinates[row] = {field->offset, field->size == 8};
     }
-    data += cloud.point_step;
+  }
+
+  Eigen::Vector3f position(const std::uint8_t* point) const {
+    Eigen::Vector3f result;
+    for (int row = 0; row < 3; ++row) {
+      const std::uint8_t* data = point + coordinates[row].offset;
+      if (coordinates[row].is_double) {
+        double value = 0.0;
+        std::memcpy(&value, data, sizeof(value));
+        result[row] = static_cast<float>(value);
+      } else {
+        std::memcpy(&result[row], data, sizeof(float));
+      }
+    }
+    return result;
+  }
+
+  std::int64_t bytes;
+  Coordinate coordinates[3];
+};
+
+[[noreturn]] void fail_to_read(const std::string& path, const std::string& reason) {
+  throw InputError(path + ": the point cloud cannot be read: " + reason);
+}
+
+constexpr const char* kMalformed = "it is malformed or truncated";
+
+[[noreturn]] void fail_empty(const std::string& path) {
+  throw InputError(path + ": the point cloud has no points; expected a map of the site");
+}
+
+/// Hands finite positions on in pieces and counts the others.
+class PositionStream {
+ public:
+  explicit PositionStream(const PointSink& sink) : sink_(sink) { piece_.reserve(kPointsAPiece); }
+
+  void add(const PositionLayout& layout, const std::uint8_t* points, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i) {
+      const Eigen::Vector3f position = layout.position(points + i * layout.bytes);
+      if (!position.allFinite()) {
+        ++dropped_;
+        continue;
+      }
+      piece_.push_back(position);
+      if (piece_.size() == kPointsAPiece) flush();
+    }
+  }
+
+  void finish(const std::string& path, WarningLog& warnings) {
+    flush();
+    if (kept_ == 0) throw InputError(path + ": the point cloud has no finite points; expected a map of the site");
+    if (dropped_ > 0) {
+      warnings.add("cloud.nan_points", path + ": map points without a finite position were dropped", 0, dropped_);
+    }
+  }
+
+  static constexpr std::size_t kPointsAPiece = 1 << 16;
+
+ private:
+  void flush() {
+    if (piece_.empty()) return;
+    sink_(piece_);
+    kept_ += static_cast<std::int64_t>(piece_.size());
+    piece_.clear();
+  }
+
+  const PointSink& sink_;
+  std::vector<Eigen::Vector3f> piece_;
+  std::int64_t kept_ = 0;
+  std::int64_t dropped_ = 0;
+};
+
+void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionStream& positions) {
+  if (pcd.points == 0) fail_empty(path);
+  const PositionLayout layout(path, pcd.fields, pcd.point_bytes);
+  std::ifstream stream(path, std::ios::binary);
+  stream.seekg(pcd.data_offset);
+  constexpr auto kPart = static_cast<std::int64_t>(PositionStream::kPointsAPiece);
+  std::vector<std::uint8_t> part(static_cast<std::size_t>(kPart * pcd.point_bytes));
+  for (std::int64_t begin = 0; begin < pcd.points; begin += kPart) {
+    const std::int64_t count = std::min(kPart, pcd.points - begin);
+    if (!stream.read(reinterpret_cast<char*>(part.data()), count * pcd.point_bytes)) fail_to_read(path, kMalformed);
+    positions.add(layout, part.data(), count);
   }
 }
 
-}  // namespace
-
-std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLog& warnings) {
-  const Format format = format_of(path);
+/// Everything else goes through PCL, in one piece.
+void read_by_pcl(const std::string& path, Format format, PositionStream& positions) {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // its complaints are ours to word
   pcl::PCLPointCloud2 cloud;
   int result = -1;
-  std::string reason = "it is malformed or truncated";
+  std::string reason = kMalformed;
   try {
     result = format == Format::pcd ? pcl::PCDReader().read(path, cloud) : pcl::PLYReader().read(path, cloud);
   } catch (const std::exception& error) {
@@ -77,22 +160,35 @@ std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLo
     std::replace(reason.begin(), reason.end(), '\n', ' ');
   }
   const std::size_t count = std::size_t{cloud.width} * cloud.height;
-  if (result < 0 || cloud.data.size() < count * cloud.point_step) {
-    throw InputError(path + ": the point cloud cannot be read: " + reason);
+  if (result < 0 || cloud.data.size() < count * cloud.point_step) fail_to_read(path, reason);
+  if (count == 0) fail_empty(path);
+  std::vector<PointFieldLayout> fields;
+  for (const pcl::PCLPointField& field : cloud.fields) {
+    const bool is_float = field.datatype == pcl::PCLPointField::FLOAT32 || field.datatype == pcl::PCLPointField::FLOAT64;
+    fields.push_back({field.name, is_float ? 'F' : 'I', field.datatype == pcl::PCLPointField::FLOAT64 ? 8 : 4, field.offset});
   }
-  if (count == 0) throw InputError(path + ": the point cloud has no points; expected a map of the site");
-  std::vector<Eigen::Vector3f> points(count);
-  copy_coordinate(path, cloud, "x", 0, points);
-  copy_coordinate(path, cloud, "y", 1, points);
-  copy_coordinate(path, cloud, "z", 2, points);
-  const auto finite_end =
-      std::remove_if(points.begin(), points.end(), [](const Eigen::Vector3f& point) { return !point.allFinite(); });
-  const auto dropped = static_cast<std::int64_t>(points.end() - finite_end);
-  points.erase(finite_end, points.end());
-  if (points.empty()) throw InputError(path + ": the point cloud has no finite points; expected a map of the site");
-  if (dropped > 0) {
-    warnings.add("cloud.nan_points", path + ": map points without a finite position were dropped", 0, dropped);
+  positions.add(PositionLayout(path, fields, cloud.point_step), cloud.data.data(), static_cast<std::int64_t>(count));
+}
+
+}  // namespace
+
+void stream_point_cloud(const std::string& path, WarningLog& warnings, const PointSink& sink) {
+  const Format format = format_of(path);
+  const auto pcd = format == Format::pcd ? read_binary_pcd_layout(path) : std::nullopt;
+  PositionStream positions(sink);
+  if (pcd) {
+    stream_binary_pcd(path, *pcd, positions);
+  } else {
+    read_by_pcl(path, format, positions);
   }
+  positions.finish(path, warnings);
+}
+
+std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLog& warnings) {
+  std::vector<Eigen::Vector3f> points;
+  stream_point_cloud(path, warnings, [&](std::span<const Eigen::Vector3f> piece) {
+    points.insert(points.end(), piece.begin(), piece.end());
+  });
   return points;
 }
 

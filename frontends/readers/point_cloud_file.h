@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +14,12 @@ namespace lodestone {
 /// not finite are dropped and counted ("cloud.nan_points"). Throws InputError, naming the file, where it is missing, of
 /// another kind, malformed, without x, y, z, or holds no points.
 std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLog& warnings);
+
+using PointSink = std::function<void(std::span<const Eigen::Vector3f>)>;
+
+/// The same, piece by piece: of an uncompressed binary PCD, however large, only a piece is in memory. Other kinds of files
+/// are read whole first.
+void stream_point_cloud(const std::string& path, WarningLog& warnings, const PointSink& sink);
 
 /// Writes positions as a binary PCD, aside and renamed. Throws InputError.
 void write_point_cloud(const std::string& path, const std::vector<Eigen::Vector3f>& points);

@@ -11,10 +11,10 @@
 #include "estimators/factory.h"
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/configuration/options.h"
+#include "frontends/maps/plane_map_loader.h"
 #include "frontends/readers/bag_source.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/platform.h"
-#include "frontends/readers/point_cloud_file.h"
 #include "frontends/readers/text_file.h"
 #include "frontends/readers/trajectory_file.h"
 #include "frontends/synchronizer/synchronizer.h"
@@ -33,7 +33,7 @@ namespace {
 struct RunMaterial {
   Platform platform;
   RunOptions options;
-  std::shared_ptr<const PlaneMap> planes;
+  std::shared_ptr<const PlaneMapSource> planes;
   std::shared_ptr<const MagneticMap> field;
   Trajectory truth;
   Trajectory start;
@@ -73,8 +73,10 @@ RunMaterial load(const RunCall& call, WarningLog& warnings) {
   material.sensors.lidar = !call.cloud.empty();
   material.sensors.magnetometers = !call.magnetic.empty();
   if (!call.cloud.empty()) {
-    material.planes = std::make_shared<PlaneMap>(read_point_cloud(call.cloud, warnings), material.options.lidar.map);
-    std::printf("%s: %zu planes\n", call.cloud.c_str(), material.planes->planes().size());
+    const LoadedPlanes loaded =
+        load_planes(call.cloud, material.options.lidar.map, material.platform.suite.lidar, call.out, warnings);
+    material.planes = loaded.source;
+    std::printf("%s: %s\n", call.cloud.c_str(), loaded.description.c_str());
   } else {
     std::printf("no --cloud: LiDAR is left out, the run is magnetic-inertial\n");
   }
@@ -94,8 +96,8 @@ void check_start(const RunCall& call, const RunMaterial& material, const Pose& p
   const Vector3& p = pose.position;
   if (material.planes != nullptr) {
     const double reach = material.platform.suite.lidar.max_range_m;
-    const auto& planes = material.planes->planes();
-    const bool seen = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+    const auto map = material.planes->around(p);
+    const bool seen = std::any_of(map->planes().begin(), map->planes().end(), [&](const Plane& plane) {
       return (plane.center.cast<double>() - p).squaredNorm() < reach * reach;
     });
     if (!seen) {

@@ -1,0 +1,103 @@
+#include "core/maps/voxel_planes.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace lodestone {
+
+namespace {
+
+/// A point as a member of a voxel: its own one, or one that it lies just outside of.
+struct Entry {
+  std::uint64_t key;
+  std::uint32_t index;
+  bool operator<(const Entry& other) const { return key != other.key ? key < other.key : index < other.index; }
+};
+
+using Wanted = std::function<bool(const Eigen::Vector3i&)>;
+
+void append_memberships(const VoxelRange& range, std::uint32_t index, const Wanted& wanted, std::vector<Entry>& entries) {
+  for (int x = range.low.x(); x <= range.high.x(); ++x) {
+    for (int y = range.low.y(); y <= range.high.y(); ++y) {
+      for (int z = range.low.z(); z <= range.high.z(); ++z) {
+        const Eigen::Vector3i voxel(x, y, z);
+        if (!wanted || wanted(voxel)) entries.push_back({voxel_key(voxel), index});
+      }
+    }
+  }
+}
+
+/// Sorted by voxel, then by index: every voxel sums its points in the order of the file.
+std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, const VoxelMembership& membership,
+                                      const Wanted& wanted) {
+  constexpr std::size_t kPart = 1 << 16;
+  const std::size_t parts = (points.size() + kPart - 1) / kPart;
+  std::vector<std::vector<Entry>> lists(parts);
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    const std::size_t end = std::min(points.size(), (part + 1) * kPart);
+    for (std::size_t i = part * kPart; i < end; ++i) {
+      append_memberships(membership.of(points[i]), static_cast<std::uint32_t>(i), wanted, lists[part]);
+    }
+  });
+  std::vector<Entry> entries;
+  for (std::vector<Entry>& list : lists) {
+    entries.insert(entries.end(), list.begin(), list.end());
+    std::vector<Entry>().swap(list);
+  }
+  tbb::parallel_sort(entries.begin(), entries.end());
+  return entries;
+}
+
+}  // namespace
+
+std::uint64_t voxel_key(const Eigen::Vector3i& voxel) {
+  constexpr int kBits = 21;
+  constexpr int kOffset = 1 << (kBits - 1);
+  const auto part = [](int value) { return static_cast<std::uint64_t>(value + kOffset) & ((1U << kBits) - 1U); };
+  return part(voxel.x()) << (2 * kBits) | part(voxel.y()) << kBits | part(voxel.z());
+}
+
+VoxelMembership::VoxelMembership(const PlaneMapOptions& options)
+    : inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)),
+      margin_(static_cast<float>(options.margin_m) * inverse_voxel_) {
+  if (!(options.voxel_m > 0.0)) throw std::invalid_argument("PlaneMap: voxel_m must be positive");
+  if (!(options.margin_m >= 0.0 && options.margin_m < 0.5 * options.voxel_m)) {
+    throw std::invalid_argument("PlaneMap: margin_m must be at least zero and less than half of voxel_m");
+  }
+}
+
+std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
+                                         const Wanted& wanted) {
+  if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: more points than one map holds");
+  const std::vector<Entry> entries = sorted_memberships(points, VoxelMembership(options), wanted);
+  std::vector<std::size_t> starts;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (i == 0 || entries[i].key != entries[i - 1].key) starts.push_back(i);
+  }
+  starts.push_back(entries.size());
+  std::vector<VoxelPlane> voxels(starts.size() - 1);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels.size()), [&](const auto& range) {
+    for (std::size_t v = range.begin(); v != range.end(); ++v) {
+      const Eigen::Vector3d reference = points[entries[starts[v]].index].cast<double>();
+      PointMoments moments;
+      for (std::size_t i = starts[v]; i < starts[v + 1]; ++i) {
+        moments.add(points[entries[i].index].cast<double>() - reference);
+      }
+      voxels[v].key = entries[starts[v]].key;
+      voxels[v].is_plane = fit_plane(moments, reference, options.fit, voxels[v].plane) ? 1 : 0;
+    }
+  });
+  return voxels;
+}
+
+double thickness_limit(double median_thickness_m, const PlaneMapOptions& options) {
+  return options.max_thickness_over_median > 0.0 ? options.max_thickness_over_median * median_thickness_m
+                                                 : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace lodestone

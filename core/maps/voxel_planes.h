@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/maps/plane_fit.h"
+#include "core/option_checks.h"
+
+namespace lodestone {
+
+struct PlaneMapOptions {
+  double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
+  double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
+  double max_thickness_over_median = 1.3;
+  PlaneFitOptions fit;
+  int tile_above_points = 10000000;
+  double tile_m = 32.0;
+  double resident_radius_m = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("voxel_m", voxel_m, "edge of a voxel; each holds at most one plane");
+    visitor.field("margin_m", margin_m,
+                  "a voxel's plane is fitted to the points up to so far outside it, too: more than the map's noise");
+    visitor.field("max_thickness_over_median", max_thickness_over_median,
+                  "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
+    visitor.section("fit", fit);
+    visitor.field("tile_above_points", tile_above_points,
+                  "a cloud of more points is cut into tiles, of which only those round the robot are in memory; the results "
+                  "are the same");
+    visitor.field("tile_m", tile_m, "edge of such a tile, rounded to whole voxels");
+    visitor.field("resident_radius_m", resident_radius_m,
+                  "tiles are in memory up to so far from the robot; 0: what the LiDAR's range asks for");
+  }
+
+  void check() const {
+    option_checks::within("voxel_m", voxel_m, 0.01, 100.0);
+    option_checks::within("margin_m", margin_m, 0.0, 0.49 * voxel_m);
+    option_checks::not_negative("max_thickness_over_median", max_thickness_over_median);
+    option_checks::not_negative("tile_above_points", tile_above_points);
+    option_checks::within("tile_m", tile_m, voxel_m, 10000.0);
+    option_checks::not_negative("resident_radius_m", resident_radius_m);
+  }
+};
+
+/// The integer coordinates of the voxel that holds `point`: floor(point · inverse_voxel).
+inline Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxel) {
+  return (point * inverse_voxel).array().floor().cast<int>();
+}
+
+/// One number a voxel, in the order x, y, z. Voxels count to ±2²⁰ on each axis.
+std::uint64_t voxel_key(const Eigen::Vector3i& voxel);
+
+/// A range of voxels, both ends within.
+struct VoxelRange {
+  Eigen::Vector3i low;
+  Eigen::Vector3i high;
+};
+
+/// The voxels to whose planes a point belongs: those whose box, grown by the margin, holds it.
+class VoxelMembership {
+ public:
+  /// Throws std::invalid_argument where the voxel or its margin (less than half a voxel) is out of range.
+  explicit VoxelMembership(const PlaneMapOptions& options);
+
+  VoxelRange of(const Eigen::Vector3f& point) const {
+    const Eigen::Vector3f scaled = point * inverse_voxel_;
+    return {(scaled.array() - margin_).floor().cast<int>(), (scaled.array() + margin_).floor().cast<int>()};
+  }
+
+ private:
+  float inverse_voxel_;
+  float margin_;
+};
+
+/// A voxel that holds points of the map, and the plane that they make.
+struct VoxelPlane {
+  std::uint64_t key = 0;
+  std::int32_t is_plane = 0;  ///< 0: the points are no plane, `plane` is empty
+  Plane plane;
+};
+
+/// Fits a plane to each voxel of `points` (map frame, metres; finite) for which `wanted` holds (null: all), ordered by
+/// key. A voxel's plane depends on the points of its grown box in their order alone: the same bits whatever else
+/// `points` holds, on any number of threads. No limit of thickness over the median is applied yet.
+std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
+                                         const std::function<bool(const Eigen::Vector3i&)>& wanted = nullptr);
+
+/// Largest thickness that a map's planes may have, given the median of all: where floor meets wall a voxel may hold a
+/// strip of the other surface too thin to refuse by itself; it shows against what the map's planes are like.
+double thickness_limit(double median_thickness_m, const PlaneMapOptions& options);
+
+}  // namespace lodestone

@@ -1,0 +1,205 @@
+// A map in tiles is the map: the same planes, bit by bit, of which only those round the robot are in memory.
+#include "frontends/maps/tiled_plane_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "core/error.h"
+#include "frontends/maps/plane_map_loader.h"
+#include "frontends/maps/thickness_record.h"
+#include "frontends/readers/point_cloud_file.h"
+#include "tests/frontends/readers/test_files.h"
+
+namespace lodestone {
+namespace {
+
+using ::lodestone::testing::message_of;
+using ::lodestone::testing::TemporaryFolder;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A hall along x that begins at −20 m: floor, two walls, and clutter that is no plane; scattered order, as surveys merged
+/// by place and time have it.
+std::vector<Eigen::Vector3f> hall(float length_m, int points_a_metre, std::uint32_t seed) {
+  std::mt19937_64 generator(seed);
+  std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
+  std::normal_distribution<float> noise(0.0F, 0.006F);
+  std::vector<Eigen::Vector3f> points;
+  const int count = static_cast<int>(length_m) * points_a_metre;
+  for (int i = 0; i < count; ++i) {
+    const float x = -20.0F + length_m * uniform(generator);
+    const float y = -3.0F + 6.0F * uniform(generator);
+    const float z = 4.0F * uniform(generator);
+    switch (i % 8) {
+      case 0: points.emplace_back(x, -3.02F + noise(generator), z); break;
+      case 1: points.emplace_back(x, 3.1F + noise(generator), z); break;
+      case 2: points.emplace_back(std::round(x), y, z); break;  // thin screens across
+      case 3: points.emplace_back(x, y, z); break;
+      default: points.emplace_back(x, y, 0.05F * std::sin(x) + noise(generator)); break;
+    }
+  }
+  return points;
+}
+
+PlaneMapOptions small_tiles() {
+  PlaneMapOptions options;
+  options.tile_m = 7.0;
+  return options;
+}
+
+std::shared_ptr<const TiledPlaneMap> tiled(const std::vector<Eigen::Vector3f>& points, const PlaneMapOptions& options,
+                                           const TemporaryFolder& folder, double reach_m) {
+  TiledPlaneMapBuilder builder(options, folder.path().string(), 100000);  // a buffer that overflows many times
+  const std::span<const Eigen::Vector3f> all(points);
+  for (std::size_t i = 0; i < points.size(); i += 5000) builder.add(all.subspan(i, std::min<std::size_t>(5000, points.size() - i)));
+  return builder.build(reach_m);
+}
+
+::testing::AssertionResult same(const Plane* a, const Plane* b) {
+  if (a == nullptr || b == nullptr) {
+    return a == b ? ::testing::AssertionSuccess() : ::testing::AssertionFailure() << "only one finds a plane";
+  }
+  static_assert(sizeof(Plane) == 14 * 4, "no padding: bytes can be compared");
+  return std::memcmp(a, b, sizeof(Plane)) == 0 ? ::testing::AssertionSuccess()
+                                               : ::testing::AssertionFailure() << "the planes differ";
+}
+
+TEST(TiledPlaneMap, GivesTheBitsOfTheWholeMap) {
+  const std::vector<Eigen::Vector3f> points = hall(80.0F, 3000, 1);
+  const TemporaryFolder folder;
+  const auto whole = std::make_shared<const PlaneMap>(points, small_tiles());
+  const auto source = tiled(points, small_tiles(), folder, 10.0);
+  ASSERT_GT(source->tiles(), 20U);
+  EXPECT_EQ(static_cast<std::size_t>(source->planes()), whole->planes().size());
+  EXPECT_GT(whole->rejected_voxels(), 1000);
+
+  std::mt19937_64 generator(2);
+  std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
+  int found = 0;
+  for (int place = 0; place < 60; ++place) {
+    const Eigen::Vector3f robot(-25.0F + 1.5F * static_cast<float>(place), 2.0F * uniform(generator), 0.5F);
+    const auto around = source->around(robot.cast<double>());
+    EXPECT_EQ(around->median_thickness_m(), whole->median_thickness_m());
+    for (int i = 0; i < 2000; ++i) {
+      const Eigen::Vector3f step(7.0F * uniform(generator), 7.0F * uniform(generator), 2.0F * uniform(generator));
+      // Half of the points on surfaces, where planes and what is beside them are.
+      Eigen::Vector3f point = robot + step;
+      if (i % 2 == 0) point.z() = 0.05F * std::sin(point.x()) + 0.05F * uniform(generator);
+      ASSERT_TRUE(same(around->match(point, 0.3F), whole->match(point, 0.3F))) << point.transpose();
+      ASSERT_TRUE(same(around->at(point), whole->at(point))) << point.transpose();
+      found += whole->match(point, 0.3F) != nullptr;
+    }
+  }
+  EXPECT_GT(found, 10000);
+}
+
+TEST(TiledPlaneMap, MemoryIsBoundedByTheRadiusNotByTheMap) {
+  const std::vector<Eigen::Vector3f> points = hall(400.0F, 1000, 3);
+  const TemporaryFolder folder;
+  const auto source = tiled(points, small_tiles(), folder, 10.0);
+  std::size_t most = 0;
+  for (double x = -20.0; x < 380.0; x += 0.1) most = std::max(most, source->around({x, 0, 0.5})->planes().size());
+  // 13.5 m and at most a tile to either side of 400 m.
+  EXPECT_LT(most, 41.0 / 400.0 * 1.1 * static_cast<double>(source->planes()));
+  // One load at the start, then one each half tile.
+  EXPECT_LE(source->loads(), static_cast<std::int64_t>(1 + 400.0 / 3.5));
+  EXPECT_GE(source->loads(), 100);
+}
+
+TEST(TiledPlaneMap, WhatIsHeldOutlivesTheTilesAndServesTheWindowsTail) {
+  const std::vector<Eigen::Vector3f> points = hall(100.0F, 1500, 4);
+  const TemporaryFolder folder;
+  const auto source = tiled(points, small_tiles(), folder, 10.0);
+  auto held = source->around({0, 0, 0.5});
+  const Plane* plane = held->match(Eigen::Vector3f(0.4F, 0.3F, 0.02F), 0.3F);
+  ASSERT_NE(plane, nullptr);
+  const Plane copy = *plane;
+  for (double x = 0.0; x < 60.0; x += 1.0) source->around({x, 0, 0.5});
+  EXPECT_TRUE(same(plane, &copy));
+  // A keyframe back there gets what it had; none of the tiles ahead goes for it.
+  const std::int64_t loads = source->loads();
+  EXPECT_EQ(source->around({1.0, 0, 0.5}), held);
+  source->around({59.0, 0, 0.5});
+  EXPECT_EQ(source->loads(), loads);
+  held.reset();
+  source->around({1.0, 0, 0.5});
+  EXPECT_EQ(source->loads(), loads + 1);
+}
+
+TEST(TiledPlaneMap, FarFromTheMapThereIsNothing) {
+  const TemporaryFolder folder;
+  const auto source = tiled(hall(20.0F, 1000, 5), small_tiles(), folder, 10.0);
+  EXPECT_THAT(source->around({1e6, -1e6, 0})->planes(), IsEmpty());
+  EXPECT_THAT(source->around({std::nan(""), 0, 0})->planes(), IsEmpty());
+  EXPECT_FALSE(source->around({0, 0, 0})->planes().empty());
+}
+
+TEST(ThicknessRecord, MedianIsExact) {
+  const TemporaryFolder folder;
+  std::mt19937_64 generator(6);
+  std::uniform_real_distribution<float> uniform(0.0F, 0.03F);
+  for (const int count : {1, 2, 3, 1000, 200001}) {
+    ThicknessRecord record(folder.path().string());
+    std::vector<float> all;
+    for (int i = 0; i < count; ++i) all.push_back(i % 7 == 0 ? 0.0F : uniform(generator));
+    const std::vector<float> first(all.begin(), all.begin() + count / 3);
+    record.add(first);
+    record.add({all.begin() + count / 3, all.end()});
+    std::sort(all.begin(), all.end());
+    EXPECT_EQ(record.median(), all[static_cast<std::size_t>(count) / 2]) << count;
+    EXPECT_EQ(record.count_up_to(0.01), std::upper_bound(all.begin(), all.end(), 0.01F) - all.begin());
+  }
+  EXPECT_EQ(ThicknessRecord(folder.path().string()).median(), 0.0F);
+}
+
+class PlaneMapLoading : public ::testing::Test {
+ protected:
+  void SetUp() override { write_point_cloud(folder_ / "map.pcd", hall(60.0F, 2000, 7)); }
+
+  LoadedPlanes load(const PlaneMapOptions& options) {
+    return load_planes(folder_ / "map.pcd", options, lidar_, folder_ / "out", warnings_);
+  }
+
+  TemporaryFolder folder_;
+  LidarModel lidar_;
+  WarningLog warnings_;
+};
+
+TEST_F(PlaneMapLoading, TilesALargeCloudAndLeavesNothingBehind) {
+  PlaneMapOptions options = small_tiles();
+  const LoadedPlanes whole = load(options);
+  options.tile_above_points = 100000;
+  lidar_.max_range_m = 20.0;
+  const LoadedPlanes tiles = load(options);
+  EXPECT_THAT(whole.description, HasSubstr("planes"));
+  EXPECT_THAT(tiles.description, HasSubstr("tiles of 7 m; those within 34 m"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "out"));
+  const auto a = whole.source->around({10, 0, 0});
+  const auto b = tiles.source->around({10, 0, 0});
+  EXPECT_NE(dynamic_cast<const TiledPlaneMap*>(tiles.source.get()), nullptr);
+  for (float x = -10.0F; x < 30.0F; x += 0.03F) {
+    const Eigen::Vector3f point(x, 1.0F, 0.0F);
+    ASSERT_TRUE(same(a->match(point, 0.3F), b->match(point, 0.3F)));
+  }
+}
+
+TEST_F(PlaneMapLoading, SaysWhatIsWrong) {
+  PlaneMapOptions options = small_tiles();
+  options.resident_radius_m = 50.0;
+  EXPECT_THAT(message_of<InputError>([&] { load(options); }), HasSubstr("resident_radius_m: expected at least 113.8 m"));
+  options.resident_radius_m = 0.0;
+  options.tile_above_points = 0;
+  EXPECT_THAT(message_of<InputError>([&] {
+                load_planes(folder_ / "map.pcd", options, lidar_, folder_ / "map.pcd", warnings_);
+              }),
+              HasSubstr("no temporary file can be made"));
+  options.tile_m = 0.1;
+  EXPECT_THAT(message_of<InputError>([&] { options.check(); }), HasSubstr("tile_m: expected a number from 0.25"));
+}
+
+}  // namespace
+}  // namespace lodestone
