@@ -8,7 +8,7 @@
 namespace lodestone {
 
 /// All point-to-plane residuals of a scan as thirteen: e = F ξ(x), Fᵀ F = M. Cost, gradient and Gauss-Newton Hessian are
-/// those of one residual a point, at every pose (design.md, section 5). Parameter: pose (7).
+/// those of one residual a point, at every pose (docs/architecture.md). Parameter: pose (7).
 /// Its content may be renewed between solves, so that the Ceres problem persists.
 class CondensedLidarFactor final : public ceres::SizedCostFunction<13, 7> {
  public:

@@ -19,7 +19,7 @@ struct FieldReading {
   double weight = 1.0;    ///< Huber's weight times β²; multiplies the squared residual
 };
 
-/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion (design.md, section
+/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion (docs/architecture.md, section
 /// 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases of all magnetometers (3 each, µT).
 /// A reading that finds no field in the map contributes nothing.
 class FieldFactor final : public ceres::CostFunction {

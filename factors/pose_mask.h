@@ -5,7 +5,7 @@
 namespace lodestone {
 
 /// Lets a factor look at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost as in derivatives. What lies in the null space of
-/// P is hidden from the factor; x₀ moves with every re-association (design.md, section 5).
+/// P is hidden from the factor; x₀ moves with every re-association (docs/architecture.md).
 class PoseMask {
  public:
   /// Nothing hidden.

@@ -1,14 +1,35 @@
 #include "tools/program.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string>
+#include <vector>
 
 #include "core/error.h"
+#include "frontends/configuration/nearest_name.h"
 #include "tools/commands.h"
 
 namespace lodestone {
+
+namespace {
+
+/// A first word that is no subcommand: CLI11 would only say that one is missing.
+void check_subcommand(const CLI::App& app, int argument_count, char** arguments) {
+  if (argument_count < 2 || arguments[1][0] == '-') return;
+  std::vector<std::string> names;
+  for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(subcommand->get_name());
+  }
+  const std::string word = arguments[1];
+  if (std::find(names.begin(), names.end(), word) != names.end()) return;
+  throw InputError("there is no command '" + word + "'; did you mean '" + nearest_name(word, names) +
+                   "'? (known: " + join_names(names) + ")");
+}
+
+}  // namespace
 
 int run_program(int argument_count, char** arguments) {
   CLI::App app{
@@ -26,6 +47,7 @@ int run_program(int argument_count, char** arguments) {
   add_run_command(app, &code);
   add_evaluate_command(app, &code);
   try {
+    check_subcommand(app, argument_count, arguments);
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
     // Help and version are no errors; everything else about the call is exit code 2, whatever CLI11 numbers it.

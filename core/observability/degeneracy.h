@@ -10,7 +10,7 @@ namespace lodestone {
 enum class DegeneracyRule {
   none,     ///< nothing is masked: the factors' own weighting
   paper,    ///< eigenvalues of LiDAR's Σ JᵀJ with unit weight on metres, against τ = 15 (paper, eq. for d_i)
-  marginal  ///< predicted sigma of the window's marginal information of LiDAR and IMU (design.md, section 7)
+  marginal  ///< predicted sigma of the window's marginal information of LiDAR and IMU (docs/architecture.md)
 };
 
 constexpr auto enum_names(DegeneracyRule) {

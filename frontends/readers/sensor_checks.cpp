@@ -45,7 +45,9 @@ void check_field(const std::string& source, const Platform& platform, std::size_
                  const FirstReadings& readings) {
   constexpr double largest_ut = 1000.0;
   const double mean_ut = readings.mean_magnitude();
-  if (readings.finite_count == 0 || mean_ut <= largest_ut) return;
+  // Exact zeros are a dead sensor, which the estimators leave to its weight; anything else this small is a wrong unit.
+  constexpr double smallest_ut = 0.1;
+  if (readings.finite_count == 0 || mean_ut == 0.0 || (mean_ut >= smallest_ut && mean_ut <= largest_ut)) return;
   const MagnetometerMessageLayout& layout = platform.magnetometers[magnetometer];
   const double as_written = mean_ut / microtesla_per(layout.unit);
   std::string_view unit_name;

@@ -31,7 +31,8 @@ struct FirstReadings {
 /// `source` names the log.
 void check_acceleration(const std::string& source, const Platform& platform, const FirstReadings& readings);
 
-/// Throws InputError where the field cannot be what the platform's unit makes of it (more than 1000 µT), and names the
+/// Throws InputError where the field cannot be what the platform's unit makes of it (more than 1000 µT, or less than 0.1 µT
+/// and not zero), and names the
 /// unit that would fit.
 void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
                  const FirstReadings& readings);

@@ -32,7 +32,7 @@ void add_run_command(CLI::App& app, int* code) {
   const auto call = std::make_shared<RunCall>();
   command->add_option("LOG", call->log, "ROS 1 bag")->required();
   command->add_option("--platform", call->platform, "platform file: sensors, topics, extrinsics, noise")->required();
-  command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD (left out: no LiDAR is used)");
+  command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD or PLY (left out: no LiDAR is used)");
   command->add_option("--magnetic", call->magnetic, "prior magnetic map, YAML (left out: no magnetometer is used)");
   command->add_option("--out", call->out, "folder for the results")->required();
   command->add_option("--estimator", call->estimators, "one or several with commas: " + join_names(estimator_names()))

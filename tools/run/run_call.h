@@ -23,7 +23,7 @@ struct RunCall {
   std::string truth;
 };
 
-/// Runs every estimator over the log and writes everything (design.md, section 11). Returns the exit code. Throws
+/// Runs every estimator over the log and writes everything (docs/architecture.md). Returns the exit code. Throws
 /// InputError where the call or a file is wrong.
 int execute(const RunCall& call);
 

@@ -50,7 +50,7 @@ struct RunSummary {
 /// Holds the best estimate of `record` against `truth`. `log_end`: the log's last stamp.
 TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status);
 
-/// summary.json of one estimator: the keys of design.md, section 11; `warnings` is {kind: {count, first, at_s}}.
+/// summary.json of one estimator: the keys of docs/architecture.md; `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);
 
 /// summary.json of the whole call. `inputs`: name and value of what was given on the command line.

@@ -209,6 +209,11 @@ TEST_F(BagSourceTest, AMagnetometerInMicroteslaIsRefusedUnlessThePlatformSaysSo)
   EXPECT_EQ(first_field(read(), 1), Vector3(20.0, 1.0, -40.0));
 }
 
+TEST_F(BagSourceTest, AMagnetometerInTeslaIsRefusedWhereThePlatformSaysMicrotesla) {
+  change_platform = [](Platform& platform) { platform.magnetometers[1].unit = FieldUnit::microtesla; };
+  EXPECT_THAT(error(), HasSubstr("set magnetometers[1].unit: tesla in platform.yaml"));
+}
+
 TEST_F(BagSourceTest, AnImuGapIsCounted) {
   log.on_imu = [](int i, ros1::ImuMessage&) { return i < 100 || i >= 130; };
   const Contents contents = read();
