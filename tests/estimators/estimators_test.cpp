@@ -107,6 +107,7 @@ TEST(Estimators, GiveTheSameBitsOnOneAndTwoThreadsAndOnTwoRuns) {
 struct Switch {
   std::string name;
   void (*set)(RunOptions&);
+  friend void PrintTo(const Switch& self, std::ostream* stream) { *stream << self.name; }
 };
 
 class AblationTest : public ::testing::TestWithParam<Switch> {};
