@@ -11,13 +11,17 @@ namespace lodestone {
 /// What a parameter block is, so that its difference from a linearization point can be formed.
 enum class BlockKind { pose, gravity, euclidean };
 
+constexpr int tangent_size(BlockKind kind, int ambient_size) {
+  return kind == BlockKind::pose ? 6 : kind == BlockKind::gravity ? 2 : ambient_size;
+}
+
 /// One block of a square-root prior: where it was linearized, once and for all (first-estimate Jacobians).
 struct PriorBlock {
   BlockKind kind = BlockKind::euclidean;
   std::vector<double> linearization;  ///< ambient values
 
   int ambient_size() const { return static_cast<int>(linearization.size()); }
-  int tangent_size() const { return kind == BlockKind::pose ? 6 : kind == BlockKind::gravity ? 2 : ambient_size(); }
+  int tangent_size() const { return lodestone::tangent_size(kind, ambient_size()); }
 
   /// x ⊟ linearization point.
   Eigen::VectorXd difference(const double* values) const;

@@ -15,7 +15,7 @@ struct WindowBlock {
   /// Where the prior linearized this block, once it holds it; empty before. First-estimate Jacobians are taken here.
   std::vector<double> first_estimate;
 
-  int tangent_size() const { return kind == BlockKind::pose ? 6 : kind == BlockKind::gravity ? 2 : static_cast<int>(values.size()); }
+  int tangent_size() const { return lodestone::tangent_size(kind, static_cast<int>(values.size())); }
 };
 
 /// A factor of the window with the variables it touches, in its own order.

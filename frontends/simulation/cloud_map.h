@@ -14,7 +14,4 @@ namespace lodestone::simulation {
 /// noise. Map frame. Deterministic by `seed` on any number of threads.
 std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed);
 
-/// Binary PCD (x y z, float32), written aside and renamed. Throws InputError where the file cannot be written.
-void write_pcd(const std::string& path, const std::vector<Eigen::Vector3f>& points);
-
 }  // namespace lodestone::simulation

@@ -72,13 +72,6 @@ class EvaluateCommand : public testing::Test {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string both() const { return "evaluate " + path("estimate.tum") + " " + path("truth.tum") + " "; }
 
-  void expect_refused(const std::string& arguments, const std::string& expected) const {
-    const ProgramResult result = run_lodestone(arguments);
-    EXPECT_EQ(result.code, 2) << arguments;
-    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
-    EXPECT_THAT(result.errors, HasSubstr(expected));
-  }
-
   TemporaryFolder folder_;
 };
 

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -53,6 +56,14 @@ inline ProgramResult run_lodestone(const std::string& arguments) {
                               (folder / "err").string();
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
+}
+
+/// The call is wrong: exit code 2, and one line on standard error that holds `expected`.
+inline void expect_refused(const std::string& arguments, const std::string& expected) {
+  const ProgramResult result = run_lodestone(arguments);
+  EXPECT_EQ(result.code, 2) << arguments;
+  EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+  EXPECT_THAT(result.errors, ::testing::HasSubstr(expected));
 }
 
 inline std::filesystem::path data_folder() {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "frontends/readers/platform.h"
+#include "frontends/readers/point_cloud_file.h"
 #include "frontends/readers/trajectory_file.h"
 #include "frontends/simulation/bag_recorder.h"
 #include "frontends/simulation/cloud_map.h"
@@ -68,7 +69,7 @@ class RunCommand : public testing::Test {
     Platform platform;
     platform.name = "standing";
     save_platform(platform, path("platform.yaml"));
-    simulation::write_pcd(path("cloud.pcd"), room_cloud());
+    write_point_cloud(path("cloud.pcd"), room_cloud());
     simulation::BagRecorder recorder(path("log.bag"), {platform.lidar.topic, platform.imu.topic, {}});
     Trajectory truth;
     Time next_scan = kBegin + from_seconds(0.05);
@@ -89,13 +90,6 @@ class RunCommand : public testing::Test {
   std::string call(const std::string& options) const {
     return "run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") + " --out " +
            path("out") + " " + options;
-  }
-
-  void expect_refused(const std::string& arguments, const std::string& expected) const {
-    const ProgramResult result = run_lodestone(arguments);
-    EXPECT_EQ(result.code, 2) << arguments;
-    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
-    EXPECT_THAT(result.errors, HasSubstr(expected));
   }
 
   TemporaryFolder folder_;

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "frontends/readers/platform.h"
+#include "frontends/readers/point_cloud_file.h"
 #include "frontends/readers/trajectory_file.h"
 #include "frontends/simulation/bag_recorder.h"
 #include "frontends/simulation/cloud_map.h"
@@ -76,7 +77,10 @@ void simulate(const SimulateOptions& options) {
   const Platform platform = make_platform(world);
   save_platform(platform, path("platform.yaml"));
   const auto cloud = simulation::sample_cloud(world, *environment, options.seed);
-  simulation::write_pcd(path("cloud.pcd"), cloud);
+  if (cloud.empty()) {
+    throw InputError(options.world + ": no surface of the world is seen from its paths; the cloud map is empty");
+  }
+  write_point_cloud(path("cloud.pcd"), cloud);
   fmt::print("{}: {} points\n", path("cloud.pcd"), cloud.size());
 
   simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
