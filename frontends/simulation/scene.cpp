@@ -11,13 +11,14 @@ namespace {
 
 using ToMap = std::function<Vector3(const Vector3&)>;
 
-/// Every piece of steel has its own random stream, numbered in the order of the file.
+/// Every piece of steel has its own random stream, numbered in the order of the file within what `purpose` names.
 class SteelBuilder {
  public:
-  SteelBuilder(std::uint64_t seed, std::vector<FieldSource>& sources) : seed_(seed), sources_(sources) {}
+  SteelBuilder(std::uint64_t seed, std::string purpose, std::vector<FieldSource>& sources)
+      : seed_(seed), purpose_(std::move(purpose)), sources_(sources) {}
 
   void add(const Solid& solid, const Steel& steel, const ToMap& to_map) {
-    RandomStream random(seed_, "steel", next_stream_++);
+    RandomStream random(seed_, purpose_, next_stream_++);
     switch (steel.kind) {
       case SteelKind::dipole:
         return add_dipole(steel, steel.region_min, to_map, random);
@@ -93,6 +94,7 @@ class SteelBuilder {
   }
 
   std::uint64_t seed_;
+  std::string purpose_;
   std::vector<FieldSource>& sources_;
   std::uint64_t next_stream_ = 0;
 };
@@ -117,10 +119,17 @@ void place_solid(const Solid& solid, const Pose& T_map_parent, Scene& scene, Ste
 
 }  // namespace
 
-Scene build_scene(const World& world) {
+Scene build_scene(const World& world, const std::string& scene_name) {
   Scene scene;
-  SteelBuilder builder(world.steel_seed, scene.sources);
+  SteelBuilder builder(world.steel_seed, "steel", scene.sources);
   for (const Solid& solid : world.solids) place_solid(solid, Pose{}, scene, builder);
+  std::size_t index = 0;
+  for (const Solid& solid : find_scene(world, scene_name)) {
+    const std::string identity = solid.name.empty() ? scene_name + " " + std::to_string(index) : solid.name;
+    SteelBuilder scene_builder(world.steel_seed, "steel of " + identity, scene.sources);
+    place_solid(solid, Pose{}, scene, scene_builder);
+    ++index;
+  }
   return scene;
 }
 

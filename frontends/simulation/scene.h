@@ -30,8 +30,11 @@ struct Scene {
   std::vector<FieldSource> sources;
 };
 
-/// Deterministic: depends on the world alone (its steel_seed), not on the seed of a run.
-Scene build_scene(const World& world);
+/// What always stands in the world, then what its scene `scene` adds (empty: nothing). Deterministic: depends on the
+/// world alone (its steel_seed), not on the seed of a run. The sources of the world's own solids are the same bits with
+/// every scene; a solid of a scene is magnetized by its name, so that the same car is the same on another day and
+/// changes no other (one without a name: by its scene and place in the list). Throws InputError for an unknown scene.
+Scene build_scene(const World& world, const std::string& scene = {});
 
 /// Appends the triangles of one solid (its shape only, no parts) placed at `pose`.
 void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh);

@@ -148,6 +148,7 @@ struct CloudOptions {
   double viewpoint_spacing_m = 3.0;
   double viewpoint_height_m = 1.5;
   double viewpoint_range_m = 125.0;
+  std::string scene;
 
   void check() const;
   template <class Visitor>
@@ -158,6 +159,7 @@ struct CloudOptions {
                   "the scanner stands so often along every sequence's path");
     visitor.field("viewpoint_height_m", viewpoint_height_m, "at the lidar's height and at this one");
     visitor.field("viewpoint_range_m", viewpoint_range_m, "the scanner sees so far");
+    visitor.field("scene", scene, "surveyed; empty: what always stands in the world, alone");
   }
 };
 

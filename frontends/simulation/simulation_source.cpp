@@ -26,6 +26,13 @@ std::vector<PlannedPose> cut(std::vector<PlannedPose> plan, double max_duration_
   return plan;
 }
 
+/// A survey of another scene is another day's drive: its noise and shaking are its own. A log's are the same with every
+/// scene, so that only the surroundings differ.
+std::string noise_of(SimulationSource::Drive drive, const std::string& scene) {
+  if (drive == SimulationSource::Drive::sequence) return "sequence";
+  return scene.empty() ? "survey" : "survey of " + scene;
+}
+
 /// Fills `batch` with make(first), make(first + 1), … on all threads, in order.
 template <class Value, class Make>
 void make_ahead(std::deque<Value>& batch, int first, int last, Make&& make) {
@@ -36,15 +43,18 @@ void make_ahead(std::deque<Value>& batch, int first, int last, Make&& make) {
 
 }  // namespace
 
-Environment::Environment(const World& world)
-    : scene(build_scene(world)), caster(scene.mesh), field(world.earth_field_ut, scene.sources) {}
+Environment::Environment(const World& world, const std::string& scene_in)
+    : scene_name(scene_in),
+      scene(build_scene(world, scene_in)),
+      caster(scene.mesh),
+      field(world.earth_field_ut, scene.sources) {}
 
 struct SimulationSource::Implementation {
   Implementation(const World& world, std::shared_ptr<const Environment> environment_in, const Sequence& sequence,
                  Drive drive, std::uint64_t seed, double max_duration_s)
       : environment(std::move(environment_in)),
         is_survey(drive == Drive::survey),
-        run_seed(RandomStream(seed, is_survey ? "survey" : "sequence").bits()),
+        run_seed(RandomStream(seed, noise_of(drive, environment->scene_name)).bits()),
         survey(world.survey),
         imu_rate_hz(world.imu.rate_hz),
         start_time(world.start_time),

@@ -14,8 +14,10 @@ namespace lodestone::simulation {
 
 /// A world that is ready to be driven through: surfaces and field, built once and shared by drive, survey and cloud.
 struct Environment {
-  explicit Environment(const World& world);
+  /// `scene` as build_scene takes it.
+  explicit Environment(const World& world, const std::string& scene = {});
 
+  std::string scene_name;
   Scene scene;
   RayCaster caster;
   MagneticField field;

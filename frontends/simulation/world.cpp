@@ -16,6 +16,16 @@ const std::pair<const std::string, Sequence>& find_sequence(const World& world, 
   throw InputError(fmt::format("{}: sequences: there is no sequence '{}'; there is: {}", world.file, name, names));
 }
 
+const std::vector<Solid>& find_scene(const World& world, const std::string& name) {
+  static const std::vector<Solid> nothing;
+  if (name.empty()) return nothing;
+  const auto found = world.scenes.find(name);
+  if (found != world.scenes.end()) return found->second;
+  std::string names = no_scene;
+  for (const auto& entry : world.scenes) names += ", " + entry.first;
+  throw InputError(fmt::format("{}: scenes: there is no scene '{}'; there is: {}", world.file, name, names));
+}
+
 SensorSuite sensor_suite(const World& world) {
   SensorSuite suite;
   suite.gravity_m_s2 = world.gravity_m_s2;

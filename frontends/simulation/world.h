@@ -81,6 +81,9 @@ struct SpeedPoint {
   double speed_m_s = 1.0;
 };
 
+/// The scene that is no scene: only what always stands in the world.
+inline constexpr const char* no_scene = "none";
+
 /// One drive. The path is the polyline through the way-points with rounded corners, smoothed.
 struct Sequence {
   std::vector<Eigen::Vector2d> waypoints;  ///< map, metres
@@ -89,6 +92,7 @@ struct Sequence {
   double acceleration_m_s2 = 0.6;
   double max_yaw_rate_rad_s = 0.8;
   double rest_s = 2.0;  ///< standing at the start, and half as long at the end
+  std::string scene;    ///< that is driven through where the call names none; empty: the world's solids alone
 };
 
 /// A world as its YAML file says. Nothing in the code knows a world by name.
@@ -106,6 +110,8 @@ struct World {
   CloudOptions cloud;
   SurveyOptions survey;
   std::vector<Solid> solids;
+  std::map<std::string, std::vector<Solid>>
+      scenes;  ///< stand beside `solids` while the scene lasts: a day's parked cars
   std::map<std::string, Sequence> sequences;
 };
 
@@ -115,6 +121,9 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
 
 /// The sequence called `name`; the first where `name` is empty. Throws InputError that lists the names there are.
 const std::pair<const std::string, Sequence>& find_sequence(const World& world, const std::string& name);
+
+/// The further solids of the scene called `name`; none where it is empty. Throws InputError that lists the scenes.
+const std::vector<Solid>& find_scene(const World& world, const std::string& name);
 
 /// What an estimator may know of the world's sensors.
 SensorSuite sensor_suite(const World& world);

@@ -220,11 +220,31 @@ Sequence read_sequence(const ConfigurationNode& node, const std::vector<Solid>& 
   sequence.acceleration_m_s2 = section.number("acceleration_m_s2", sequence.acceleration_m_s2);
   sequence.max_yaw_rate_rad_s = section.number("max_yaw_rate_rad_s", sequence.max_yaw_rate_rad_s);
   sequence.rest_s = section.number("rest_s", sequence.rest_s);
+  sequence.scene = section.text("scene");
   section.require(sequence.acceleration_m_s2 > 0.0, "acceleration_m_s2", "above 0");
   section.require(sequence.max_yaw_rate_rad_s > 0.0, "max_yaw_rate_rad_s", "above 0");
   section.require(sequence.rest_s >= 0.0, "rest_s", "at least 0");
   section.finish();
   return sequence;
+}
+
+void read_scenes(const ConfigurationNode& scenes, const ConfigurationNode* templates, World& world) {
+  for (const std::string& name : scenes.keys()) {
+    const ConfigurationNode& node = scenes.at(name);
+    if (name == no_scene) node.fail("this name stands for the world without a scene; choose another");
+    Section section(node);
+    world.scenes[name] = read_solids(section.at("solids"), templates, 0);
+    section.finish();
+  }
+}
+
+/// A scene that a key of the file names must be there; nothing is read of it yet.
+void check_scene(const World& world, const ConfigurationNode& owner, const std::string& name) {
+  if (name.empty() || world.scenes.count(name) != 0) return;
+  std::string names;
+  for (const auto& entry : world.scenes) names += (names.empty() ? "" : ", ") + entry.first;
+  owner.at("scene").fail("there is no scene '" + name + "' under scenes" +
+                         (names.empty() ? "" : "; there is: " + names));
 }
 
 }  // namespace
@@ -247,9 +267,13 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   if (const ConfigurationNode* sensors = section.find("sensors")) read_sensors(*sensors, world);
   const ConfigurationNode* templates = section.find("templates");
   world.solids = read_solids(section.at("solids"), templates, 0);
+  if (const ConfigurationNode* scenes = section.find("scenes")) read_scenes(*scenes, templates, world);
+  if (const ConfigurationNode* cloud = section.find("cloud")) check_scene(world, *cloud, world.cloud.scene);
   const ConfigurationNode& sequences = section.at("sequences");
-  for (const std::string& name : sequences.keys())
+  for (const std::string& name : sequences.keys()) {
     world.sequences[name] = read_sequence(sequences.at(name), world.solids);
+    check_scene(world, sequences.at(name), world.sequences[name].scene);
+  }
   section.require(!world.sequences.empty(), "sequences", "a map of at least one sequence");
   section.finish();
   return world;

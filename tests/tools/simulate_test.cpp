@@ -25,6 +25,9 @@ solids:
   - {shape: rectangle, size_m: [30, 30], steel: [{kind: rods, from_m: [-15, -15, -0.6], to_m: [15, 15, -0.4],
      density_per_m2: 1, length_m: [0.5, 1.0], moment_sigma_a_m2: 10}]}
   - {shape: box, at_m: [0, 8, 1], size_m: [4, 4, 2]}
+scenes:
+  busy: {solids: [{name: van, shape: box, at_m: [8, -5, 1], size_m: [2, 5, 2],
+     steel: [{kind: dipole, at_m: [0, 0, -0.5], moment_a_m2: [0, 0, 200]}]}]}
 sequences:
   short: {waypoints_m: [[-4, 0], [4, 0]], speed: [[0, 2.0]]}
 )";
@@ -109,6 +112,39 @@ TEST_F(SimulateCommand, SameSeedSameBytesOtherSeedOtherBytes) {
   EXPECT_EQ(files, 6);
 }
 
+TEST_F(SimulateCommand, OnlyWritesWhatIsAskedForWithTheBytesOfTheWhole) {
+  ASSERT_EQ(simulate("whole", "--duration 2").code, 0);
+  const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
+      {"log", {"log.bag", "truth.tum", "platform.yaml"}},
+      {"cloud", {"cloud.pcd", "platform.yaml"}},
+      {"survey,cloud", {"survey.bag", "survey.tum", "cloud.pcd", "platform.yaml"}}};
+  for (const auto& [only, files] : cases) {
+    const ProgramResult result = simulate(only, "--duration 2 --only " + only);
+    ASSERT_EQ(result.code, 0) << result.errors;
+    std::size_t count = 0;
+    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_ / only)) ++count;
+    EXPECT_EQ(count, files.size()) << only;
+    for (const std::string& file : files) EXPECT_TRUE(bytes(only, file) == bytes("whole", file)) << only << " " << file;
+  }
+}
+
+TEST_F(SimulateCommand, SceneIsDrivenAmongAndLeftOutOfTheCloudMapUnlessNamedThere) {
+  ASSERT_EQ(simulate("bare", "--duration 2").code, 0);
+  ASSERT_EQ(simulate("busy", "--duration 2 --scene busy").code, 0);
+  ASSERT_EQ(simulate("usual", "--duration 2 --set sequences.short.scene=busy").code, 0);
+  ASSERT_EQ(simulate("away", "--duration 2 --set sequences.short.scene=busy --scene none").code, 0);
+  ASSERT_EQ(simulate("surveyed", "--only cloud --set cloud.scene=busy").code, 0);
+  EXPECT_TRUE(bytes("bare", "cloud.pcd") == bytes("busy", "cloud.pcd"));
+  EXPECT_FALSE(bytes("bare", "cloud.pcd") == bytes("surveyed", "cloud.pcd"));
+  EXPECT_TRUE(bytes("bare", "truth.tum") == bytes("busy", "truth.tum"));
+  for (const std::string& file : all_files) {
+    EXPECT_TRUE(bytes("busy", file) == bytes("usual", file)) << file;
+    EXPECT_TRUE(bytes("bare", file) == bytes("away", file)) << file;
+  }
+  for (const char* file : {"log.bag", "survey.bag", "survey.tum"})
+    EXPECT_FALSE(bytes("bare", file) == bytes("busy", file)) << file;
+}
+
 TEST_F(SimulateCommand, SetChangesTheWorldAndItsPlatform) {
   ASSERT_EQ(simulate("loud", "--duration 2 --set sensors.magnetometers.noise_ut=5").code, 0);
   const Platform platform = load_platform((folder_ / "loud" / "platform.yaml").string());
@@ -121,7 +157,8 @@ TEST_F(SimulateCommand, WrongCallsAreOneClearLineAndCode2) {
     const char* said;
   };
   for (const Case& wrong : {Case{"--sequence 9", "short"}, Case{"--set sensors.lidar.row=3", "rows"},
-                            Case{"--set sensors.lidar.rows=no", "rows"}, Case{"--set nonsense", "nonsense"}}) {
+                            Case{"--set sensors.lidar.rows=no", "rows"}, Case{"--set nonsense", "nonsense"},
+                            Case{"--scene quiet", "busy"}, Case{"--only logs", "logs"}}) {
     const ProgramResult result = simulate("wrong", wrong.options);
     EXPECT_EQ(result.code, 2) << wrong.options;
     EXPECT_NE(result.errors.find(wrong.said), std::string::npos) << result.errors;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <limits>
@@ -23,6 +24,10 @@ struct SimulateOptions {
   std::string world;
   std::string out;
   std::string sequence;
+  std::string scene;
+  std::vector<std::string> only{"log", "cloud", "survey"};
+
+  bool writes(const char* part) const { return std::find(only.begin(), only.end(), part) != only.end(); }
   std::vector<std::string> settings;
   std::uint64_t seed = 1;
   double duration_s = std::numeric_limits<double>::infinity();
@@ -61,38 +66,57 @@ void record(simulation::SimulationSource& source, const Platform& platform, cons
              static_cast<double>(std::filesystem::file_size(path)) * 1e-6, seconds_since(start));
 }
 
+void write_cloud(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment,
+                 std::uint64_t seed, const std::string& path) {
+  const auto cloud = simulation::sample_cloud(world, *environment, seed);
+  if (cloud.empty()) {
+    throw InputError(world.file + ": no surface of the world is seen from its paths; the cloud map is empty");
+  }
+  write_point_cloud(path, cloud);
+  fmt::print("{}: {} points\n", path, cloud.size());
+}
+
 void simulate(const SimulateOptions& options) {
   using Drive = simulation::SimulationSource::Drive;
   catch_interrupts();
   const simulation::World world = simulation::load_world(options.world, options.settings);
-  const std::string sequence = simulation::find_sequence(world, options.sequence).first;
+  const auto& [sequence, drive_plan] = simulation::find_sequence(world, options.sequence);
+  const std::string scene = options.scene.empty()                   ? drive_plan.scene
+                            : options.scene == simulation::no_scene ? std::string{}
+                                                                    : options.scene;
+  simulation::find_scene(world, scene);  // refuses an unknown one before anything is made
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", options.out, error.message()));
   const auto path = [&](const char* name) { return (std::filesystem::path(options.out) / name).string(); };
 
-  const auto environment = std::make_shared<simulation::Environment>(world);
-  fmt::print("{}: sequence {}, seed {}, {} triangles, {} pieces of steel\n", options.world, sequence, options.seed,
+  // The cloud map may have been surveyed among other things than the robot drives among.
+  const bool drives = options.writes("log") || options.writes("survey");
+  auto environment = std::make_shared<const simulation::Environment>(world, drives ? scene : world.cloud.scene);
+  fmt::print("{}: sequence {}, seed {}{}, {} triangles, {} pieces of steel\n", options.world, sequence, options.seed,
+             environment->scene_name.empty() ? "" : ", scene " + environment->scene_name,
              environment->scene.mesh.triangles.size(), environment->scene.sources.size());
   const Platform platform = make_platform(world);
   save_platform(platform, path("platform.yaml"));
-  const auto cloud = simulation::sample_cloud(world, *environment, options.seed);
-  if (cloud.empty()) {
-    throw InputError(options.world + ": no surface of the world is seen from its paths; the cloud map is empty");
+  if (options.writes("cloud")) {
+    const bool same_scene = world.cloud.scene == environment->scene_name;
+    write_cloud(world,
+                same_scene ? environment : std::make_shared<const simulation::Environment>(world, world.cloud.scene),
+                options.seed, path("cloud.pcd"));
   }
-  write_point_cloud(path("cloud.pcd"), cloud);
-  fmt::print("{}: {} points\n", path("cloud.pcd"), cloud.size());
-
-  simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
-  write_tum(path("truth.tum"), drive.trajectory(), "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw");
-  record(drive, platform, path("log.bag"));
-
-  simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
-                                      std::numeric_limits<double>::infinity());
-  write_tum(path("survey.tum"), survey.trajectory(),
-            fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
-                        world.survey.position_sigma_m, world.survey.angle_sigma_deg));
-  record(survey, platform, path("survey.bag"));
+  if (options.writes("log")) {
+    simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
+    write_tum(path("truth.tum"), drive.trajectory(), "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw");
+    record(drive, platform, path("log.bag"));
+  }
+  if (options.writes("survey")) {
+    simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
+                                        std::numeric_limits<double>::infinity());
+    write_tum(path("survey.tum"), survey.trajectory(),
+              fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
+                          world.survey.position_sigma_m, world.survey.angle_sigma_deg));
+    record(survey, platform, path("survey.bag"));
+  }
 }
 
 }  // namespace
@@ -110,6 +134,14 @@ void add_simulate_command(CLI::App& app, int* code) {
   command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")
       ->type_name("N");
   command->add_option("--sequence", options->sequence, "Which drive (default: the world's first)")->type_name("NAME");
+  command
+      ->add_option("--scene", options->scene,
+                   "What else stands there (default: the sequence's own scene; none: only what always does)")
+      ->type_name("NAME");
+  command->add_option("--only", options->only, "Write only these: log (with its truth), cloud, survey")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"log", "cloud", "survey"}))
+      ->type_name("PART[,PART]");
   command->add_option("--duration", options->duration_s, "Cut the drive after so many seconds")
       ->check(CLI::PositiveNumber)
       ->type_name("S");
@@ -121,7 +153,8 @@ void add_simulate_command(CLI::App& app, int* code) {
       "Examples:\n"
       "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel\n"
       "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/warehouse --sequence 2 --seed 7 "
-      "--set sensors.magnetometers.noise_ut=5");
+      "--set sensors.magnetometers.noise_ut=5\n"
+      "  lodestone simulate config/worlds/carpark.yaml --scene 2026-02-06 --only survey --out /tmp/february");
   command->callback([options, code] {
     simulate(*options);
     *code = exit_code::done;

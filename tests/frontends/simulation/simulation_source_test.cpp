@@ -36,6 +36,9 @@ solids:
   - {name: room, shape: box, at_m: [0, 0, 2], size_m: [16, 12, 4]}
   - {name: rack, template: shelf, at_m: [0, 5, 0], repeat: {count: [2, 1, 3], step_m: [1.2, 0, 0.8]}}
   - {name: pillar, shape: cylinder, at_m: [3, -4, 0], radius_m: 0.3, height_m: 4}
+scenes:
+  monday: {solids: [{name: cart, template: shelf, at_m: [5, 4, 0]}, {name: crate, template: shelf, at_m: [-5, 4, 0]}]}
+  tuesday: {solids: [{template: shelf, at_m: [0, -5, 0]}, {name: crate, template: shelf, at_m: [-5, 4, 0]}]}
 sequences:
   loop: {waypoints_m: [[-6, -3], [5, -3], [5, 3]], speed: [[0, 1.5]]}
 )";
@@ -159,6 +162,51 @@ TEST_F(SimulatedRoom, RepeatedSolidsAreMagnetizedEachInItsOwnWay) {
   for (std::size_t i = 1; i < moments.size(); ++i) EXPECT_NE(moments[i], moments[0]);
 }
 
+bool same(const FieldSource& a, const FieldSource& b) {
+  return a.is_bar == b.is_bar && a.position == b.position && a.south == b.south && a.moment == b.moment &&
+         a.pole == b.pole;
+}
+
+TEST_F(SimulatedRoom, SceneLeavesTheSteelOfTheWorldAsItIs) {
+  const World world = load();
+  const Scene alone = build_scene(world), monday = build_scene(world, "monday"),
+              tuesday = build_scene(world, "tuesday");
+  ASSERT_EQ(monday.sources.size(), alone.sources.size() + 2);
+  ASSERT_EQ(tuesday.sources.size(), alone.sources.size() + 2);
+  for (std::size_t i = 0; i < alone.sources.size(); ++i) {
+    ASSERT_TRUE(same(alone.sources[i], monday.sources[i])) << i;
+    ASSERT_TRUE(same(alone.sources[i], tuesday.sources[i])) << i;
+  }
+  EXPECT_GT(monday.mesh.triangles.size(), alone.mesh.triangles.size());
+  // The same thing on another day is magnetized as it was, whatever else came or went; another thing is not.
+  EXPECT_TRUE(same(monday.sources.back(), tuesday.sources.back()));
+  EXPECT_NE(monday.sources[alone.sources.size()].moment, monday.sources.back().moment);
+  EXPECT_NE(tuesday.sources[alone.sources.size()].moment, monday.sources[alone.sources.size()].moment);
+  // And the field is the sum of both.
+  const Vector3 place(4.5, 3.5, 0.1);
+  const MagneticField field(world.earth_field_ut, monday.sources), bare(world.earth_field_ut, alone.sources);
+  Vector3 expected = bare.field_of_all_ut(place);
+  for (std::size_t i = alone.sources.size(); i < monday.sources.size(); ++i)
+    expected += source_field_ut(monday.sources[i], place);
+  EXPECT_EQ(field.field_of_all_ut(place), expected);
+}
+
+TEST_F(SimulatedRoom, LogsOfTwoScenesDifferOnlyByWhatStandsThereAndSurveysByTheirNoiseToo) {
+  const World world = load();
+  const auto alone = std::make_shared<Environment>(world), monday = std::make_shared<Environment>(world, "monday");
+  for (const Drive drive : {Drive::sequence, Drive::survey}) {
+    SimulationSource first(world, alone, "", drive, 1, 2.0), second(world, monday, "", drive, 1, 2.0);
+    int same_imu = 0, other_imu = 0, other_field = 0;
+    for (Measurement a, b; first.next(a) && second.next(b);) {
+      if (std::holds_alternative<ImuSample>(a)) ++(same(a, b) ? same_imu : other_imu);
+      if (std::holds_alternative<MagneticSample>(a)) other_field += !same(a, b);
+    }
+    EXPECT_GT(other_field, 100);
+    EXPECT_EQ((drive == Drive::sequence ? other_imu : same_imu), 0);
+    EXPECT_GT((drive == Drive::sequence ? same_imu : other_imu), 100);
+  }
+}
+
 TEST_F(SimulatedRoom, CloudCoversWhatIsSeenAndNothingElse) {
   const World world = load();
   const Environment environment(world);
@@ -191,6 +239,15 @@ TEST_F(SimulatedRoom, MistakesInTheWorldAreNamed) {
   EXPECT_TRUE(mentions(message, "subway")) << message;
   message = expect_error({"sequences.loop.waypoints_m=[[1, 2]]"});
   EXPECT_TRUE(mentions(message, "waypoints_m")) << message;
+  message = expect_error({"scenes.monday.solid=[]"});
+  EXPECT_TRUE(mentions(message, "solids")) << message;
+  message = expect_error({"cloud.scene=sunday"});
+  EXPECT_TRUE(mentions(message, "monday")) << message;
+  message = expect_error({"sequences.loop.scene=sunday"});
+  EXPECT_TRUE(mentions(message, "sequences.loop.scene") && mentions(message, "tuesday")) << message;
+  message = expect_error({"scenes.none.solids=[]"});
+  EXPECT_TRUE(mentions(message, "none")) << message;
+  EXPECT_THROW(build_scene(load(), "sunday"), InputError);
   message = expect_error({"walls=3"});
   EXPECT_TRUE(mentions(message, "walls")) << message;
   EXPECT_THROW(find_sequence(load(), "9"), InputError);
