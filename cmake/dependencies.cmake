@@ -8,9 +8,12 @@ find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs freetype)
+find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs)
 find_package(PCL 1.12 REQUIRED COMPONENTS common io)
 find_package(embree 3 REQUIRED)
+
+find_path(CAIRO_INCLUDE_DIR cairo/cairo.h REQUIRED)
+find_library(CAIRO_LIBRARY cairo REQUIRED)
 
 # pluginlib's package file runs a Python script that needs the distribution's own Python, not another one on the PATH.
 if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)

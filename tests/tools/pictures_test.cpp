@@ -81,16 +81,23 @@ class Pictures : public testing::Test {
     EXPECT_EQ(content.substr(1, 3), "PNG");
   }
 
+  /// All three files of a picture are there.
+  static void expect_picture(const std::filesystem::path& stem) {
+    expect_png(stem.string() + ".png");
+    EXPECT_EQ(content_of(stem.string() + ".pdf").substr(0, 5), "%PDF-");
+    EXPECT_EQ(content_of(stem.string() + ".svg").substr(0, 5), "<?xml");
+  }
+
   TemporaryFolder folder_;
 };
 
 TEST_F(Pictures, OfATunnelDrive) {
   const MadeUpRun run = made_up_run();
   const MagneticMap map = made_up_map(66.0, 4.0);
-  draw_map_picture(file("map.png"), &map, run.truth, run.series);
-  draw_error_picture(file("error.png"), run.series);
-  draw_distribution_picture(file("distribution.png"), run.series);
-  for (const char* name : {"map.png", "error.png", "distribution.png"}) expect_png(file(name));
+  draw_map_picture(file("map"), &map, run.truth, run.series);
+  draw_error_picture(file("error"), run.series);
+  draw_distribution_picture(file("distribution"), run.series);
+  for (const char* name : {"map", "error", "distribution"}) expect_picture(file(name));
 }
 
 TEST_F(Pictures, OfASquareSiteWithoutLostEstimates) {
@@ -101,20 +108,21 @@ TEST_F(Pictures, OfASquareSiteWithoutLostEstimates) {
   }
   for (PictureSeries& one : run.series) one.trajectory = run.truth;
   const MagneticMap map = made_up_map(24.0, 20.0);
-  draw_map_picture(file("square_map.png"), &map, run.truth, run.series);
-  draw_error_picture(file("square_error.png"), run.series);
-  draw_distribution_picture(file("square_distribution.png"), run.series);
-  expect_png(file("square_map.png"));
+  draw_map_picture(file("square_map"), &map, run.truth, run.series);
+  draw_error_picture(file("square_error"), run.series);
+  draw_distribution_picture(file("square_distribution"), run.series);
+  expect_picture(file("square_map"));
 }
 
 TEST_F(Pictures, OfAlmostNothing) {
   PictureSeries empty;
   empty.name = "smoother";
-  draw_map_picture(file("empty_map.png"), nullptr, {}, {empty});
-  draw_error_picture(file("empty_error.png"), {empty});
-  draw_distribution_picture(file("empty_distribution.png"), {empty});
+  draw_map_picture(file("empty_map"), nullptr, {}, {empty});
+  draw_error_picture(file("empty_error"), {empty});
+  draw_distribution_picture(file("empty_distribution"), {empty});
   draw_map_picture(file("no_field.png"), nullptr, made_up_run().truth, made_up_run().series);
-  for (const char* name : {"empty_map.png", "empty_error.png", "empty_distribution.png"}) expect_png(file(name));
+  expect_png(file("no_field.png"));
+  for (const char* name : {"empty_map", "empty_error", "empty_distribution"}) expect_picture(file(name));
 }
 
 TEST(Ticks, AreRoundAndWithinTheRange) {

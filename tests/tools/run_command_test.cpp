@@ -103,7 +103,7 @@ TEST_F(RunCommand, WritesTheContractsFilesAndTheTable) {
   EXPECT_THAT(result.output, HasSubstr("LiDAR-inertial"));
   const std::filesystem::path out = folder_ / "out";
   for (const char* name : {"smoother", "lidar-inertial"}) {
-    for (const char* file : {"trajectory.tum", "causal.tum", "covariance.csv", "diagnostics.csv", "summary.json"}) {
+    for (const char* file : {"trajectory.tum", "causal.tum", "covariance.csv", "diagnostics.csv", "errors.csv", "summary.json"}) {
       EXPECT_TRUE(std::filesystem::exists(out / name / file)) << name << "/" << file;
     }
     const auto summary = nlohmann::json::parse(content_of(out / name / "summary.json"));
@@ -113,8 +113,10 @@ TEST_F(RunCommand, WritesTheContractsFilesAndTheTable) {
     EXPECT_LT(summary["ate_m"].get<double>(), 0.02);
   }
   EXPECT_EQ(nlohmann::json::parse(content_of(out / "summary.json"))["status"], "done");
-  for (const char* picture : {"map.png", "error.png", "distribution.png"}) {
-    EXPECT_TRUE(std::filesystem::exists(out / "pictures" / picture)) << picture;
+  for (const std::string picture : {"map", "error", "distribution"}) {
+    for (const char* ending : {".png", ".pdf", ".svg"}) {
+      EXPECT_TRUE(std::filesystem::exists(out / "pictures" / (picture + ending))) << picture << ending;
+    }
   }
   // The effective configuration is itself a configuration.
   EXPECT_EQ(run_lodestone(call("--config " + (out / "config.yaml").string())).code, 0);

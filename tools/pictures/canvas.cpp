@@ -1,178 +1,166 @@
 #include "tools/pictures/canvas.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <opencv2/freetype.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <string_view>
 #include <utility>
 
+#include "tools/pictures/drawing_files.h"
 #include "tools/sinks/output_file.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr double kScale = 2.0;  // real pixels to a logical one
-constexpr int kShift = 4;       // sub-pixel bits of OpenCV's drawing
+constexpr double kCapitalHeight = 0.73;  // of DejaVu Sans, in letter sizes
 
-constexpr std::array<const char*, 3> kFonts{"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-                                            "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-                                            "/usr/share/fonts/TTF/DejaVuSans.ttf"};
+/// Edges that run along the sheet lie on whole pixels of the PNG and stay sharp there.
+double on_pixel(double logical) { return std::round(logical * kPixelsALogical) / kPixelsALogical; }
 
-cv::Scalar scalar(Color color) { return cv::Scalar(color.blue, color.green, color.red); }
-
-int real(double logical) { return static_cast<int>(std::lround(logical * kScale)); }
-
-cv::Rect pixels(const CanvasBox& box, const cv::Mat& image) {
-  return cv::Rect(cv::Point(real(box.left), real(box.top)), cv::Point(real(box.right), real(box.bottom))) &
-         cv::Rect(0, 0, image.cols, image.rows);
+/// A lost estimate may lie kilometres off the sheet; the libraries' coordinates end before that.
+CanvasPoint brought_near(CanvasPoint point) {
+  constexpr double kLimit = 2e4;
+  return {std::clamp(point.x, -kLimit, kLimit), std::clamp(point.y, -kLimit, kLimit)};
 }
 
-/// The stroke font knows ASCII only.
-std::string ascii(std::string text) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kSpellings{
-      {{"µ", "u"}, {"°", "deg"}, {"–", "-"}, {"−", "-"}, {"²", "2"}, {"σ", "sigma"}, {"∞", "inf"}}};
-  for (const auto& [letter, spelling] : kSpellings) {
-    for (std::size_t at = text.find(letter); at != std::string::npos; at = text.find(letter)) {
-      text.replace(at, letter.size(), spelling);
-    }
+/// Text with every byte that is not part of a well-formed UTF-8 letter, and every control character, as '?': the writers
+/// would refuse the whole picture.
+std::string well_formed(std::string_view text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    std::size_t length = 1;
+    if (byte >= 0xC2 && byte <= 0xDF) length = 2;
+    if (byte >= 0xE0 && byte <= 0xEF) length = 3;
+    bool good = length > 1 ? i + length <= text.size() : byte >= 0x20 && byte < 0x7F;
+    for (std::size_t k = 1; good && k < length; ++k) good = (static_cast<unsigned char>(text[i + k]) & 0xC0U) == 0x80U;
+    const auto second = length == 3 && good ? static_cast<unsigned char>(text[i + 1]) : 0x80U;
+    if (byte == 0xE0 && second < 0xA0U) good = false;
+    if (byte == 0xED && second >= 0xA0U) good = false;
+    result += good ? std::string(text.substr(i, length)) : "?";
+    i += good ? length : 1;
   }
-  return text;
+  return result;
+}
+
+void write(const std::filesystem::path& path, const std::string& content) {
+  OutputFile file(path);
+  file.write(content);
+  file.commit();
 }
 
 }  // namespace
 
 struct Canvas::Sheet {
-  cv::Mat image;
-  cv::Rect clip;
-  cv::Ptr<cv::freetype::FreeType2> font;
+  Drawing drawing;
+  std::optional<CanvasBox> clip;
 
-  cv::Mat view() { return image(clip); }
-
-  /// In the coordinates of `view`. OpenCV keeps them in 32 bits with kShift behind the point: far ones are brought near.
-  cv::Point fixed_point(CanvasPoint point) const {
-    constexpr double kLimit = 1e5;
-    const double x = std::clamp(point.x * kScale - clip.x, -kLimit, kLimit);
-    const double y = std::clamp(point.y * kScale - clip.y, -kLimit, kLimit);
-    return {static_cast<int>(std::lround(x * (1 << kShift))), static_cast<int>(std::lround(y * (1 << kShift)))};
-  }
-
-  int width(const std::string& text, double size) const {
-    int baseline = 0;
-    if (font) return font->getTextSize(text, real(size), -1, &baseline).width;
-    return cv::getTextSize(ascii(text), cv::FONT_HERSHEY_SIMPLEX, real(size) / 30.0, 2, &baseline).width;
-  }
-
-  /// `at`: where the text's base line begins, in pixels of `target`.
-  void put(cv::Mat& target, const std::string& text, cv::Point at, double size, Color color) const {
-    if (font) {
-      font->putText(target, text, at, real(size), scalar(color), -1, cv::LINE_AA, true);
-    } else {
-      cv::putText(target, ascii(text), at, cv::FONT_HERSHEY_SIMPLEX, real(size) / 30.0, scalar(color), 2, cv::LINE_AA);
-    }
+  template <class Shape>
+  void add(Shape shape) {
+    drawing.marks.push_back({std::move(shape), clip});
   }
 };
 
 Canvas::Canvas(double width, double height) : sheet_(std::make_unique<Sheet>()) {
-  sheet_->image = cv::Mat(real(height), real(width), CV_8UC3, cv::Scalar::all(255));
-  unclip();
-  for (const char* path : kFonts) {
-    if (!std::filesystem::exists(path)) continue;
-    try {
-      sheet_->font = cv::freetype::createFreeType2();
-      sheet_->font->loadFontData(path, 0);
-      break;
-    } catch (const cv::Exception&) {
-      sheet_->font.reset();  // an unreadable font: the stroke font serves
-    }
-  }
+  sheet_->drawing.width = width;
+  sheet_->drawing.height = height;
 }
 
 Canvas::~Canvas() = default;
 
-void Canvas::clip(const CanvasBox& box) { sheet_->clip = pixels(box, sheet_->image); }
+void Canvas::clip(const CanvasBox& box) { sheet_->clip = box; }
 
-void Canvas::unclip() { sheet_->clip = cv::Rect(0, 0, sheet_->image.cols, sheet_->image.rows); }
+void Canvas::unclip() { sheet_->clip.reset(); }
 
 void Canvas::fill(const CanvasBox& box, Color color, double opacity) {
-  cv::Mat part = sheet_->image(pixels(box, sheet_->image) & sheet_->clip);
-  if (part.empty()) return;
-  const cv::Mat paint(part.size(), part.type(), scalar(color));
-  cv::addWeighted(paint, opacity, part, 1.0 - opacity, 0.0, part);
+  const CanvasBox on{on_pixel(box.left), on_pixel(box.top), on_pixel(box.right), on_pixel(box.bottom)};
+  polygon({{on.left, on.top}, {on.right, on.top}, {on.right, on.bottom}, {on.left, on.bottom}}, color, opacity);
+}
+
+void Canvas::polygon(const std::vector<CanvasPoint>& corners, Color color, double opacity) {
+  AreaMark area{{}, color, opacity};
+  for (const CanvasPoint& corner : corners) {
+    if (std::isfinite(corner.x) && std::isfinite(corner.y)) area.corners.push_back(brought_near(corner));
+  }
+  if (area.corners.size() > 2) sheet_->add(std::move(area));
 }
 
 void Canvas::frame(const CanvasBox& box, Color color, double width) {
-  cv::rectangle(sheet_->image, pixels(box, sheet_->image), scalar(color), std::max(1, real(width)), cv::LINE_8);
+  const CanvasBox on{on_pixel(box.left), on_pixel(box.top), on_pixel(box.right), on_pixel(box.bottom)};
+  LineMark line{{{on.left, on.top}, {on.right, on.top}, {on.right, on.bottom}, {on.left, on.bottom}}, color, width};
+  line.closed = true;
+  sheet_->drawing.marks.push_back({std::move(line), std::nullopt});
 }
 
-void Canvas::line(CanvasPoint from, CanvasPoint to, Color color, double width) { polyline({from, to}, color, width); }
+void Canvas::line(CanvasPoint from, CanvasPoint to, Color color, double width, Stroke stroke) {
+  if (from.x == to.x) from.x = to.x = on_pixel(to.x);
+  if (from.y == to.y) from.y = to.y = on_pixel(to.y);
+  polyline({from, to}, color, width, stroke);
+}
 
-void Canvas::polyline(const std::vector<CanvasPoint>& points, Color color, double width) {
-  std::vector<cv::Point> fixed;
-  fixed.reserve(points.size());
-  for (const CanvasPoint& point : points) {
-    const cv::Point p = sheet_->fixed_point(point);
-    if (fixed.empty() || fixed.back() != p) fixed.push_back(p);
+void Canvas::polyline(const std::vector<CanvasPoint>& points, Color color, double width, Stroke stroke) {
+  constexpr double kSame = 0.05;  // points nearer to each other than this look as one and would only swell the file
+  LineMark line{{}, color, width, stroke};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!std::isfinite(points[i].x) || !std::isfinite(points[i].y)) continue;
+    const CanvasPoint point = brought_near(points[i]);
+    const bool near = !line.points.empty() && std::hypot(point.x - line.points.back().x, point.y - line.points.back().y) < kSame;
+    if (!near || i + 1 == points.size()) line.points.push_back(point);
   }
-  cv::Mat view = sheet_->view();
-  if (fixed.size() < 2 || view.empty()) return;
-  cv::polylines(view, fixed, false, scalar(color), std::max(1, real(width)), cv::LINE_AA, kShift);
+  if (line.points.size() > 1) sheet_->add(std::move(line));
 }
 
 void Canvas::disk(CanvasPoint center, double radius, Color color) {
-  cv::Mat view = sheet_->view();
-  cv::circle(view, sheet_->fixed_point(center), real(radius) * (1 << kShift), scalar(color), cv::FILLED, cv::LINE_AA,
-             kShift);
+  if (std::isfinite(center.x) && std::isfinite(center.y)) sheet_->add(DiskMark{brought_near(center), radius, color});
 }
 
 void Canvas::shade(const CanvasBox& box, const std::function<bool(CanvasPoint, Color&)>& color) {
-  const cv::Rect area = pixels(box, sheet_->image) & sheet_->clip;
-  for (int row = area.y; row < area.y + area.height; ++row) {
-    for (int column = area.x; column < area.x + area.width; ++column) {
+  CanvasBox part{std::max(0.0, box.left), std::max(0.0, box.top), std::min(sheet_->drawing.width, box.right),
+                 std::min(sheet_->drawing.height, box.bottom)};
+  const int left = static_cast<int>(std::lround(part.left * kPixelsALogical));
+  const int top = static_cast<int>(std::lround(part.top * kPixelsALogical));
+  ImageMark image;
+  image.columns = static_cast<int>(std::lround(part.right * kPixelsALogical)) - left;
+  image.rows = static_cast<int>(std::lround(part.bottom * kPixelsALogical)) - top;
+  if (image.columns < 1 || image.rows < 1) return;
+  image.box = {left / kPixelsALogical, top / kPixelsALogical, (left + image.columns) / kPixelsALogical,
+               (top + image.rows) / kPixelsALogical};
+  image.pixels.assign(static_cast<std::size_t>(image.columns) * image.rows, 0U);
+  for (int row = 0; row < image.rows; ++row) {
+    for (int column = 0; column < image.columns; ++column) {
       Color pixel;
-      if (!color({(column + 0.5) / kScale, (row + 0.5) / kScale}, pixel)) continue;
-      sheet_->image.at<cv::Vec3b>(row, column) =
-          cv::Vec3b(static_cast<uchar>(pixel.blue), static_cast<uchar>(pixel.green), static_cast<uchar>(pixel.red));
+      if (!color({(left + column + 0.5) / kPixelsALogical, (top + row + 0.5) / kPixelsALogical}, pixel)) continue;
+      image.pixels[static_cast<std::size_t>(row) * image.columns + column] =
+          0xFF000000U | static_cast<std::uint32_t>(pixel.red) << 16U | static_cast<std::uint32_t>(pixel.green) << 8U |
+          static_cast<std::uint32_t>(pixel.blue);
     }
   }
+  sheet_->add(std::move(image));
 }
 
-double Canvas::text_width(const std::string& text, double size) const { return sheet_->width(text, size) / kScale; }
+double Canvas::text_width(const std::string& text, double size) const { return advance_of(well_formed(text), size); }
 
 void Canvas::text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal, Anchor vertical) {
   if (text.empty()) return;
-  const int width = sheet_->width(text, size);
   // The height of a capital, whatever the letters are: so neighbours stand on one line.
-  const int capital = static_cast<int>(0.73 * real(size));
-  cv::Point corner(real(at.x), real(at.y));
-  if (horizontal == Anchor::middle) corner.x -= width / 2;
-  if (horizontal == Anchor::end) corner.x -= width;
-  if (vertical == Anchor::begin) corner.y += capital;
-  if (vertical == Anchor::middle) corner.y += capital / 2;
-  sheet_->put(sheet_->image, text, corner, size, color);
+  if (vertical == Anchor::begin) at.y += kCapitalHeight * size;
+  if (vertical == Anchor::middle) at.y += 0.5 * kCapitalHeight * size;
+  sheet_->drawing.marks.push_back({TextMark{at, well_formed(text), size, color, horizontal, false}, std::nullopt});
 }
 
 void Canvas::vertical_text(CanvasPoint center, const std::string& text, double size, Color color) {
-  const int height = 2 * real(size);
-  cv::Mat lying(height, sheet_->width(text, size) + 8, CV_8UC3, cv::Scalar::all(255));
-  sheet_->put(lying, text, {4, height / 2 + static_cast<int>(0.37 * real(size))}, size, color);
-  cv::Mat standing;
-  cv::rotate(lying, standing, cv::ROTATE_90_COUNTERCLOCKWISE);
-  const cv::Rect wanted(real(center.x) - standing.cols / 2, real(center.y) - standing.rows / 2, standing.cols,
-                        standing.rows);
-  const cv::Rect seen = wanted & cv::Rect(0, 0, sheet_->image.cols, sheet_->image.rows);
-  if (seen.empty()) return;
-  standing(cv::Rect(seen.x - wanted.x, seen.y - wanted.y, seen.width, seen.height)).copyTo(sheet_->image(seen));
+  if (text.empty()) return;
+  center.x += 0.5 * kCapitalHeight * size;
+  sheet_->drawing.marks.push_back({TextMark{center, well_formed(text), size, color, Anchor::middle, true}, std::nullopt});
 }
 
 void Canvas::save(const std::filesystem::path& path) const {
-  std::vector<uchar> encoded;
-  cv::imencode(".png", sheet_->image, encoded);
-  OutputFile file(path);
-  file.write({reinterpret_cast<const char*>(encoded.data()), encoded.size()});
-  file.commit();
+  const std::filesystem::path extension = path.extension();
+  const bool all = extension != ".png" && extension != ".pdf" && extension != ".svg";
+  const auto target = [&](const char* ending) { return all ? std::filesystem::path(path.string() + ending) : path; };
+  if (all || extension == ".png") write(target(".png"), png_of(sheet_->drawing));
+  if (all || extension == ".pdf") write(target(".pdf"), pdf_of(sheet_->drawing));
+  if (all || extension == ".svg") write(target(".svg"), svg_of(sheet_->drawing));
 }
 
 }  // namespace lodestone

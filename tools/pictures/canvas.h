@@ -21,7 +21,8 @@ Color series_color(std::size_t index);
 /// A share (0 to 1) as a colour of the perceptually even viridis scale, paled so that lines stand out on it.
 Color heat_color(double share);
 
-/// A point of the canvas: x to the right, y down, logical pixels. The file has two real pixels to each.
+/// A point of the canvas: x to the right, y down, logical pixels. A PNG has two real pixels to each; in PDF and SVG each
+/// is half a point (1/144 inch): 504 are the column of a paper, 1032 its page, 15 a letter of 7.5 pt.
 struct CanvasPoint {
   double x = 0.0;
   double y = 0.0;
@@ -38,8 +39,10 @@ struct CanvasBox {
 
 enum class Anchor { begin, middle, end };
 
-/// A white sheet to draw on, with anti-aliased lines and text. Text is set in DejaVu Sans where the machine has it, else
-/// in OpenCV's stroke font, in which letters beyond ASCII become their nearest ASCII spelling.
+enum class Stroke { solid, dashed, dotted };
+
+/// A white sheet to draw on. It keeps what is drawn, so that one drawing is saved as PNG, PDF and SVG; letters stay
+/// letters in the latter two. Text is set in DejaVu Sans where the machine has it. The same calls give the same bytes.
 class Canvas {
  public:
   Canvas(double width, double height);
@@ -52,23 +55,26 @@ class Canvas {
   void unclip();
 
   void fill(const CanvasBox& box, Color color, double opacity = 1.0);
+  void polygon(const std::vector<CanvasPoint>& corners, Color color, double opacity = 1.0);
   void frame(const CanvasBox& box, Color color, double width);
-  void line(CanvasPoint from, CanvasPoint to, Color color, double width);
-  void polyline(const std::vector<CanvasPoint>& points, Color color, double width);
+  void line(CanvasPoint from, CanvasPoint to, Color color, double width, Stroke stroke = Stroke::solid);
+  void polyline(const std::vector<CanvasPoint>& points, Color color, double width, Stroke stroke = Stroke::solid);
   void disk(CanvasPoint center, double radius, Color color);
 
-  /// Calls `color` for the centre of every real pixel of the box; where it gives false the pixel stays as it is.
+  /// Calls `color` for the centre of every real pixel of the box; where it gives false what lies below shows. An image
+  /// of that resolution in PDF and SVG.
   void shade(const CanvasBox& box, const std::function<bool(CanvasPoint, Color&)>& color);
 
   /// `size` is the height of the letters in logical pixels; the anchors say which part of the text lies at `at`.
   void text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal, Anchor vertical);
 
-  /// The same, read from below to above; centred at `center`, on white.
+  /// The same, read from below to above; centred at `center`.
   void vertical_text(CanvasPoint center, const std::string& text, double size, Color color);
 
   double text_width(const std::string& text, double size) const;
 
-  /// Writes a PNG aside and renames it. Throws InputError where that fails.
+  /// Writes the file that the extension names (.png, .pdf, .svg), or, without one of these, all three with the extension
+  /// appended. Each is written aside and renamed. Throws InputError where that fails.
   void save(const std::filesystem::path& path) const;
 
  private:

@@ -10,6 +10,7 @@
 #include "frontends/readers/trajectory_file.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
+#include "tools/sinks/error_file.h"
 #include "tools/sinks/estimate_files.h"
 
 namespace lodestone {
@@ -42,6 +43,13 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
       warnings.add("run.lost", "the estimator no longer trusts its pose from " + format_stamp(step.time) + " s", step.time);
     }
   }
+}
+
+/// The error of every pose that the truth knows.
+void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const std::filesystem::path& path) {
+  std::vector<Matrix6> covariances;
+  for (const PosePair& pair : pairs) covariances.push_back(record.covariances()[pair.estimate_index]);
+  write_errors(path, error_rows(pairs, covariances));
 }
 
 }  // namespace
@@ -102,6 +110,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_rss_mb = peak_memory_mb();
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log.end, summary.status);
+  if (summary.truth) write_errors_of(outcome.record, summary.truth->pairs, run.folder / "errors.csv");
   if (summary.truth && summary.truth->pairs.empty()) {
     warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock", last_end);
   }

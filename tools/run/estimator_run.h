@@ -21,7 +21,7 @@ struct OpenedLog {
 /// One estimator's pass over a log.
 struct EstimatorRun {
   std::string name;
-  std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, summary.json
+  std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, summary.json
   const Trajectory* truth = nullptr;  ///< null: no figures against the truth
   std::function<OpenedLog()> open;    ///< opens the log at its beginning; its time counts
   std::function<std::unique_ptr<Estimator>(const ScanBundle&)> make_estimator;  ///< called with the first bundle

@@ -48,9 +48,9 @@ PictureSeries picture_series(const EstimatorOutcome& outcome) {
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<PictureSeries>& series) {
   std::filesystem::create_directories(folder);
-  draw_map_picture(folder / "map.png", map, during(truth, series), series);
-  draw_error_picture(folder / "error.png", series);
-  draw_distribution_picture(folder / "distribution.png", series);
+  draw_map_picture(folder / "map", map, during(truth, series), series);
+  draw_error_picture(folder / "error", series);
+  draw_distribution_picture(folder / "distribution", series);
 }
 
 }  // namespace lodestone

@@ -8,7 +8,7 @@ namespace lodestone {
 /// What the pictures show of one pass; its figures against the truth must be there.
 PictureSeries picture_series(const EstimatorOutcome& outcome);
 
-/// Writes map.png, error.png and distribution.png into `folder`. `map` may be null.
+/// Writes map, error and distribution, each as .png, .pdf and .svg, into `folder`. `map` may be null.
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<PictureSeries>& series);
 
