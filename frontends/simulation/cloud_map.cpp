@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "frontends/simulation/random.h"
 #include "frontends/simulation/route.h"
@@ -34,19 +35,34 @@ std::vector<Eigen::Vector3f> find_viewpoints(const World& world) {
   return viewpoints;
 }
 
-/// Whether any viewpoint within range sees `point`. `hint` is where the last answer was found: neighbours see alike.
-bool is_seen(const RayCaster& caster, const std::vector<Eigen::Vector3f>& viewpoints, const Eigen::Vector3f& point,
-             float range, std::size_t& hint) {
-  const auto sees = [&](std::size_t index) {
-    return (viewpoints[index] - point).squaredNorm() < range * range && caster.sees(viewpoints[index], point);
+/// A place on a surface that may be surveyed.
+struct Target {
+  Eigen::Vector3f point;
+  Eigen::Vector3f normal;
+  const Surface& surface;
+};
+
+/// Largest share of a scanner's beams towards `target` that come back from it, over all viewpoints in range: glass lets
+/// most pass, mirrors what meets it aslant, and dims what lies behind. `hint` is where the last answer was found:
+/// neighbours see alike.
+double returned_share(const RayCaster& caster, const std::vector<Eigen::Vector3f>& viewpoints, const Target& target,
+                      float range, std::size_t& hint) {
+  const double best_possible = 1.0 - target.surface.transparency;
+  const double limit = std::cos(target.surface.max_incidence_deg * std::numbers::pi / 180.0);
+  const auto share_from = [&](std::size_t index) {
+    const Eigen::Vector3f beam = target.point - viewpoints[index];
+    if (!(beam.squaredNorm() < range * range)) return 0.0;
+    if (limit > 1e-6 && std::abs(beam.normalized().dot(target.normal)) < limit) return 0.0;
+    return best_possible * caster.transmission(viewpoints[index], target.point);
   };
-  if (hint < viewpoints.size() && sees(hint)) return true;
-  for (std::size_t index = 0; index < viewpoints.size(); ++index) {
-    if (!sees(index)) continue;
+  double best = hint < viewpoints.size() ? share_from(hint) : 0.0;
+  for (std::size_t index = 0; index < viewpoints.size() && best < best_possible; ++index) {
+    const double share = share_from(index);
+    if (share <= best) continue;
+    best = share;
     hint = index;
-    return true;
   }
-  return false;
+  return best;
 }
 
 }  // namespace
@@ -66,16 +82,22 @@ std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment&
       const Vector3 a = mesh.vertices[triangle[0]].cast<double>();
       const Vector3 u = mesh.vertices[triangle[1]].cast<double>() - a;
       const Vector3 v = mesh.vertices[triangle[2]].cast<double>() - a;
-      const double expected = 0.5 * u.cross(v).norm() * density;
+      const Vector3 normal = u.cross(v);
+      const Eigen::Vector3f unit_normal = normal.normalized().cast<float>();
+      const Surface& surface = mesh.surface_of(t);
+      const double expected = 0.5 * normal.norm() * density;
       const auto count = static_cast<std::int64_t>(std::floor(expected + random.uniform()));
-      bool any_seen = false;
+      bool any_seen = surface != Surface{};  // glass is seen from few places: all of it is looked at
       for (std::int64_t i = 0; i < count && (any_seen || i < probes); ++i) {
         double first = random.uniform(), second = random.uniform();
         if (first + second > 1.0) first = 1.0 - first, second = 1.0 - second;
         const Vector3 point = a + first * u + second * v;
         const Vector3 noise = world.cloud.noise_m * random.normal3();
-        if (!is_seen(environment.caster, viewpoints, point.cast<float>(), range, hint)) continue;
+        const Target target{point.cast<float>(), unit_normal, surface};
+        const double share = returned_share(environment.caster, viewpoints, target, range, hint);
+        if (share <= 0.0) continue;
         any_seen = true;
+        if (share < 1.0 && random.uniform() >= share) continue;
         parts[part].push_back((point + noise).cast<float>());
       }
     }

@@ -11,7 +11,7 @@ namespace lodestone::simulation {
 
 /// The prior point-cloud map, made as a surveyor would: every surface that a scanner sees from places along the
 /// sequences' paths, sampled at random with CloudOptions::point_spacing_m (one point per spacing²), with isotropic
-/// noise. Map frame. Deterministic by `seed` on any number of threads.
+/// noise. Of glass, and of what is seen through glass only, as few points as beams come back. Map frame. Deterministic by `seed` on any number of threads.
 std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed);
 
 }  // namespace lodestone::simulation

@@ -9,9 +9,17 @@
 
 namespace lodestone::simulation {
 
+namespace {
+
+constexpr float left_out = 0.02F;  // metres before a point whose visibility is asked: the surface it lies on
+
+}  // namespace
+
 struct RayCaster::Implementation {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  std::vector<Surface> surfaces;
+  std::vector<std::uint16_t> surface_of_triangle;
 
   ~Implementation() {
     if (scene != nullptr) rtcReleaseScene(scene);
@@ -20,6 +28,9 @@ struct RayCaster::Implementation {
 };
 
 RayCaster::RayCaster(const TriangleMesh& mesh) : implementation_(std::make_unique<Implementation>()) {
+  implementation_->surfaces = mesh.surfaces;
+  implementation_->surface_of_triangle = mesh.surface_of_triangle;
+  implementation_->surface_of_triangle.resize(mesh.triangles.size());
   // Its own threads are used for building only; one is enough, and starts no pool beside ours.
   implementation_->device = rtcNewDevice("threads=1");
   if (implementation_->device == nullptr) throw std::runtime_error("Embree found no device to cast rays on");
@@ -69,12 +80,30 @@ void RayCaster::cast(const Eigen::Vector3f& origin, std::span<const Eigen::Vecto
       const Eigen::Vector3f normal(rays.hit.Ng_x[i], rays.hit.Ng_y[i], rays.hit.Ng_z[i]);
       hit.range = rays.ray.tfar[i];
       hit.cosine = std::abs(normal.normalized().dot(directions[begin + i]));
+      hit.surface = implementation_->surface_of_triangle[rays.hit.primID[i]];
     }
   }
 }
 
+RayHit RayCaster::cast_beyond(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float range,
+                              float max_range) const {
+  constexpr float step = 1e-3F;  // past the surface just met, whatever rounding did to its range
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query{};
+  query.ray.org_x = origin.x(), query.ray.org_y = origin.y(), query.ray.org_z = origin.z();
+  query.ray.dir_x = direction.x(), query.ray.dir_y = direction.y(), query.ray.dir_z = direction.z();
+  query.ray.tnear = range + step, query.ray.tfar = max_range, query.ray.mask = ~0U;
+  query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  if (query.ray.tnear >= max_range) return {};
+  rtcIntersect1(implementation_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  const Eigen::Vector3f normal(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
+  return {query.ray.tfar, std::abs(normal.normalized().dot(direction)),
+          implementation_->surface_of_triangle[query.hit.primID]};
+}
+
 bool RayCaster::sees(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const {
-  constexpr float left_out = 0.02F;
   const Eigen::Vector3f offset = to - from;
   const float length = offset.norm();
   if (length <= left_out) return true;
@@ -87,5 +116,24 @@ bool RayCaster::sees(const Eigen::Vector3f& from, const Eigen::Vector3f& to) con
   rtcOccluded1(implementation_->scene, &context, &ray);
   return ray.tfar >= 0.0F;  // Embree sets it to minus infinity where something is in the way
 }
+
+double RayCaster::transmission(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const {
+  if (sees(from, to)) return 1.0;
+  if (!has_glass()) return 0.0;
+  const float length = (to - from).norm();
+  const Eigen::Vector3f direction = (to - from) / length;
+  double share = 1.0;
+  for (float range = 0.0F; share > 0.0;) {
+    const RayHit hit = cast_beyond(from, direction, range, length - left_out);
+    if (hit.range < 0.0F) break;
+    share *= surface(hit).transparency;
+    range = hit.range;
+  }
+  return share;
+}
+
+const Surface& RayCaster::surface(const RayHit& hit) const { return implementation_->surfaces[hit.surface]; }
+
+bool RayCaster::has_glass() const { return implementation_->surfaces.size() > 1; }
 
 }  // namespace lodestone::simulation

@@ -35,6 +35,14 @@ void LidarOptions::check() const {
   require(vertical_field_of_view_deg >= 0.0 && vertical_field_of_view_deg < 180.0,
           "vertical_field_of_view_deg must be at least 0 and below 180");
   require(rate_hz > 0.0 && rate_hz <= 1000.0, "rate_hz must be above 0, at most 1000");
+  if (pattern == LidarPattern::rosette) {
+    const double firings = points_per_second / (4.0 * rate_hz);
+    require(firings >= 1.0 && firings <= 1.0e6 && std::abs(firings - std::round(firings)) < 1e-6 * firings,
+            "points_per_second must be a multiple of 4 rate_hz (four lines fire together)");
+    require(lowest_elevation_deg >= -60.0 && highest_elevation_deg <= 80.0 &&
+                highest_elevation_deg - lowest_elevation_deg >= 10.0,
+            "lowest_elevation_deg must be at least -60 and highest_elevation_deg 10 more than that, at most 80");
+  }
   require(first_scan_s >= 0.0, "first_scan_s must be at least 0");
   require(min_range_m >= 0.0 && max_range_m > min_range_m,
           "max_range_m must be more than min_range_m, both at least 0");

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/geometry/pose.h"
+#include "core/options.h"
 
 /// What the robot carries and how a floor shakes it. Every struct is read by load_options: units stand in the names.
 namespace lodestone::simulation {
@@ -11,10 +12,21 @@ namespace lodestone::simulation {
 /// R = Rz(yaw) Ry(pitch) Rx(roll), degrees, and a position in metres.
 Pose mounting_pose(const std::vector<double>& position_m, const std::vector<double>& rotation_rpy_deg);
 
+/// How a LiDAR's beams move; see BeamPattern.
+enum class LidarPattern { rotating, rosette };
+
+constexpr auto enum_names(LidarPattern) {
+  return EnumNames<LidarPattern, 2>{{{LidarPattern::rotating, "rotating"}, {LidarPattern::rosette, "rosette"}}};
+}
+
 struct LidarOptions {
+  LidarPattern pattern = LidarPattern::rotating;
   int rows = 32;
   int columns = 1024;
   double vertical_field_of_view_deg = 45.0;
+  double points_per_second = 200000.0;
+  double lowest_elevation_deg = -7.0;
+  double highest_elevation_deg = 52.0;
   double rate_hz = 10.0;
   double first_scan_s = 0.05;
   double min_range_m = 0.5;
@@ -29,10 +41,15 @@ struct LidarOptions {
   void check() const;
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("rows", rows, "beams, evenly spread over the vertical field of view");
-    visitor.field("columns", columns, "firings a revolution");
-    visitor.field("vertical_field_of_view_deg", vertical_field_of_view_deg, "from the lowest to the uppermost beam");
-    visitor.field("rate_hz", rate_hz, "revolutions a second");
+    visitor.field("pattern", pattern, "rotating (rows and columns) or rosette (a Livox Mid-360, never the same twice)");
+    visitor.field("rows", rows, "rotating: beams, evenly spread over the vertical field of view");
+    visitor.field("columns", columns, "rotating: firings a revolution");
+    visitor.field("vertical_field_of_view_deg", vertical_field_of_view_deg,
+                  "rotating: from the lowest to the uppermost beam, about the level");
+    visitor.field("points_per_second", points_per_second, "rosette: beams a second, four at a time");
+    visitor.field("lowest_elevation_deg", lowest_elevation_deg, "rosette: lower end of the field of view");
+    visitor.field("highest_elevation_deg", highest_elevation_deg, "rosette: upper end of the field of view");
+    visitor.field("rate_hz", rate_hz, "scans a second; rotating: revolutions");
     visitor.field("first_scan_s", first_scan_s, "start of the first scan after the first IMU sample");
     visitor.field("min_range_m", min_range_m, "nearer returns are dropped");
     visitor.field("max_range_m", max_range_m, "farther surfaces are not seen");

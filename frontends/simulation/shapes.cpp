@@ -68,9 +68,7 @@ void append_tube(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
   });
 }
 
-}  // namespace
-
-void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
+void append_triangles(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
   switch (solid.shape) {
     case SolidShape::group:
       return;
@@ -85,6 +83,18 @@ void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
     case SolidShape::tube:
       return append_tube(solid, pose, mesh);
   }
+}
+
+}  // namespace
+
+void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
+  mesh.surface_of_triangle.resize(mesh.triangles.size());
+  append_triangles(solid, pose, mesh);
+  const Surface surface{solid.transparency, solid.max_incidence_deg};
+  const auto known = std::find(mesh.surfaces.begin(), mesh.surfaces.end(), surface);
+  const auto index = static_cast<std::uint16_t>(known - mesh.surfaces.begin());
+  if (known == mesh.surfaces.end()) mesh.surfaces.push_back(surface);
+  mesh.surface_of_triangle.resize(mesh.triangles.size(), index);
 }
 
 }  // namespace lodestone::simulation

@@ -68,6 +68,8 @@ struct Solid {
   double radius_m = 0.0;                  ///< of a cylinder or tube
   double height_m = 0.0;                  ///< of a cylinder, upwards from the placement
   double facet_m = 0.25;                  ///< longest facet of curved surfaces
+  double transparency = 0.0;              ///< of glass: share of beams that pass through each face
+  double max_incidence_deg = 90.0;        ///< glass mirrors: it returns a beam only up to this angle to its normal
   double tube_begin_m = 0.0;              ///< along the tube's axis; both ends are open
   double tube_end_m = 0.0;
   double tube_curvature_per_m = 0.0;  ///< of the axis, positive to the left; constant

@@ -112,6 +112,11 @@ void read_shape(Section& section, const ConfigurationNode* templates, int depth,
   solid.shape = section.choice("shape", solid.shape);
   solid.facet_m = section.number("facet_m", solid.facet_m);
   section.require(solid.facet_m >= 0.01, "facet_m", "at least 0.01");
+  solid.transparency = section.number("transparency", solid.transparency);
+  section.require(solid.transparency >= 0.0 && solid.transparency <= 1.0, "transparency", "0 to 1");
+  solid.max_incidence_deg = section.number("max_incidence_deg", solid.max_incidence_deg);
+  section.require(solid.max_incidence_deg > 0.0 && solid.max_incidence_deg <= 90.0, "max_incidence_deg",
+                  "above 0, at most 90");
   switch (solid.shape) {
     case SolidShape::group:
       return;

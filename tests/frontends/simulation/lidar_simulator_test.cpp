@@ -158,5 +158,124 @@ TEST_F(RollingScan, RangeAndIncidenceLimitWhatComesBack) {
     EXPECT_LT(point.position.norm(), 0.5 / std::cos(70.0 * M_PI / 180.0) + 0.1);
 }
 
+TEST_F(RollingScan, RosetteFiresAtItsOwnPaceAndFromItsOwnTimes) {
+  options_.pattern = LidarPattern::rosette;
+  options_.range_noise_m = 0.0;
+  options_.dropout_probability = 0.0;
+  options_.min_range_m = 0.1;
+  options_.max_incidence_deg = 90.0;
+  const LidarSimulator lidar(caster_, motion_, options_, 1'000'000'000, 1);
+  double worst = 0.0;
+  std::size_t points = 0;
+  for (int index = 40; index < 50; ++index) {
+    const LidarScan scan = lidar.scan(index);
+    EXPECT_EQ(scan.start, 1'000'000'000 + 4'050'000'000 + (index - 40) * 100'000'000LL);
+    EXPECT_EQ(scan.end - scan.start, 99'980'000);  // the last of 5000 firings
+    EXPECT_EQ(scan.points.front().offset_ns, 0);
+    EXPECT_EQ(scan.points.back().offset_ns, scan.end - scan.start);
+    points += scan.points.size();
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      const LidarPoint& point = scan.points[i];
+      ASSERT_TRUE(i == 0 || scan.points[i - 1].offset_ns <= point.offset_ns);
+      ASSERT_EQ(point.offset_ns, static_cast<std::int32_t>(i / 4) * 20'000);
+      ASSERT_EQ(point.ring, i % 4);
+      const double elevation = std::asin(point.position.z() / point.position.norm()) * 180.0 / M_PI;
+      ASSERT_GT(elevation, -7.001);
+      ASSERT_LT(elevation, 52.001);
+      const Pose pose = motion_.pose_at(to_seconds(scan.start + point.offset_ns - 1'000'000'000));
+      worst = std::max(worst, distance_to_surface(pose * (options_.T_imu_lidar() * point.position.cast<double>())));
+    }
+  }
+  EXPECT_EQ(points, 200'000U);  // a second in a closed room
+  EXPECT_LT(worst, 1e-3);
+}
+
+/// A pane at x = 3 m before a wall at x = 6 m, seen from a LiDAR that stands at the origin.
+class GlassPane : public ::testing::Test {
+ protected:
+  static Solid pane(double transparency, double max_incidence_deg) {
+    Solid solid;
+    solid.shape = SolidShape::rectangle;
+    solid.placement.position = {3, 0, 0};
+    solid.placement.rotation = Eigen::AngleAxisd(M_PI / 2, Vector3::UnitY());
+    solid.size = {40, 40, 0};
+    solid.transparency = transparency;
+    solid.max_incidence_deg = max_incidence_deg;
+    return solid;
+  }
+
+  struct Count {
+    double pane = 0, wall = 0, beams = 0;
+    double steepest_deg = 0;  ///< incidence of what came back from the pane
+  };
+
+  /// Beams within 60° of the x axis.
+  static Count count(const std::vector<Solid>& solids) {
+    Sequence sequence;
+    sequence.waypoints = {{0, 0}, {0.1, 0}};
+    sequence.speed = {{0.0, 0.1}};
+    sequence.rest_s = 8.0;
+    FloorOptions still;
+    still.height_sigma_m = still.tilt_sigma_deg = still.slip_yaw_sigma_deg = still.slip_position_sigma_m = 0.0;
+    still.vibration_m = still.vibration_tilt_deg = 0.0;
+    const Motion motion(plan_drive(sequence), 0.0, still, 1);
+    LidarOptions options;
+    options.position_m = {0, 0, 0};
+    options.range_noise_m = options.dropout_probability = 0.0;
+    const RayCaster caster(mesh_of(solids));
+    const LidarScan scan = LidarSimulator(caster, motion, options, 0, 1).scan(3);
+    Count result;
+    for (const LidarPoint& point : scan.points) {
+      const double incidence = std::acos(point.position.x() / point.position.norm()) * 180.0 / M_PI;
+      if (incidence > 60.0) continue;
+      ++result.beams;
+      if (std::abs(point.position.x() - 3.0F) < 1e-3F) {
+        ++result.pane;
+        result.steepest_deg = std::max(result.steepest_deg, incidence);
+      }
+      if (std::abs(point.position.x() - 6.0F) < 1e-3F) ++result.wall;
+    }
+    return result;
+  }
+
+  const Solid wall_ = box({56, 0, 0}, {100, 200, 200});
+};
+
+TEST_F(GlassPane, LetsItsShareOfBeamsPass) {
+  const Count open = count({wall_});
+  const Count opaque = count({wall_, pane(0.0, 90.0)});
+  const Count glass = count({wall_, pane(0.8, 90.0)});
+  EXPECT_EQ(open.wall, open.beams);
+  EXPECT_EQ(opaque.pane, open.beams);
+  EXPECT_EQ(glass.pane + glass.wall, open.beams);
+  EXPECT_NEAR(glass.wall / open.beams, 0.8, 4.0 * std::sqrt(0.8 * 0.2 / open.beams));
+  const Count two = count({wall_, pane(0.8, 90.0), [] {
+                             Solid second = pane(0.5, 90.0);
+                             second.placement.position.x() = 4.0;
+                             return second;
+                           }()});
+  EXPECT_NEAR(two.wall / open.beams, 0.4, 4.0 * std::sqrt(0.4 * 0.6 / open.beams));
+}
+
+TEST_F(GlassPane, MirrorsWhatMeetsItAslant) {
+  const Count open = count({wall_});
+  const Count glass = count({wall_, pane(0.8, 12.0)});
+  EXPECT_NEAR(glass.wall / open.beams, 0.8, 4.0 * std::sqrt(0.8 * 0.2 / open.beams));
+  EXPECT_GT(glass.pane, 20);
+  EXPECT_LT(glass.pane, 0.05 * open.beams);
+  EXPECT_LE(glass.steepest_deg, 12.0 + 1e-3);
+}
+
+TEST_F(GlassPane, CasterTellsHowMuchGetsThrough) {
+  const RayCaster caster(mesh_of({wall_, pane(0.8, 90.0)}));
+  EXPECT_TRUE(caster.has_glass());
+  EXPECT_FALSE(RayCaster(mesh_of({wall_})).has_glass());
+  EXPECT_DOUBLE_EQ(caster.transmission({0, 0, 0}, {2.5F, 0, 0}), 1.0);
+  EXPECT_DOUBLE_EQ(caster.transmission({0, 0, 0}, {3, 0, 0}), 1.0);  // the pane itself
+  EXPECT_DOUBLE_EQ(caster.transmission({0, 0, 0}, {6, 0, 0}), 0.8);
+  EXPECT_DOUBLE_EQ(caster.transmission({0, 0, 0}, {7, 0, 0}), 0.0);  // within the wall
+  EXPECT_FALSE(caster.sees({0, 0, 0}, {6, 0, 0}));
+}
+
 }  // namespace
 }  // namespace lodestone::simulation

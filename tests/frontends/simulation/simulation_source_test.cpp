@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -224,6 +225,37 @@ TEST_F(SimulatedRoom, CloudCoversWhatIsSeenAndNothingElse) {
   EXPECT_EQ(inside_pillar_foot, 0U);
 }
 
+TEST_F(SimulatedRoom, GlassIsSurveyedInFewPointsAndHidesLittle) {
+  // A pane from wall to wall before y = 4.5 m, rack behind it.
+  const auto cloud_with = [&](const char* pane) {
+    std::string text = room;
+    text.insert(text.find("  - {name: floor"), pane);
+    std::ofstream(file_) << text;
+    const World world = load();
+    return sample_cloud(world, Environment(world), 1);
+  };
+  const auto count = [](const std::vector<Eigen::Vector3f>& cloud, float from_y, float to_y) {
+    return static_cast<double>(std::count_if(cloud.begin(), cloud.end(), [&](const Eigen::Vector3f& point) {
+      return point.y() > from_y && point.y() < to_y && point.z() > 0.1F && point.z() < 3.9F;
+    }));
+  };
+  constexpr const char* place = "  - {name: pane, shape: rectangle, size_m: [16, 4], at_m: [0, 4.5, 2], "
+                                "rotation_rpy_deg: [90, 0, 0]";
+  const auto open = cloud_with("");
+  const auto opaque = cloud_with((std::string(place) + "}\n").c_str());
+  const auto glass = cloud_with((std::string(place) + ", transparency: 0.9}\n").c_str());
+  const auto mirror = cloud_with((std::string(place) + ", transparency: 0.9, max_incidence_deg: 4}\n").c_str());
+  const double on_pane = count(opaque, 4.44F, 4.56F);
+  EXPECT_GT(on_pane, 5000);
+  EXPECT_EQ(count(opaque, 4.7F, 7.0F), 0);
+  EXPECT_NEAR(count(glass, 4.44F, 4.56F) / on_pane, 0.1, 0.02);
+  EXPECT_NEAR(count(glass, 4.7F, 7.0F) / count(open, 4.7F, 7.0F), 0.9, 0.05);
+  EXPECT_GT(count(mirror, 4.44F, 4.56F), 0);
+  EXPECT_LT(count(mirror, 4.44F, 4.56F), 0.5 * count(glass, 4.44F, 4.56F));
+  // Before the pane nothing changes but what it hides from nobody: the same surfaces, as dense.
+  EXPECT_NEAR(count(glass, -6.5F, 4.3F) / count(open, -6.5F, 4.3F), 1.0, 0.02);
+}
+
 TEST_F(SimulatedRoom, MistakesInTheWorldAreNamed) {
   using ::testing::AssertionResult;
   const auto mentions = [](const std::string& message, const std::string& part) {
@@ -235,6 +267,10 @@ TEST_F(SimulatedRoom, MistakesInTheWorldAreNamed) {
   EXPECT_TRUE(mentions(message, "noise_ut")) << message;
   message = expect_error({"sensors.imu.rate_hz=0"});
   EXPECT_TRUE(mentions(message, "rate_hz")) << message;
+  message = expect_error({"sensors.lidar.pattern=rossette"});
+  EXPECT_TRUE(mentions(message, "rosette")) << message;
+  message = expect_error({"solids.1.transparency=2"});
+  EXPECT_TRUE(mentions(message, "transparency")) << message;
   message = expect_error({"sequences.loop.along=subway"});
   EXPECT_TRUE(mentions(message, "subway")) << message;
   message = expect_error({"sequences.loop.waypoints_m=[[1, 2]]"});
