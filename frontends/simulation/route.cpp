@@ -221,7 +221,8 @@ std::vector<PlannedPose> plan_drive(const Sequence& sequence) {
 }
 
 std::vector<PlannedPose> plan_survey(const Sequence& sequence, const SurveyOptions& survey) {
-  const Route route(sequence.waypoints, sequence.corner_radius_m);
+  const auto& waypoints = sequence.survey_waypoints.empty() ? sequence.waypoints : sequence.survey_waypoints;
+  const Route route(waypoints, sequence.corner_radius_m);
   std::vector<Leg> legs;
   for (const double offset : survey.lateral_offsets_m) {
     Leg leg{-survey.overrun_m, route.length() + survey.overrun_m, offset, offset};

@@ -37,8 +37,8 @@ constexpr double plan_step_s = 0.02;
 /// smoothed), rest.
 std::vector<PlannedPose> plan_drive(const Sequence& sequence);
 
-/// The survey of a sequence: its route once per lane, at the lane's lateral offset, forwards and backwards in turn
-/// without turning round. Lanes change by a smooth shift over the first metres.
+/// The survey of a sequence: its route (or that of its survey_waypoints) once per lane, at the lane's lateral offset,
+/// forwards and backwards in turn without turning round. Lanes change by a smooth shift over the first metres.
 std::vector<PlannedPose> plan_survey(const Sequence& sequence, const SurveyOptions& survey);
 
 }  // namespace lodestone::simulation

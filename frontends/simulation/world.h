@@ -88,9 +88,10 @@ inline constexpr const char* no_scene = "none";
 
 /// One drive. The path is the polyline through the way-points with rounded corners, smoothed.
 struct Sequence {
-  std::vector<Eigen::Vector2d> waypoints;  ///< map, metres
-  double corner_radius_m = 2.0;            ///< at most; less where the legs are short
-  std::vector<SpeedPoint> speed;           ///< linear between points
+  std::vector<Eigen::Vector2d> waypoints;         ///< map, metres
+  std::vector<Eigen::Vector2d> survey_waypoints;  ///< the survey's lanes run along these; empty: along `waypoints`
+  double corner_radius_m = 2.0;                   ///< at most; less where the legs are short
+  std::vector<SpeedPoint> speed;                  ///< linear between points
   double acceleration_m_s2 = 0.6;
   double max_yaw_rate_rad_s = 0.8;
   double rest_s = 2.0;  ///< standing at the start, and half as long at the end

@@ -195,6 +195,20 @@ void read_sensors(const ConfigurationNode& node, World& world) {
   section.finish();
 }
 
+std::vector<Eigen::Vector2d> read_path(const ConfigurationNode& list, const Solid* tube) {
+  std::vector<Eigen::Vector2d> path;
+  for (const ConfigurationNode& element : list.elements()) {
+    const auto point = element.as_doubles(2);
+    Vector3 position(point[0], point[1], 0.0);
+    if (tube != nullptr) position = tube->placement * tube_point(*tube, position);
+    if (!path.empty() && (position.head<2>() - path.back()).norm() < 0.01)
+      element.fail("is the same place as the way-point before it");
+    path.emplace_back(position.head<2>());
+  }
+  if (path.size() < 2) list.fail("must be at least two points");
+  return path;
+}
+
 Sequence read_sequence(const ConfigurationNode& node, const std::vector<Solid>& solids) {
   Section section(node);
   Sequence sequence;
@@ -204,15 +218,9 @@ Sequence read_sequence(const ConfigurationNode& node, const std::vector<Solid>& 
       if (solid.name == along->as_string() && solid.shape == SolidShape::tube) tube = &solid;
     if (tube == nullptr) along->fail("there is no tube called '" + along->as_string() + "' among the solids");
   }
-  for (const ConfigurationNode& element : section.at("waypoints_m").elements()) {
-    const auto point = element.as_doubles(2);
-    Vector3 position(point[0], point[1], 0.0);
-    if (tube != nullptr) position = tube->placement * tube_point(*tube, position);
-    if (!sequence.waypoints.empty() && (position.head<2>() - sequence.waypoints.back()).norm() < 0.01)
-      element.fail("is the same place as the way-point before it");
-    sequence.waypoints.emplace_back(position.head<2>());
-  }
-  section.require(sequence.waypoints.size() >= 2, "waypoints_m", "at least two points");
+  sequence.waypoints = read_path(section.at("waypoints_m"), tube);
+  if (const ConfigurationNode* list = section.find("survey_waypoints_m"))
+    sequence.survey_waypoints = read_path(*list, tube);
   for (const ConfigurationNode& element : section.at("speed").elements()) {
     const auto pair = element.as_doubles(2);
     if (pair[1] <= 0.0) element.fail("must be [distance_m, speed_m_s] with a speed above 0");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <map>
 
 #include "frontends/readers/platform.h"
 #include "frontends/simulation/lidar_simulator.h"
@@ -22,6 +23,13 @@ std::vector<std::string> shipped_worlds() {
   return files;
 }
 
+/// Every scene, and none.
+std::vector<std::string> scenes_of(const World& world) {
+  std::vector<std::string> names{""};
+  for (const auto& entry : world.scenes) names.push_back(entry.first);
+  return names;
+}
+
 /// Horizontal gradients of the field's components along a path at the magnetometers' height, every 5 cm.
 struct FieldStatistics {
   double gradient_rms = 0.0;          ///< µT/m, of one component along one horizontal axis
@@ -31,7 +39,7 @@ struct FieldStatistics {
 };
 
 FieldStatistics field_statistics(const World& world, const Sequence& sequence) {
-  const MagneticField field(world.earth_field_ut, build_scene(world).sources);
+  const MagneticField field(world.earth_field_ut, build_scene(world, sequence.scene).sources);
   const double height = world.imu.height_m + world.magnetometers.mounts.at(0).T_imu_mag().position.z();
   const Route route(sequence.waypoints, sequence.corner_radius_m);
   constexpr double step = 0.05, half = 0.01;
@@ -109,17 +117,21 @@ TEST(ShippedWorlds, SequencesLastAsLongAsTheyShould) {
 TEST(ShippedWorlds, NothingStandsWhereTheRobotAndItsSurveyDrive) {
   for (const std::string& file : shipped_worlds()) {
     const World world = load_world(file);
-    const RayCaster caster(build_scene(world).mesh);
     std::vector<Eigen::Vector3f> around;
     for (int k = 0; k < 36; ++k) around.emplace_back(std::cos(k * M_PI / 18.0), std::sin(k * M_PI / 18.0), 0.0F);
-    for (const auto& [name, sequence] : world.sequences) {
-      for (const auto& plan : {plan_drive(sequence), plan_survey(sequence, world.survey)}) {
-        for (std::size_t i = 0; i < plan.size(); i += 20) {
-          std::vector<RayHit> hits(around.size());
-          const Eigen::Vector2f place = plan[i].position.cast<float>();
-          caster.cast({place.x(), place.y(), 0.3F}, around, 0.45F, hits);
-          for (const RayHit& hit : hits)
-            ASSERT_LT(hit.range, 0.0F) << file << " " << name << " at " << place.transpose();
+    for (const std::string& scene : scenes_of(world)) {
+      const RayCaster caster(build_scene(world, scene).mesh);
+      for (const auto& [name, sequence] : world.sequences) {
+        for (const auto& plan : {plan_drive(sequence), plan_survey(sequence, world.survey)}) {
+          for (std::size_t i = 0; i < plan.size(); i += 20) {
+            std::vector<RayHit> hits(around.size());
+            const Eigen::Vector2f place = plan[i].position.cast<float>();
+            for (const float height : {0.12F, 0.3F, 0.5F}) {
+              caster.cast({place.x(), place.y(), height}, around, 0.45F, hits);
+              for (const RayHit& hit : hits)
+                ASSERT_LT(hit.range, 0.0F) << file << " " << name << " " << scene << " at " << place.transpose();
+            }
+          }
         }
       }
     }
@@ -157,6 +169,76 @@ TEST(ShippedWorlds, TheOpenFloorOfTheWarehouseTakesTwentySecondsToCross) {
     EXPECT_GT(seconds, 18.0) << name;
     EXPECT_LT(seconds, 25.0) << name;
     EXPECT_EQ(longest_blind_stretch(world, sequence, 100.0), 0.0) << name;
+  }
+}
+
+TEST(ShippedWorlds, EmptyYardsOfTheSeaportLeaveNothingToBeSeenAtTenMetres) {
+  const World world = load_world(LODESTONE_SOURCE_DIR "/config/worlds/seaport.yaml");
+  for (const auto& [name, sequence] : world.sequences) {
+    const double seconds = longest_blind_stretch(world, sequence, 10.0);
+    std::cout << "seaport sequence " << name << ": " << seconds << " s with nothing but the ground within 10 m\n";
+    EXPECT_GT(seconds, 20.0) << name;
+    EXPECT_EQ(longest_blind_stretch(world, sequence, 100.0), 0.0) << name;
+  }
+}
+
+/// The paper's sizes: a sequence stays within its world and uses a good part of its length.
+TEST(ShippedWorlds, SequencesFillTheWorldsThatThePaperDescribes) {
+  const std::map<std::string, Eigen::Vector2d> sizes = {{"warehouse", {90, 80}},
+                                                        {"seaport", {300, 300}},
+                                                        {"walkway", {181, 23}},
+                                                        {"corridor", {15, 65}},
+                                                        {"carpark", {56, 7}}};
+  for (const std::string& file : shipped_worlds()) {
+    const auto size = sizes.find(std::filesystem::path(file).stem().string());
+    if (size == sizes.end()) continue;
+    const World world = load_world(file);
+    const Scene scene = build_scene(world);
+    std::cout << world.name << ": " << scene.mesh.triangles.size() << " triangles, " << scene.sources.size()
+              << " pieces of steel\n";
+    EXPECT_LT(scene.mesh.triangles.size(), 500'000U) << file;
+    for (const auto& [name, sequence] : world.sequences) {
+      Eigen::AlignedBox2d box;
+      for (const PlannedPose& pose : plan_drive(sequence)) box.extend(pose.position);
+      EXPECT_GT(box.min().minCoeff(), 0.4) << file << " " << name;
+      EXPECT_LT((box.max() - size->second).maxCoeff(), -0.4) << file << " " << name;
+      EXPECT_GT(box.sizes().cwiseQuotient(size->second).maxCoeff(), 0.4) << file << " " << name;
+    }
+  }
+}
+
+/// Largest difference between the fields of two scenes, µT, at the magnetometers along the survey.
+double largest_change_ut(const World& world, const Sequence& sequence, const std::string& a, const std::string& b) {
+  const std::size_t common = build_scene(world).sources.size();
+  const std::vector<FieldSource> first = build_scene(world, a).sources, second = build_scene(world, b).sources;
+  double largest = 0.0;
+  const auto plan = plan_survey(sequence, world.survey);
+  for (std::size_t i = 0; i < plan.size(); i += 4) {
+    Pose base;
+    base.position = {plan[i].position.x(), plan[i].position.y(), world.imu.height_m};
+    base.rotation = Eigen::AngleAxisd(plan[i].heading, Vector3::UnitZ());
+    for (const MagnetometerMount& mount : world.magnetometers.mounts) {
+      const Vector3 point = (base * mount.T_imu_mag()).position;
+      Vector3 difference = Vector3::Zero();
+      for (std::size_t k = common; k < first.size(); ++k) difference += source_field_ut(first[k], point);
+      for (std::size_t k = common; k < second.size(); ++k) difference -= source_field_ut(second[k], point);
+      largest = std::max(largest, difference.norm());
+    }
+  }
+  return largest;
+}
+
+TEST(ShippedWorlds, ParkedCarsChangeTheFieldAsMuchAsInThePaper) {
+  const std::map<std::string, double> changes_ut = {{"2025-12-20", 30.47}, {"2026-02-06", 80.04}, {"2026-02-07", 18.90},
+                                                    {"2026-03-18", 28.50}, {"2026-03-19", 53.73}, {"2026-03-20", 0.0}};
+  const World world = load_world(LODESTONE_SOURCE_DIR "/config/worlds/carpark.yaml");
+  EXPECT_EQ(world.scenes.size(), changes_ut.size());
+  for (const auto& [name, sequence] : world.sequences) {
+    for (const auto& [scene, expected] : changes_ut) {
+      const double change = largest_change_ut(world, sequence, scene, sequence.scene);
+      std::cout << "carpark sequence " << name << ", " << scene << ": largest change " << change << " uT\n";
+      EXPECT_NEAR(change, expected, 0.1 * expected) << scene;
+    }
   }
 }
 

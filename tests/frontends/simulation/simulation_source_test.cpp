@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/simulation/cloud_map.h"
+#include "frontends/simulation/route.h"
 
 namespace lodestone::simulation {
 namespace {
@@ -136,6 +137,18 @@ TEST_F(SimulatedRoom, SurveyHasNoScansAndOtherShaking) {
   EXPECT_NEAR(std::sqrt(squares / static_cast<double>(noisy.size())), world.survey.position_sigma_m, 1e-4);
 }
 
+TEST_F(SimulatedRoom, SurveyLanesRunAlongTheirOwnWayPointsWhereThereAreSome) {
+  const World world = load({"sequences.loop.survey_waypoints_m=[[-5, 2], [5, 2]]"});
+  const Sequence& loop = world.sequences.at("loop");
+  Eigen::AlignedBox2d lanes, drive;
+  for (const PlannedPose& pose : plan_survey(loop, world.survey)) lanes.extend(pose.position);
+  for (const PlannedPose& pose : plan_drive(loop)) drive.extend(pose.position);
+  EXPECT_NEAR(lanes.min().y(), 2.0 - 0.6, 0.01);
+  EXPECT_NEAR(lanes.max().y(), 2.0 + 0.6, 0.01);
+  EXPECT_NEAR(lanes.max().x(), 5.0 + world.survey.overrun_m, 0.01);
+  EXPECT_LT(drive.min().y(), -2.9);
+}
+
 TEST_F(SimulatedRoom, MagnetometersReadTheFieldWhereTheyAre) {
   const World world = load({"sensors.magnetometers.noise_ut=0"});
   const auto environment = std::make_shared<Environment>(world);
@@ -239,8 +252,9 @@ TEST_F(SimulatedRoom, GlassIsSurveyedInFewPointsAndHidesLittle) {
       return point.y() > from_y && point.y() < to_y && point.z() > 0.1F && point.z() < 3.9F;
     }));
   };
-  constexpr const char* place = "  - {name: pane, shape: rectangle, size_m: [16, 4], at_m: [0, 4.5, 2], "
-                                "rotation_rpy_deg: [90, 0, 0]";
+  constexpr const char* place =
+      "  - {name: pane, shape: rectangle, size_m: [16, 4], at_m: [0, 4.5, 2], "
+      "rotation_rpy_deg: [90, 0, 0]";
   const auto open = cloud_with("");
   const auto opaque = cloud_with((std::string(place) + "}\n").c_str());
   const auto glass = cloud_with((std::string(place) + ", transparency: 0.9}\n").c_str());
@@ -284,6 +298,8 @@ TEST_F(SimulatedRoom, MistakesInTheWorldAreNamed) {
   message = expect_error({"scenes.none.solids=[]"});
   EXPECT_TRUE(mentions(message, "none")) << message;
   EXPECT_THROW(build_scene(load(), "sunday"), InputError);
+  message = expect_error({"sequences.loop.survey_waypoints_m=[[1, 2]]"});
+  EXPECT_TRUE(mentions(message, "survey_waypoints_m")) << message;
   message = expect_error({"walls=3"});
   EXPECT_TRUE(mentions(message, "walls")) << message;
   EXPECT_THROW(find_sequence(load(), "9"), InputError);
