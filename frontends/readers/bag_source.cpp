@@ -38,6 +38,10 @@ const char* type_of(Sensor sensor) {
   return "sensor_msgs/MagneticField";
 }
 
+bool is_type_of(Sensor sensor, const std::string& type) {
+  return type == type_of(sensor) || (sensor == Sensor::lidar && ros1::is_livox_type(type));
+}
+
 const char* part_of(Sensor sensor) {
   switch (sensor) {
     case Sensor::lidar:
@@ -61,6 +65,12 @@ std::vector<Stream> make_streams(const Platform& platform, SensorChoice choice) 
         {Sensor::magnetometer, i, platform.magnetometers[i].topic, fmt::format("magnetometers[{}].topic", i)});
   }
   return streams;
+}
+
+/// `message` is one of the two kinds of clouds.
+void decode_cloud(PointCloudDecoder& decoder, const ros1::Message& message, LidarScan& scan) {
+  if (const auto* livox = std::get_if<ros1::LivoxMessage>(&message)) return decoder.decode(*livox, scan);
+  decoder.decode(std::get<ros1::PointCloudMessage>(message), scan);
 }
 
 /// A gap is longer than this many IMU periods: a lost packet or two are none.
@@ -99,7 +109,7 @@ struct BagSource::Implementation {
   bool accept(Stream& stream, Time stamp);
   bool read_imu(Stream& stream, const ros1::ImuMessage& imu, Measurement& measurement);
   bool read_field(Stream& stream, const ros1::MagneticFieldMessage& field, Measurement& measurement);
-  bool read_scan(Stream& stream, const ros1::PointCloudMessage& cloud, Measurement& measurement);
+  bool read_scan(Stream& stream, Measurement& measurement);
 };
 
 void BagSource::Implementation::find_topics() {
@@ -117,16 +127,17 @@ void BagSource::Implementation::find_topics() {
     if (found == topics.end()) {
       std::vector<std::string> of_type;
       for (const auto& topic : topics) {
-        if (topic.type == type_of(stream.sensor)) of_type.push_back(topic.name);
+        if (is_type_of(stream.sensor, topic.type)) of_type.push_back(topic.name);
       }
       const std::string hint = of_type.empty() ? fmt::format("it has no {} at all", type_of(stream.sensor))
                                                : "did you mean " + nearest_name(stream.topic, of_type) + "?";
       throw InputError(fmt::format("{}: there is no topic {}; {}; set {}; the log has {}", path, stream.topic, hint, key,
                                    list));
     }
-    if (found->type != type_of(stream.sensor)) {
-      throw InputError(fmt::format("{}: topic {} is a {}; expected a {}; set {}; the log has {}", path, stream.topic,
-                                   found->type, type_of(stream.sensor), key, list));
+    if (!is_type_of(stream.sensor, found->type)) {
+      const char* other = stream.sensor == Sensor::lidar ? " or livox_ros_driver2/CustomMsg" : "";
+      throw InputError(fmt::format("{}: topic {} is a {}; expected a {}{}; set {}; the log has {}", path, stream.topic,
+                                   found->type, type_of(stream.sensor), other, key, list));
     }
     const bool first = &stream == &streams.front();
     record_begin = first ? found->begin : std::min(record_begin, found->begin);
@@ -168,7 +179,8 @@ void BagSource::Implementation::inspect() {
       reading.add(field->stamp, to_vector(field->field_tesla).norm() * factor);
     } else {
       WarningLog counted_later;
-      PointCloudDecoder(path, platform, counted_later).decode(std::get<ros1::PointCloudMessage>(message), scan);
+      PointCloudDecoder once(path, platform, counted_later);
+      decode_cloud(once, message, scan);
       reading.add(scan.start, 0.0);
     }
     if (reading.count >= reading.wanted) --unsatisfied;
@@ -248,10 +260,9 @@ bool BagSource::Implementation::read_field(Stream& stream, const ros1::MagneticF
   return true;
 }
 
-bool BagSource::Implementation::read_scan(Stream& stream, const ros1::PointCloudMessage& cloud,
-                                          Measurement& measurement) {
+bool BagSource::Implementation::read_scan(Stream& stream, Measurement& measurement) {
   LidarScan scan;
-  decoder.decode(cloud, scan);
+  decode_cloud(decoder, message, scan);
   if (!accept(stream, scan.start)) return false;
   measurement = std::move(scan);
   return true;
@@ -278,7 +289,7 @@ bool BagSource::next(Measurement& measurement) {
         if (self.read_imu(stream, *imu, measurement)) return true;
       } else if (const auto* field = std::get_if<ros1::MagneticFieldMessage>(&self.message)) {
         if (self.read_field(stream, *field, measurement)) return true;
-      } else if (self.read_scan(stream, std::get<ros1::PointCloudMessage>(self.message), measurement)) {
+      } else if (self.read_scan(stream, measurement)) {
         return true;
       }
     }

@@ -45,14 +45,18 @@ void read_lidar(const ConfigurationNode& node, Platform& platform) {
   LidarModel& model = platform.suite.lidar;
   read_value(node.at("topic"), layout.topic);
   read_value(node.at("stamp"), layout.stamp);
-  read_value(node.at("time_unit"), layout.time_unit);
-  const ConfigurationNode& fields = node.at("fields");
-  fields.refuse_keys_other_than({"intensity", "ring", "time"});
   layout.intensity_field.clear();
   layout.ring_field.clear();
-  read_if_there(fields, "intensity", layout.intensity_field);
-  read_if_there(fields, "ring", layout.ring_field);
-  read_value(fields.at("time"), layout.time_field);
+  layout.time_field.clear();
+  // Without both keys the log must be a Livox': the reader of its messages knows their fields.
+  if (node.has("fields") || node.has("time_unit")) {
+    const ConfigurationNode& fields = node.at("fields");
+    fields.refuse_keys_other_than({"intensity", "ring", "time"});
+    read_if_there(fields, "intensity", layout.intensity_field);
+    read_if_there(fields, "ring", layout.ring_field);
+    read_value(fields.at("time"), layout.time_field);
+    read_value(node.at("time_unit"), layout.time_unit);
+  }
   read_positive(node, "range_noise_m", model.range_noise_m);
   read_value(node.at("min_range_m"), model.min_range_m);
   if (!(model.min_range_m >= 0.0)) node.at("min_range_m").fail("expected a number of at least 0");
@@ -125,11 +129,14 @@ std::string format_platform(const Platform& platform) {
   const LidarModel& lidar = platform.suite.lidar;
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
-  text += "lidar:\n" + line(1, "topic", layout.topic) + line(1, "stamp", layout.stamp) + "  fields:\n";
-  if (!layout.intensity_field.empty()) text += line(2, "intensity", layout.intensity_field);
-  if (!layout.ring_field.empty()) text += line(2, "ring", layout.ring_field);
-  text += line(2, "time", layout.time_field) + line(1, "time_unit", layout.time_unit) +
-          line(1, "range_noise_m", lidar.range_noise_m) + line(1, "min_range_m", lidar.min_range_m) +
+  text += "lidar:\n" + line(1, "topic", layout.topic) + line(1, "stamp", layout.stamp);
+  if (!layout.time_field.empty()) {
+    text += "  fields:\n";
+    if (!layout.intensity_field.empty()) text += line(2, "intensity", layout.intensity_field);
+    if (!layout.ring_field.empty()) text += line(2, "ring", layout.ring_field);
+    text += line(2, "time", layout.time_field) + line(1, "time_unit", layout.time_unit);
+  }
+  text += line(1, "range_noise_m", lidar.range_noise_m) + line(1, "min_range_m", lidar.min_range_m) +
           line(1, "max_range_m", lidar.max_range_m) + line(1, "scan_period_s", lidar.scan_period_s) +
           pose_lines(1, "T_imu_lidar", lidar.T_imu_lidar);
   text += "imu:\n" + line(1, "topic", platform.imu.topic) +

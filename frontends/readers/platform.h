@@ -25,13 +25,14 @@ constexpr auto enum_names(PointTimeUnit) {
                                       {PointTimeUnit::nanoseconds, "ns"}}};
 }
 
-/// How a LiDAR's PointCloud2 is to be read. x, y, z are metres in the lidar frame.
+/// How a LiDAR's PointCloud2 is to be read; of Livox' CustomMsg only topic and stamp count. x, y, z are metres in the lidar frame.
 struct LidarMessageLayout {
   std::string topic = "/ouster/points";
   ScanStamp stamp = ScanStamp::start;
   std::string intensity_field = "intensity";  ///< empty: the message has none
   std::string ring_field = "ring";            ///< empty: the message has none
-  std::string time_field = "t";  ///< from the stamp; or absolute time where the field's values are that large
+  std::string time_field = "t";  ///< from the stamp; or absolute time where the field's values are that large;
+                                 ///< empty: a Livox, whose messages tell themselves what they hold
   PointTimeUnit time_unit = PointTimeUnit::nanoseconds;
 };
 

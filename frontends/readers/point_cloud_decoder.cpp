@@ -113,6 +113,28 @@ void PointCloudDecoder::decode(const PointCloudMessage& message, LidarScan& scan
   place_in_time(message, scan);
 }
 
+void PointCloudDecoder::decode(const ros1::LivoxMessage& message, LidarScan& scan) {
+  if (livox_cloud_.fields.empty()) {
+    livox_cloud_.fields = ros1::LivoxMessage::fields();
+    livox_cloud_.point_step = ros1::LivoxMessage::point_step;
+    take_livox_fields("reflectivity", "offset_time");
+  }
+  livox_cloud_.stamp = message.stamp;
+  livox_cloud_.width = message.point_count;
+  livox_cloud_.data = message.data;
+  livox_cloud_.data_size = message.data_size;
+  // As the driver's PointCloud2 says them. The stamp, not the timebase: the other sensors have the host's clock too.
+  time_origin_ = layout_.stamp == ScanStamp::start ? message.stamp : 0;
+  decode(livox_cloud_, scan);
+}
+
+void PointCloudDecoder::take_livox_fields(const char* intensity, const char* time) {
+  layout_.intensity_field = intensity;
+  layout_.ring_field = "line";
+  layout_.time_field = time;
+  layout_.time_unit = PointTimeUnit::nanoseconds;
+}
+
 void PointCloudDecoder::fail(const PointCloudMessage& message, const std::string& what) const {
   throw InputError(fmt::format("{}: {} at {:.9f} s: {}", source_, layout_.topic, to_seconds(message.stamp), what));
 }
@@ -137,6 +159,23 @@ PointCloudDecoder::Column PointCloudDecoder::find_column(const PointCloudMessage
 
 void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
   if (message.big_endian) fail(message, "the cloud is big-endian; expected little-endian data");
+  if (layout_.time_field.empty()) {
+    const auto has = [&message](const char* name, std::uint8_t datatype) {
+      return std::any_of(message.fields.begin(), message.fields.end(), [&](const PointField& field) {
+        return field.name == name && field.datatype == datatype;
+      });
+    };
+    const bool is_livox = has("tag", PointField::uint8) && has("line", PointField::uint8) &&
+                          has("timestamp", PointField::float64);
+    if (!is_livox) {
+      std::vector<std::string> names;
+      for (const PointField& field : message.fields) names.push_back(field.name);
+      fail(message, fmt::format("{} names no point field with each point's own time; the message has {}; set "
+                                "lidar.fields.time and lidar.time_unit (only Livox' messages need neither)",
+                                platform_file_, names.empty() ? "none" : join_names(names)));
+    }
+    take_livox_fields("intensity", "timestamp");
+  }
   x_ = find_column(message, "x", "x", true);
   y_ = find_column(message, "y", "y", true);
   z_ = find_column(message, "z", "z", true);
@@ -195,14 +234,14 @@ void PointCloudDecoder::read_points(const PointCloudMessage& message, std::size_
   read(z_, [points](std::size_t i, auto value) { points[i].position.z() = static_cast<float>(value); });
   read(intensity_, [points](std::size_t i, auto value) { points[i].intensity = static_cast<float>(value); });
   read(ring_, [points](std::size_t i, auto value) { points[i].ring = static_cast<std::uint16_t>(value); });
-  const Time unit = nanoseconds_per_unit(layout_.time_unit);
+  const Time unit = nanoseconds_per_unit(layout_.time_unit), origin = time_origin_;
   Time* times = times_.data();
-  read(time_, [times, unit](std::size_t i, auto value) {
+  read(time_, [times, unit, origin](std::size_t i, auto value) {
     if constexpr (std::is_floating_point_v<decltype(value)>) {
       const double nanoseconds = static_cast<double>(value) * static_cast<double>(unit);
       times[i] = std::abs(nanoseconds) < 9.2e18 ? std::llround(nanoseconds) : std::numeric_limits<Time>::max();
     } else {
-      times[i] = static_cast<Time>(value) * unit;
+      times[i] = static_cast<Time>(value) * unit + origin;
     }
   });
 }
@@ -249,7 +288,7 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
                               layout_.time_field, span_s, period_s, platform_file_));
   }
   Time zero = earliest;  // the value of the time field that gets offset 0
-  if (earliest > absolute_time_limit) {
+  if (earliest > absolute_time_limit || time_origin_ != 0) {
     scan.start = earliest;
   } else if (layout_.stamp == ScanStamp::end) {
     scan.start = message.stamp - (latest - earliest);

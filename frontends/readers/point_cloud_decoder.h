@@ -12,6 +12,9 @@ namespace lodestone {
 
 /// Turns the clouds of one topic into scans: checks the fields once, then reads column by column.
 ///
+/// Clouds of a Livox need no keys of the platform file: a CustomMsg's fields are known, and a PointCloud2 whose platform
+/// names no time field is read as Livox' where it has that layout. Their points are placed by absolute times.
+///
 /// Points that are not finite are dropped and counted ("lidar.nan_points"); points at the exact origin, which is how
 /// organized clouds say "no return", are dropped as well. A scan without points keeps its stamp and gets the nominal
 /// period ("lidar.empty_scan").
@@ -23,6 +26,7 @@ class PointCloudDecoder {
   /// Throws InputError where a field is missing (listing those that are there) or of a type that cannot be, the sizes
   /// disagree, or the per-point times contradict the scan's period.
   void decode(const ros1::PointCloudMessage& message, LidarScan& scan);
+  void decode(const ros1::LivoxMessage& message, LidarScan& scan);
 
  private:
   struct Column {
@@ -31,6 +35,7 @@ class PointCloudDecoder {
   };
 
   [[noreturn]] void fail(const ros1::PointCloudMessage& message, const std::string& what) const;
+  void take_livox_fields(const char* intensity, const char* time);
   void resolve_fields(const ros1::PointCloudMessage& message);
   Column find_column(const ros1::PointCloudMessage& message, const std::string& name, const char* key,
                      bool floating_only) const;
@@ -49,7 +54,9 @@ class PointCloudDecoder {
   std::uint32_t known_step_ = 0;
   std::uint32_t step_ = 0;
   Column x_, y_, z_, intensity_, ring_, time_;
+  Time time_origin_ = 0;     ///< added to the points' times, which are absolute then
   std::vector<Time> times_;  ///< of the points, in ns as the message gives them
+  ros1::PointCloudMessage livox_cloud_;
 };
 
 }  // namespace lodestone

@@ -1,7 +1,6 @@
 #include "frontends/simulation/bag_recorder.h"
 
 #include <cstring>
-#include <type_traits>
 
 #include "core/error.h"
 #include "frontends/readers/ros1/bag_writer.h"
@@ -9,14 +8,42 @@
 namespace lodestone::simulation {
 namespace {
 
-/// One point as it lies in the message.
-struct PackedPoint {
+using Field = ros1::PointField;
+
+// One point as it lies in each of the messages; the drivers of Livox pack theirs.
+struct OusterPoint {
   float x, y, z, intensity;
   std::uint32_t t;
   std::uint16_t ring;
   std::uint16_t padding;
 };
-static_assert(sizeof(PackedPoint) == 24);
+static_assert(sizeof(OusterPoint) == 24);
+
+#pragma pack(push, 1)
+struct LivoxCloudPoint {
+  float x, y, z, intensity;
+  std::uint8_t tag, line;
+  double timestamp;
+};
+struct LivoxCustomPoint {
+  std::uint32_t offset_time;
+  float x, y, z;
+  std::uint8_t reflectivity, tag, line;
+};
+#pragma pack(pop)
+static_assert(sizeof(LivoxCloudPoint) == 26);
+static_assert(sizeof(LivoxCustomPoint) == ros1::LivoxMessage::point_step);
+
+std::vector<Field> ouster_fields() {
+  return {{"x", 0, Field::float32},          {"y", 4, Field::float32}, {"z", 8, Field::float32},
+          {"intensity", 12, Field::float32}, {"t", 16, Field::uint32}, {"ring", 20, Field::uint16}};
+}
+
+std::vector<Field> livox_fields() {
+  return {{"x", 0, Field::float32},          {"y", 4, Field::float32}, {"z", 8, Field::float32},
+          {"intensity", 12, Field::float32}, {"tag", 16, Field::uint8}, {"line", 17, Field::uint8},
+          {"timestamp", 18, Field::float64}};
+}
 
 template <class Call>
 void as_input_error(Call&& call) {
@@ -34,32 +61,63 @@ std::array<double, 3> as_array(const Vector3& v) {
 }  // namespace
 
 struct BagRecorder::Implementation {
-  Implementation(const std::string& path, Topics topics_in)
-      : writer(path, ros1::Compression::lz4), topics(std::move(topics_in)) {}
+  Implementation(const std::string& path, Topics topics_in, ScanFormat format_in)
+      : writer(path, ros1::Compression::lz4), topics(std::move(topics_in)), format(format_in) {}
 
   void write(const LidarScan& scan) {
-    points.resize(scan.points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const LidarPoint& point = scan.points[i];
-      points[i] = {point.position.x(),
-                   point.position.y(),
-                   point.position.z(),
-                   point.intensity,
-                   static_cast<std::uint32_t>(point.offset_ns),
-                   point.ring,
-                   0};
+    switch (format) {
+      case ScanFormat::ouster:
+        pack<OusterPoint>(scan, [](const LidarPoint& p) {
+          return OusterPoint{p.position.x(), p.position.y(), p.position.z(), p.intensity,
+                             static_cast<std::uint32_t>(p.offset_ns), p.ring, 0};
+        });
+        return write_cloud(scan, ouster_fields(), sizeof(OusterPoint));
+      case ScanFormat::livox:
+        pack<LivoxCloudPoint>(scan, [&scan](const LidarPoint& p) {
+          return LivoxCloudPoint{p.position.x(), p.position.y(), p.position.z(), p.intensity, 0,
+                                 static_cast<std::uint8_t>(p.ring), static_cast<double>(scan.start + p.offset_ns)};
+        });
+        return write_cloud(scan, livox_fields(), sizeof(LivoxCloudPoint));
+      case ScanFormat::livox_custom:
+        pack<LivoxCustomPoint>(scan, [](const LidarPoint& p) {
+          return LivoxCustomPoint{static_cast<std::uint32_t>(p.offset_ns), p.position.x(), p.position.y(),
+                                  p.position.z(), static_cast<std::uint8_t>(p.intensity), 0,
+                                  static_cast<std::uint8_t>(p.ring)};
+        });
+        return write_custom(scan);
     }
-    using Field = ros1::PointField;
+  }
+
+  template <class Packed, class Convert>
+  void pack(const LidarScan& scan, const Convert& convert) {
+    bytes.resize(scan.points.size() * sizeof(Packed));
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      const Packed packed = convert(scan.points[i]);
+      std::memcpy(bytes.data() + i * sizeof(Packed), &packed, sizeof(Packed));
+    }
+  }
+
+  void write_cloud(const LidarScan& scan, std::vector<Field> fields, std::size_t point_step) {
     ros1::PointCloudMessage message;
     message.stamp = scan.start;
     message.frame = "lidar";
-    message.width = static_cast<std::uint32_t>(points.size());
-    message.fields = {{"x", 0, Field::float32},          {"y", 4, Field::float32}, {"z", 8, Field::float32},
-                      {"intensity", 12, Field::float32}, {"t", 16, Field::uint32}, {"ring", 20, Field::uint16}};
-    message.point_step = sizeof(PackedPoint);
+    message.width = static_cast<std::uint32_t>(scan.points.size());
+    message.fields = std::move(fields);
+    message.point_step = static_cast<std::uint32_t>(point_step);
     message.row_step = message.width * message.point_step;
-    message.data = reinterpret_cast<const std::uint8_t*>(points.data());
-    message.data_size = message.row_step;
+    message.data = bytes.data();
+    message.data_size = bytes.size();
+    writer.write(topics.lidar, scan.end, message);
+  }
+
+  void write_custom(const LidarScan& scan) {
+    ros1::LivoxMessage message;
+    message.stamp = scan.start;
+    message.frame = "lidar";
+    message.timebase = static_cast<std::uint64_t>(scan.start);
+    message.point_count = static_cast<std::uint32_t>(scan.points.size());
+    message.data = bytes.data();
+    message.data_size = bytes.size();
     writer.write(topics.lidar, scan.end, message);
   }
 
@@ -82,11 +140,28 @@ struct BagRecorder::Implementation {
 
   ros1::BagWriter writer;
   Topics topics;
-  std::vector<PackedPoint> points;
+  ScanFormat format;
+  std::vector<std::uint8_t> bytes;  ///< of a scan's points
 };
 
-BagRecorder::BagRecorder(const std::string& path, Topics topics) {
-  as_input_error([&] { implementation_ = std::make_unique<Implementation>(path, std::move(topics)); });
+ScanFormat scan_format(const LidarOptions& options) {
+  if (options.message == LidarMessage::livox_custom) return ScanFormat::livox_custom;
+  return options.pattern == LidarPattern::rosette ? ScanFormat::livox : ScanFormat::ouster;
+}
+
+LidarMessageLayout message_layout(ScanFormat format) {
+  LidarMessageLayout layout;  // as Ouster's driver has it
+  if (format == ScanFormat::ouster) return layout;
+  layout.topic = "/livox/lidar";
+  const bool custom = format == ScanFormat::livox_custom;  // its fields go without saying
+  layout.intensity_field = custom ? "" : "intensity";
+  layout.ring_field = custom ? "" : "line";
+  layout.time_field = custom ? "" : "timestamp";
+  return layout;
+}
+
+BagRecorder::BagRecorder(const std::string& path, Topics topics, ScanFormat format) {
+  as_input_error([&] { implementation_ = std::make_unique<Implementation>(path, std::move(topics), format); });
 }
 
 BagRecorder::~BagRecorder() = default;

@@ -35,6 +35,7 @@ void LidarOptions::check() const {
   require(vertical_field_of_view_deg >= 0.0 && vertical_field_of_view_deg < 180.0,
           "vertical_field_of_view_deg must be at least 0 and below 180");
   require(rate_hz > 0.0 && rate_hz <= 1000.0, "rate_hz must be above 0, at most 1000");
+  require(message == LidarMessage::pointcloud2 || rows <= 256, "rows must be at most 256 in a livox_custom message");
   if (pattern == LidarPattern::rosette) {
     const double firings = points_per_second / (4.0 * rate_hz);
     require(firings >= 1.0 && firings <= 1.0e6 && std::abs(firings - std::round(firings)) < 1e-6 * firings,

@@ -19,8 +19,18 @@ constexpr auto enum_names(LidarPattern) {
   return EnumNames<LidarPattern, 2>{{{LidarPattern::rotating, "rotating"}, {LidarPattern::rosette, "rosette"}}};
 }
 
+/// What a log's scans are: PointCloud2 (a rotating LiDAR's with Ouster's fields, a rosette's with Livox') or Livox'
+/// own CustomMsg.
+enum class LidarMessage { pointcloud2, livox_custom };
+
+constexpr auto enum_names(LidarMessage) {
+  return EnumNames<LidarMessage, 2>{
+      {{LidarMessage::pointcloud2, "pointcloud2"}, {LidarMessage::livox_custom, "livox_custom"}}};
+}
+
 struct LidarOptions {
   LidarPattern pattern = LidarPattern::rotating;
+  LidarMessage message = LidarMessage::pointcloud2;
   int rows = 32;
   int columns = 1024;
   double vertical_field_of_view_deg = 45.0;
@@ -42,6 +52,8 @@ struct LidarOptions {
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("pattern", pattern, "rotating (rows and columns) or rosette (a Livox Mid-360, never the same twice)");
+    visitor.field("message", message,
+                  "how the log holds scans: pointcloud2, or livox_custom (livox_ros_driver2/CustomMsg)");
     visitor.field("rows", rows, "rotating: beams, evenly spread over the vertical field of view");
     visitor.field("columns", columns, "rotating: firings a revolution");
     visitor.field("vertical_field_of_view_deg", vertical_field_of_view_deg,

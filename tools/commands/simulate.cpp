@@ -42,16 +42,18 @@ Platform make_platform(const simulation::World& world) {
   Platform platform;
   platform.name = world.name;
   platform.suite = simulation::sensor_suite(world);
+  platform.lidar = simulation::message_layout(simulation::scan_format(world.lidar));
   for (std::size_t j = 0; j < platform.suite.magnetometers.size(); ++j)
     platform.magnetometers.push_back({fmt::format("/magnetometer_{}/field", j), FieldUnit::tesla});
   return platform;
 }
 
-void record(simulation::SimulationSource& source, const Platform& platform, const std::string& path) {
+void record(simulation::SimulationSource& source, const Platform& platform, simulation::ScanFormat format,
+            const std::string& path) {
   const auto start = std::chrono::steady_clock::now();
   simulation::BagRecorder::Topics topics{platform.lidar.topic, platform.imu.topic, {}};
   for (const auto& magnetometer : platform.magnetometers) topics.magnetometers.push_back(magnetometer.topic);
-  simulation::BagRecorder recorder(path, topics);
+  simulation::BagRecorder recorder(path, topics, format);
   Progress progress(std::filesystem::path(path).filename().string(), source.begin_time(), source.end_time());
   Measurement measurement;
   while (source.next(measurement)) {
@@ -107,7 +109,7 @@ void simulate(const SimulateOptions& options) {
   if (options.writes("log")) {
     simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
     write_tum(path("truth.tum"), drive.trajectory(), "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw");
-    record(drive, platform, path("log.bag"));
+    record(drive, platform, simulation::scan_format(world.lidar), path("log.bag"));
   }
   if (options.writes("survey")) {
     simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
@@ -115,7 +117,7 @@ void simulate(const SimulateOptions& options) {
     write_tum(path("survey.tum"), survey.trajectory(),
               fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
                           world.survey.position_sigma_m, world.survey.angle_sigma_deg));
-    record(survey, platform, path("survey.bag"));
+    record(survey, platform, simulation::scan_format(world.lidar), path("survey.bag"));
   }
 }
 

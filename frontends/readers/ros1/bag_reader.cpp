@@ -53,7 +53,8 @@ struct BagReader::Implementation {
     const auto plain = instance.instantiate<Plain>();
     if (!plain) {
       throw BagError(path + ": topic " + instance.getTopic() + " has a " + instance.getDataType() +
-                     " of another version (MD5 " + instance.getMD5Sum() + "); expected the one of ROS Noetic");
+                     " of another version (MD5 " + instance.getMD5Sum() + "); expected that of " +
+                     (is_livox_type(instance.getDataType()) ? "livox_ros_driver2" : "ROS Noetic"));
     }
     message = std::move(*plain);
   }
@@ -92,10 +93,10 @@ void BagReader::select(const std::vector<std::string>& topics) {
     const auto found = std::find_if(self.topics.begin(), self.topics.end(),
                                     [&](const TopicInfo& topic) { return topic.name == topics[i]; });
     if (found == self.topics.end()) throw BagError(self.path + ": there is no topic " + topics[i]);
-    if (found->type != "sensor_msgs/PointCloud2" && found->type != "sensor_msgs/Imu" &&
+    if (found->type != "sensor_msgs/PointCloud2" && !is_livox_type(found->type) && found->type != "sensor_msgs/Imu" &&
         found->type != "sensor_msgs/MagneticField") {
       throw BagError(self.path + ": topic " + topics[i] + " is a " + found->type +
-                     "; expected sensor_msgs/PointCloud2, Imu or MagneticField");
+                     "; expected sensor_msgs/PointCloud2, Imu or MagneticField, or livox_ros_driver2/CustomMsg");
     }
     self.selected[topics[i]] = i;
   }
@@ -115,6 +116,8 @@ bool BagReader::next(Message& message, std::size_t& topic, Time& record_time) {
     const std::string& type = instance.getDataType();
     if (type == "sensor_msgs/PointCloud2") {
       self.read<PointCloudMessage>(instance, message);
+    } else if (is_livox_type(type)) {
+      self.read<LivoxMessage>(instance, message);
     } else if (type == "sensor_msgs/Imu") {
       self.read<ImuMessage>(instance, message);
     } else {
@@ -123,6 +126,10 @@ bool BagReader::next(Message& message, std::size_t& topic, Time& record_time) {
     ++self.position;
   } catch (const BagError&) {
     throw;
+  } catch (const MalformedMessage& error) {
+    throw BagError(self.path + ": topic " + self.position->getTopic() + ", recorded at " +
+                   std::to_string(record_time / nanoseconds_per_second) + " s: " + error.what() +
+                   "; record it again, or cut the bag before it with 'rosbag filter'");
   } catch (const std::exception& error) {
     throw BagError(self.path + ": the bag is damaged (" + error.what() + "); repair it with 'rosbag reindex'");
   }

@@ -69,6 +69,10 @@ void BagWriter::write(const std::string& topic, Time record_time, const PointClo
   implementation_->write(topic, record_time, message);
 }
 
+void BagWriter::write(const std::string& topic, Time record_time, const LivoxMessage& message) {
+  implementation_->write(topic, record_time, message);
+}
+
 void BagWriter::write(const std::string& topic, Time record_time, const ImuMessage& message) {
   implementation_->write(topic, record_time, message);
 }

@@ -21,6 +21,7 @@ class BagWriter {
   /// that is its end, whatever its header's stamp says. Throws BagError, also where a stamp does not fit ROS time
   /// (0 to 2³² s).
   void write(const std::string& topic, Time record_time, const PointCloudMessage& message);
+  void write(const std::string& topic, Time record_time, const LivoxMessage& message);
   void write(const std::string& topic, Time record_time, const ImuMessage& message);
   void write(const std::string& topic, Time record_time, const MagneticFieldMessage& message);
 

@@ -10,7 +10,7 @@
 
 #include "core/time.h"
 
-/// The three ROS 1 messages that Lodestone reads and writes, as plain structs. No ROS header is needed to use them, and
+/// The ROS 1 messages that Lodestone reads and writes, as plain structs. No ROS header is needed to use them, and
 /// this folder is clean C++17 as well as C++20, for the ROS headers do not compile as C++20.
 namespace lodestone::ros1 {
 
@@ -54,6 +54,28 @@ struct PointCloudMessage {
   std::size_t data_size = 0;  ///< bytes
 };
 
+/// livox_ros_driver2/CustomMsg; livox_ros_driver's is the same but for the name. The points lie packed, one after the
+/// other, as the fields say. They are a view: whoever fills the struct owns the bytes.
+struct LivoxMessage {
+  static constexpr std::uint32_t point_step = 19;  ///< bytes a point
+
+  /// uint32 offset_time (ns after the timebase), float32 x, y, z (m), uint8 reflectivity, tag, line.
+  static std::vector<PointField> fields() {
+    return {{"offset_time", 0, PointField::uint32}, {"x", 4, PointField::float32},
+            {"y", 8, PointField::float32},          {"z", 12, PointField::float32},
+            {"reflectivity", 16, PointField::uint8}, {"tag", 17, PointField::uint8},
+            {"line", 18, PointField::uint8}};
+  }
+
+  Time stamp = 0;
+  std::string frame;
+  std::uint64_t timebase = 0;  ///< ns, of the first point by the LiDAR's clock; the stamp is the same by the host's
+  std::uint32_t point_count = 0;
+  std::uint8_t lidar_id = 0;
+  const std::uint8_t* data = nullptr;
+  std::size_t data_size = 0;  ///< bytes
+};
+
 /// sensor_msgs/Imu without its orientation, which is written as "unknown".
 struct ImuMessage {
   Time stamp = 0;
@@ -69,7 +91,7 @@ struct MagneticFieldMessage {
   std::array<double, 3> field_tesla{};
 };
 
-using Message = std::variant<PointCloudMessage, ImuMessage, MagneticFieldMessage>;
+using Message = std::variant<PointCloudMessage, LivoxMessage, ImuMessage, MagneticFieldMessage>;
 
 enum class Compression { none, lz4, bz2 };
 

@@ -30,6 +30,12 @@ inline ros::Time to_ros(Time time) {
                    static_cast<std::uint32_t>(time % nanoseconds_per_second));
 }
 
+/// What a message's bytes say contradicts itself; whoever reads the bag adds file, topic and time.
+class MalformedMessage : public std::runtime_error {
+ public:
+  explicit MalformedMessage(const std::string& what) : std::runtime_error(what) {}
+};
+
 template <class Message>
 struct RosType;
 template <>
@@ -95,6 +101,32 @@ LODESTONE_ROS_TRAITS(MagneticFieldMessage)
 #undef LODESTONE_ROS_TRAITS
 #undef LODESTONE_ROS_TRAIT
 
+/// Livox' messages have no Debian package: their definition, comments aside, and its checksum stand here.
+template <>
+struct MD5Sum<lodestone::ros1::LivoxMessage> {
+  static const char* value() { return "e4d6829bdfe657cb6c21a746c86b21a6"; }
+  static const char* value(const lodestone::ros1::LivoxMessage&) { return value(); }
+};
+template <>
+struct DataType<lodestone::ros1::LivoxMessage> {
+  static const char* value() { return "livox_ros_driver2/CustomMsg"; }
+  static const char* value(const lodestone::ros1::LivoxMessage&) { return value(); }
+};
+template <>
+struct Definition<lodestone::ros1::LivoxMessage> {
+  static const char* value() {
+    static const std::string separator = std::string(80, '=') + "\n";
+    static const std::string text =
+        "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\n"
+        "CustomPoint[] points\n" +
+        separator + "MSG: std_msgs/Header\n" + Definition<std_msgs::Header>::value() + separator +
+        "MSG: livox_ros_driver2/CustomPoint\n"
+        "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\nuint8 tag\nuint8 line\n";
+    return text.c_str();
+  }
+  static const char* value(const lodestone::ros1::LivoxMessage&) { return value(); }
+};
+
 }  // namespace ros::message_traits
 
 namespace ros::serialization {
@@ -154,6 +186,48 @@ struct Serializer<lodestone::ros1::PointCloudMessage> {
     length.next(message.fields);
     // height, width, two flags, two steps and the data with its size
     return length.getLength() + 22 + static_cast<std::uint32_t>(message.data_size);
+  }
+};
+
+template <>
+struct Serializer<lodestone::ros1::LivoxMessage> {
+  using Message = lodestone::ros1::LivoxMessage;
+
+  template <class Stream>
+  static void write(Stream& stream, const Message& message) {
+    stream.next(lodestone::ros1::make_header(message));
+    stream.next(message.timebase);
+    stream.next(message.point_count);
+    stream.next(message.lidar_id);
+    for (int i = 0; i < 3; ++i) stream.next(std::uint8_t{0});
+    stream.next(static_cast<std::uint32_t>(message.data_size / Message::point_step));
+    if (message.data_size > 0) std::memcpy(stream.advance(message.data_size), message.data, message.data_size);
+  }
+
+  template <class Stream>
+  static void read(Stream& stream, Message& message) {
+    std::uint32_t points = 0;
+    lodestone::ros1::read_header(stream, message);
+    stream.next(message.timebase);
+    stream.next(message.point_count);
+    stream.next(message.lidar_id);
+    stream.advance(3);
+    stream.next(points);
+    const std::size_t bytes = std::size_t{points} * Message::point_step;
+    if (points != message.point_count || bytes != stream.getLength()) {
+      throw lodestone::ros1::MalformedMessage(
+          "the CustomMsg says " + std::to_string(message.point_count) + " points and carries a list of " +
+          std::to_string(points) + " in " + std::to_string(stream.getLength()) + " bytes; expected " +
+          std::to_string(Message::point_step) + " bytes a point");
+    }
+    message.data = stream.advance(static_cast<std::uint32_t>(bytes));
+    message.data_size = bytes;
+  }
+
+  static std::uint32_t serializedLength(const Message& message) {
+    // timebase, point_num, lidar_id, rsvd and the list with its size
+    return serializationLength(lodestone::ros1::make_header(message)) + 20 +
+           static_cast<std::uint32_t>(message.data_size);
   }
 };
 
