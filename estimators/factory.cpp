@@ -7,7 +7,7 @@
 
 namespace lodestone {
 
-std::vector<std::string> estimator_names() { return {"smoother", "ieskf", "lidar-inertial"}; }
+std::vector<std::string> estimator_names() { return {"smoother", "ieskf", "lidar-inertial", "magnetic"}; }
 
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
   if (input.planes == nullptr && input.field == nullptr) {
@@ -20,6 +20,13 @@ std::unique_ptr<Estimator> make_estimator(const std::string& name, const Estimat
     EstimatorInput without_field = input;
     without_field.field = nullptr;
     return std::make_unique<IteratedFilter>(without_field);
+  }
+  if (name == "magnetic") {
+    if (input.field == nullptr) throw InputError("estimator magnetic needs a field map: pass --magnetic FIELD.yaml");
+    EstimatorInput without_lidar = input;
+    without_lidar.planes = nullptr;
+    without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
+    return std::make_unique<Smoother>(without_lidar);
   }
   throw InputError("no estimator is called '" + name + "'; did you mean '" + nearest_name(name, estimator_names()) +
                    "'? (known: " + join_names(estimator_names()) + ")");

@@ -13,4 +13,23 @@ inline Health judge(const Estimate& estimate) {
   return estimate.diagnostics.degenerate_directions > 0 ? Health::degenerate : Health::good;
 }
 
+/// Whether the field, which is all there is without LiDAR, still agrees with its map. A pose in the wrong place fits some
+/// reading or other and so keeps a small covariance: that covariance cannot tell that it is lost, but Huber's weights do,
+/// which are near 1 as long as the readings are what map and prediction say. Their mean over the last few seconds below
+/// one half is lost. Without readings on the map nothing is judged here: then the covariance grows.
+class FieldAgreement {
+ public:
+  /// `step_s`: since the step before.
+  void add(const Diagnostics& diagnostics, double step_s) {
+    if (diagnostics.magnetic_samples == 0) return;
+    constexpr double kMemory_s = 3.0;
+    mean_ += (1.0 - std::exp(-step_s / kMemory_s)) * (diagnostics.magnetic_weight - mean_);
+  }
+
+  bool lost() const { return mean_ < 0.5; }
+
+ private:
+  double mean_ = 1.0;
+};
+
 }  // namespace lodestone

@@ -67,7 +67,18 @@ constexpr auto enum_names(MagneticShrink) {
                                        {MagneticShrink::information, "information"}}};
 }
 
+/// What the smoother's window takes from the magnetometers.
+enum class MagneticMeasurement {
+  field,  ///< every reading against the map, linearized anew as the pose moves
+  pose    ///< the paper: the pose at which an array sample fits the map, found by Gauss-Newton, with its information
+};
+
+constexpr auto enum_names(MagneticMeasurement) {
+  return EnumNames<MagneticMeasurement, 2>{{{MagneticMeasurement::field, "field"}, {MagneticMeasurement::pose, "pose"}}};
+}
+
 struct MagneticOptions {
+  MagneticMeasurement measurement = MagneticMeasurement::field;
   FieldInterpolation interpolation = FieldInterpolation::bicubic;
   MagneticShrink shrink = MagneticShrink::information;
   double beta = 0.3;
@@ -82,6 +93,9 @@ struct MagneticOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
+    visitor.field("measurement", measurement,
+                  "field or pose: what the smoother's window takes, readings against the map or the poses that "
+                  "Gauss-Newton finds for array samples; estimator magnetic always takes poses");
     visitor.field("interpolation", interpolation, "bilinear or bicubic, between the nodes of the field map");
     visitor.field("shrink", shrink, "none, residual or information: how β acts where LiDAR sees every direction");
     visitor.field("beta", beta, "β: how much of a magnetic measurement counts there");

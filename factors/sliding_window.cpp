@@ -193,6 +193,16 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
                  {&keyframe.pose, &keyframe.epoch->biases});
 }
 
+void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask) {
+  Keyframe& keyframe = *keyframes_[k];
+  if (auto* factor = dynamic_cast<PoseFactor*>(const_cast<ceres::CostFunction*>(keyframe.field.function))) {
+    factor->set(measured, mask);
+    return;
+  }
+  remove_factor(keyframe.field);
+  keyframe.field = add_factor(std::make_unique<PoseFactor>(measured, mask), {&keyframe.pose});
+}
+
 int SlidingWindow::solve() {
   for (std::size_t k = 1; k < keyframes_.size(); ++k) {
     const double* bias = keyframes_[k - 1]->motion.values.data() + 3;

@@ -13,6 +13,7 @@
 #include "core/time.h"
 #include "factors/field_factor.h"
 #include "factors/marginalization.h"
+#include "factors/pose_factor.h"
 #include "factors/pose_mask.h"
 #include "factors/window_options.h"
 
@@ -44,6 +45,9 @@ class SlidingWindow {
   /// Sets or renews keyframe k's field factor; without readings it goes.
   void set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
                  const std::vector<FieldReading>& readings, const PoseMask& mask);
+
+  /// Sets or renews the pose that the field told of keyframe k, in place of a field factor.
+  void set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask);
 
   /// Minimizes; returns the iterations taken. Re-integrates IMU factors whose bias left the linear range.
   int solve();

@@ -7,8 +7,8 @@
 #include "core/imu/propagation.h"
 #include "core/imu/scan_motion.h"
 #include "core/observability/window_information.h"
-#include "estimators/health.h"
 #include "estimators/initialization.h"
+#include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
 #include "frontends/lidar/deskew.h"
 
@@ -30,9 +30,14 @@ struct Smoother::Frame {
   Pose associated;                        // where correspondences were looked for
   Pose analysed;                          // where the degeneracy was analysed
   Estimate estimate;                      // diagnostics, filled as the scan is worked on
+  bool field_disagrees = false;           // of a run without LiDAR: the field's verdict at this scan
 };
 
 namespace {
+
+/// The field of one scan does not see a direction of which it knows less than this share of what the prediction knows.
+/// Well below what a window of scans adds up to, so that no information worth having is lost.
+constexpr double kUnseenGain = 1e-3;
 
 /// What an IMU's noise within a scan does to all its points together, seen from the scan's end: the mean over the scan
 /// of white noise integrated from each point's time to the end has a third of the variance of the whole. The velocity's
@@ -110,6 +115,11 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.covariance = covariances[0];
   estimate.diagnostics.iterations = iterations;
   estimate.health = judge(estimate);
+  if (input_.planes == nullptr) {
+    agreement_.add(estimate.diagnostics, to_seconds(frames_.back()->imu.back().time - frames_.back()->imu.front().time));
+    frames_.back()->field_disagrees = agreement_.lost();
+    if (agreement_.lost()) estimate.health = Health::lost;
+  }
   if (leaves) hand_out_oldest(covariances[1], sink);
   Estimate& causal = frames_.back()->estimate;
   causal.diagnostics.step_ms =
@@ -221,15 +231,23 @@ void Smoother::weigh(std::size_t k) {
                                  [&](int magnetometer) { return window_->magnetometer_bias(k, magnetometer); }};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.
-  std::vector<FieldReading> readings =
-      weigh_field(arrays, frame.predicted, frame.predicted_covariance, spacing_m, factor, weighting, statistics);
+  const auto weighed = [&](std::span<const ArrayReading> some) {
+    return weigh_field(some, frame.predicted, frame.predicted_covariance, spacing_m, factor, weighting, statistics);
+  };
+  if (options.magnetic.measurement == MagneticMeasurement::pose) {
+    std::vector<std::vector<FieldReading>> samples;
+    for (const ArrayReading& array : arrays) samples.push_back(weighed({&array, 1}));
+    window_->set_field_pose(k, field_pose(samples, frame.predicted, frame.predicted_covariance, *input_.field,
+                                          options.magnetic.interpolation, kUnseenGain), field_mask);
+  } else {
+    window_->set_field(k, input_.field, options.magnetic.interpolation, weighed(arrays), field_mask);
+  }
   diagnostics.magnetic_samples = statistics.arrays;
   diagnostics.magnetic_rejected = statistics.rejected;
   diagnostics.magnetic_off_map = statistics.off_map;
   diagnostics.magnetic_weight = statistics.arrays == 0 ? 0.0 : statistics.weight_sum / statistics.arrays;
   diagnostics.magnetic_residual_ut =
       statistics.components == 0 ? 0.0 : std::sqrt(statistics.residual_squared_sum / statistics.components);
-  window_->set_field(k, input_.field, options.magnetic.interpolation, readings, field_mask);
 }
 
 bool Smoother::moved(std::size_t k) const {
@@ -252,7 +270,7 @@ void Smoother::hand_out_oldest(const Matrix6& covariance, EstimateSink& sink) {
   Estimate estimate = frames_.front()->estimate;
   estimate.state = window_->state(0);
   estimate.covariance = covariance;
-  estimate.health = judge(estimate);
+  estimate.health = frames_.front()->field_disagrees ? Health::lost : judge(estimate);
   sink.best(estimate);
   window_->marginalize_oldest();
   frames_.pop_front();
@@ -267,7 +285,7 @@ void Smoother::finish(EstimateSink& sink) {
     Estimate estimate = frames_[k]->estimate;
     estimate.state = window_->state(k);
     estimate.covariance = covariances[k];
-    estimate.health = judge(estimate);
+    estimate.health = frames_[k]->field_disagrees ? Health::lost : judge(estimate);
     sink.best(estimate);
   }
   frames_.clear();

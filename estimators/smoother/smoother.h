@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "estimators/factory.h"
+#include "estimators/health.h"
 #include "factors/sliding_window.h"
 #include "frontends/magnetometer/array_reading.h"
 
@@ -32,6 +33,7 @@ class Smoother final : public Estimator {
   EstimatorInput input_;
   std::unique_ptr<Plane> level_;  // the field map's height, where no cloud map tells it
   std::vector<double> crowding_;  // of the magnetometers
+  FieldAgreement agreement_;      // judged only where there is no LiDAR
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Frame>> frames_;
 };

@@ -11,12 +11,6 @@
 namespace lodestone {
 namespace {
 
-struct Reading {
-  const Pose* T_imu_mag;
-  Vector3 measured_ut;
-  double sensor_variance;
-};
-
 /// The field's part of the cost at one pose. The weights are those given, so that two poses can be compared.
 struct Evaluation {
   Matrix6 information = Matrix6::Zero();
@@ -27,13 +21,13 @@ struct Evaluation {
 };
 
 /// False where a reading has no field at this pose.
-bool evaluate(const std::vector<Reading>& readings, const std::vector<double>& weights, const Pose& pose,
+bool evaluate(const std::vector<LocalizationReading>& readings, const std::vector<double>& weights, const Pose& pose,
               const MagneticMap& map, FieldInterpolation interpolation, Evaluation& result) {
   result = Evaluation{};
   for (std::size_t i = 0; i < readings.size(); ++i) {
-    const auto field = map.query(pose * readings[i].T_imu_mag->position, interpolation);
+    const auto field = map.query(pose * readings[i].T_imu_mag.position, interpolation);
     if (!field) return false;
-    const FieldResidual residual = field_residual(pose, *readings[i].T_imu_mag, readings[i].measured_ut, *field);
+    const FieldResidual residual = field_residual(pose, readings[i].T_imu_mag, readings[i].measured_ut, *field);
     result.information += weights[i] * residual.jacobian.transpose() * residual.jacobian;
     result.gradient += weights[i] * residual.jacobian.transpose() * residual.residual_ut;
     result.cost += 0.5 * weights[i] * residual.residual_ut.squaredNorm();
@@ -66,6 +60,18 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, const
   if (sample.field_ut.size() != count || (!bias_ut.empty() && bias_ut.size() != count)) {
     throw std::invalid_argument("magnetic localization needs one reading and one bias a magnetometer of the suite");
   }
+  std::vector<LocalizationReading> readings;
+  for (std::size_t j = 0; j < count; ++j) {
+    if (!sample.field_ut[j]) continue;
+    const MagnetometerModel& model = suite.magnetometers[j];
+    const Vector3 bias = bias_ut.empty() ? Vector3::Zero() : bias_ut[j];
+    readings.push_back({model.T_imu_mag, *sample.field_ut[j] - bias, model.noise_ut * model.noise_ut});
+  }
+  return localize(predicted, prior, readings, map, options);
+}
+
+MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::span<const LocalizationReading> given,
+                              const MagneticMap& map, const MagneticLocalizationOptions& options) {
   const Eigen::LLT<Matrix6> prior_cholesky(prior);
   if (prior_cholesky.info() != Eigen::Success || !prior.allFinite()) {
     throw std::invalid_argument("magnetic localization needs a positive definite prior covariance");
@@ -75,23 +81,20 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, const
 
   MagneticLocalization result;
   result.T_map_imu = predicted;
-  std::vector<Reading> readings;
-  for (std::size_t j = 0; j < count; ++j) {
-    if (!sample.field_ut[j]) continue;
-    const MagnetometerModel& model = suite.magnetometers[j];
-    if (!map.query(predicted * model.T_imu_mag.position, options.interpolation)) {
+  std::vector<LocalizationReading> readings;
+  for (const LocalizationReading& reading : given) {
+    if (map.query(predicted * reading.T_imu_mag.position, options.interpolation)) {
+      readings.push_back(reading);
+    } else {
       ++result.off_map;
-      continue;
     }
-    const Vector3 bias = bias_ut.empty() ? Vector3::Zero() : bias_ut[j];
-    readings.push_back({&model.T_imu_mag, *sample.field_ut[j] - bias, model.noise_ut * model.noise_ut});
   }
   result.used = static_cast<int>(readings.size());
 
   std::vector<double> weights(readings.size());
   const auto weigh = [&](const std::vector<double>& map_variance) {
     for (std::size_t i = 0; i < readings.size(); ++i) {
-      weights[i] = 1.0 / (readings[i].sensor_variance + (options.map_sigma ? map_variance[i] : 0.0));
+      weights[i] = 1.0 / (readings[i].variance_ut2 + (options.map_sigma ? map_variance[i] : 0.0));
     }
   };
   const auto rms = [&](const Evaluation& evaluation) {
@@ -136,6 +139,7 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, const
   }
 
   result.information = now.information;
+  result.gradient = now.gradient;
   result.covariance = (now.information + prior_information).ldlt().solve(Matrix6::Identity());
   result.residual_rms_ut = rms(now);
   report_directions(prior_root, options.unseen_gain, result);

@@ -17,11 +17,19 @@ struct MagneticLocalizationOptions {
   double unseen_gain = 0.1;    ///< a direction is unseen where field information × prior variance is below this
 };
 
+/// One magnetometer's reading as the localization takes it.
+struct LocalizationReading {
+  Pose T_imu_mag;  ///< takes points in the magnetometer's frame at the reading's time to the imu frame of the pose sought
+  Vector3 measured_ut = Vector3::Zero();  ///< less its bias, magnetometer axes
+  double variance_ut2 = 1.0;              ///< of a component; with options.map_sigma the map's comes on top
+};
+
 /// What one array sample says of the pose.
 struct MagneticLocalization {
   Pose T_map_imu;                          ///< at the sample's time
   /// Σ Jᵀ J / σ² at the result, order φ, p: the field's information alone. Singular where the field is uniform.
   Matrix6 information = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();      ///< Σ Jᵀ r / σ² at the result: the field's alone, not zero beside a prior
   /// (information + prior⁻¹)⁻¹: of T_map_imu, prior included.
   Matrix6 covariance = Matrix6::Zero();
   /// Columns: directions of the tangent space, each one prior sigma long and independent of each other under the prior;
@@ -47,5 +55,9 @@ struct MagneticLocalization {
 MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, const MagneticArraySample& sample,
                               const SensorSuite& suite, const MagneticMap& map,
                               const MagneticLocalizationOptions& options, std::span<const Vector3> bias_ut = {});
+
+/// The same from readings that each bring their own variance, and of a pose at another time than theirs.
+MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::span<const LocalizationReading> readings,
+                              const MagneticMap& map, const MagneticLocalizationOptions& options);
 
 }  // namespace lodestone

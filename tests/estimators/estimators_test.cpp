@@ -2,6 +2,7 @@
 #include <tbb/global_control.h>
 
 #include "core/error.h"
+#include "estimators/health.h"
 #include "tests/estimators/drive.h"
 
 namespace lodestone::testing {
@@ -73,6 +74,63 @@ TEST(Smoother, MagnetometersAndImuAloneHoldThePose) {
   input.planes = nullptr;
   const Collector result = run("smoother", input, drive.bundles);
   EXPECT_LT(accuracy(result.best_estimates, drive.truth).max_m, 0.3);
+}
+
+TEST(Magnetic, HoldsThePoseWithoutLidarAndKnowsHowClose) {
+  const Drive& drive = shared_drive();
+  const Collector result = run("magnetic", drive.input(), drive.bundles);
+  ASSERT_EQ(result.best_estimates.size(), drive.bundles.size());
+  const Accuracy best = accuracy(result.best_estimates, drive.truth);
+  EXPECT_LT(best.max_m, 0.1);
+  EXPECT_GT(best.nees, 0.1);
+  EXPECT_LT(best.nees, 2.0);
+  for (const Estimate& estimate : result.best_estimates) EXPECT_EQ(estimate.health, Health::good);
+}
+
+TEST(Magnetic, TakesNothingFromCloudMapAndScans) {
+  const Drive& drive = shared_drive();
+  EstimatorInput input = drive.input();
+  const Collector with = run("magnetic", input, drive.bundles, 60);
+  input.planes = nullptr;
+  std::vector<ScanBundle> bundles = drive.bundles;
+  for (ScanBundle& bundle : bundles) bundle.scan.points.clear();
+  const Collector without = run("magnetic", input, bundles, 60);
+  for (std::size_t i = 0; i < 60; ++i) {
+    ASSERT_EQ(with.best_estimates[i].state.T_map_imu.position, without.best_estimates[i].state.T_map_imu.position) << i;
+    ASSERT_EQ(with.best_estimates[i].covariance, without.best_estimates[i].covariance) << i;
+  }
+  input.field = nullptr;
+  EXPECT_THROW(make_estimator("magnetic", input), InputError);
+}
+
+TEST(Magnetic, SaysThatItIsLostWhereFieldAndMapDisagree) {
+  const Drive& drive = shared_drive();
+  for (const std::string name : {"magnetic", "smoother"}) {
+    EstimatorInput input = drive.input();
+    input.planes = nullptr;
+    // As a robot that was told a wrong heading: other steel is under it than the map has there.
+    input.initial_pose.rotation = input.initial_pose.rotation * so3::exp(Vector3(0.0, 0.0, 2.0));
+    const Collector result = run(name, input, drive.bundles);
+    EXPECT_EQ(result.causal_estimates.back().health, Health::lost) << name;
+    EXPECT_EQ(result.best_estimates.back().health, Health::lost) << name;
+  }
+}
+
+TEST(FieldAgreement, NeedsSecondsOfDisagreementAndComesBack) {
+  FieldAgreement agreement;
+  Diagnostics diagnostics;
+  diagnostics.magnetic_samples = 4;
+  diagnostics.magnetic_weight = 0.1;
+  int steps = 0;
+  for (; !agreement.lost(); ++steps) agreement.add(diagnostics, 0.1);
+  EXPECT_NEAR(steps, 25, 1);  // 3 s · ln(0.9 / 0.4)
+  diagnostics.magnetic_samples = 0;  // off the map: no verdict
+  for (int i = 0; i < 100; ++i) agreement.add(diagnostics, 0.1);
+  EXPECT_TRUE(agreement.lost());
+  diagnostics.magnetic_samples = 4;
+  diagnostics.magnetic_weight = 1.0;
+  for (int i = 0; i < 10; ++i) agreement.add(diagnostics, 0.1);
+  EXPECT_FALSE(agreement.lost());
 }
 
 TEST(Smoother, BridgesAnOutageOfTheLidar) {
@@ -151,6 +209,7 @@ INSTANTIATE_TEST_SUITE_P(
         Switch{"Bilinear", [](RunOptions& options) { options.magnetic.interpolation = FieldInterpolation::bilinear; }},
         Switch{"NoMapSigma", [](RunOptions& options) { options.magnetic.map_sigma = false; }},
         Switch{"NoBiasStates", [](RunOptions& options) { options.smoother.solver.magnetometer_bias_states = false; }},
+        Switch{"FieldPoses", [](RunOptions& options) { options.magnetic.measurement = MagneticMeasurement::pose; }},
         Switch{"ShortWindow", [](RunOptions& options) { options.smoother.window_s = 0.5; }},
         Switch{"OneResidualAPoint", [](RunOptions& options) { options.smoother.solver.condensed = false; }}),
     [](const auto& info) { return info.param.name; });

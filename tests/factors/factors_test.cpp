@@ -8,6 +8,7 @@
 #include "factors/field_factor.h"
 #include "factors/manifolds.h"
 #include "factors/point_plane_factor.h"
+#include "factors/pose_factor.h"
 #include "factors/preintegration_factor.h"
 #include "factors/prior_factor.h"
 #include "factors/random_walk_factor.h"
@@ -309,6 +310,34 @@ TEST(RandomWalkFactor, PassesTheGradientChecker) {
   const Vector3 first(1, 2, 3);
   const Vector3 second(0, 1, 5);
   expect_gradients(factor, {&manifold, &manifold}, {first.data(), second.data()});
+}
+
+TEST(PoseFactor, GradientsWithAndWithoutMaskAndNothingAlongWhatWasNotSeen) {
+  Random random(31);
+  const PoseManifold manifold;
+  for (int i = 0; i < 20; ++i) {
+    const Pose truth = random.pose(10.0);
+    Vector6 step;
+    step << random.vector(0.2), random.vector(0.3);
+    const PoseBlock block = block_of(truth.boxplus(step));
+    MeasuredPose measured{truth, Matrix6::Random()};
+    measured.root.row(2).setZero();
+    for (const PoseMask& mask : {PoseMask(), PoseMask(corridor_projector(), truth.boxplus(-step))}) {
+      expect_gradients(PoseFactor(measured, mask), {&manifold}, {block.data()});
+    }
+    // Along the null space of the root the factor is silent.
+    measured.root.col(4).setZero();
+    const PoseBlock here = block_of(truth);
+    const PoseBlock there = block_of(truth.boxplus(5.0 * Vector6::Unit(4)));
+    Vector6 at_here, at_there;
+    const double* parameters[] = {here.data()};
+    const PoseFactor factor(measured, PoseMask());
+    factor.Evaluate(parameters, at_here.data(), nullptr);
+    parameters[0] = there.data();
+    factor.Evaluate(parameters, at_there.data(), nullptr);
+    EXPECT_LT(at_here.norm(), 1e-12);
+    EXPECT_LT(at_there.norm(), 1e-12);
+  }
 }
 
 }  // namespace

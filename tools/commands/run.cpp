@@ -20,7 +20,7 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
       --magnetic /tmp/tunnel/field.yaml --initial-pose-from /tmp/tunnel/truth.tum --out /tmp/tunnel/run
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
       --magnetic /tmp/tunnel/field.yaml --initial-pose-from /tmp/tunnel/truth.tum --truth /tmp/tunnel/truth.tum \
-      --estimator smoother,ieskf,lidar-inertial --out /tmp/tunnel/ab
+      --estimator smoother,ieskf,lidar-inertial,magnetic --out /tmp/tunnel/ab
 
 `lodestone run --list-options` shows every key that --set and --config take.)";
 

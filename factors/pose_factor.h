@@ -1,0 +1,31 @@
+#pragma once
+
+#include <ceres/sized_cost_function.h>
+
+#include "factors/pose_mask.h"
+
+namespace lodestone {
+
+/// A pose that was measured, with what is known of it: r = A (x ⊟ x_m), AᵀA the information (tangent order φ, p). Directions
+/// that were not seen have no row in A, and x_m may lie anywhere along them.
+struct MeasuredPose {
+  Pose T_map_imu;                  ///< x_m
+  Matrix6 root = Matrix6::Zero();  ///< A; zero where nothing is known
+};
+
+/// A measured pose as a keyframe's factor. Parameter: pose (7). Its content may be renewed between solves, so that the
+/// Ceres problem persists.
+class PoseFactor final : public ceres::SizedCostFunction<6, 7> {
+ public:
+  PoseFactor(const MeasuredPose& measured, const PoseMask& mask) { set(measured, mask); }
+
+  void set(const MeasuredPose& measured, const PoseMask& mask);
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  MeasuredPose measured_;
+  PoseMask mask_;
+};
+
+}  // namespace lodestone
