@@ -25,6 +25,9 @@ struct Scale {
   /// 0 at `low`, 1 at `high`; on a logarithmic scale values at or below 0 are held at the lower edge.
   double share(double value) const;
   std::vector<double> ticks(int count) const;
+
+  /// The 2 to 9 times powers of ten of a logarithmic scale; none of a linear one, or of one over many decades.
+  std::vector<double> minor_ticks() const;
 };
 
 /// A box with two axes in which data is drawn.
@@ -42,8 +45,17 @@ class Axes {
   /// Frame, ticks and their numbers, and the titles. Without `x_title` the x axis has no numbers: a panel below has them.
   void labels(const std::string& x_title, const std::string& y_title, int x_count, int y_count);
 
+  /// The frame and the ticks, with numbers where wanted; the parts between the powers of a logarithmic axis are ticked too.
+  /// Returns the width of the widest number of the y axis.
+  double ticks(bool x_numbers, bool y_numbers, int x_count, int y_count);
+
   /// A line through the points, cut off at the box; points that are not finite break it.
-  void curve(const std::vector<double>& x, const std::vector<double>& y, Color color, double width);
+  void curve(const std::vector<double>& x, const std::vector<double>& y, Color color, double width,
+             Stroke stroke = Stroke::solid);
+
+  /// The area between two curves over the same x, cut off at the box; broken as a curve.
+  void ribbon(const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high, Color color,
+              double opacity);
 
   /// The stretch from x0 to x1 in full height.
   void band(double x0, double x1, Color color, double opacity);
@@ -62,6 +74,7 @@ struct LegendEntry {
   Color color;
   double width = 2.0;  ///< of the line
   bool patch = false;  ///< a filled patch rather than a line
+  Stroke stroke = Stroke::solid;
 };
 
 /// Entries side by side from `from` on; what does not fit before `right` goes to the next row. Returns the height used.

@@ -21,6 +21,15 @@ Color series_color(std::size_t index);
 /// A share (0 to 1) as a colour of the perceptually even viridis scale, paled so that lines stand out on it.
 Color heat_color(double share);
 
+/// A share from white to a dark red: differences, of which none is white.
+Color difference_color(double share);
+
+/// A share from near white to dark grey: what lies behind something coloured.
+Color grey_color(double share);
+
+/// A share from dark blue over magenta to yellow (plasma): lines on grey.
+Color vivid_color(double share);
+
 /// A point of the canvas: x to the right, y down, logical pixels. A PNG has two real pixels to each; in PDF and SVG each
 /// is half a point (1/144 inch): 504 are the column of a paper, 1032 its page, 15 a letter of 7.5 pt.
 struct CanvasPoint {

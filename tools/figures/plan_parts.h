@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/geometry/so3.h"
+#include "tools/figures/raster.h"
+#include "tools/pictures/axes.h"
+
+namespace lodestone::figures {
+
+using Ramp = Color (*)(double share);
+
+/// A rectangle of the floor plan, metres.
+struct PlanExtent {
+  double x_low = 0.0;
+  double x_high = 1.0;
+  double y_low = 0.0;
+  double y_high = 1.0;
+  double width() const { return x_high - x_low; }
+  double height() const { return y_high - y_low; }
+
+  /// As wide and high as a box of this ratio, about the same middle: metres stay metres both ways.
+  PlanExtent filling(double width_over_height) const;
+};
+
+/// What the raster covers; where it is empty, what the track covers.
+PlanExtent extent_of(const Raster& raster, const std::vector<Vector3>& track);
+
+/// Values in colour; a pale blue grey where there are none.
+void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const Raster& raster, const Scale& scale,
+                 Ramp ramp);
+
+/// A line through the positions' x and y, white round it.
+void draw_track(Canvas& canvas, const Axes& axes, const std::vector<Vector3>& track, Color color, double width);
+
+/// The scale beside a plan: colours, numbers at the right, and its title upright beside them.
+void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, Ramp ramp, const std::string& title);
+
+/// How many ticks an axis of so many logical pixels takes without its numbers touching.
+int tick_count(double length, double least_spacing);
+
+}  // namespace lodestone::figures
