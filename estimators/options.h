@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/maps/field_map_options.h"
 #include "core/maps/magnetic_map.h"
 #include "core/maps/plane_map.h"
 #include "core/observability/degeneracy.h"
@@ -90,6 +91,7 @@ struct MagneticOptions {
   double map_max_inflation = 40.0;
   double height_sigma_m = 0.02;
   int samples_per_reading = 5;
+  FieldMapOptions map;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -112,6 +114,7 @@ struct MagneticOptions {
     visitor.field("height_sigma_m", height_sigma_m,
                   "without a cloud map: how closely the magnetometers keep to the height of a field map of one layer");
     visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
+    visitor.section("map", map);
   }
 
   void check() const {

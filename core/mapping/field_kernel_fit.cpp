@@ -99,13 +99,11 @@ void calibrate_noise(const std::vector<FieldObservation>& observations, const Sl
   constexpr double well_known = 0.35;  // of the signal's sigma: where there is another pass, or nearly
   // As few blocks as give a thousand cells, since each costs the regression of its surroundings; at most a fifth of all.
   SurveySplit split;
-  std::vector<FieldCell> held_out;
   for (const Time period : {96, 48, 24, 12, 5}) {
-    split = split_survey(observations, from_seconds(options.calibration_block_s), period);
-    held_out = thin_survey(split.held_out, fit.cell_m);
-    if (held_out.size() >= 1000) break;
+    split = split_survey(observations, fit.cell_m, from_seconds(options.calibration_block_s), period);
+    if (split.held_out.size() >= 1000) break;
   }
-  const std::vector<FieldCell> training = thin_survey(split.training, fit.cell_m);
+  const auto& [training, held_out] = split;
   if (held_out.size() < enough_cells || training.size() < enough_cells) return;
   std::vector<Vector3> points;
   for (const FieldCell& cell : held_out) points.push_back(cell.position);

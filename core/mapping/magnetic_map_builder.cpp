@@ -1,14 +1,24 @@
 #include "core/mapping/magnetic_map_builder.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "core/error.h"
+#include "core/mapping/gpr_sweep.h"
+#include "core/maps/sparse_field_nodes.h"
 
 namespace lodestone {
 namespace {
+
+/// Points that wait for the regression, before their windows are solved: some 400 bytes each.
+constexpr std::size_t waiting_points = 20000;
+/// Of the finished map, most tiles at once.
+constexpr std::size_t cache_bytes = 16U << 20U;
 
 double component_rms(const Vector3& sigma) { return sigma.norm() / std::sqrt(3.0); }
 
@@ -60,9 +70,14 @@ void MagneticMapOptions::check() const {
   };
   require(resolution_m >= 0.005 && resolution_m <= 10.0, "resolution_m must lie in 0.005..10");
   require(max_sigma_ut >= 0.0, "max_sigma_ut must not be negative");
+  require(tile_m > 0.0 && tile_m <= 1000.0, "tile_m must lie in 0..1000");
   require(held_out_block_s >= 0.0, "held_out_block_s must not be negative");
   for (std::size_t i = 1; i < heights_m.size(); ++i) require(heights_m[i] > heights_m[i - 1], "heights_m must increase");
   regression.check();
+}
+
+int MagneticMapOptions::tile_nodes() const {
+  return std::clamp(static_cast<int>(std::lround(tile_m / resolution_m / 16.0)), 1, 64) * 16;
 }
 
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
@@ -73,41 +88,44 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
   const SlidingGpr regression(cells, fit.kernels, options.regression);
   const FieldGrid grid = grid_over(cells, regression.reach_m(), options);
 
-  std::vector<Vector3> points;
-  std::vector<std::size_t> node_of_point;
-  std::size_t index = 0;
-  for (const double height : grid.heights_m) {
-    for (int row = 0; row < grid.rows; ++row) {
-      for (int column = 0; column < grid.columns; ++column, ++index) {
-        const Vector3 point(grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row,
-                            height);
-        if (!regression.supports(point)) continue;
-        points.push_back(point);
-        node_of_point.push_back(index);
+  // Row by row from below: the regression then holds a few rows of its windows, and the map what has field.
+  const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : 0.5 * signal_sigma(fit.kernels);
+  const auto nodes = std::make_shared<SparseFieldNodes>();
+  std::vector<double> sigmas;
+  const auto layers = static_cast<int>(grid.heights_m.size());
+  GprSweep sweep(regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
+    const double sigma = component_rms(prediction.sigma_ut);
+    Eigen::Vector4f node;
+    node << prediction.field_ut.cast<float>(), static_cast<float>(sigma);
+    const std::int64_t row = tag / grid.columns;
+    nodes->set(static_cast<int>(row / grid.rows), static_cast<int>(row % grid.rows), static_cast<int>(tag % grid.columns), node);
+    if (sigma <= limit) sigmas.push_back(sigma);
+  });
+  std::vector<char> supported(static_cast<std::size_t>(grid.columns));
+  for (int row = 0; row < grid.rows; ++row) {
+    const double y = grid.origin.y() + grid.resolution_m * row;
+    if (sweep.waiting() > waiting_points) sweep.complete_below(y);
+    const auto place = [&](int column) { return Vector3(grid.origin.x() + grid.resolution_m * column, y, 0.0); };
+    tbb::parallel_for(0, grid.columns, [&](int column) { supported[column] = regression.supports(place(column)); });
+    for (int layer = 0; layer < layers; ++layer) {
+      for (int column = 0; column < grid.columns; ++column) {
+        if (supported[column] == 0) continue;
+        const std::int64_t tag = (static_cast<std::int64_t>(layer) * grid.rows + row) * grid.columns + column;
+        sweep.add({place(column).x(), y, grid.heights_m[layer]}, tag);
       }
     }
   }
-  const std::vector<FieldPrediction> predictions = regression.predict(points);
-
-  const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : 0.5 * signal_sigma(fit.kernels);
-  std::vector<Eigen::Vector4f> nodes(index, Eigen::Vector4f::Constant(std::numeric_limits<float>::quiet_NaN()));
-  std::vector<double> sigmas;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double sigma = component_rms(predictions[i].sigma_ut);
-    nodes[node_of_point[i]] << predictions[i].field_ut.cast<float>(), static_cast<float>(sigma);
-    if (sigma <= limit) sigmas.push_back(sigma);
-  }
-  MagneticMapResult result{MagneticMap(grid, nodes, limit), fit, cells.size(), sigmas.size(), 0.0, 0.0};
+  sweep.finish();
+  MagneticMapResult result{MagneticMap(grid, nodes, limit, cache_bytes), fit, cells.size(), sigmas.size(), 0.0, 0.0};
   result.median_sigma_ut = quantile(sigmas, 0.5);
   result.high_sigma_ut = quantile(sigmas, 0.95);
   return result;
 }
 
-HeldOutScore score_held_out(const std::vector<FieldObservation>& training,
-                            const std::vector<FieldObservation>& held_out, const FieldKernelFit& fit,
-                            double max_sigma_ut, const SlidingGprOptions& options) {
-  const SlidingGpr regression(thin_survey(training, fit.cell_m), fit.kernels, options);
-  const std::vector<FieldCell> cells = thin_survey(held_out, fit.cell_m);
+HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit, double max_sigma_ut,
+                            const SlidingGprOptions& options) {
+  const SlidingGpr regression(split.training, fit.kernels, options);
+  const std::vector<FieldCell>& cells = split.held_out;
   std::vector<Vector3> points;
   for (const FieldCell& cell : cells) points.push_back(cell.position);
   const std::vector<FieldPrediction> predictions = regression.predict(points);

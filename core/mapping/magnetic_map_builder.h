@@ -11,6 +11,7 @@ struct MagneticMapOptions {
   double resolution_m = 0.1;        ///< distance of the map's nodes
   std::vector<double> heights_m;    ///< map z of the layers; empty: one, at the survey's mean sensor height
   double max_sigma_ut = 0.0;        ///< no field where σ exceeds this; 0: half of the fitted signal sigma
+  double tile_m = 6.4;              ///< side of the file's tiles, rounded to a multiple of 16 nodes
   double held_out_block_s = 0.5;    ///< every tenth block of time tests the regression of the others; 0: no test
   SlidingGprOptions regression;
 
@@ -19,6 +20,7 @@ struct MagneticMapOptions {
     visitor.field("resolution_m", resolution_m, "distance of the map's nodes");
     visitor.field("heights_m", heights_m, "map z of the layers; empty: one at the survey's mean sensor height");
     visitor.field("max_sigma_ut", max_sigma_ut, "no field where sigma exceeds this; 0: half the fitted signal sigma");
+    visitor.field("tile_m", tile_m, "side of the image's tiles, rounded to a multiple of 16 nodes");
     visitor.field("held_out_block_s", held_out_block_s,
                   "every tenth block of this length tests the regression of the others; 0: no test");
     visitor.section("regression", regression);
@@ -26,6 +28,8 @@ struct MagneticMapOptions {
 
   /// Throws InputError where a value is out of range.
   void check() const;
+
+  int tile_nodes() const;  ///< a side of a tile
 };
 
 struct MagneticMapResult {
@@ -39,7 +43,8 @@ struct MagneticMapResult {
 
 /// The grid map of a survey by s-GPR. The node's σ is the root mean square over the three components. The grid spans the
 /// survey and the regression's reach; its origin is a multiple of the resolution.
-/// Throws InputError where the survey is too short, or so wide that the grid would exceed 2·10⁸ nodes.
+/// Throws InputError where the survey is too short, or so wide that the grid would exceed 2·10⁸ nodes. Memory: what has
+/// field, 16 bytes a node, beside the readings.
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);
 
@@ -51,9 +56,9 @@ struct HeldOutScore {
   Vector3 normalized_rms = Vector3::Zero();     ///< the same over its predicted sigma: 1 where sigma is honest
 };
 
-/// Predicts the cells of `held_out` from `training` with the kernels of `fit`; those with σ up to `max_sigma_ut` count.
-HeldOutScore score_held_out(const std::vector<FieldObservation>& training,
-                            const std::vector<FieldObservation>& held_out, const FieldKernelFit& fit,
-                            double max_sigma_ut, const SlidingGprOptions& options);
+/// Predicts the held-out cells of a survey, thinned to fit.cell_m, from the rest with the kernels of `fit`; those with σ up
+/// to `max_sigma_ut` count.
+HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit, double max_sigma_ut,
+                            const SlidingGprOptions& options);
 
 }  // namespace lodestone

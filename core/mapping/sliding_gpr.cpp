@@ -4,23 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <stdexcept>
+
+#include "core/mapping/gpr_sweep.h"
 
 namespace lodestone {
 namespace {
-
-/// Weight of a window at a distance of `share` strides from its centre, one axis: C¹, and w(s) + w(1 − s) = 1.
-double blend_weight(double share) { return 1.0 - share * share * (3.0 - 2.0 * share); }
-
-/// One point in one window.
-struct Membership {
-  std::int64_t window = 0;  // row-major index of the window's centre
-  int point = 0;
-  double weight = 0.0;
-  Vector3 mean = Vector3::Zero();
-  Vector3 variance = Vector3::Zero();
-};
 
 GaussianProcessData gather(const std::vector<FieldCell>& cells, const std::vector<int>& chosen, const Vector3& centre) {
   const auto size = static_cast<Eigen::Index>(chosen.size());
@@ -117,85 +106,46 @@ std::vector<int> SlidingGpr::training_cells(double centre_x, double centre_y) co
   return chosen;
 }
 
+SlidingGpr::WindowPrediction SlidingGpr::solve_window(std::int64_t row, std::int64_t column,
+                                                      const std::vector<Vector3>& points) const {
+  const Vector3 centre(origin_x() + stride_ * static_cast<double>(column), origin_y() + stride_ * static_cast<double>(row), 0.0);
+  const std::vector<int> chosen = training_cells(centre.x(), centre.y());
+  GaussianProcessData data = gather(cells_, chosen, centre);
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::ArrayX3d targets(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    targets.row(i) = (points[static_cast<std::size_t>(i)] - centre).transpose().array();
+  }
+  WindowPrediction result{Eigen::MatrixX3d(count, 3), Eigen::MatrixX3d(count, 3)};
+  Eigen::VectorXd mean;
+  Eigen::VectorXd variance;
+  for (int component = 0; component < 3; ++component) {
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      data.values[static_cast<Eigen::Index>(i)] = cells_[chosen[i]].field_ut[component];
+    }
+    const GaussianProcess process(data, kernels_[component]);
+    process.predict(targets, mean, variance);
+    const double prior = options_.scale_prior_points;
+    const double scale =
+        std::max(1.0, (prior + process.squared_mahalanobis()) / (prior + static_cast<double>(chosen.size())));
+    result.mean.col(component) = mean;
+    result.variance.col(component) = scale * variance;
+  }
+  return result;
+}
+
 std::vector<FieldPrediction> SlidingGpr::predict(const std::vector<Vector3>& points) const {
+  std::vector<char> supported(points.size());
+  tbb::parallel_for(std::size_t{0}, points.size(),
+                    [&](std::size_t i) { supported[i] = points[i].allFinite() && supports(points[i]); });
   std::vector<FieldPrediction> predictions(points.size());
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-    predictions[i].supported = points[i].allFinite() && supports(points[i]);
+  GprSweep sweep(*this, [&](std::int64_t tag, const FieldPrediction& prediction) {
+    predictions[static_cast<std::size_t>(tag)] = prediction;
   });
-
-  // Window centres lie at origin + stride * (column, row); one stride beyond the reach all round.
-  const double origin_x = min_x_ - reach_ - stride_;
-  const double origin_y = min_y_ - reach_ - stride_;
-  const std::int64_t columns = bucket_columns_ + 2 * static_cast<std::int64_t>(std::ceil(reach_ / stride_)) + 6;
-  std::vector<Membership> memberships;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!predictions[i].supported) continue;
-    const double u = (points[i].x() - origin_x) / stride_;
-    const double v = (points[i].y() - origin_y) / stride_;
-    const auto column = static_cast<std::int64_t>(std::floor(u));
-    const auto row = static_cast<std::int64_t>(std::floor(v));
-    for (int step_row = 0; step_row < 2; ++step_row) {
-      for (int step_column = 0; step_column < 2; ++step_column) {
-        const double weight = blend_weight(std::abs(u - static_cast<double>(column + step_column))) *
-                              blend_weight(std::abs(v - static_cast<double>(row + step_row)));
-        if (weight <= 0.0) continue;
-        Membership membership;
-        membership.window = (row + step_row) * columns + column + step_column;
-        membership.point = static_cast<int>(i);
-        membership.weight = weight;
-        memberships.push_back(membership);
-      }
-    }
+    if (supported[i] != 0) sweep.add(points[i], static_cast<std::int64_t>(i));
   }
-  std::sort(memberships.begin(), memberships.end(), [](const Membership& a, const Membership& b) {
-    return a.window != b.window ? a.window < b.window : a.point < b.point;
-  });
-  std::vector<std::size_t> begins;
-  for (std::size_t i = 0; i < memberships.size(); ++i) {
-    if (i == 0 || memberships[i].window != memberships[i - 1].window) begins.push_back(i);
-  }
-  begins.push_back(memberships.size());
-
-  tbb::parallel_for(std::size_t{0}, begins.size() - 1, [&](std::size_t index) {
-    const std::size_t begin = begins[index];
-    const std::size_t end = begins[index + 1];
-    const std::int64_t window = memberships[begin].window;
-    const Vector3 centre(origin_x + stride_ * static_cast<double>(window % columns),
-                         origin_y + stride_ * static_cast<double>(window / columns), 0.0);
-    const std::vector<int> chosen = training_cells(centre.x(), centre.y());
-    GaussianProcessData data = gather(cells_, chosen, centre);
-    Eigen::ArrayX3d targets(static_cast<Eigen::Index>(end - begin), 3);
-    for (std::size_t i = begin; i < end; ++i) {
-      targets.row(static_cast<Eigen::Index>(i - begin)) = (points[memberships[i].point] - centre).transpose().array();
-    }
-    Eigen::VectorXd mean;
-    Eigen::VectorXd variance;
-    for (int component = 0; component < 3; ++component) {
-      for (std::size_t i = 0; i < chosen.size(); ++i) {
-        data.values[static_cast<Eigen::Index>(i)] = cells_[chosen[i]].field_ut[component];
-      }
-      const GaussianProcess process(data, kernels_[component]);
-      process.predict(targets, mean, variance);
-      const double prior = options_.scale_prior_points;
-      const double scale =
-          std::max(1.0, (prior + process.squared_mahalanobis()) / (prior + static_cast<double>(chosen.size())));
-      for (std::size_t i = begin; i < end; ++i) {
-        memberships[i].mean[component] = mean[static_cast<Eigen::Index>(i - begin)];
-        memberships[i].variance[component] = scale * variance[static_cast<Eigen::Index>(i - begin)];
-      }
-    }
-  });
-
-  // In the windows' order, whatever the order in which they were done.
-  for (const Membership& membership : memberships) {
-    predictions[membership.point].field_ut += membership.weight * membership.mean;
-  }
-  for (const Membership& membership : memberships) {
-    FieldPrediction& prediction = predictions[membership.point];
-    prediction.sigma_ut +=
-        membership.weight * (membership.variance + (membership.mean - prediction.field_ut).cwiseAbs2());
-  }
-  for (FieldPrediction& prediction : predictions) prediction.sigma_ut = prediction.sigma_ut.cwiseSqrt();
+  sweep.finish();
   return predictions;
 }
 

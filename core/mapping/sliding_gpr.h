@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/mapping/field_survey.h"
@@ -81,6 +82,18 @@ class SlidingGpr {
   /// The field at `points` (map, metres). The same bits on any number of threads.
   std::vector<FieldPrediction> predict(const std::vector<Vector3>& points) const;
 
+  /// Posteriors of one window at points of its support: N×3 each, a column a component.
+  struct WindowPrediction {
+    Eigen::MatrixX3d mean;      ///< µT
+    Eigen::MatrixX3d variance;  ///< µT²
+  };
+  WindowPrediction solve_window(std::int64_t row, std::int64_t column, const std::vector<Vector3>& points) const;
+
+  /// Windows' centres lie at whole numbers of these coordinates (column, row); those of supported points are positive.
+  Eigen::Vector2d window_coordinates(const Vector3& point) const {
+    return {(point.x() - origin_x()) / stride_, (point.y() - origin_y()) / stride_};
+  }
+
   /// No prediction further than this (metres, in the x-y plane) from every cell.
   double reach_m() const { return reach_; }
 
@@ -88,6 +101,9 @@ class SlidingGpr {
   bool supports(const Vector3& point) const;
 
  private:
+  // Windows' centres lie one stride beyond the reach all round.
+  double origin_x() const { return min_x_ - reach_ - stride_; }
+  double origin_y() const { return min_y_ - reach_ - stride_; }
   std::vector<int> training_cells(double centre_x, double centre_y) const;
   /// Calls `visit(index)` for every cell in buckets that overlap the box, in a fixed order.
   template <class Visit>

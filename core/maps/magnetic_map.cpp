@@ -11,8 +11,6 @@ namespace {
 
 constexpr float missing = std::numeric_limits<float>::quiet_NaN();
 
-bool has_field(const Eigen::Vector4f& node) { return node.allFinite(); }
-
 /// A point of one axis of the grid: cell index and the share of the way to the next node.
 struct CellPosition {
   int index = 0;
@@ -45,8 +43,10 @@ struct LayerValue {
   Eigen::Vector4d along_y;
 };
 
-/// `corner` points at the cell's node of lowest row and column.
-void bilinear(const Eigen::Vector4f* corner, int stride, double s, double t, LayerValue& result) {
+constexpr int stride = FieldTile::stride;
+
+/// `corner` points at the cell's node of lowest row and column, in its tile.
+void bilinear(const Eigen::Vector4f* corner, double s, double t, LayerValue& result) {
   const Eigen::Vector4d n00 = corner[0].cast<double>();
   const Eigen::Vector4d n01 = corner[1].cast<double>();
   const Eigen::Vector4d n10 = corner[stride].cast<double>();
@@ -58,7 +58,7 @@ void bilinear(const Eigen::Vector4f* corner, int stride, double s, double t, Lay
   result.along_y = upper - lower;
 }
 
-void bicubic(const Eigen::Vector4f* corner, int stride, double s, double t, LayerValue& result) {
+void bicubic(const Eigen::Vector4f* corner, double s, double t, LayerValue& result) {
   std::array<double, 4> value_x, slope_x, value_y, slope_y;
   cubic_weights(s, value_x, slope_x);
   cubic_weights(t, value_y, slope_y);
@@ -78,73 +78,63 @@ void bicubic(const Eigen::Vector4f* corner, int stride, double s, double t, Laye
   }
 }
 
-double bilinear_sigma(const Eigen::Vector4f* corner, int stride, double s, double t) {
+double bilinear_sigma(const Eigen::Vector4f* corner, double s, double t) {
   const double lower = corner[0][3] + s * (static_cast<double>(corner[1][3]) - corner[0][3]);
   const double upper = corner[stride][3] + s * (static_cast<double>(corner[stride + 1][3]) - corner[stride][3]);
   return lower + t * (upper - lower);
 }
 
+void check(const FieldGrid& grid) {
+  if (grid.columns < 2 || grid.rows < 2) throw std::invalid_argument("a magnetic map needs two nodes a side");
+  if (!(grid.resolution_m > 0.0)) throw std::invalid_argument("a magnetic map's resolution must be positive");
+  if (grid.heights_m.empty()) throw std::invalid_argument("a magnetic map needs a height");
+  for (std::size_t i = 1; i < grid.heights_m.size(); ++i) {
+    if (!(grid.heights_m[i] > grid.heights_m[i - 1])) throw std::invalid_argument("map heights must increase");
+  }
+}
+
+/// The constructor's nodes.
+class ArrayNodes final : public FieldNodes {
+ public:
+  ArrayNodes(const FieldGrid& grid, const std::vector<Eigen::Vector4f>& nodes) : grid_(grid), nodes_(nodes) {}
+
+  bool read(int layer, int row, int column, int rows, int columns, Eigen::Vector4f* nodes) const override {
+    for (int i = 0; i < rows; ++i) {
+      const std::size_t first = (static_cast<std::size_t>(layer) * grid_.rows + row + i) * grid_.columns + column;
+      nodes = std::copy_n(nodes_.begin() + static_cast<std::ptrdiff_t>(first), columns, nodes);
+    }
+    return true;
+  }
+
+ private:
+  const FieldGrid& grid_;
+  const std::vector<Eigen::Vector4f>& nodes_;
+};
+
 }  // namespace
 
 MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut)
     : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut) {
-  if (grid_.columns < 2 || grid_.rows < 2) throw std::invalid_argument("a magnetic map needs two nodes a side");
-  if (!(grid_.resolution_m > 0.0)) throw std::invalid_argument("a magnetic map's resolution must be positive");
-  if (grid_.heights_m.empty()) throw std::invalid_argument("a magnetic map needs a height");
-  for (std::size_t i = 1; i < grid_.heights_m.size(); ++i) {
-    if (!(grid_.heights_m[i] > grid_.heights_m[i - 1])) throw std::invalid_argument("map heights must increase");
-  }
-  const int layers = static_cast<int>(grid_.heights_m.size());
-  if (nodes.size() != static_cast<std::size_t>(grid_.columns) * grid_.rows * layers) {
+  check(grid_);
+  if (nodes.size() != static_cast<std::size_t>(grid_.columns) * grid_.rows * grid_.heights_m.size()) {
     throw std::invalid_argument("a magnetic map's nodes must be columns × rows × layers");
   }
-  padded_.assign(static_cast<std::size_t>(grid_.columns + 2) * (grid_.rows + 2) * layers,
-                 Eigen::Vector4f::Constant(missing));
-  std::size_t next = 0;
-  for (int layer = 0; layer < layers; ++layer) {
-    for (int row = 0; row < grid_.rows; ++row) {
-      for (int column = 0; column < grid_.columns; ++column, ++next) {
-        if (has_field(nodes[next])) padded_[padded_index(layer, row, column)] = nodes[next];
-      }
-    }
-    fill_ghosts(layer);
-  }
+  tiles_ = std::make_shared<FieldTileCache>(grid_, ArrayNodes(grid_, nodes));
 }
 
-void MagneticMap::fill_ghosts(int layer) {
-  // Two rounds of four directions: along the axes, else along the diagonals. A ghost's value depends on the node alone,
-  // not on the cell that asks, which keeps bicubic patches C¹ along the edge of the field.
-  constexpr int directions[2][4][2] = {{{0, 1}, {0, -1}, {1, 0}, {-1, 0}}, {{1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
-  const auto at = [&](int row, int column) -> const Eigen::Vector4f* {
-    if (row < 0 || column < 0 || row >= grid_.rows || column >= grid_.columns) return nullptr;
-    const Eigen::Vector4f& node = padded_[padded_index(layer, row, column)];
-    return std::isfinite(node[3]) ? &node : nullptr;  // ghosts have σ = NaN: none is made from another
-  };
-  for (int row = -1; row <= grid_.rows; ++row) {
-    for (int column = -1; column <= grid_.columns; ++column) {
-      if (at(row, column)) continue;
-      for (const auto& round : directions) {
-        Eigen::Vector4f sum = Eigen::Vector4f::Zero();
-        int count = 0;
-        for (const auto& step : round) {
-          const Eigen::Vector4f* near = at(row + step[0], column + step[1]);
-          const Eigen::Vector4f* far = at(row + 2 * step[0], column + 2 * step[1]);
-          if (!near || !far) continue;
-          sum += 2.0F * *near - *far;
-          ++count;
-        }
-        if (count == 0) continue;
-        Eigen::Vector4f& ghost = padded_[padded_index(layer, row, column)];
-        ghost = sum / static_cast<float>(count);
-        ghost[3] = missing;
-        break;
-      }
-    }
-  }
+MagneticMap::MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes)
+    : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut) {
+  check(grid_);
+  tiles_ = std::make_shared<FieldTileCache>(grid_, std::move(nodes), max_bytes);
 }
 
 Eigen::Vector4f MagneticMap::node(int layer, int row, int column) const {
-  const Eigen::Vector4f& node = padded_[padded_index(layer, row, column)];
+  // The grid's last row and column of nodes are the upper ones of the last tile's cells.
+  const int tile_row = std::min(row / FieldTile::cells, tiles_->rows() - 1);
+  const int tile_column = std::min(column / FieldTile::cells, tiles_->columns() - 1);
+  const FieldTile* tile = tiles_->find(layer, tile_row, tile_column);
+  if (tile == nullptr) return Eigen::Vector4f::Constant(missing);
+  const Eigen::Vector4f& node = *tile->node(row - tile_row * FieldTile::cells, column - tile_column * FieldTile::cells);
   return std::isfinite(node[3]) ? node : Eigen::Vector4f::Constant(missing);
 }
 
@@ -157,6 +147,22 @@ std::vector<Eigen::Vector4f> MagneticMap::nodes() const {
     }
   }
   return nodes;
+}
+
+void MagneticMap::for_each_node(const std::function<void(const Eigen::Vector4f& node)>& visit) const {
+  const auto end = [](int tile, int tiles, int nodes) { return tile + 1 == tiles ? nodes : (tile + 1) * FieldTile::cells; };
+  for (int layer = 0; layer < static_cast<int>(grid_.heights_m.size()); ++layer) {
+    for (int tile_row = 0; tile_row < tiles_->rows(); ++tile_row) {
+      for (int tile_column = 0; tile_column < tiles_->columns(); ++tile_column) {
+        if (tiles_->find(layer, tile_row, tile_column) == nullptr) continue;
+        for (int row = tile_row * FieldTile::cells; row < end(tile_row, tiles_->rows(), grid_.rows); ++row) {
+          for (int column = tile_column * FieldTile::cells; column < end(tile_column, tiles_->columns(), grid_.columns); ++column) {
+            if (const Eigen::Vector4f one = node(layer, row, column); std::isfinite(one[3])) visit(one);
+          }
+        }
+      }
+    }
+  }
 }
 
 std::optional<FieldValue> MagneticMap::query(const Vector3& position, FieldInterpolation interpolation) const {
@@ -180,23 +186,28 @@ std::optional<FieldValue> MagneticMap::query(const Vector3& position, FieldInter
     }
   }
 
-  const int stride = grid_.columns + 2;
   const auto evaluate = [&](int index, LayerValue& result) {
-    const Eigen::Vector4f* corner = &padded_[padded_index(index, y.index, x.index)];
+    const int tile_row = y.index / FieldTile::cells;
+    const int tile_column = x.index / FieldTile::cells;
+    const FieldTile* tile = tiles_->find(index, tile_row, tile_column);
+    if (tile == nullptr) return false;
+    const Eigen::Vector4f* corner =
+        tile->node(y.index - tile_row * FieldTile::cells, x.index - tile_column * FieldTile::cells);
     if (interpolation == FieldInterpolation::bilinear) {
-      bilinear(corner, stride, x.share, y.share, result);
+      bilinear(corner, x.share, y.share, result);
     } else {
-      bicubic(corner, stride, x.share, y.share, result);
-      result.value[3] = bilinear_sigma(corner, stride, x.share, y.share);
+      bicubic(corner, x.share, y.share, result);
+      result.value[3] = bilinear_sigma(corner, x.share, y.share);
     }
+    return true;
   };
 
   LayerValue lower;
-  evaluate(layer, lower);
+  if (!evaluate(layer, lower)) return std::nullopt;
   FieldValue result;
   if (spacing > 0.0) {
     LayerValue upper;
-    evaluate(layer + 1, upper);
+    if (!evaluate(layer + 1, upper)) return std::nullopt;
     result.gradient.col(2) = (upper.value - lower.value).head<3>() / spacing;
     lower.value += share * (upper.value - lower.value);
     lower.along_x += share * (upper.along_x - lower.along_x);

@@ -1,10 +1,15 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/geometry/so3.h"
+#include "core/maps/field_grid.h"
+#include "core/maps/field_tile_cache.h"
 #include "core/options.h"
 
 namespace lodestone {
@@ -23,28 +28,24 @@ struct FieldValue {
   double sigma_ut = 0.0;                   ///< posterior one sigma a component, µT
 };
 
-/// Layout of the grid. Node (column i, row j) lies at origin + resolution * (i, j): nodes, not cell corners.
-struct FieldGrid {
-  double resolution_m = 0.1;
-  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< map x, y of node (0, 0)
-  int columns = 0;                                   ///< along x
-  int rows = 0;                                      ///< along y
-  std::vector<double> heights_m;                     ///< map z of each layer, increasing; at least one
-};
-
 /// The ambient magnetic field on a regular grid, one or several layers, with posterior sigma at each node.
-/// Immutable; queries are thread-safe.
+/// Immutable; queries are thread-safe. It is held in tiles, those without field take no memory; a map may hold but some of
+/// the others and read them again when a query comes to them, with the same bits. Copies share their tiles.
 class MagneticMap {
  public:
-  /// `nodes`: layer-major, then row, then column; (B_x, B_y, B_z, σ) in µT. NaN marks a node without field.
-  /// `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a side has
-  /// fewer than two nodes, or heights do not increase.
+  /// A map in memory. `nodes`: layer-major, then row, then column; (B_x, B_y, B_z, σ) in µT. NaN marks a node without
+  /// field. `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a side
+  /// has fewer than two nodes, or heights do not increase.
   MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut);
+
+  /// A map of which up to `max_bytes` of tiles are in memory: those that were asked for last. Throws as above.
+  MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes);
 
   /// The field at `position` (map, metres); nothing outside the grid, in a cell with a corner without field, or where
   /// σ is above the limit. Never extrapolates across x, y; below the lowest and above the highest layer the nearest
   /// layer holds. Between layers the field is linear in z. σ is bilinear for both interpolations. `bicubic` is cubic
-  /// convolution (Keys 1981, a = −1/2: Catmull-Rom), C¹ wherever there is field.
+  /// convolution (Keys 1981, a = −1/2: Catmull-Rom), C¹ wherever there is field. Throws InputError where a map that is
+  /// not wholly in memory cannot be read any more.
   std::optional<FieldValue> query(const Vector3& position, FieldInterpolation interpolation) const;
 
   const FieldGrid& grid() const { return grid_; }
@@ -52,22 +53,21 @@ class MagneticMap {
   /// One node (B_x, B_y, B_z, σ); all NaN where there is no field.
   Eigen::Vector4f node(int layer, int row, int column) const;
 
-  /// All nodes in the constructor's order. Builds the array: take it once, not in a loop.
+  /// All nodes in the constructor's order. Builds the array: for small maps.
   std::vector<Eigen::Vector4f> nodes() const;
+
+  /// Calls `visit(node)` for every node with field (σ above the limit as well), tile by tile.
+  void for_each_node(const std::function<void(const Eigen::Vector4f& node)>& visit) const;
 
   double max_sigma_ut() const { return max_sigma_ut_; }
 
- private:
-  std::size_t padded_index(int layer, int row, int column) const {
-    return (static_cast<std::size_t>(layer) * (grid_.rows + 2) + row + 1) * (grid_.columns + 2) + column + 1;
-  }
-  void fill_ghosts(int layer);
+  /// How the map is held: tiles made so far, and the most that they took in memory.
+  const FieldTileCache& tiles() const { return *tiles_; }
 
+ private:
   FieldGrid grid_;
   double max_sigma_ut_;
-  /// The grid with a ring of one node around it. Nodes without field that touch the field are ghosts: they hold a
-  /// linear extrapolation for the outer nodes of a bicubic patch, and σ = NaN, so that no cell at them is answered.
-  std::vector<Eigen::Vector4f> padded_;
+  std::shared_ptr<const FieldTileCache> tiles_;
 };
 
 }  // namespace lodestone

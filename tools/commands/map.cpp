@@ -14,6 +14,7 @@
 #include "frontends/readers/platform.h"
 #include "frontends/readers/trajectory_file.h"
 #include "tools/commands.h"
+#include "tools/commands/map_diff.h"
 #include "tools/pictures/pictures.h"
 #include "tools/progress.h"
 
@@ -138,10 +139,10 @@ void map_magnetic(const MapMagneticCall& call) {
 
   std::string held_out;
   if (options.held_out_block_s > 0.0) {
-    const SurveySplit split = split_survey(survey.observations, from_seconds(options.held_out_block_s), 10);
+    const SurveySplit split =
+        split_survey(survey.observations, result.fit.cell_m, from_seconds(options.held_out_block_s), 10);
     if (!split.held_out.empty() && !split.training.empty()) {
-      const HeldOutScore score = score_held_out(split.training, split.held_out, result.fit, result.map.max_sigma_ut(),
-                                                options.regression);
+      const HeldOutScore score = score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
       held_out = fmt::format("every tenth {:g} s, predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
                              "cells; over their sigma {:.2f} {:.2f} {:.2f}; {} cells refused",
                              options.held_out_block_s, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
@@ -149,7 +150,7 @@ void map_magnetic(const MapMagneticCall& call) {
       fmt::print("held out, {}; {:.1f} s\n", held_out, clock.lap());
     }
   }
-  write_magnetic_map(result.map, provenance_of(call, survey, result, held_out), call.out);
+  write_magnetic_map(result.map, provenance_of(call, survey, result, held_out), call.out, options.tile_nodes());
   const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");
   draw_map_picture(picture, &result.map, {}, {});
   fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),
@@ -185,14 +186,16 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
 }  // namespace
 
 void add_map_command(CLI::App& app, int* code) {
-  CLI::App* command = app.add_subcommand("map", "Make magnetic maps");
+  CLI::App* command = app.add_subcommand("map", "Make magnetic maps and compare them");
   command->require_subcommand(1);
   command->footer(R"(
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/field.yaml
+  lodestone map diff /tmp/tunnel/field.yaml /tmp/tunnel/coarse.yaml --out /tmp/tunnel/change
   lodestone map magnetic --help)");
   add_map_magnetic(*command, code);
+  add_map_diff(*command, code);
 }
 
 }  // namespace lodestone

@@ -63,10 +63,9 @@ double mean_height(const Trajectory& truth, const std::vector<PictureSeries>& se
 /// The strength between whose 1 % and 99 % quantiles the colours run: a single bolt must not take the whole scale.
 Scale strength_range(const MagneticMap& map) {
   std::vector<double> strengths;
-  for (const Eigen::Vector4f& node : map.nodes()) {
-    const double strength = node.head<3>().norm();
-    if (std::isfinite(strength) && node(3) <= map.max_sigma_ut()) strengths.push_back(strength);
-  }
+  map.for_each_node([&](const Eigen::Vector4f& node) {
+    if (node(3) <= map.max_sigma_ut()) strengths.push_back(node.head<3>().norm());
+  });
   if (strengths.empty()) return {0.0, 1.0};
   std::sort(strengths.begin(), strengths.end());
   const auto quantile = [&](double share) { return strengths[static_cast<std::size_t>(share * (strengths.size() - 1.0))]; };

@@ -81,7 +81,8 @@ RunMaterial load(const RunCall& call, WarningLog& warnings) {
     std::printf("no --cloud: LiDAR is left out, the run is magnetic-inertial\n");
   }
   if (!call.magnetic.empty()) {
-    material.field = std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic));
+    material.field = std::make_shared<MagneticMap>(
+        read_magnetic_map(call.magnetic, material.options.magnetic.map.max_bytes()));
     const FieldGrid& grid = material.field->grid();
     std::printf("%s: %d x %d nodes of %g m, %zu layer%s\n", call.magnetic.c_str(), grid.columns, grid.rows,
                 grid.resolution_m, grid.heights_m.size(), grid.heights_m.size() == 1 ? "" : "s");

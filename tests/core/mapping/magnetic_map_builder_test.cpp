@@ -75,7 +75,7 @@ TEST(MagneticMapBuilderTest, HeldOutScoreIsHonest) {
   for (std::size_t i = 0; i < all.size(); ++i) (in_block[i] ? held_out : training).push_back(all[i]);
   const SlidingGprOptions options;
   const FieldKernelFit fit = fit_field_kernels(training, 0.1, options);
-  const HeldOutScore score = score_held_out(training, held_out, fit, 5.0, options);
+  const HeldOutScore score = score_held_out({thin_survey(training, fit.cell_m), thin_survey(held_out, fit.cell_m)}, fit, 5.0, options);
   EXPECT_GT(score.cells, 50U);
   for (int k = 0; k < 3; ++k) {
     EXPECT_GT(score.normalized_rms[k], 0.6);

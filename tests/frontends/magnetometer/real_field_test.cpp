@@ -163,16 +163,18 @@ TEST(OsmanField, BlocksOfTimeHeldOutArePredictedToThirdsOfAMicrotesla) {
     observations.push_back({{row[10], row[11], row[12]}, R_map_imu * Vector3(row[7], row[8], row[9]), 0.1,
                             from_seconds(row[0])});
   }
-  const SurveySplit split = split_survey(observations, from_seconds(1.0), 10);
+  const HeldOutBlocks blocks(observations, from_seconds(1.0), 10);
+  std::vector<FieldObservation> training, held_out;
+  for (const FieldObservation& one : observations) (blocks.contain(one) ? held_out : training).push_back(one);
   const SlidingGprOptions options;
-  const FieldKernelFit fit = fit_field_kernels(split.training, 0.1, options);
+  const FieldKernelFit fit = fit_field_kernels(training, 0.1, options);
   std::vector<Vector3> points;
-  for (const FieldObservation& observation : split.held_out) points.push_back(observation.position);
-  const auto predictions = SlidingGpr(thin_survey(split.training, fit.cell_m), fit.kernels, options).predict(points);
+  for (const FieldObservation& observation : held_out) points.push_back(observation.position);
+  const auto predictions = SlidingGpr(thin_survey(training, fit.cell_m), fit.kernels, options).predict(points);
   Vector3 squares = Vector3::Zero();
   for (std::size_t i = 0; i < points.size(); ++i) {
     ASSERT_TRUE(predictions[i].supported);
-    squares += (predictions[i].field_ut - split.held_out[i].field_ut).cwiseAbs2();
+    squares += (predictions[i].field_ut - held_out[i].field_ut).cwiseAbs2();
   }
   const Vector3 rms = (squares / static_cast<double>(points.size())).cwiseSqrt();
   std::printf("held out: rms %.2f %.2f %.2f uT over %zu readings\n", rms.x(), rms.y(), rms.z(), points.size());

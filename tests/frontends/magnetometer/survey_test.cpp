@@ -45,11 +45,21 @@ TEST(SurveyTest, PutsReadingsWhereTheirSensorWasAndTurnsThemToTheMap) {
 TEST(SurveyTest, SplitsInBlocksOfTime) {
   std::vector<FieldObservation> observations(100);
   for (int i = 0; i < 100; ++i) observations[i].time = 1000 + 10 * i;
-  const SurveySplit split = split_survey(observations, 50, 10);
+  const HeldOutBlocks blocks(observations, 50, 10);
+  std::vector<Time> held_out;
+  for (const FieldObservation& one : observations) {
+    if (blocks.contain(one)) held_out.push_back(one.time);
+  }
+  ASSERT_EQ(held_out.size(), 10U);
+  EXPECT_EQ(held_out.front(), 1250);  // block 5 of 0..9
+  EXPECT_EQ(held_out.back(), 1790);
+  // Thinned, each part holds its own readings alone.
+  for (int i = 0; i < 100; ++i) observations[i].position.x() = i;
+  const SurveySplit split = split_survey(observations, 0.5, 50, 10);
   ASSERT_EQ(split.held_out.size(), 10U);
   EXPECT_EQ(split.training.size(), 90U);
-  EXPECT_EQ(split.held_out.front().time, 1250);  // block 5 of 0..9
-  EXPECT_EQ(split.held_out.back().time, 1790);
+  EXPECT_EQ(split.held_out.front().position.x(), 25.0);
+  EXPECT_EQ(split.held_out.front().count, 1);
 }
 
 }  // namespace

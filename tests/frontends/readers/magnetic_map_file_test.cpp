@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tiffio.h>
 
 #include <cmath>
 #include <cstring>
@@ -103,6 +104,36 @@ TEST_F(MagneticMapFile, SaysWhatIsWrong) {
   EXPECT_THAT(error(), HasSubstr("field.tif"));
   std::filesystem::remove(image_);
   EXPECT_THAT(error(), HasSubstr("no such file"));
+}
+
+/// Maps of earlier versions and of other programs: strips, no compression, no place.
+TEST_F(MagneticMapFile, ReadsImagesInStripsToTheSameBits) {
+  const MagneticMap written = map();
+  write_magnetic_map(written, {}, yaml_);
+  const FieldGrid& grid = written.grid();
+  TIFF* file = TIFFOpen(image_.c_str(), "w");
+  for (int page = 0; page < 8; ++page) {
+    TIFFSetField(file, TIFFTAG_IMAGEWIDTH, grid.columns);
+    TIFFSetField(file, TIFFTAG_IMAGELENGTH, grid.rows);
+    TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, 32);
+    TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+    TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, 5);
+    for (int row = 0; row < grid.rows; ++row) {
+      std::vector<float> values;
+      for (int column = 0; column < grid.columns; ++column) {
+        values.push_back(written.node(page / 4, grid.rows - 1 - row, column)[page % 4]);
+      }
+      TIFFWriteScanline(file, values.data(), static_cast<std::uint32_t>(row), 0);
+    }
+    TIFFWriteDirectory(file);
+  }
+  TIFFClose(file);
+  const auto a = written.nodes();
+  const auto b = read_magnetic_map(yaml_).nodes();
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])), 0);
 }
 
 TEST_F(MagneticMapFile, RefusesAFolderThatIsNotThere) {

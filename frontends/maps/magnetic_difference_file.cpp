@@ -1,0 +1,61 @@
+#include "frontends/maps/magnetic_difference_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/error.h"
+#include "frontends/rasters/raster_writer.h"
+#include "frontends/readers/text_file.h"
+#include "frontends/readers/yaml_text.h"
+
+namespace lodestone {
+namespace {
+
+constexpr int pages_per_layer = 4;
+constexpr int tile = 64;
+
+}  // namespace
+
+void write_magnetic_difference(const MagneticDifference& difference, const std::string& first, const std::string& second,
+                               const std::string& yaml_path) {
+  const std::filesystem::path image = std::filesystem::path(yaml_path).replace_extension(".tif");
+  const FieldGrid& grid = difference.grid;
+  std::vector<std::string> names;
+  for (const double height : grid.heights_m) {
+    for (const char* name : {"dB_x", "dB_y", "dB_z", "|dB|"}) names.push_back(fmt::format("{} at {:g} m, uT", name, height));
+  }
+  const RasterLayout layout{grid.columns, grid.rows, grid.resolution_m, grid.origin};
+  write_raster(image, layout, tile, names, [&](int page, const RasterWindow& window, float* values) {
+    bool any = false;
+    for (const DifferencePiece& piece : difference.pieces) {
+      const int first_row = std::max(piece.row, window.row);
+      const int last_row = std::min(piece.row + piece.rows, window.row + window.rows);
+      const int first_column = std::max(piece.column, window.column);
+      const int last_column = std::min(piece.column + piece.columns, window.column + window.columns);
+      for (int row = first_row; row < last_row; ++row) {
+        for (int column = first_column; column < last_column; ++column) {
+          const Eigen::Vector4f& node = piece.at(page / pages_per_layer, row - piece.row, column - piece.column);
+          const int component = page % pages_per_layer;
+          values[static_cast<std::size_t>(row - window.row) * window.columns + (column - window.column)] =
+              component < 3 ? node[component] : node.head<3>().norm();
+          any = true;
+        }
+      }
+    }
+    return any;
+  });
+  std::string heights;
+  for (const double height : grid.heights_m) heights += (heights.empty() ? "" : ", ") + fmt::format("{}", height);
+  std::string text =
+      "# Difference of two magnetic maps, second less first. Pages of the image: dB_x, dB_y, dB_z, |dB| of each layer, "
+      "float32.\n"
+      "# A pixel is a node; the image's first row has the largest y; origin_m is the centre of the lower left pixel.\n";
+  text += fmt::format("first: {}\nsecond: {}\nresolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\n", quoted_yaml(first),
+                      quoted_yaml(second), grid.resolution_m, grid.origin.x(), grid.origin.y(), heights);
+  text += fmt::format("unit: microtesla\nframe: map\nimage: {}\n", quoted_yaml(image.filename().string()));
+  write_text_file(yaml_path, text);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,77 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "frontends/rasters/raster_file.h"
+#include "frontends/readers/magnetic_map_file.h"
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// 4 × 3 m of (20, 0, −40) µT; `bump` µT more of B_z within 0.25 m of (1, 1).
+void write_map(const std::filesystem::path& path, double x, float bump) {
+  FieldGrid grid{0.1, {x, 0.0}, 41, 31, {0.1}};
+  std::vector<Eigen::Vector4f> nodes;
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const double distance = std::hypot(x + 0.1 * column - 1.0, 0.1 * row - 1.0);
+      nodes.emplace_back(20.0F, 0.0F, -40.0F + (distance < 0.25 ? bump : 0.0F), 0.5F);
+    }
+  }
+  write_magnetic_map(MagneticMap(grid, nodes, 2.0), {}, path.string());
+}
+
+TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
+  const TemporaryFolder folder;
+  write_map(folder / "a.yaml", 0.0, 0.0F);
+  write_map(folder / "b.yaml", 0.0, 20.0F);
+  const std::string out = (folder / "out").string();
+  const ProgramResult result =
+      run_lodestone("map diff " + (folder / "a.yaml").string() + " " + (folder / "b.yaml").string() + " --out " + out);
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("largest 20.000 uT"));
+  EXPECT_THAT(result.output, HasSubstr("1 place above 10 uT"));
+  const auto json = nlohmann::json::parse(content_of(folder / "out/diff.json"));
+  EXPECT_NEAR(json["largest_ut"], 20.0, 1e-5);
+  EXPECT_NEAR(json["compared_m2"], 41 * 31 * 0.01, 1e-9);
+  EXPECT_NEAR(json["area_above_threshold_m2"], 21 * 0.01, 1e-9);  // 21 nodes lie within 2.5 nodes of one
+  EXPECT_NEAR(json["share_above_3_sigma"], 21.0 / (41 * 31), 1e-9);
+  EXPECT_EQ(json["places_above_threshold"], 1);
+  EXPECT_THAT(content_of(folder / "out/places.csv"), HasSubstr("\n1,1.000,1.000,0.21,20.000,20.000,"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/difference.png"));
+
+  const RasterFile raster((folder / "out/difference.tif").string());
+  ASSERT_EQ(raster.pages(), 4);
+  std::vector<float> size(41 * 31);
+  raster.read(3, {0, 0, 41, 31}, size.data());
+  EXPECT_FLOAT_EQ(size[10 * 41 + 10], 20.0F);
+  EXPECT_FLOAT_EQ(size[20 * 41 + 10], 0.0F);
+  EXPECT_THAT(content_of(folder / "out/difference.yaml"), HasSubstr("image: \"difference.tif\""));
+}
+
+TEST(MapDiffCommand, EachMistakeIsOneLineAndCodeTwo) {
+  const TemporaryFolder folder;
+  write_map(folder / "a.yaml", 0.0, 0.0F);
+  write_map(folder / "far.yaml", 50.0, 0.0F);
+  const std::string a = (folder / "a.yaml").string();
+  const std::string out = " --out " + (folder / "out").string();
+  expect_refused("map diff " + a + " " + (folder / "far.yaml").string() + out, "no place in common");
+  expect_refused("map diff " + a + " /absent.yaml" + out, "/absent.yaml");
+  expect_refused("map diff " + a + " " + a + out + " --threshold-ut 0", "--threshold-ut");
+  std::string text = content_of(folder / "a.yaml");
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"unit: microtesla", "unit: gauss"}, {"frame: map", "frame: odom"}}) {
+    std::string changed = text;
+    changed.replace(changed.find(from), from.size(), to);
+    std::ofstream(folder / "b.yaml") << changed;
+    expect_refused("map diff " + a + " " + (folder / "b.yaml").string() + out, to.substr(to.find(' ') + 1));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace lodestone {
+
+/// Adds `map diff`, which compares two magnetic maps, to `map`; see tools/commands.h.
+void add_map_diff(CLI::App& map, int* code);
+
+}  // namespace lodestone
