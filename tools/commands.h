@@ -20,5 +20,6 @@ void add_simulate_command(CLI::App& app, int* code);
 void add_map_command(CLI::App& app, int* code);
 void add_run_command(CLI::App& app, int* code);
 void add_evaluate_command(CLI::App& app, int* code);
+void add_report_command(CLI::App& app, int* code);
 
 }  // namespace lodestone

@@ -46,6 +46,7 @@ int run_program(int argument_count, char** arguments) {
   add_map_command(app, &code);
   add_run_command(app, &code);
   add_evaluate_command(app, &code);
+  add_report_command(app, &code);
   try {
     check_subcommand(app, argument_count, arguments);
     app.parse(argument_count, arguments);

@@ -4,7 +4,14 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-mapfile -t packages < <(sed -e 's/#.*//' -e 's/|.*//' "$root/third_party/packages.txt" | awk 'NF { print $1 }')
+# A package whose command works already is not wanted: another one's Node, say, would conflict with Debian's.
+packages=()
+while IFS='|' read -r name _ _ _ command; do
+  read -r name <<<"$name" || continue
+  read -r command <<<"$command" || true
+  if [[ -n $command ]] && "$command" --version >/dev/null 2>&1; then continue; fi
+  packages+=("$name")
+done < <(sed -e 's/#.*//' "$root/third_party/packages.txt" | grep '[^[:space:]]')
 installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${packages[@]}" 2>/dev/null |
   awk '$2 == "installed" { print $1 }') || true
 missing=()

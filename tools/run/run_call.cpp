@@ -20,6 +20,7 @@
 #include "frontends/synchronizer/synchronizer.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
+#include "tools/report/overview.h"
 #include "tools/run/estimator_run.h"
 #include "tools/run/initial_pose.h"
 #include "tools/run/picture_series.h"
@@ -163,6 +164,14 @@ int exit_code_of(const std::vector<RunSummary>& runs) {
   return code;
 }
 
+/// Keeps what a report needs of log and maps.
+void keep_overview(const RunCall& call, const RunMaterial& material, Time log_begin, const std::vector<PictureSeries>& series) {
+  OverviewInput input{log_begin, call.truth.empty() ? nullptr : &material.truth, material.field.get(), call.cloud, {}};
+  for (const PictureSeries& one : series) input.estimates.push_back(&one.trajectory);
+  write_overview(std::filesystem::path(call.out) / "overview", input);
+  std::printf("for one page of it all: lodestone report %s\n", call.out.c_str());
+}
+
 }  // namespace
 
 int execute(const RunCall& call) {
@@ -180,9 +189,11 @@ int execute(const RunCall& call) {
 
   std::vector<RunSummary> summaries;
   std::vector<PictureSeries> series;
+  Time log_begin = 0;
   for (const std::string& name : call.estimators) {
     EstimatorOutcome outcome = run_one(name, call, material, shared);
     series.push_back(picture_series(outcome));
+    log_begin = outcome.log_begin;
     summaries.push_back(std::move(outcome.summary));
     write_text_file((out / "summary.json").string(), to_json(inputs_of(call), summaries));
     if (summaries.back().status == RunStatus::interrupted) break;
@@ -192,6 +203,7 @@ int execute(const RunCall& call) {
     write_pictures(out / "pictures", material.field.get(), material.truth, series);
     std::printf("pictures: %s\n", (out / "pictures").c_str());
   }
+  keep_overview(call, material, log_begin, series);
   return exit_code_of(summaries);
 }
 

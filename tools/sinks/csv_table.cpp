@@ -79,6 +79,14 @@ std::vector<double> CsvTable::numbers(const std::string& column) const {
   return values;
 }
 
+std::vector<std::string> CsvTable::texts(const std::string& column) const {
+  const std::size_t index = index_of(column);
+  std::vector<std::string> values;
+  values.reserve(cells_.size());
+  for (const std::vector<std::string>& cells : cells_) values.push_back(cells[index]);
+  return values;
+}
+
 std::vector<Time> CsvTable::stamps(const std::string& column) const {
   const std::size_t index = index_of(column);
   std::vector<Time> values;

@@ -16,9 +16,11 @@ class CsvTable {
 
   std::size_t rows() const { return cells_.size(); }
   bool has(const std::string& column) const;
+  const std::vector<std::string>& columns() const { return header_; }
 
   /// A column by name. Throw InputError, naming file and line, where it is missing or a value does not parse.
   std::vector<double> numbers(const std::string& column) const;
+  std::vector<std::string> texts(const std::string& column) const;
   std::vector<Time> stamps(const std::string& column) const;  ///< decimal seconds, exact
 
  private:

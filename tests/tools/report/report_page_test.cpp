@@ -1,0 +1,206 @@
+// `lodestone report` on a real short run, opened in Chromium as a reader would. LODESTONE_KEEP_REPORT names a file to keep
+// the page in, to look at.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+using testing::AnyOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+/// A lane between two walls longer than the LiDAR reaches: along it only steel tells one place from another.
+constexpr const char* kLane = R"(
+name: lane
+start_time_s: 1700000000
+earth_field_ut: [20, 0, -40]
+sensors:
+  lidar: {rows: 16, columns: 256, max_range_m: 8}
+  magnetometer_mounts:
+    - {name: front, position_m: [0.3, 0.2, -0.08]}
+    - {name: rear, position_m: [-0.3, -0.2, -0.08], rotation_rpy_deg: [0, 0, 180]}
+survey: {lateral_offsets_m: [-0.3, 0.0, 0.3]}
+cloud: {point_spacing_m: 0.1}
+solids:
+  - {shape: rectangle, size_m: [50, 8], steel: [{kind: rods, from_m: [-8, -4, -0.6], to_m: [12, 4, -0.4],
+     density_per_m2: 1.5, length_m: [0.5, 1.5], moment_sigma_a_m2: 30}]}
+  - {shape: box, at_m: [0, 3.5, 1], size_m: [50, 1, 2]}
+  - {shape: box, at_m: [0, -3.5, 1], size_m: [50, 1, 2]}
+sequences:
+  short: {waypoints_m: [[-3, 0], [7, 0]], speed: [[0, 1.0]]}
+)";
+
+/// Simulated, mapped and run once for all tests of this file.
+class ReportPage : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    std::ofstream(*folder_ / "lane.yaml") << kLane;
+    expect_done("simulate " + path("lane.yaml") + " --out " + path("lane") + " --duration 8");
+    expect_done("map magnetic " + path("lane/survey.bag") + " --trajectory " + path("lane/survey.tum") + " --platform " +
+                path("lane/platform.yaml") + " --out " + path("lane/field.yaml"));
+    run("--truth " + path("lane/truth.tum") + " --estimator smoother,ieskf --out " + path("lane/run"));
+    run("--out " + path("lane/alone"));
+    fs::create_directories(*folder_ / "kept");
+    // Log and maps may go: the run keeps what its report needs.
+    for (const char* name : {"log.bag", "cloud.pcd", "field.yaml", "field.tif", "truth.tum"}) {
+      fs::rename(*folder_ / "lane" / name, *folder_ / "kept" / name);
+    }
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static std::string path(const std::string& name) { return (*folder_ / name).string(); }
+
+  static void expect_done(const std::string& arguments) {
+    const ProgramResult result = run_lodestone(arguments);
+    ASSERT_EQ(result.code, 0) << arguments << "\n" << result.errors;
+  }
+
+  static void run(const std::string& more) {
+    expect_done("run " + path("lane/log.bag") + " --platform " + path("lane/platform.yaml") + " --cloud " +
+                path("lane/cloud.pcd") + " --magnetic " + path("lane/field.yaml") + " --initial-pose-from " +
+                path("lane/truth.tum") + " " + more);
+  }
+
+  /// Opens the page; `options` of open_report.mjs.
+  static Json open(const std::string& file, const std::string& options) {
+    const std::string command = "node " + std::string(LODESTONE_SOURCE_DIR) + "/tests/tools/report/open_report.mjs " + file + " " +
+                                options + " >" + path("seen.json") + " 2>" + path("seen.err");
+    EXPECT_EQ(std::system(command.c_str()), 0) << content_of(path("seen.err"));
+    const Json seen = Json::parse(content_of(path("seen.json")), nullptr, false);
+    EXPECT_FALSE(seen.is_discarded());
+    return seen;
+  }
+
+  /// What holds for every page, however it is opened.
+  static void expect_sound(const Json& seen) {
+    ASSERT_TRUE(seen.is_object());
+    EXPECT_TRUE(seen["ready"].get<bool>());
+    EXPECT_THAT(seen["errors"], IsEmpty());
+    EXPECT_FALSE(seen["requests"].empty());
+    for (const Json& request : seen["requests"]) {
+      EXPECT_THAT(request.get<std::string>(), AnyOf(StartsWith("file:///"), StartsWith("data:"), StartsWith("blob:")));
+    }
+    for (const Json& chart : seen["charts"]) {
+      EXPECT_GT(chart["painted"], 5000) << chart;
+      EXPECT_GT(chart["colors"], 8) << chart;
+      for (const Json& ink : chart["series"]) EXPECT_GT(ink, 30) << chart << ": a line is not to be seen";
+    }
+  }
+
+  static std::map<std::string, Json> charts_of(const Json& seen) {
+    std::map<std::string, Json> charts;
+    for (const Json& chart : seen["charts"]) charts[chart["chart"]] = chart;
+    return charts;
+  }
+
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+};
+
+TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
+  // Places as the stale-map report writes them.
+  std::ofstream(*folder_ / "lane/run/smoother/stale_places.csv") << "x_m,y_m,largest_difference_ut\n1.0,0.1,14.2\n3.0,0.0,11.0\n";
+  const ProgramResult result = run_lodestone("report " + path("lane/run"));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  const std::string file = path("lane/run/report.html");
+  EXPECT_THAT(result.output, HasSubstr(file));
+  EXPECT_LT(fs::file_size(file), 15'000'000U);
+  if (const char* keep = std::getenv("LODESTONE_KEEP_REPORT")) fs::copy_file(file, keep, fs::copy_options::overwrite_existing);
+
+  const Json seen = open(file, "");
+  expect_sound(seen);
+  const auto charts = charts_of(seen);
+  for (const char* name : {"map", "error", "heading", "directions", "weights", "residual", "distribution"}) {
+    EXPECT_EQ(charts.count(name), 1U) << name;
+  }
+  EXPECT_EQ(charts.at("map")["data"]["ground"], "field");
+  EXPECT_EQ(charts.at("map")["data"]["tracks"], "3");  // the truth and two estimates
+  EXPECT_EQ(charts.at("map")["data"]["marks"], "2");
+  EXPECT_EQ(seen["page"]["rows"], 2);
+  EXPECT_EQ(seen["page"]["staleRows"], 2);
+  EXPECT_EQ(seen["page"]["width"], 1280) << "wider than the window";
+  fs::remove(*folder_ / "lane/run/smoother/stale_places.csv");
+}
+
+TEST_F(ReportPage, ShowsTheCloudFromAboveAndInSpace) {
+  expect_done("report " + path("lane/run") + " --out " + path("clouds.html"));
+  Json seen = open(path("clouds.html"), "--choose cloud");
+  expect_sound(seen);
+  EXPECT_EQ(charts_of(seen).at("map")["data"]["ground"], "cloud");
+  seen = open(path("clouds.html"), "--choose space --dark");
+  expect_sound(seen);
+  const Json cloud = charts_of(seen).at("cloud");
+  EXPECT_GT(std::stoi(cloud["data"]["points"].get<std::string>()), 5000);
+  EXPECT_GT(cloud["colors"], 100) << "coloured by height";
+}
+
+TEST_F(ReportPage, FitsAPhoneAndTellsValuesUnderThePointer) {
+  expect_done("report " + path("lane/run") + " --out " + path("phone.html"));
+  expect_sound(open(path("phone.html"), "--size 390x844"));
+  EXPECT_EQ(open(path("phone.html"), "--size 390x844")["page"]["width"], 390);
+  const Json seen = open(path("phone.html"), "--hover 0.5");
+  expect_sound(seen);
+  ASSERT_TRUE(seen["hovered"].is_array());
+  for (const Json& values : seen["hovered"]) {
+    EXPECT_THAT(values.get<std::string>(), testing::ContainsRegex("[0-9]")) << "the cursor is on every chart";
+  }
+}
+
+TEST_F(ReportPage, ShowsSigmaWhereThereIsNoTruth) {
+  expect_done("report " + path("lane/alone"));
+  const Json seen = open(path("lane/alone/report.html"), "");
+  expect_sound(seen);
+  const auto charts = charts_of(seen);
+  EXPECT_EQ(charts.count("sigma"), 1U);
+  EXPECT_EQ(charts.count("error"), 0U);
+  EXPECT_EQ(charts.count("distribution"), 0U);
+  EXPECT_EQ(charts.at("map")["data"]["tracks"], "1");
+}
+
+TEST_F(ReportPage, GathersAnExperiment) {
+  const Json experiment = {
+      {"experiment", "lanes"},
+      {"runs",
+       {{{"name", "short"}, {"group", "lane"}, {"seed", 2}, {"folder", "nowhere"}, {"estimators", {"smoother"}}, {"status", "done"}},
+        {{"name", "short"}, {"group", "lane"}, {"seed", 1}, {"folder", "run"}, {"estimators", {"smoother", "ieskf"}}, {"status", "done"}},
+        {{"name", "alone"}, {"group", "lane"}, {"range_m", 8}, {"seed", 1}, {"folder", "alone"}, {"estimators", {"smoother"}}, {"status", "done"}}}},
+      {"tables", {{{"title", "ATE, m"}, {"header", {"run", "here", "paper"}}, {"rows", {{"short", 0.004, "0.024"}, {"</script>", nullptr, "/"}}}, {"note", "metres"}}}},
+      {"figures", {{{"title", "Map"}, {"png", "run/pictures/map.png"}, {"caption", "of the lane"}}, {{"title", "Lost"}, {"svg", "gone.svg"}}}}};
+  std::ofstream(*folder_ / "lane/reproduce.json") << experiment.dump();
+  expect_done("report " + path("lane") + " --out " + path("lanes.html"));
+  const Json seen = open(path("lanes.html"), "");
+  expect_sound(seen);
+  EXPECT_EQ(seen["page"]["images"], 1);
+  EXPECT_EQ(seen["page"]["rows"], 2) << "the first run's comparison";
+  EXPECT_EQ(charts_of(seen).count("error"), 1U);
+  std::ofstream(*folder_ / "lane/reproduce.json") << R"({"experiment": "x", "runs": 3})";
+  expect_refused("report " + path("lane"), "'runs'");
+  fs::remove(*folder_ / "lane/reproduce.json");
+}
+
+TEST_F(ReportPage, RefusesWhatIsNoRun) {
+  expect_refused("report " + path("nowhere"), "no such folder");
+  expect_refused("report " + path("kept"), "summary.json");
+  expect_refused("report " + path("lane/run") + " --out " + path("nowhere/report.html"), "nowhere/report.html");
+  EXPECT_EQ(run_lodestone("report").code, 2);
+  EXPECT_THAT(run_lodestone("report --help").output, HasSubstr("Examples"));
+  const fs::path broken = *folder_ / "broken";
+  fs::create_directories(broken);
+  std::ofstream(broken / "summary.json") << "{\"estimators\": {\"smoother\": {";
+  expect_refused("report " + broken.string(), "expected JSON");
+  std::ofstream(broken / "summary.json") << R"({"estimators": {"smoother": {}}})";
+  expect_refused("report " + broken.string(), "diagnostics.csv");
+}
+
+}  // namespace
+}  // namespace lodestone

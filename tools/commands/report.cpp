@@ -1,0 +1,43 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "tools/commands.h"
+#include "tools/report/report.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples, on what `lodestone run ... --out /tmp/tunnel/run` writes (see lodestone run --help):
+  lodestone report /tmp/tunnel/run
+  lodestone report /tmp/tunnel/run --out /tmp/tunnel.html)";
+
+struct ReportCall {
+  std::string folder;
+  std::string out;
+};
+
+}  // namespace
+
+void add_report_command(CLI::App& app, int* code) {
+  CLI::App* command = app.add_subcommand("report", "Write one HTML file, readable without a network, about a run");
+  command->footer(kExamples);
+  const auto call = std::make_shared<ReportCall>();
+  command->add_option("DIR", call->folder, "folder that `lodestone run` or `lodestone reproduce` wrote")->required();
+  command->add_option("--out", call->out, "the file to write (default: DIR/report.html)");
+  command->callback([call, code]() {
+    const std::filesystem::path out =
+        call->out.empty() ? std::filesystem::path(call->folder) / "report.html" : std::filesystem::path(call->out);
+    const std::size_t size = write_report(call->folder, out);
+    fmt::print("report: {} ({:.1f} MB)\n", out.string(), static_cast<double>(size) * 1e-6);
+    *code = exit_code::done;
+  });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,137 @@
+#include "tools/report/estimator_data.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "core/evaluation/errors.h"
+#include "core/evaluation/statistics.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tools/report/page_data.h"
+#include "tools/sinks/covariance_file.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kUnseen = 1e6;  // metres: what an infinite sigma is drawn as
+constexpr int kPositionDecimals = 3;
+
+bool has_poses(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty() && line.front() != '#') return true;
+  }
+  return false;
+}
+
+void add_trajectory(Json& json, const Trajectory& trajectory, const TimeBuckets& buckets) {
+  std::vector<Time> times;
+  std::array<std::vector<double>, 3> positions;
+  for (const StampedPose& pose : trajectory) {
+    times.push_back(pose.time);
+    for (int axis = 0; axis < 3; ++axis) positions[axis].push_back(pose.pose.position(axis));
+  }
+  constexpr std::array<const char*, 3> kNames{"x", "y", "z"};
+  for (int axis = 0; axis < 3; ++axis) {
+    json[kNames[axis]] = with_decimals(buckets.summarize(times, positions[axis], Summary::last), kPositionDecimals);
+  }
+}
+
+void add_sigmas(Json& json, const EstimatorFiles& files, const TimeBuckets& buckets) {
+  const std::filesystem::path path = files.folder / "covariance.csv";
+  if (files.trajectory.empty() || !std::filesystem::exists(path)) return;
+  std::vector<Time> times;
+  std::vector<double> position;
+  std::vector<double> heading;
+  for (const StampedCovariance& entry : read_covariances(path)) {
+    times.push_back(entry.time);
+    position.push_back(std::sqrt(entry.covariance.bottomRightCorner<3, 3>().trace()));
+    // A ground robot's turn about its own z axis is its heading's, to within its tilt.
+    heading.push_back(kDegrees * std::sqrt(entry.covariance(2, 2)));
+  }
+  json["sigma"] = rounded(buckets.summarize(times, position, Summary::largest), 4, kUnseen);
+  json["sigma_heading"] = rounded(buckets.summarize(times, heading, Summary::largest), 4, kUnseen);
+}
+
+void add_errors(Json& json, const EstimatorFiles& files, const Trajectory& truth, const TimeBuckets& buckets) {
+  const PosePairs pairs = associate_interpolated(files.trajectory, truth);
+  if (pairs.empty()) return;
+  std::vector<Time> times;
+  for (const PosePair& pair : pairs) times.push_back(pair.time);
+  const std::vector<double> errors = translation_errors(pairs);
+  std::vector<double> heading = heading_errors(pairs);
+  for (double& value : heading) value = kDegrees * std::abs(value);
+  json["error"] = rounded(buckets.summarize(times, errors, Summary::largest), 4);
+  json["heading"] = rounded(buckets.summarize(times, heading, Summary::largest), 4);
+  const ErrorDistribution distribution(errors);
+  std::vector<double> quantiles;
+  constexpr int kParts = 400;
+  for (int i = 0; i <= kParts; ++i) quantiles.push_back(distribution.quantile(static_cast<double>(i) / kParts));
+  json["distribution"] = rounded(quantiles, 4);
+}
+
+/// Figures of the field only where a sample met the map: else their zeros mean nothing.
+std::vector<double> where_sampled(std::vector<double> values, const std::vector<double>& samples) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!(samples[i] > 0.0)) values[i] = std::nan("");
+  }
+  return values;
+}
+
+void add_diagnostics(Json& json, const EstimatorFiles& files, const TimeBuckets& buckets) {
+  const auto add = [&](const char* name, const std::vector<double>& values, Summary summary) {
+    json[name] = rounded(buckets.summarize(files.diagnostics_times, values, summary), 4, kUnseen);
+  };
+  const CsvTable& table = files.diagnostics;
+  for (int i = 1; i <= 6; ++i) {
+    add(fmt::format("direction_{}", i).c_str(), table.numbers(fmt::format("direction_{}_sigma_m", i)), Summary::largest);
+  }
+  add("degenerate", table.numbers("degenerate_directions"), Summary::largest);
+  const std::vector<double> samples = table.numbers("magnetic_samples");
+  add("weight", where_sampled(table.numbers("magnetic_weight"), samples), Summary::smallest);
+  add("shrink", where_sampled(table.numbers("magnetic_shrink"), samples), Summary::smallest);
+  add("residual", where_sampled(table.numbers("magnetic_residual_ut"), samples), Summary::largest);
+}
+
+}  // namespace
+
+EstimatorFiles read_estimator(const std::filesystem::path& folder) {
+  EstimatorFiles files{folder.filename().string(), {}, CsvTable(folder / "diagnostics.csv"), {}, folder};
+  files.diagnostics_times = files.diagnostics.stamps("t_s");
+  const std::filesystem::path trajectory = folder / "trajectory.tum";
+  if (has_poses(trajectory)) files.trajectory = read_tum(trajectory.string());
+  return files;
+}
+
+Json estimator_series(const EstimatorFiles& files, const Trajectory* truth, const TimeBuckets& buckets) {
+  Json json = Json::object();
+  add_trajectory(json, files.trajectory, buckets);
+  add_sigmas(json, files, buckets);
+  if (truth != nullptr) add_errors(json, files, *truth, buckets);
+  add_diagnostics(json, files, buckets);
+  return json;
+}
+
+Json stale_places(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "stale_places.csv";
+  if (!std::filesystem::exists(path)) return nullptr;
+  const CsvTable table(path);
+  Json json;
+  json["columns"] = table.columns();
+  json["rows"] = Json::array();
+  for (std::size_t row = 0; row < table.rows(); ++row) json["rows"].push_back(Json::array());
+  for (const std::string& name : table.columns()) {
+    const std::vector<std::string> column = table.texts(name);
+    for (std::size_t row = 0; row < table.rows(); ++row) json["rows"][row].push_back(column[row]);
+  }
+  return json;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,21 @@
+#include "tools/report/json_file.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "frontends/readers/text_file.h"
+
+namespace lodestone {
+
+nlohmann::ordered_json read_json(const std::filesystem::path& path) {
+  const std::string text = read_text_file(path.string());
+  try {
+    return nlohmann::ordered_json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw InputError(fmt::format("{}: expected JSON, found a mistake at byte {}; write the file again", path.string(), error.byte));
+  }
+}
+
+}  // namespace lodestone

@@ -1,0 +1,94 @@
+#include "tools/report/overview.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "core/error.h"
+#include "core/evaluation/association.h"
+#include "frontends/readers/point_cloud_file.h"
+#include "frontends/readers/text_file.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tools/report/cloud_thinning.h"
+#include "tools/report/field_raster.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::size_t kFieldLimit = 1'000'000;
+constexpr std::size_t kCloudLimit = 150'000;
+constexpr double kFinestVoxel = 0.1;    // metres; finer is not seen on a site's plan
+constexpr double kSurroundings = 40.0;  // metres round the drive
+
+/// The truth interpolated at the scan ends of all estimates.
+Trajectory truth_at_scans(const OverviewInput& input) {
+  Trajectory result;
+  for (const Trajectory* estimate : input.estimates) {
+    for (const PosePair& pair : associate_interpolated(*estimate, *input.truth)) result.push_back({pair.time, pair.truth});
+  }
+  std::stable_sort(result.begin(), result.end(), [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
+  const auto same = [](const StampedPose& a, const StampedPose& b) { return a.time == b.time; };
+  result.erase(std::unique(result.begin(), result.end(), same), result.end());
+  return result;
+}
+
+/// The drive's surroundings. A lost estimate may end up anywhere: it does not count where another leads.
+PlanBox box_around(const Trajectory& drive) {
+  constexpr double kFar = std::numeric_limits<double>::max();
+  PlanBox box{kFar, -kFar, kFar, -kFar};
+  for (const StampedPose& pose : drive) {
+    const Vector3& p = pose.pose.position;
+    if (!p.allFinite()) continue;
+    box = {std::min(box.x_low, p.x()), std::max(box.x_high, p.x()), std::min(box.y_low, p.y()), std::max(box.y_high, p.y())};
+  }
+  return {box.x_low - kSurroundings, box.x_high + kSurroundings, box.y_low - kSurroundings, box.y_high + kSurroundings};
+}
+
+double mean_height(const Trajectory& drive) {
+  double sum = 0.0;
+  for (const StampedPose& pose : drive) sum += pose.pose.position.z();
+  return sum / static_cast<double>(drive.size());
+}
+
+}  // namespace
+
+void write_overview(const std::filesystem::path& folder, const OverviewInput& input) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw InputError(fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
+  // What an earlier run into the same folder left must not pass for this one's.
+  for (const char* name : {"overview.json", "truth.tum", "field.png", "field.json", "cloud.pcd"}) {
+    std::filesystem::remove(folder / name, error);
+  }
+  nlohmann::ordered_json json;
+  json["log_begin_s"] = format_stamp(input.log_begin);
+  Trajectory drive;
+  if (input.truth != nullptr) {
+    drive = truth_at_scans(input);
+    if (!drive.empty()) write_tum((folder / "truth.tum").string(), drive, "the truth at scan ends: t_s x_m y_m z_m qx qy qz qw");
+  }
+  if (drive.empty() && !input.estimates.empty()) drive = *input.estimates.front();
+  if (!drive.empty()) {
+    const PlanBox box = box_around(drive);
+    if (input.field != nullptr) {
+      const FieldRaster raster = rasterize(*input.field, box, mean_height(drive), kFieldLimit);
+      if (!raster.empty()) write_raster(raster, folder / "field.png");
+    }
+    if (!input.cloud.empty()) {
+      WarningLog told_by_the_run;
+      CloudThinning thinning(box, kCloudLimit, kFinestVoxel);
+      stream_point_cloud(input.cloud, told_by_the_run, [&](std::span<const Eigen::Vector3f> points) { thinning.add(points); });
+      if (!thinning.points().empty()) {
+        write_point_cloud((folder / "cloud.pcd").string(), thinning.points());
+        json["cloud_voxel_m"] = thinning.voxel_m();
+      }
+    }
+  }
+  write_text_file((folder / "overview.json").string(), json.dump(2) + "\n");
+}
+
+}  // namespace lodestone

@@ -1,0 +1,37 @@
+// Reads the data of the page and builds it. `data-ready` on the root says that everything has drawn.
+import { h } from './dom.js';
+import { reproduceView } from './reproduce_view.js';
+import { factList, factsOf, runView } from './run_view.js';
+
+function header(data) {
+  if (data.reproduce) {
+    return h('header', {}, h('h1', {}, `Experiment ${data.reproduce.experiment || data.folder}`),
+      h('p', { class: 'quiet' }, `${data.reproduce.all_runs} runs, Lodestone ${data.version}`));
+  }
+  const { run } = data;
+  const lost = run.estimators.filter((one) => one.status === 'lost').map((one) => one.name);
+  const bad = run.status !== 'done';
+  return h('header', {}, h('h1', {}, data.folder, ' ', h('span', { class: `badge ${bad ? 'bad' : 'good'}` },
+    lost.length ? `${lost.join(', ')} lost track` : run.status)),
+    factList({ ...factsOf(run), Lodestone: run.inputs.lodestone ?? data.version }));
+}
+
+function footer() {
+  return h('footer', {}, 'Poses are T_map_imu at scan ends; the map frame is the truth’s, errors are unaligned. Sigma of a position: the root of its covariance’s trace. ',
+    'NEES is per degree of freedom; above 1 an estimator trusts itself too much. This file holds its scripts (uPlot and three.js, MIT licence) and asks no network for anything.');
+}
+
+async function start() {
+  const data = JSON.parse(document.getElementById('data').textContent);
+  const view = data.reproduce ? await reproduceView(data.reproduce) : await runView(data.run);
+  document.getElementById('report').replaceChildren(header(data), h('main', {}, view.element));
+  document.body.append(footer());
+  await view.start();
+  window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((one) => { one.open = true; }));
+  requestAnimationFrame(() => requestAnimationFrame(() => { document.documentElement.dataset.ready = 'yes'; }));
+}
+
+start().catch((error) => {
+  document.getElementById('report').prepend(h('p', { class: 'notice' }, `This report could not be shown: ${error.message}`));
+  throw error;
+});

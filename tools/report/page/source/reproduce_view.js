@@ -1,0 +1,45 @@
+// An experiment: its tables and figures, and the charts of each run behind a selector.
+import { count, h } from './dom.js';
+import { factList, factsOf, runView } from './run_view.js';
+import { plainTable } from './table.js';
+import { forgetThemeListeners } from './theme.js';
+
+const nameOf = (run) => [run.group, run.name].filter(Boolean).join(' · ') || run.folder;
+
+function runBrowser(runs) {
+  const place = h('div', { id: 'run' });
+  const select = h('select', { id: 'choose-run', 'aria-label': 'Run', onchange: () => show(Number(select.value)) },
+    runs.map((run, i) => h('option', { value: i }, nameOf(run))));
+
+  async function show(index) {
+    forgetThemeListeners();
+    const run = runs[index];
+    const view = await runView(run.data);
+    place.replaceChildren(factList({ ...factsOf(run.data), ...(run.seed != null ? { Seed: String(run.seed) } : {}) }), view.element);
+    view.start();
+    place.dataset.run = nameOf(run);
+  }
+
+  return {
+    element: h('section', { id: 'runs' }, h('h2', {}, 'Run by run'), h('div', { class: 'bar' }, h('label', {}, 'run: ', select)), place),
+    start: () => show(0),
+  };
+}
+
+export async function reproduceView(data) {
+  const browser = data.runs.length ? runBrowser(data.runs) : null;
+  const rows = (table) => table.rows.map((row) => row.map((cell) => (typeof cell === 'boolean' ? (cell ? 'yes' : 'no') : cell)));
+  const element = h('div', {},
+    data.missing?.length ? h('p', { class: 'notice' }, `Named by the experiment, but not in its folder: ${data.missing.slice(0, 8).join(', ')}${data.missing.length > 8 ? `, and ${data.missing.length - 8} more` : ''}.`) : null,
+    (data.criteria ?? []).length ? h('section', { id: 'criteria' }, h('h2', {}, 'Criteria'),
+      plainTable(['criterion', 'result', 'met'], data.criteria.map((one) => [one.title ?? one.name, one.result ?? one.value, one.met ? 'yes' : 'no']))) : null,
+    data.tables.map((table) => h('section', { class: 'result' }, h('h2', {}, table.title), plainTable(table.header, rows(table)),
+      table.note ? h('p', { class: 'quiet small' }, table.note) : null)),
+    data.figures.length ? h('section', { id: 'figures' }, h('h2', {}, 'Figures'), h('div', { class: 'two' }, data.figures.map((figure) =>
+      h('figure', {}, figure.image ? h('img', { src: figure.image, alt: figure.title }) : h('p', { class: 'notice' }, 'not in the folder'),
+        h('figcaption', {}, h('b', {}, figure.title), figure.caption ? ` ${figure.caption}` : '',
+          figure.files.length ? h('span', {}, ' Files: ', h('code', {}, figure.files.join(', '))) : ''))))) : null,
+    browser?.element ?? h('p', { class: 'quiet' }, 'No run is finished.'),
+    browser && data.all_runs > data.runs.length ? h('p', { class: 'quiet small' }, `${count(data.runs.length)} of ${count(data.all_runs)} runs are shown: one seed of each.`) : null);
+  return { element, async start() { await browser?.start(); } };
+}

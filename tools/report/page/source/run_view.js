@@ -1,0 +1,213 @@
+// One run: comparison, plan, charts over time, distribution, stale places, warnings, configuration.
+import { distributionChart, timeCharts } from './charts.js';
+import { cloudView } from './cloud_view.js';
+import { brief, count, date, duration, fixed, h, leaf, metres } from './dom.js';
+import { mapView } from './map_view.js';
+import { decodeCloud, decodeField, driveBox } from './plan.js';
+import { placesOf, titleOf } from './stale.js';
+import { RunState } from './state.js';
+import { largest, plainTable, smallest, sortableTable } from './table.js';
+import { onTheme, seriesColor } from './theme.js';
+
+const share = (part, whole) => (whole > 0 ? ` (${fixed((100 * part) / whole, part === whole || part === 0 ? 0 : 1)}\u2009%)` : '');
+
+/** A colour mark that follows the theme. */
+function swatch(index) {
+  const mark = h('span', { class: 'swatch', style: { background: seriesColor(index) } });
+  onTheme(() => { mark.style.background = seriesColor(index); });
+  return mark;
+}
+
+/** Facts of the log and its maps, {title: text}; what is unknown is left out. */
+export function factsOf(run) {
+  const inputs = run.inputs;
+  return Object.fromEntries(Object.entries({
+    Log: leaf(inputs.log), Recorded: date(run.begin_s), Length: duration(run.estimators[0]?.summary.duration_s),
+    'Cloud map': leaf(inputs.cloud) ?? 'none', 'Magnetic map': leaf(inputs.magnetic) ?? 'none', Platform: leaf(inputs.platform),
+    'LiDAR range': inputs.max_range_m ? `${inputs.max_range_m} m` : null, Truth: leaf(inputs.truth) ?? 'none',
+  }).filter(([, value]) => value));
+}
+
+export const factList = (facts) => h('dl', { class: 'facts' }, Object.entries(facts).map(([name, value]) => h('div', {}, h('dt', {}, name), h('dd', {}, value))));
+
+/** The A/B table: what a colleague looks at first. */
+function comparison(run) {
+  const withTruth = run.estimators.some((one) => one.summary.ate_m != null);
+  const of = (name) => (row) => row.summary[name] ?? NaN;
+  const number = (title, unit, name, digits, best) => ({ title, unit, value: of(name), cell: (row) => fixed(of(name)(row), digits), best });
+  const outcome = (row) => {
+    if (row.status !== 'done') return ['bad', row.status];
+    if (row.summary.success == null) return ['good', 'done'];
+    return row.summary.success ? ['good', 'on track'] : ['bad', 'off by more than 1 m'];
+  };
+  const columns = [
+    { title: 'Estimator', value: (row) => row.name, cell: (row) => [swatch(row.index), row.name] },
+    { title: 'Outcome', text: true, value: (row) => outcome(row)[1], cell: (row) => h('span', { class: outcome(row)[0] }, outcome(row)[1]) },
+    ...(withTruth ? [
+      { title: 'ATE', unit: 'rmse, unaligned', value: of('ate_m'), cell: (row) => metres(of('ate_m')(row)), best: smallest },
+      { title: 'Largest', unit: 'error', value: of('max_error_m'), cell: (row) => metres(of('max_error_m')(row)), best: smallest },
+      { title: 'Heading', unit: 'rmse, °', value: of('heading_rmse_deg'), cell: (row) => fixed(of('heading_rmse_deg')(row), 3), best: smallest },
+      { title: 'NEES', unit: '1 is consistent', value: of('nees_pose'), cell: (row) => (of('nees_pose')(row) > 999 ? '> 999' : fixed(of('nees_pose')(row), 2)),
+        best: (values) => smallest(values.map((value) => Math.abs(Math.log(value)))) },
+    ] : []),
+    { title: 'Degenerate', unit: 'scans', value: of('degenerate_scans'), cell: (row) => `${count(of('degenerate_scans')(row))}${share(row.summary.degenerate_scans, row.summary.scans)}` },
+    { title: 'Rejected', unit: 'field samples', value: of('magnetic_rejected'), cell: (row) => count(of('magnetic_rejected')(row)) },
+    number('Speed', '× real time', 'real_time_factor', 1, largest),
+    { title: 'Memory', unit: 'peak, MB', value: of('peak_rss_mb'), cell: (row) => fixed(of('peak_rss_mb')(row), 0), best: smallest },
+  ];
+  return sortableTable(columns, run.estimators.map((one, index) => ({ ...one, index })), withTruth ? 2 : 0);
+}
+
+function warnings(run) {
+  const kinds = new Map();
+  for (const one of run.estimators) {
+    for (const [kind, entry] of Object.entries(one.summary.warnings ?? {})) {
+      if (!kinds.has(kind)) kinds.set(kind, { kind, first: entry.first, at: Number(entry.at_s) - Number(run.begin_s), counts: [] });
+      kinds.get(kind).counts.push(`${one.name} ${count(entry.count)}×`);
+    }
+  }
+  if (!kinds.size) return h('p', { class: 'quiet' }, 'Nothing was warned of.');
+  return sortableTable([
+    { title: 'Warning', value: (row) => row.kind, cell: (row) => h('code', {}, row.kind) },
+    { title: 'First seen', text: true, wrap: true, value: (row) => row.first },
+    { title: 'At', unit: 's', value: (row) => row.at, cell: (row) => fixed(row.at, 1) },
+    { title: 'How often', text: true, value: (row) => row.counts.join(', ') },
+  ], [...kinds.values()]);
+}
+
+function staleSection(state) {
+  const { run } = state;
+  if (!run.estimators.some((one) => one.stale_places || one.summary.stale_map)) return null;
+  const place = h('div');
+  function fill() {
+    const one = run.estimators[state.detail];
+    const figures = one.summary.stale_map;
+    const parts = [];
+    if (figures) {
+      parts.push(h('p', {}, `${one.name}: ${count(figures.stale ?? NaN)} of ${count(figures.places ?? NaN)} places driven through disagree with the magnetic map`,
+        figures.largest_difference_ut != null ? `, the largest by ${brief(figures.largest_difference_ut)} µT` : '',
+        figures.false_alarm_probability != null ? `. A place that has not changed is reported with a probability of ${brief(figures.false_alarm_probability)}` : '', '.'));
+    }
+    if (one.stale_places?.rows.length) {
+      const columns = one.stale_places.columns.map((name, i) => ({ ...titleOf(name),
+        value: (row) => (row[i] !== '' && Number.isFinite(+row[i]) ? +row[i] : row[i]),
+        cell: (row) => (row[i] !== '' && Number.isFinite(+row[i]) ? fixed(+row[i], Number.isInteger(+row[i]) ? 0 : Math.abs(+row[i]) < 1 ? 3 : 2) : row[i]) }));
+      parts.push(sortableTable(columns, one.stale_places.rows));
+    } else if (!figures) {
+      parts.push(h('p', { class: 'quiet' }, `${one.name} has compared no reading with the magnetic map.`));
+    } else {
+      parts.push(h('p', { class: 'quiet' }, 'No place is reported.'));
+    }
+    place.replaceChildren(...parts);
+  }
+  fill();
+  state.on('detail', fill);
+  return h('section', { id: 'stale' }, h('h2', {}, 'Where the magnetic map is stale'), place);
+}
+
+/** Buttons of which one is pressed. */
+function choice(label, options, chosen, act) {
+  const buttons = options.map(([value, text]) => h('button', { type: 'button', 'aria-pressed': String(value === chosen), onclick: () => {
+    buttons.forEach((button, i) => button.setAttribute('aria-pressed', String(options[i][0] === value)));
+    act(value);
+  }, 'data-choice': value }, text));
+  return h('div', { class: 'group', role: 'group', 'aria-label': label }, buttons);
+}
+
+function seriesButtons(state) {
+  return state.run.estimators.map((one, i) => {
+    const button = h('button', { type: 'button', class: 'series', 'aria-pressed': 'true', title: 'Show or hide', onclick: () => state.toggle(one.name) }, swatch(i), one.name);
+    state.on('shown', () => button.setAttribute('aria-pressed', String(state.isShown(one.name))));
+    return button;
+  });
+}
+
+function detailChoice(state) {
+  if (state.run.estimators.length < 2) return null;
+  const select = h('select', { onchange: () => state.look(Number(select.value)) }, state.run.estimators.map((one, i) => h('option', { value: i }, one.name)));
+  state.on('detail', () => { select.value = state.detail; });
+  return h('label', {}, 'in detail: ', select);
+}
+
+function planSection(state, grounds) {
+  const { run } = state;
+  const map = mapView(state, grounds);
+  const space = cloudView(state, grounds.cloud);
+  const top = grounds.cloud ? Math.ceil(grounds.cloud.top) : 0;
+  const height = driveBox(run).z;
+  const bottom = grounds.cloud ? Math.floor(grounds.cloud.low) + 0.5 : 0;
+  // A roof would hide what is below it: the cut begins at a person's height above the robot.
+  const begin = grounds.cloud ? Math.min(top, height[1] + 1.8) : 0;
+  const slider = h('input', { type: 'range', min: bottom, max: top, step: 0.1, value: begin, 'aria-label': 'Show the cloud up to this height, metres' });
+  const shown = h('span', { class: 'small quiet' });
+  const cutter = h('label', { hidden: true }, 'up to ', slider, ' ', shown);
+  const cut = () => {
+    const value = Number(slider.value);
+    shown.textContent = `${fixed(value, 1)} m`;
+    map.setCut(value >= top ? Infinity : value);
+    space.setCut(value >= top ? Infinity : value);
+  };
+  slider.addEventListener('input', cut);
+  const options = [grounds.field && ['field', 'Magnetic field'], grounds.cloud && ['cloud', 'Cloud from above'], ['none', 'Lines only'], grounds.cloud && ['space', 'Cloud in space']].filter(Boolean);
+  const set = (value) => {
+    cutter.hidden = value !== 'cloud' && value !== 'space';
+    map.element.hidden = value === 'space';
+    space.show(value === 'space');
+    if (value !== 'space') {
+      map.setGround(value);
+      map.measure();
+    }
+  };
+  const marks = run.estimators.some((one) => placesOf(one).length) ? ' Triangles: places where the magnetic map is stale.' : '';
+  const note = run.field || run.cloud ? '' : ' The folder holds no overview of the maps.';
+  return {
+    element: h('section', { id: 'plan' }, h('h2', {}, 'Where'),
+      h('p', { class: 'quiet small' }, run.truth ? 'The widest line is the truth; estimates lie over it, ever narrower. ' : '',
+        `The ring is the start. Drag to move; the buttons, +/− or Ctrl and the wheel zoom.${marks}${note}`),
+      h('div', { class: 'bar' }, choice('Ground of the plan', options, map.ground(), set), seriesButtons(state), cutter),
+      map.element, space.element),
+    start() {
+      map.start();
+      if (grounds.cloud) cut();
+      set(map.ground());
+    },
+  };
+}
+
+/** {element, start: to be called when the element stands in the page}. */
+export async function runView(run) {
+  const state = new RunState(run);
+  const grounds = { field: await decodeField(run.field), cloud: decodeCloud(run.cloud) };
+  const plan = planSection(state, grounds);
+  const charts = timeCharts(state);
+  const distribution = run.estimators.some((one) => one.series.distribution) ? distributionChart(state) : null;
+  const reset = h('button', { type: 'button', hidden: true, onclick: () => state.zoom(null) }, 'show all');
+  state.on('span', () => { reset.hidden = state.span == null; });
+  const pooled = run.scans_a_point > 1 ? ` Each point stands for ${run.scans_a_point} scans: their largest error, sigma and residual, their smallest weight.` : '';
+  const limits = run.estimators.map((one) => one.degeneracy_limit_m).filter(Number.isFinite);
+
+  const element = h('div', {},
+    run.status !== 'done' && run.status !== 'lost' ? h('p', { class: 'notice' }, `The run was ${run.status}: it shows what there is up to then.`) : null,
+    h('section', { id: 'comparison' }, h('h2', {}, run.estimators.length > 1 ? 'Comparison' : 'Figures'), comparison(run)),
+    plan.element,
+    h('section', { id: 'time' }, h('h2', {}, 'When'),
+      h('p', { class: 'quiet small' }, `Shaded: scans in which the estimator in detail found a direction that LiDAR does not see${limits.length ? `, its predicted sigma above ${metres(limits[0])}` : ''}. `,
+        `Drag across a chart to zoom all of them; double-click shows all. The cursor is the dot on the plan.${pooled}`),
+      h('div', { class: 'bar' }, seriesButtons(state), detailChoice(state), reset),
+      charts.element),
+    distribution ? h('section', { id: 'distribution' }, h('h2', {}, 'How often'),
+      h('p', { class: 'quiet small' }, 'Share of scans whose position error is at most that along the bottom.'), distribution.element) : null,
+    staleSection(state),
+    h('section', { id: 'warnings' }, h('h2', {}, 'What was warned of'), warnings(run)),
+    run.configuration ? h('section', { id: 'configuration' }, h('h2', {}, 'Configuration'),
+      h('details', {}, h('summary', {}, 'Every option in force, and the files given'),
+        plainTable(['input', 'given'], Object.entries(run.inputs)), h('pre', {}, run.configuration))) : null);
+  return {
+    element,
+    start() {
+      plan.start();
+      charts.draw();
+      distribution?.draw();
+    },
+  };
+}

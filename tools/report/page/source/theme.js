@@ -1,0 +1,58 @@
+// Colours: of the page from its style sheet, of series as in the program's own pictures.
+
+/** Okabe and Ito (2008): the colour-blind tell them apart too. They repeat after seven. */
+const light = ['#d55e00', '#0072b2', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#785e3c'];
+const dark = ['#ff8a3d', '#4aa8e8', '#2fc79b', '#e39cc4', '#f2b632', '#8bcdf4', '#b79a72'];
+
+/** Viridis at eight even steps (Smith and van der Walt 2015). */
+const viridis = [[68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58], [253, 231, 37]];
+
+const darkQuery = window.matchMedia('(prefers-color-scheme: dark)');
+let listeners = [];
+
+export const isDark = () => darkQuery.matches && document.documentElement.dataset.theme !== 'light';
+
+/** A colour of the style sheet by its name. */
+export const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+
+export const seriesColor = (index) => (isDark() ? dark : light)[index % light.length];
+
+/** A share (0 to 1) as [red, green, blue]; mixed with the page's ground so that lines stand out on it. */
+export function heat(share) {
+  const ground = isDark() ? 16 : 255;
+  const paling = isDark() ? 0.35 : 0.4;
+  const place = Math.min(Math.max(share, 0), 1) * (viridis.length - 1);
+  const low = Math.min(Math.floor(place), viridis.length - 2);
+  return [0, 1, 2].map((i) => {
+    const value = viridis[low][i] * (1 - place + low) + viridis[low + 1][i] * (place - low);
+    return Math.round(value * (1 - paling) + ground * paling);
+  });
+}
+
+/** The same, at full strength. */
+export function vivid(share) {
+  const place = Math.min(Math.max(share, 0), 1) * (viridis.length - 1);
+  const low = Math.min(Math.floor(place), viridis.length - 2);
+  return [0, 1, 2].map((i) => Math.round(viridis[low][i] * (1 - place + low) + viridis[low + 1][i] * (place - low)));
+}
+
+/** Calls `act` whenever colours have changed: by the reader's system, or because the page is printed. */
+export function onTheme(act) {
+  listeners.push(act);
+}
+
+/** Forgets all listeners: what they drew is gone. */
+export function forgetThemeListeners() {
+  listeners = [];
+}
+
+const tell = () => listeners.forEach((act) => act());
+darkQuery.addEventListener('change', tell);
+window.addEventListener('beforeprint', () => {
+  document.documentElement.dataset.theme = 'light';
+  tell();
+});
+window.addEventListener('afterprint', () => {
+  delete document.documentElement.dataset.theme;
+  tell();
+});

@@ -1,0 +1,65 @@
+#include "tools/report/report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "frontends/readers/text_file.h"
+#include "tools/report/page_data.h"
+#include "tools/report/page_template.h"
+#include "tools/report/reproduce_data.h"
+#include "tools/report/run_data.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string page(std::string_view title, const Json& data) {
+  constexpr std::string_view kTitle = "@TITLE@";
+  constexpr std::string_view kData = "@DATA@";
+  const std::size_t title_at = kPageTemplate.find(kTitle);
+  const std::size_t data_at = kPageTemplate.find(kData);
+  std::string text(kPageTemplate.substr(0, title_at));
+  text += for_html(title);
+  text += kPageTemplate.substr(title_at + kTitle.size(), data_at - title_at - kTitle.size());
+  text += for_script(data);
+  text += kPageTemplate.substr(data_at + kData.size());
+  return text;
+}
+
+/// The folder with the one that it lies in: "run" alone says little.
+std::string name_of(const std::filesystem::path& folder) {
+  std::filesystem::path path = std::filesystem::weakly_canonical(folder);
+  if (path.filename().empty()) path = path.parent_path();
+  const std::string parent = path.parent_path().filename().string();
+  return parent.empty() ? path.filename().string() : parent + "/" + path.filename().string();
+}
+
+}  // namespace
+
+std::size_t write_report(const std::filesystem::path& folder, const std::filesystem::path& out) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw InputError(fmt::format("{}: there is no such folder; name one that `lodestone run` or `lodestone reproduce` wrote",
+                                 folder.string()));
+  }
+  Json data;
+  data["version"] = LODESTONE_VERSION;
+  data["folder"] = name_of(folder);
+  if (is_reproduce_folder(folder)) {
+    data["reproduce"] = read_reproduce(folder);
+  } else if (is_run_folder(folder)) {
+    data["run"] = read_run(folder, {});
+  } else {
+    throw InputError(fmt::format("{}: expected summary.json or reproduce.json in it, found neither; name the folder given to "
+                                 "--out of `lodestone run` or `lodestone reproduce`",
+                                 folder.string()));
+  }
+  const std::string text = page("Lodestone report: " + name_of(folder), data);
+  write_text_file(out.string(), text);
+  return text.size();
+}
+
+}  // namespace lodestone

@@ -1,0 +1,129 @@
+#include "tools/report/reproduce_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "frontends/readers/text_file.h"
+#include "tools/report/json_file.h"
+#include "tools/report/page_data.h"
+#include "tools/report/run_data.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+/// Text values of a JSON object that may be absent.
+std::string text_of(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+/// The smaller of the figure's pictures, SVG or PNG, embedded; the names of all its files beside it.
+Json figure_json(const fs::path& folder, const Json& figure, Json& missing) {
+  Json json;
+  json["title"] = text_of(figure, "title");
+  json["caption"] = text_of(figure, "caption");
+  json["files"] = Json::array();
+  std::string embedded;
+  std::uintmax_t smallest = 0;
+  for (const char* kind : {"svg", "png", "pdf"}) {
+    const std::string name = text_of(figure, kind);
+    if (name.empty()) continue;
+    const fs::path path = folder / name;
+    if (!fs::exists(path)) {
+      missing.push_back(name);
+      continue;
+    }
+    json["files"].push_back(name);
+    const std::uintmax_t size = fs::file_size(path);
+    if (std::string_view(kind) == "pdf" || (!embedded.empty() && size >= smallest)) continue;
+    smallest = size;
+    embedded = kind;
+  }
+  if (!embedded.empty()) {
+    const std::string bytes = read_text_file((folder / text_of(figure, embedded.c_str())).string());
+    json["image"] = data_uri(embedded == "svg" ? "image/svg+xml" : "image/png", bytes);
+  }
+  return json;
+}
+
+/// One run of those that differ in nothing but their seed: the one of the smallest.
+std::vector<Json> one_seed_each(const Json& runs) {
+  std::map<std::string, std::size_t> places;
+  std::vector<Json> chosen;
+  for (const Json& run : runs) {
+    Json key = run;
+    for (const char* differs : {"seed", "folder", "name", "estimators", "status"}) key.erase(differs);
+    const auto [found, fresh] = places.try_emplace(key.dump(), chosen.size());
+    if (fresh) {
+      chosen.push_back(run);
+    } else if (run.value("seed", 0) < chosen[found->second].value("seed", 0)) {
+      chosen[found->second] = run;
+    }
+  }
+  return chosen;
+}
+
+/// About 15 MB for all runs: six characters a value, some twenty series an estimator.
+DetailLimits limits_for(const std::vector<Json>& runs) {
+  constexpr double kCharacters = 9e6;
+  constexpr double kCharactersAPoint = 20.0 * 6.0;
+  std::size_t estimators = 0;
+  for (const Json& run : runs) {
+    const auto found = run.find("estimators");
+    estimators += found != run.end() && found->is_array() ? found->size() : 1;
+  }
+  const auto share = [](double total, std::size_t count) { return static_cast<std::size_t>(total / std::max<std::size_t>(1, count)); };
+  DetailLimits limits;
+  limits.points_a_series = std::clamp<std::size_t>(share(kCharacters / kCharactersAPoint, estimators), 200, 2000);
+  limits.field_values = std::clamp<std::size_t>(share(3e6, runs.size()), 40'000, 1'000'000);
+  limits.cloud_points = std::clamp<std::size_t>(share(3e5, runs.size()), 8'000, 150'000);
+  return limits;
+}
+
+}  // namespace
+
+bool is_reproduce_folder(const fs::path& folder) { return fs::exists(folder / "reproduce.json"); }
+
+Json read_reproduce(const fs::path& folder) {
+  const fs::path path = folder / "reproduce.json";
+  const Json source = read_json(path);
+  for (const char* key : {"runs", "tables", "figures"}) {
+    if (!source.is_object() || !source.contains(key) || !source[key].is_array()) {
+      throw InputError(fmt::format("{}: expected a list under '{}'; run `lodestone reproduce` again", path.string(), key));
+    }
+  }
+  Json missing = Json::array();
+  Json json;
+  json["experiment"] = text_of(source, "experiment");
+  json["tables"] = source["tables"];
+  if (source.contains("criteria")) json["criteria"] = source["criteria"];
+  json["figures"] = Json::array();
+  for (const Json& figure : source["figures"]) json["figures"].push_back(figure_json(folder, figure, missing));
+
+  json["all_runs"] = source["runs"].size();
+  const std::vector<Json> runs = one_seed_each(source["runs"]);
+  const DetailLimits limits = limits_for(runs);
+  json["runs"] = Json::array();
+  for (const Json& run : runs) {
+    const fs::path place = folder / text_of(run, "folder");
+    if (!is_run_folder(place)) {
+      missing.push_back(text_of(run, "folder"));
+      continue;
+    }
+    Json entry = run;
+    entry["data"] = read_run(place, limits);
+    json["runs"].push_back(std::move(entry));
+  }
+  json["missing"] = missing;
+  return json;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,179 @@
+#include "tools/report/run_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/warnings.h"
+#include "frontends/configuration/configuration_node.h"
+#include "frontends/readers/point_cloud_file.h"
+#include "frontends/readers/text_file.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tools/report/cloud_thinning.h"
+#include "tools/report/estimator_data.h"
+#include "tools/report/field_raster.h"
+#include "tools/report/json_file.h"
+#include "tools/report/page_data.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+/// Every scan end of any estimator: they share a log, but one may have ended early.
+std::vector<Time> all_stamps(const std::vector<EstimatorFiles>& estimators) {
+  std::vector<Time> stamps;
+  for (const EstimatorFiles& files : estimators) {
+    stamps.insert(stamps.end(), files.diagnostics_times.begin(), files.diagnostics_times.end());
+    for (const StampedPose& pose : files.trajectory) stamps.push_back(pose.time);
+  }
+  std::sort(stamps.begin(), stamps.end());
+  stamps.erase(std::unique(stamps.begin(), stamps.end()), stamps.end());
+  return stamps;
+}
+
+/// The limit beyond which that estimator calls a direction degenerate, metres: its own where the configuration names one.
+Json degeneracy_limit(const ConfigurationNode& configuration, const std::string& estimator) {
+  const ConfigurationNode* own = configuration.find(estimator);
+  for (const ConfigurationNode* scope : {own, &configuration}) {
+    const ConfigurationNode* group = scope != nullptr ? scope->find("degeneracy") : nullptr;
+    const ConfigurationNode* value = group != nullptr ? group->find("max_sigma_m") : nullptr;
+    if (value != nullptr) return value->as_double();
+  }
+  return nullptr;
+}
+
+Json field_json(const fs::path& path, std::size_t limit) {
+  const FieldRaster raster = coarsened(read_raster(path), limit);
+  const RasterImage image = to_image(raster);
+  Json json;
+  json["image"] = data_uri("image/png", image.png);
+  json["columns"] = raster.columns;
+  json["rows"] = raster.rows;
+  json["resolution_m"] = raster.resolution_m;
+  json["x_m"] = raster.x_m;
+  json["y_m"] = raster.y_m;
+  json["height_m"] = raster.height_m;
+  json["low_ut"] = image.low_ut;
+  json["high_ut"] = image.high_ut;
+  return json;
+}
+
+/// Positions as 16-bit shares of their box, three a point: a millimetre in 65 m.
+Json cloud_json(const fs::path& path, std::size_t limit) {
+  WarningLog ignored;  // NaN points were dropped when the overview was written
+  const std::vector<Eigen::Vector3f> cloud = read_point_cloud(path.string(), ignored);
+  CloudThinning thinning({-1e9, 1e9, -1e9, 1e9}, limit, 0.05);
+  thinning.add(cloud);
+  const std::vector<Eigen::Vector3f>& points = cloud.size() <= limit ? cloud : thinning.points();
+  Eigen::Vector3f low = points.front();
+  Eigen::Vector3f high = points.front();
+  for (const Eigen::Vector3f& point : points) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  const Eigen::Vector3f step = ((high - low) / 65535.0F).cwiseMax(1e-6F);
+  std::string bytes;
+  bytes.reserve(points.size() * 6);
+  for (const Eigen::Vector3f& point : points) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto share = static_cast<std::uint16_t>(std::lround((point(axis) - low(axis)) / step(axis)));
+      bytes += static_cast<char>(share & 0xffU);  // little-endian on every machine
+      bytes += static_cast<char>(share >> 8);
+    }
+  }
+  Json json;
+  json["count"] = points.size();
+  json["low_m"] = {low.x(), low.y(), low.z()};
+  json["step_m"] = {step.x(), step.y(), step.z()};
+  json["positions"] = base64(bytes);
+  return json;
+}
+
+void add_truth(Json& json, const Trajectory& truth, const TimeBuckets& buckets) {
+  std::vector<Time> times;
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<double> z;
+  for (const StampedPose& pose : truth) {
+    times.push_back(pose.time);
+    x.push_back(pose.pose.position.x());
+    y.push_back(pose.pose.position.y());
+    z.push_back(pose.pose.position.z());
+  }
+  const auto series = [&](const std::vector<double>& values) {
+    return with_decimals(buckets.summarize(times, values, Summary::last), 3);
+  };
+  json["truth"] = {{"x", series(x)}, {"y", series(y)}, {"z", series(z)}};
+}
+
+std::string status_of(const EstimatorFiles& files, const std::string& overall) {
+  const std::vector<std::string> health = files.diagnostics.texts("health");
+  if (!health.empty() && health.back() == "lost") return "lost";
+  return overall == "lost" ? "done" : overall;
+}
+
+}  // namespace
+
+bool is_run_folder(const fs::path& folder) { return fs::exists(folder / "summary.json"); }
+
+Json read_run(const fs::path& folder, const DetailLimits& limits) {
+  const Json summary = read_json(folder / "summary.json");
+  if (!summary.is_object() || !summary.contains("estimators") || !summary["estimators"].is_object()) {
+    throw InputError(fmt::format("{}: expected the summary of a run with 'estimators'; name a folder that `lodestone run` wrote",
+                                 (folder / "summary.json").string()));
+  }
+  std::vector<EstimatorFiles> estimators;
+  for (const auto& [name, figures] : summary["estimators"].items()) estimators.push_back(read_estimator(folder / name));
+  const TimeBuckets buckets(all_stamps(estimators), limits.points_a_series);
+  if (buckets.size() == 0) throw InputError(fmt::format("{}: no estimator gave a scan; there is nothing to show", folder.string()));
+
+  const fs::path overview = folder / "overview";
+  Time begin = buckets.times().front();
+  if (fs::exists(overview / "overview.json")) {
+    const Json notes = read_json(overview / "overview.json");
+    if (notes.contains("log_begin_s")) parse_stamp(notes["log_begin_s"].get<std::string>(), begin);
+  }
+  Json json;
+  json["inputs"] = Json::object();
+  for (const auto& [name, value] : summary.items()) {
+    if (name != "estimators" && name != "status") json["inputs"][name] = value;
+  }
+  json["status"] = summary.value("status", "done");
+  json["begin_s"] = format_stamp(begin);
+  json["scans_a_point"] = buckets.width();
+  std::vector<double> seconds;
+  for (const Time time : buckets.times()) seconds.push_back(to_seconds(time - begin));
+  json["t"] = with_decimals(seconds, 3);
+
+  Trajectory truth;
+  if (fs::exists(overview / "truth.tum")) {
+    truth = read_tum((overview / "truth.tum").string());
+    add_truth(json, truth, buckets);
+  }
+  const std::string configuration =
+      fs::exists(folder / "config.yaml") ? read_text_file((folder / "config.yaml").string()) : std::string();
+  const ConfigurationNode options = ConfigurationNode::parse(configuration, (folder / "config.yaml").string());
+  json["estimators"] = Json::array();
+  for (const EstimatorFiles& files : estimators) {
+    Json entry;
+    entry["name"] = files.name;
+    entry["status"] = status_of(files, json["status"]);
+    entry["summary"] = summary["estimators"][files.name];
+    entry["degeneracy_limit_m"] = degeneracy_limit(options, files.name);
+    entry["series"] = estimator_series(files, truth.empty() ? nullptr : &truth, buckets);
+    entry["stale_places"] = stale_places(files.folder);
+    json["estimators"].push_back(std::move(entry));
+  }
+  if (fs::exists(overview / "field.png")) json["field"] = field_json(overview / "field.png", limits.field_values);
+  if (fs::exists(overview / "cloud.pcd")) json["cloud"] = cloud_json(overview / "cloud.pcd", limits.cloud_points);
+  json["configuration"] = configuration;
+  return json;
+}
+
+}  // namespace lodestone
