@@ -64,11 +64,11 @@ Json field_json(const fs::path& path, std::size_t limit) {
   return json;
 }
 
-/// Positions as 16-bit shares of their box, three a point: a millimetre in 65 m.
-Json cloud_json(const fs::path& path, std::size_t limit) {
+/// Positions as 16-bit shares of their box, three a point: a millimetre in 65 m. `spacing_m`: of the stored cloud.
+Json cloud_json(const fs::path& path, double spacing_m, std::size_t limit) {
   WarningLog ignored;  // NaN points were dropped when the overview was written
   const std::vector<Eigen::Vector3f> cloud = read_point_cloud(path.string(), ignored);
-  CloudThinning thinning({-1e9, 1e9, -1e9, 1e9}, limit, 0.05);
+  CloudThinning thinning({-1e9, 1e9, -1e9, 1e9}, limit, spacing_m);
   thinning.add(cloud);
   const std::vector<Eigen::Vector3f>& points = cloud.size() <= limit ? cloud : thinning.points();
   Eigen::Vector3f low = points.front();
@@ -89,6 +89,7 @@ Json cloud_json(const fs::path& path, std::size_t limit) {
   }
   Json json;
   json["count"] = points.size();
+  json["spacing_m"] = cloud.size() <= limit ? spacing_m : thinning.voxel_m();
   json["low_m"] = {low.x(), low.y(), low.z()};
   json["step_m"] = {step.x(), step.y(), step.z()};
   json["positions"] = base64(bytes);
@@ -134,11 +135,9 @@ Json read_run(const fs::path& folder, const DetailLimits& limits) {
   if (buckets.size() == 0) throw InputError(fmt::format("{}: no estimator gave a scan; there is nothing to show", folder.string()));
 
   const fs::path overview = folder / "overview";
+  const Json notes = fs::exists(overview / "overview.json") ? read_json(overview / "overview.json") : Json::object();
   Time begin = buckets.times().front();
-  if (fs::exists(overview / "overview.json")) {
-    const Json notes = read_json(overview / "overview.json");
-    if (notes.contains("log_begin_s")) parse_stamp(notes["log_begin_s"].get<std::string>(), begin);
-  }
+  parse_stamp(notes.value("log_begin_s", ""), begin);
   Json json;
   json["inputs"] = Json::object();
   for (const auto& [name, value] : summary.items()) {
@@ -171,7 +170,9 @@ Json read_run(const fs::path& folder, const DetailLimits& limits) {
     json["estimators"].push_back(std::move(entry));
   }
   if (fs::exists(overview / "field.png")) json["field"] = field_json(overview / "field.png", limits.field_values);
-  if (fs::exists(overview / "cloud.pcd")) json["cloud"] = cloud_json(overview / "cloud.pcd", limits.cloud_points);
+  if (fs::exists(overview / "cloud.pcd")) {
+    json["cloud"] = cloud_json(overview / "cloud.pcd", notes.value("cloud_voxel_m", 0.1), limits.cloud_points);
+  }
   json["configuration"] = configuration;
   return json;
 }

@@ -5,7 +5,7 @@
 //
 // --whole: the screenshot shows the page to its end. --hover: the pointer stands over the first chart, at that share of
 // its width.
-import { writeFileSync } from 'node:fs';
+import { existsSync, writeFileSync } from 'node:fs';
 import { resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
@@ -14,6 +14,10 @@ import { Chromium } from './chromium.mjs';
 const { values: options, positionals: [file] } = parseArgs({ allowPositionals: true, options: {
   size: { type: 'string', default: '1280x900' }, dark: { type: 'boolean' }, choose: { type: 'string' }, detail: { type: 'string' }, hover: { type: 'string' },
   screenshot: { type: 'string' }, whole: { type: 'boolean' }, pdf: { type: 'string' }, scale: { type: 'string', default: '1' } } });
+if (!file || !existsSync(file)) {
+  console.error(`open_report.mjs: ${file ?? 'no file named'}: there is no such file`);
+  process.exit(2);
+}
 const [width, height] = options.size.split('x').map(Number);
 const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
 

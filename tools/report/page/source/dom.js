@@ -16,7 +16,7 @@ export function h(name, attributes = {}, ...children) {
 const thin = '\u2009';
 
 /** A number with so many digits after the point; an en dash for what is no number. */
-export const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : '–');
+export const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1') : '–');
 
 /** A length in the unit in which it is read most easily. */
 export function metres(value) {

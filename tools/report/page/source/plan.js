@@ -7,19 +7,17 @@ function bytesOf(text) {
   return bytes;
 }
 
-/** {x, y, z: Float32Array, low, high: of z}; null without a cloud. */
+/** {x, y, z: Float32Array, rising in z; low, high: of z, top: its largest; spacing}, metres; null without a cloud. */
 export function decodeCloud(cloud) {
   if (!cloud) return null;
   const view = new DataView(bytesOf(cloud.positions).buffer);
-  const axes = [0, 1, 2].map((axis) => {
-    const values = new Float32Array(cloud.count);
-    for (let i = 0; i < cloud.count; ++i) values[i] = cloud.low_m[axis] + cloud.step_m[axis] * view.getUint16(6 * i + 2 * axis, true);
-    return values;
-  });
-  const sorted = Float32Array.from(axes[2]).sort();
+  // By height: from above, what is higher hides what is below it.
+  const order = Uint32Array.from({ length: cloud.count }, (_, i) => i).sort((a, b) => view.getUint16(6 * a + 4, true) - view.getUint16(6 * b + 4, true));
+  const axes = [0, 1, 2].map((axis) => Float32Array.from(order, (i) => cloud.low_m[axis] + cloud.step_m[axis] * view.getUint16(6 * i + 2 * axis, true)));
+  const sorted = axes[2];
   const at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
   // Colours run between quantiles: one stray point far above would take the whole scale.
-  return { x: axes[0], y: axes[1], z: axes[2], low: at(0.01), high: Math.max(at(0.99), at(0.01) + 0.1), top: sorted[sorted.length - 1] };
+  return { x: axes[0], y: axes[1], z: axes[2], spacing: cloud.spacing_m ?? 0.1, low: at(0.01), high: Math.max(at(0.99), at(0.01) + 0.1), top: sorted[sorted.length - 1] };
 }
 
 /** The raster's shares: a promise of {grey: Uint8Array, top row first; 0: no field}; null without a field. */
