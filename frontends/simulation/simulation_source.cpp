@@ -63,7 +63,11 @@ struct SimulationSource::Implementation {
         imu(motion, world.imu, world.gravity_m_s2, start_time, run_seed),
         magnetometers(motion, environment->field, world.magnetometers, start_time, run_seed),
         lidar(environment->caster, motion, world.lidar, start_time, run_seed),
-        scan_count(is_survey ? 0 : lidar.scan_count()) {}
+        scan_count(is_survey ? 0 : lidar.scan_count()) {
+    if (!is_survey && !sequence.faults.empty()) {
+      faults = std::make_unique<FaultInjector>(sequence.faults, start_time, run_seed);
+    }
+  }
 
   Time magnetic_time() const {
     if (magnetic_part < readings.size()) return readings[magnetic_part].time;
@@ -96,6 +100,20 @@ struct SimulationSource::Implementation {
     return scan;
   }
 
+  bool next_healthy(Measurement& measurement) {
+    const Time imu_time = imu.next_time().value_or(never), field_time = magnetic_time(), end_time = scan_time();
+    const Time first = std::min({imu_time, field_time, end_time});
+    if (first == never) return false;
+    if (first == imu_time) {
+      measurement = imu.next();
+    } else if (first == field_time) {
+      measurement = take_magnetic();
+    } else {
+      measurement = take_scan();
+    }
+    return true;
+  }
+
   std::shared_ptr<const Environment> environment;
   bool is_survey;
   std::uint64_t run_seed;
@@ -113,6 +131,7 @@ struct SimulationSource::Implementation {
   std::deque<std::vector<MagneticSample>> magnetic_batch;
   std::vector<MagneticSample> readings;  ///< of one instant, handed out from magnetic_part on
   std::size_t magnetic_part = 0;
+  std::unique_ptr<FaultInjector> faults;  ///< null: a healthy robot
 };
 
 SimulationSource::SimulationSource(const World& world, std::shared_ptr<const Environment> environment,
@@ -124,17 +143,17 @@ SimulationSource::~SimulationSource() = default;
 
 bool SimulationSource::next(Measurement& measurement) {
   Implementation& i = *implementation_;
-  const Time imu = i.imu.next_time().value_or(never), magnetic = i.magnetic_time(), scan = i.scan_time();
-  const Time first = std::min({imu, magnetic, scan});
-  if (first == never) return false;
-  if (first == imu) {
-    measurement = i.imu.next();
-  } else if (first == magnetic) {
-    measurement = i.take_magnetic();
-  } else {
-    measurement = i.take_scan();
+  if (i.faults == nullptr) return i.next_healthy(measurement);
+  for (;;) {
+    if (i.faults->pop(measurement)) return true;
+    Measurement healthy;
+    if (i.next_healthy(healthy)) {
+      i.faults->push(std::move(healthy));
+    } else {
+      i.faults->end();
+      return i.faults->pop(measurement);
+    }
   }
-  return true;
 }
 
 Time SimulationSource::begin_time() const {

@@ -24,7 +24,7 @@ struct Environment {
 };
 
 /// One drive through a world as measurements, in the order in which they are complete (a scan at its end). The same
-/// world and seed give the same bits on any number of threads.
+/// world and seed give the same bits on any number of threads. Faults are those of the sequence; a survey has none.
 class SimulationSource : public MeasurementSource {
  public:
   enum class Drive {

@@ -10,6 +10,7 @@
 #include "core/options.h"
 #include "core/sensor_suite.h"
 #include "core/time.h"
+#include "frontends/simulation/faults.h"
 #include "frontends/simulation/sensor_options.h"
 
 /// Worlds and the sensors that drive through them: what `lodestone simulate` writes, also as a MeasurementSource.
@@ -96,6 +97,7 @@ struct Sequence {
   double max_yaw_rate_rad_s = 0.8;
   double rest_s = 2.0;  ///< standing at the start, and half as long at the end
   std::string scene;    ///< that is driven through where the call names none; empty: the world's solids alone
+  std::vector<Fault> faults;  ///< the world's, then its own
 };
 
 /// A world as its YAML file says. Nothing in the code knows a world by name.

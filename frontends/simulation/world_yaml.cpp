@@ -237,6 +237,7 @@ Sequence read_sequence(const ConfigurationNode& node, const std::vector<Solid>& 
   section.require(sequence.acceleration_m_s2 > 0.0, "acceleration_m_s2", "above 0");
   section.require(sequence.max_yaw_rate_rad_s > 0.0, "max_yaw_rate_rad_s", "above 0");
   section.require(sequence.rest_s >= 0.0, "rest_s", "at least 0");
+  section.find("faults");  // read where the magnetometers' names are known
   section.finish();
   return sequence;
 }
@@ -283,9 +284,17 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   if (const ConfigurationNode* scenes = section.find("scenes")) read_scenes(*scenes, templates, world);
   if (const ConfigurationNode* cloud = section.find("cloud")) check_scene(world, *cloud, world.cloud.scene);
   const ConfigurationNode& sequences = section.at("sequences");
+  std::vector<std::string> magnetometers;
+  for (const MagnetometerMount& mount : world.magnetometers.mounts) magnetometers.push_back(mount.name);
+  std::vector<Fault> faults;
+  if (const ConfigurationNode* list = section.find("faults")) faults = read_faults(*list, magnetometers);
   for (const std::string& name : sequences.keys()) {
-    world.sequences[name] = read_sequence(sequences.at(name), world.solids);
-    check_scene(world, sequences.at(name), world.sequences[name].scene);
+    Sequence& sequence = world.sequences[name] = read_sequence(sequences.at(name), world.solids);
+    check_scene(world, sequences.at(name), sequence.scene);
+    sequence.faults = faults;
+    if (const ConfigurationNode* list = sequences.at(name).find("faults")) {
+      for (Fault& fault : read_faults(*list, magnetometers)) sequence.faults.push_back(std::move(fault));
+    }
   }
   section.require(!world.sequences.empty(), "sequences", "a map of at least one sequence");
   section.finish();

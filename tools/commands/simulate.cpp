@@ -156,7 +156,9 @@ void add_simulate_command(CLI::App& app, int* code) {
       "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel\n"
       "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/warehouse --sequence 2 --seed 7 "
       "--set sensors.magnetometers.noise_ut=5\n"
-      "  lodestone simulate config/worlds/carpark.yaml --scene 2026-02-06 --only survey --out /tmp/february");
+      "  lodestone simulate config/worlds/carpark.yaml --scene 2026-02-06 --only survey --out /tmp/february\n"
+      "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/faulty "
+      "--set 'faults=[{kind: hard_iron, magnetometer: front_0, offset_ut: [12, -5, 8]}]'");
   command->callback([options, code] {
     simulate(*options);
     *code = exit_code::done;

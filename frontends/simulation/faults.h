@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/measurements.h"
+#include "core/options.h"
+
+namespace lodestone {
+class ConfigurationNode;
+}
+
+/// What goes wrong with a robot's sensors on a drive. Maps, survey and platform file know nothing of it: they are those of
+/// the healthy robot.
+namespace lodestone::simulation {
+
+enum class FaultKind {
+  hard_iron,      ///< a constant field on top, sensor axes
+  soft_iron,      ///< the reading is multiplied by a matrix
+  misalignment,   ///< the sensor is turned against what the platform file says
+  bias_drift,     ///< an offset that grows while the fault lasts, and stays
+  dead,           ///< no messages
+  stuck,          ///< the first value repeats
+  saturated,      ///< components are clipped
+  spikes,         ///< single readings are far off
+  lidar_outage,   ///< no scans, or empty ones
+  imu_gap,        ///< no IMU samples
+  imu_bias_jump,  ///< both biases of the IMU jump, and stay
+  clock_offset    ///< stamps of a sensor are off
+};
+
+constexpr auto enum_names(FaultKind) {
+  return EnumNames<FaultKind, 12>{{{FaultKind::hard_iron, "hard_iron"},
+                                   {FaultKind::soft_iron, "soft_iron"},
+                                   {FaultKind::misalignment, "misalignment"},
+                                   {FaultKind::bias_drift, "bias_drift"},
+                                   {FaultKind::dead, "dead"},
+                                   {FaultKind::stuck, "stuck"},
+                                   {FaultKind::saturated, "saturated"},
+                                   {FaultKind::spikes, "spikes"},
+                                   {FaultKind::lidar_outage, "lidar_outage"},
+                                   {FaultKind::imu_gap, "imu_gap"},
+                                   {FaultKind::imu_bias_jump, "imu_bias_jump"},
+                                   {FaultKind::clock_offset, "clock_offset"}}};
+}
+
+/// One fault. Times are seconds since the log's begin by the true clock; it lasts over [begin_s, end_s).
+struct Fault {
+  FaultKind kind = FaultKind::hard_iron;
+  double begin_s = 0.0;
+  double end_s = std::numeric_limits<double>::infinity();
+  std::vector<int> magnetometers;            ///< which ones; of a clock offset: those whose stamps are off
+  Vector3 offset_ut = Vector3::Zero();       ///< hard_iron
+  Matrix3 matrix = Matrix3::Identity();      ///< soft_iron: of the reading; misalignment: Rᵀ of the sensor's turn R
+  Vector3 rate_ut_s = Vector3::Zero();       ///< bias_drift
+  double random_walk_ut_sqrt_s = 0.0;        ///< bias_drift: one sigma a component after 1 s
+  double limit_ut = 0.0;                     ///< saturated: components stay within ± this
+  double rate_per_s = 0.0;                   ///< spikes: so many on average
+  double size_ut = 0.0;                      ///< spikes: length of each, in a random direction
+  bool empty_scans = false;                  ///< lidar_outage: scans without points instead of none
+  Vector3 gyroscope_rad_s = Vector3::Zero();      ///< imu_bias_jump
+  Vector3 accelerometer_m_s2 = Vector3::Zero();   ///< imu_bias_jump
+  bool imu_clock = false;                    ///< clock_offset: the IMU's stamps are off
+  bool lidar_clock = false;                  ///< clock_offset: the scans' stamps are off
+  Time clock_offset = 0;                     ///< added to stamps
+};
+
+/// Reads a list of faults. `magnetometers`: their names, in the order of the suite. Throws InputError with file, line, key
+/// and what to change.
+std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers);
+
+/// Puts faults into a stream of measurements. What no fault touches stays as it was, to the bit; faults act in the order of
+/// their list, stamps are shifted last. The same faults, seed and stream give the same bits.
+class FaultInjector {
+ public:
+  /// `start`: the log's begin.
+  FaultInjector(std::vector<Fault> faults, Time start, std::uint64_t seed);
+  ~FaultInjector();
+
+  /// The next healthy measurement, in order of completion.
+  void push(Measurement&& measurement);
+
+  /// No more will be pushed.
+  void end();
+
+  /// The next measurement as it is recorded, in order of completion by the stamps; false where the stream must go on first.
+  bool pop(Measurement& measurement);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lodestone::simulation
