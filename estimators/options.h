@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/evaluation/stale_map.h"
 #include "core/maps/field_map_options.h"
 #include "core/maps/magnetic_map.h"
 #include "core/maps/plane_map.h"
@@ -190,6 +191,16 @@ struct FilterOptions {
   }
 };
 
+/// What is looked for in a finished run.
+struct ReportOptions {
+  StaleMapOptions stale_map;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.section("stale_map", stale_map);
+  }
+};
+
 /// Everything that a run can be told, by key. Sections `lidar`, `initial` and most of `magnetic` serve every estimator.
 struct RunOptions {
   InitialOptions initial;
@@ -198,6 +209,7 @@ struct RunOptions {
   MagneticOptions magnetic;
   SmootherOptions smoother;
   FilterOptions ieskf;
+  ReportOptions report;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -207,6 +219,7 @@ struct RunOptions {
     visitor.section("magnetic", magnetic);
     visitor.section("smoother", smoother);
     visitor.section("ieskf", ieskf);
+    visitor.section("report", report);
   }
 };
 

@@ -66,6 +66,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   BothSinks sinks(files, outcome.record);
   std::unique_ptr<Estimator> estimator;
   std::optional<InputError> failure;
+  ArrayLog readings(run.field.map != nullptr ? run.field.suite->magnetometers.size() : 0);
   Time first_start = 0;
   Time last_end = 0;
   {
@@ -78,6 +79,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
           first_start = bundle.scan.start;
         }
         estimator->process(bundle, sinks);
+        if (run.field.map != nullptr) readings.add(bundle.magnetic);
         ++summary.scans;
         last_end = bundle.scan.end;
         progress.update(last_end);
@@ -107,6 +109,12 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
     if (summary.status != RunStatus::lost) warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
   }
   files.finish(mark);
+  if (run.field.map != nullptr) {
+    FieldReport report = report_field(run.field, readings, outcome.record, warnings);
+    write_field_report(run.folder, report);
+    summary.stale_map = std::move(report.stale);
+    outcome.field_rows = std::move(report.rows);
+  }
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_rss_mb = peak_memory_mb();
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log.end, summary.status);

@@ -7,6 +7,7 @@
 
 #include "core/measurements.h"
 #include "estimators/estimator.h"
+#include "tools/run/field_report.h"
 #include "tools/run/run_summary.h"
 
 namespace lodestone {
@@ -21,8 +22,10 @@ struct OpenedLog {
 /// One estimator's pass over a log.
 struct EstimatorRun {
   std::string name;
-  std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, summary.json
+  std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, summary.json;
+                                 ///< with a field field_residuals.csv, stale_places.csv, field_cells.csv
   const Trajectory* truth = nullptr;  ///< null: no figures against the truth
+  FieldMaterial field;                ///< its map null: no stale-map report
   std::function<OpenedLog()> open;    ///< opens the log at its beginning; its time counts
   std::function<std::unique_ptr<Estimator>(const ScanBundle&)> make_estimator;  ///< called with the first bundle
 };
@@ -31,6 +34,7 @@ struct EstimatorRun {
 struct EstimatorOutcome {
   RunSummary summary;
   EstimateRecord record;
+  std::vector<FieldRow> field_rows;  ///< of the stale-map report
   Time log_begin = 0;
 };
 

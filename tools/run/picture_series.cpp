@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/evaluation/errors.h"
+#include "tools/pictures/stale_map_picture.h"
 
 namespace lodestone {
 
@@ -51,6 +52,20 @@ void write_pictures(const std::filesystem::path& folder, const MagneticMap* map,
   draw_map_picture(folder / "map", map, during(truth, series), series);
   draw_error_picture(folder / "error", series);
   draw_distribution_picture(folder / "distribution", series);
+}
+
+void write_stale_map_pictures(const std::filesystem::path& folder, const MagneticMap& map,
+                              const std::vector<EstimatorOutcome>& outcomes) {
+  std::filesystem::create_directories(folder);
+  bool first = true;
+  for (const EstimatorOutcome& outcome : outcomes) {
+    if (!outcome.summary.stale_map || outcome.field_rows.empty()) continue;
+    std::vector<DifferencePoint> drive;
+    for (const FieldRow& row : outcome.field_rows) drive.push_back({row.position, row.mean_size_ut});
+    const std::string name = first ? "stale_map.png" : "stale_map_" + outcome.summary.estimator + ".png";
+    draw_stale_map_picture(folder / name, map, drive, *outcome.summary.stale_map);
+    first = false;
+  }
 }
 
 }  // namespace lodestone

@@ -12,4 +12,8 @@ PictureSeries picture_series(const EstimatorOutcome& outcome);
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<PictureSeries>& series);
 
+/// Writes stale_map.png into `folder`: of the first pass that has a stale-map report; of further ones stale_map_NAME.png.
+void write_stale_map_pictures(const std::filesystem::path& folder, const MagneticMap& map,
+                              const std::vector<EstimatorOutcome>& outcomes);
+
 }  // namespace lodestone

@@ -136,6 +136,7 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
   run.truth = call.truth.empty() ? nullptr : &material.truth;
+  run.field = {material.field.get(), &material.platform.suite, &material.options};
   run.open = [&]() {
     const auto reader = std::make_shared<LogReader>(call, material, warnings);
     return OpenedLog{reader->source.begin_time(), reader->source.end_time(),
@@ -189,20 +190,26 @@ int execute(const RunCall& call) {
 
   std::vector<RunSummary> summaries;
   std::vector<PictureSeries> series;
+  std::vector<EstimatorOutcome> outcomes;
   Time log_begin = 0;
   for (const std::string& name : call.estimators) {
     EstimatorOutcome outcome = run_one(name, call, material, shared);
     series.push_back(picture_series(outcome));
     log_begin = outcome.log_begin;
-    summaries.push_back(std::move(outcome.summary));
+    summaries.push_back(outcome.summary);
+    outcomes.push_back(std::move(outcome));
     write_text_file((out / "summary.json").string(), to_json(inputs_of(call), summaries));
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
+  for (const RunSummary& summary : summaries) {
+    if (summary.stale_map) std::printf("%s", stale_map_text(summary.estimator, *summary.stale_map).c_str());
+  }
+  if (material.field != nullptr) write_stale_map_pictures(out / "pictures", *material.field, outcomes);
   if (!call.truth.empty()) {
     write_pictures(out / "pictures", material.field.get(), material.truth, series);
-    std::printf("pictures: %s\n", (out / "pictures").c_str());
   }
+  if (material.field != nullptr || !call.truth.empty()) std::printf("pictures: %s\n", (out / "pictures").c_str());
   keep_overview(call, material, log_begin, series);
   return exit_code_of(summaries);
 }

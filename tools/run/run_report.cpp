@@ -41,6 +41,16 @@ Json json_of(const RunSummary& summary) {
     json["nees_pose"] = number(summary.truth->nees_pose);
     json["success"] = summary.truth->success;
   }
+  if (summary.stale_map) {
+    const StaleMap& stale = *summary.stale_map;
+    const double largest_ut = stale.places.empty() ? 0.0 : stale.places.front().largest_difference_ut;
+    json["stale_map"] = {{"places", stale.cells.size()},  // cells driven through
+                         {"stale", stale.stale_cells()},  // of these
+                         {"stale_places", stale.places.size()},
+                         {"largest_difference_ut", number(largest_ut)},
+                         {"false_alarm_probability", stale.options.false_alarm_probability},
+                         {"expected_false_alarms", stale.expected_false_alarms()}};
+  }
   return json;
 }
 

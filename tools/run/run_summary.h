@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/evaluation/association.h"
+#include "core/evaluation/stale_map.h"
 #include "core/warnings.h"
 #include "tools/run/estimate_record.h"
 
@@ -43,6 +44,7 @@ struct RunSummary {
   std::int64_t magnetic_rejected = 0;
   WarningLog warnings;
   std::optional<TruthFigures> truth;
+  std::optional<StaleMap> stale_map;  ///< nothing without a magnetic map
 
   double real_time_factor() const { return wall_s > 0.0 ? duration_s / wall_s : 0.0; }
 };

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/evaluation/stale_map.h"
+#include "core/maps/magnetic_map.h"
+
+namespace lodestone {
+
+/// A point of the drive and how far the field was from the map there.
+struct DifferencePoint {
+  Vector3 position = Vector3::Zero();  ///< map, metres
+  double size_ut = 0.0;                ///< |measured − map|
+};
+
+/// The map's |B| in pale grey, the drive over it coloured by |measured − map|, cells that are stale hatched with a frame
+/// and each stale place's number beside it. `drive` in order of time.
+void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap& map,
+                            const std::vector<DifferencePoint>& drive, const StaleMap& stale);
+
+}  // namespace lodestone
