@@ -20,13 +20,20 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only
 
 extern "C" void note_interrupt(int) { interrupted.store(true); }
 
+}  // namespace
+
 std::string clock_text(double seconds) {
   const auto whole = static_cast<long>(std::lround(seconds));
   if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
   return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
-}  // namespace
+std::string progress_bar(double share, int width) {
+  const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);
+  std::string bar;
+  for (int i = 0; i < width; ++i) bar += i < filled ? "█" : "░";
+  return bar;
+}
 
 void catch_interrupts() {
   struct sigaction action {};
@@ -47,11 +54,7 @@ void throw_if_interrupted() {
 std::string progress_line(const std::string& label, double share, double rate, double seconds_left, int bar_width) {
   share = std::clamp(share, 0.0, 1.0);
   std::string line = label + "  ";
-  if (bar_width > 0) {
-    const int filled = static_cast<int>(share * bar_width);
-    for (int i = 0; i < bar_width; ++i) line += i < filled ? "█" : "░";
-    line += "  ";
-  }
+  if (bar_width > 0) line += progress_bar(share, bar_width) + "  ";
   line += fmt::format("{:3.0f} %  {:.1f} x real time", std::floor(100.0 * share), rate);
   if (std::isfinite(seconds_left) && seconds_left >= 0.0) line += "  " + clock_text(seconds_left) + " left";
   return line;

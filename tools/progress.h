@@ -18,6 +18,12 @@ bool interrupt_requested();
 /// Throws Interrupted where a signal came: for loops that have nothing to save.
 void throw_if_interrupted();
 
+/// "m:ss" or "h:mm:ss".
+std::string clock_text(double seconds);
+
+/// `width` cells, of which `share` (0 to 1) are full.
+std::string progress_bar(double share, int width);
+
 /// One line of progress: a bar of `bar_width` cells (none for 0), per cent, times real time, time left.
 std::string progress_line(const std::string& label, double share, double rate, double seconds_left, int bar_width);
 

@@ -17,6 +17,7 @@
 #include "tools/commands/map_diff.h"
 #include "tools/pictures/pictures.h"
 #include "tools/progress.h"
+#include "tools/run/resources.h"
 
 namespace lodestone {
 namespace {
@@ -30,6 +31,7 @@ struct MapMagneticCall {
   std::vector<std::string> settings;
   std::optional<double> resolution_m;
   std::optional<double> max_sigma_ut;
+  int threads = 0;
 };
 
 constexpr Time max_pose_gap = from_seconds(0.25);
@@ -113,6 +115,7 @@ Provenance provenance_of(const MapMagneticCall& call, const FieldSurvey& survey,
 
 void map_magnetic(const MapMagneticCall& call) {
   catch_interrupts();
+  const ThreadLimit limit(call.threads);
   Clock clock;
   const MagneticMapOptions options = read_options(call);
   const std::filesystem::path out(call.out);
@@ -168,6 +171,8 @@ void add_map_magnetic(CLI::App& parent, int* code) {
   command->add_option("--resolution", call->resolution_m, "distance of the map's nodes, metres (default 0.1)");
   command->add_option("--max-sigma-ut", call->max_sigma_ut,
                       "no field where the map's sigma exceeds this (default: half the fitted signal sigma)");
+  command->add_option("--threads", call->threads, "at most so many (default: all); the map is the same")
+      ->check(CLI::PositiveNumber);
   command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order");
   command->add_option("--set", call->settings, "one option, as key.path=value; the keys are below");
   command->footer("Options of --config and --set:\n" + list_options(MagneticMapOptions{}) +

@@ -16,6 +16,7 @@
 #include "frontends/simulation/simulation_source.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
+#include "tools/run/resources.h"
 
 namespace lodestone {
 namespace {
@@ -31,6 +32,7 @@ struct SimulateOptions {
   std::vector<std::string> settings;
   std::uint64_t seed = 1;
   double duration_s = std::numeric_limits<double>::infinity();
+  int threads = 0;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -81,6 +83,7 @@ void write_cloud(const simulation::World& world, std::shared_ptr<const simulatio
 void simulate(const SimulateOptions& options) {
   using Drive = simulation::SimulationSource::Drive;
   catch_interrupts();
+  const ThreadLimit limit(options.threads);
   const simulation::World world = simulation::load_world(options.world, options.settings);
   const auto& [sequence, drive_plan] = simulation::find_sequence(world, options.sequence);
   const std::string scene = options.scene.empty()                   ? drive_plan.scene
@@ -151,6 +154,9 @@ void add_simulate_command(CLI::App& app, int* code) {
       ->add_option("--set", options->settings,
                    "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
       ->type_name("key.path=value");
+  command->add_option("--threads", options->threads, "At most so many (default: all); the files are the same")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
   command->footer(
       "Examples:\n"
       "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel\n"

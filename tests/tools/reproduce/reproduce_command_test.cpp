@@ -1,0 +1,149 @@
+// `lodestone reproduce` as a user calls it, on a yard that takes seconds.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/tools/reproduce/experiment_files.h"
+
+namespace lodestone::reproduce {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+namespace fs = std::filesystem;
+
+class ReproduceCommand : public testing::Test {
+ protected:
+  void SetUp() override { experiment_ = write_yard(folder_); }
+
+  ProgramResult reproduce(const std::string& out, const std::string& options = "") const {
+    return run_lodestone("reproduce " + experiment_ + " --out " + (folder_ / out).string() + " " + options);
+  }
+
+  /// Every table of an output folder, by name. Times are no results.
+  std::map<std::string, std::string> tables(const std::string& out) const {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : fs::directory_iterator(folder_ / out / "tables")) {
+      if (entry.path().filename() != "runs.csv") all[entry.path().filename()] = content_of(entry.path());
+    }
+    return all;
+  }
+
+  static std::string steps_to_do(const ProgramResult& result) {
+    const std::size_t end = result.errors.find(" steps to do");
+    const std::size_t begin = result.errors.rfind(' ', end - 1);
+    return result.errors.substr(begin + 1, end - begin - 1);
+  }
+
+  TemporaryFolder folder_;
+  std::string experiment_;
+};
+
+TEST_F(ReproduceCommand, RunsWhatIsMissingSkipsWhatIsDoneAndGoesOnAfterAnInterruption) {
+  // Stopped in the middle: what is done stays, nothing half done is believed.
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const std::string command = std::string("exec ") + LODESTONE_PROGRAM + " reproduce " + experiment_ + " --out " +
+                                (folder_ / "out").string() + " --jobs 2 >/dev/null 2>&1";
+    execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    std::terminate();
+  }
+  const fs::path first = folder_ / "out/runs/ways/yard-out-30m/seed1/step.json";
+  for (int i = 0; i < 6000 && !fs::exists(first); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ASSERT_TRUE(fs::exists(first));
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 130) << status;
+
+  const ProgramResult resumed = reproduce("out", "--jobs 2");
+  ASSERT_EQ(resumed.code, 0) << resumed.errors;
+  const ProgramResult whole = reproduce("whole", "--jobs 1");
+  ASSERT_EQ(whole.code, 0) << whole.errors;
+  EXPECT_LT(std::stoi(steps_to_do(resumed)), std::stoi(steps_to_do(whole)));
+  EXPECT_EQ(tables("out"), tables("whole"));
+  EXPECT_EQ(tables("out").size(), 3U * 3U);
+
+  // Logs, clouds and maps are gone; results are there.
+  EXPECT_TRUE(!fs::exists(folder_ / "out/work") || fs::is_empty(folder_ / "out/work"));
+  const auto json = nlohmann::json::parse(content_of(folder_ / "out/reproduce.json"));
+  ASSERT_EQ(json["runs"].size(), 6U);
+  for (const auto& run : json["runs"]) {
+    EXPECT_EQ(run["status"], "done");
+    for (const auto& estimator : run["estimators"]) {
+      EXPECT_TRUE(fs::exists(folder_ / "out" / run["folder"].get<std::string>() / estimator.get<std::string>() / "summary.json"));
+    }
+  }
+  EXPECT_EQ(json["tables"].size(), 3U);
+  EXPECT_THAT(content_of(folder_ / "out/tables/criteria.md"), HasSubstr("| reaches the end | 2 of 2, 2 wanted |"));
+
+  // Nothing to do; then, with a changed world, everything.
+  const auto before = tables("out");
+  const ProgramResult again = reproduce("out");
+  EXPECT_EQ(again.code, 0);
+  EXPECT_EQ(steps_to_do(again), "0");
+  EXPECT_EQ(tables("out"), before);
+  std::ofstream(folder_ / "yard.yaml", std::ios::app) << "\ngravity_m_s2: 9.81\n";
+  const ProgramResult changed = reproduce("out", "--only ways/yard-out-5m/seed2");
+  EXPECT_EQ(changed.code, 0) << changed.errors;
+  EXPECT_EQ(steps_to_do(changed), "4");  // cloud, log, field, run
+}
+
+TEST_F(ReproduceCommand, QuickAndOnlyShortenIt) {
+  const ProgramResult result = reproduce("quick", "--quick");
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(steps_to_do(result), "4");
+  EXPECT_THAT(content_of(folder_ / "quick/logs/yard-out-seed1-log.log"), HasSubstr("--duration 3"));
+}
+
+TEST_F(ReproduceCommand, AFailingStepIsOneLineAndTheOthersGoOn) {
+  std::string text = kYardExperiment;
+  text.replace(text.find("    seeds: first\ntables"), 16, "    seeds: first\n    run_settings: [no.such.key=1]");
+  std::ofstream(folder_ / "experiment.yaml") << text;
+  const ProgramResult result = reproduce("out", "--only ways/yard-out-30m/seed1,days/yard-back-none");
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("days/yard-back-none/seed1: exit code 2: "));
+  EXPECT_THAT(result.errors, HasSubstr("unknown key"));
+  EXPECT_THAT(result.errors, HasSubstr("logs/days_yard-back-none_seed1.log"));
+  const auto json = nlohmann::json::parse(content_of(folder_ / "out/reproduce.json"));
+  for (const auto& run : json["runs"]) EXPECT_EQ(run["status"], run["group"] == "ways" ? "done" : "failed");
+  EXPECT_TRUE(fs::is_empty(folder_ / "out/work"));
+}
+
+TEST_F(ReproduceCommand, RefusesWrongCallsInOneLine) {
+  const std::string out = " --out " + (folder_ / "out").string();
+  expect_refused("reproduce nothing" + out, "there is no experiment 'nothing'");
+  expect_refused("reproduce " + (folder_ / "nowhere.yaml").string() + out, "nowhere.yaml");
+  expect_refused("reproduce " + experiment_, "--out");
+  expect_refused("reproduce " + experiment_ + out + " --only wys", "did you mean 'ways'?");
+  expect_refused("reproduce " + experiment_ + out + " --jobs 0", "--jobs");
+  expect_refused("reproduce " + experiment_ + out + " --seeds 1,1", "--seeds");
+  std::string text = kYardExperiment;
+  text.replace(text.find("sequences: [out]"), 16, "sequences: [uot]");
+  text.erase(text.find("    published:"), text.find("  days:") - text.find("    published:"));
+  text.erase(text.find("tables:"), text.find("quick:") - text.find("tables:"));
+  std::ofstream(folder_ / "experiment.yaml") << text;
+  expect_refused("reproduce " + experiment_ + out + " --only ways", "there is no sequence 'uot'");
+  fs::remove(folder_ / "yard.yaml");
+  expect_refused("reproduce " + experiment_ + out, "yard.yaml");
+}
+
+TEST_F(ReproduceCommand, ListsItsRunsAndShowsExamples) {
+  const ProgramResult list = run_lodestone("reproduce " + experiment_ + " --list --only ways --seeds 7");
+  EXPECT_EQ(list.code, 0) << list.errors;
+  EXPECT_THAT(list.output, HasSubstr("ways/yard-out-5m/seed7"));
+  EXPECT_THAT(list.output, Not(HasSubstr("days")));
+  EXPECT_THAT(run_lodestone("reproduce --help").output, HasSubstr("lodestone reproduce paper --quick"));
+}
+
+}  // namespace
+}  // namespace lodestone::reproduce

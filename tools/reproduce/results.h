@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/reproduce/plan.h"
+
+namespace lodestone::reproduce {
+
+/// One estimator's figures of one run: the numbers of its summary.json; true is 1, false 0, null absent.
+using RunFigures = std::map<std::string, double>;
+
+/// Figures of all runs that are done.
+class Results {
+ public:
+  /// Reads the summaries of the runs that are `done` (one flag a run of the plan). Throws InputError where one is broken.
+  Results(const Plan& plan, const std::filesystem::path& root, const std::vector<bool>& done);
+
+  const std::vector<Run>& runs() const { return runs_; }
+  bool is_done(std::size_t run) const { return done_[run]; }
+
+  /// Null where the run is not done or the estimator did not run in it.
+  const RunFigures* find(std::size_t run, const std::string& estimator) const;
+
+  /// Runs of a row, in the order of the seeds.
+  std::vector<std::size_t> runs_of(const std::string& group, const std::string& row) const;
+
+  /// Rows of a group, in order.
+  std::vector<std::string> rows_of(const std::string& group) const;
+
+ private:
+  std::vector<Run> runs_;
+  std::vector<bool> done_;
+  std::vector<std::map<std::string, RunFigures>> figures_;
+};
+
+/// A figure over the seeds of a row.
+struct SeedValue {
+  std::size_t expected = 0;     ///< runs that should give it
+  std::size_t present = 0;      ///< runs that gave it
+  std::size_t lost = 0;         ///< of these, runs in which the estimator lost track
+  std::optional<double> value;  ///< nothing where no run gave it
+};
+
+/// `figure` of `estimator` in a row, over all seeds with which it runs; divided by that of `over`, run by run, where that
+/// is named. The worst is the largest, of `success` and `real_time_factor` the smallest.
+SeedValue seed_value(const Results& results, const std::string& group, const std::string& row, const std::string& estimator,
+                     const std::string& figure, Statistic statistic, const std::string& over = "");
+
+}  // namespace lodestone::reproduce
