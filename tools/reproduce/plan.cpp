@@ -126,7 +126,7 @@ class StepBook {
     step.inputs = {key.drive->world};
     // Worlds of one name, or settings of a group, must not share a folder with others.
     Fingerprint origin;
-    origin.add(content_of(key.drive->world));
+    origin.add(std::to_string(namesake(*key.drive)));
     for (const std::string& setting : key.group->world_settings) origin.add(setting);
     step.folder = fmt::format("work/{}-{}", name, origin.to_string().substr(0, 6));
     step.commands.push_back({"simulate", key.drive->world, "--seed", std::to_string(key.seed), "--only", part, "--out", step.folder});
@@ -154,6 +154,15 @@ class StepBook {
     return steps.size() - 1;
   }
 
+  /// Numbers the worlds that have one name, so that a folder is told by no path: results may be moved with their worlds.
+  std::size_t namesake(const Drive& drive) {
+    std::vector<std::string>& files = namesakes_[drive.world_name];
+    const auto found = std::find(files.begin(), files.end(), drive.world);
+    if (found != files.end()) return static_cast<std::size_t>(found - files.begin());
+    files.push_back(drive.world);
+    return files.size() - 1;
+  }
+
   const std::string& content_of(const std::string& path) {
     const auto [entry, is_new] = contents_.try_emplace(path);
     if (is_new) entry->second = Fingerprint().add_file(path).to_string();
@@ -164,6 +173,7 @@ class StepBook {
   std::string program_;
   std::map<std::string, std::size_t> by_folder_;
   std::map<std::string, std::string> contents_;
+  std::map<std::string, std::vector<std::string>> namesakes_;
 };
 
 struct PlannedRun {

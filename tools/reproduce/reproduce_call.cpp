@@ -12,6 +12,8 @@
 #include "frontends/simulation/world.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
+#include "tools/report/report.h"
+#include "tools/reproduce/figures.h"
 #include "tools/reproduce/fingerprint.h"
 #include "tools/reproduce/reproduce_file.h"
 #include "tools/reproduce/scheduler.h"
@@ -101,8 +103,11 @@ void write_results(const Experiment& experiment, const Plan& plan, const std::ve
     std::printf("\n%s", to_markdown(table).c_str());
   }
   write_text_file((root / "tables" / "runs.csv").string(), to_csv(runs_table(results)));
-  const std::vector<DrawnFigure> figures;
+  const std::vector<DrawnFigure> figures = draw_figures(experiment, results, root);
   write_text_file((root / "reproduce.json").string(), to_json(experiment, results, status, tables, figures));
+  const fs::path report = root / "report.html";
+  const std::size_t size = write_report(root, report);
+  std::printf("\n%s: %.1f MB, opens from disk\n", report.c_str(), static_cast<double>(size) * 1e-6);
 }
 
 }  // namespace
@@ -129,7 +134,6 @@ int execute(const ReproduceCall& call) {
                plural(static_cast<std::size_t>(options.threads), "thread").c_str());
   scheduler.run();
   write_results(experiment, plan, scheduler.states(), store.root());
-  std::printf("\n%s\n", (store.root() / "reproduce.json").c_str());
   if (scheduler.all_done()) return exit_code::done;
   std::fprintf(stderr, "lodestone: %zu of %zu steps failed, %zu not begun for it; a further call tries them again\n",
                count(StepState::failed), plan.steps.size(), count(StepState::blocked));

@@ -26,6 +26,14 @@ void make_folder(const fs::path& folder) {
   if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
 }
 
+/// An empty object where there is none, or a broken one.
+nlohmann::json read_stamp(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::exists(folder / kStamp, ignored)) return nlohmann::json::object();
+  const auto json = nlohmann::json::parse(read_text_file((folder / kStamp).string()), nullptr, false);
+  return json.is_object() ? json : nlohmann::json::object();
+}
+
 void remove_folder(const fs::path& folder) {
   std::error_code error;
   fs::remove(folder / kStamp, error);
@@ -56,12 +64,8 @@ fs::path StepStore::log_of(const Step& step) const {
 }
 
 bool StepStore::is_done(const Step& step) const {
-  const fs::path stamp = root_ / step.folder / kStamp;
-  std::error_code ignored;
-  if (!fs::exists(stamp, ignored)) return false;
-  const auto json = nlohmann::json::parse(read_text_file(stamp.string()), nullptr, false);
-  const char* key = any_build_ ? "recipe" : "fingerprint";
-  return json.is_object() && json.value(key, "") == (any_build_ ? step.recipe : step.fingerprint);
+  const nlohmann::json stamp = read_stamp(root_ / step.folder);
+  return stamp.value(any_build_ ? "recipe" : "fingerprint", "") == (any_build_ ? step.recipe : step.fingerprint);
 }
 
 void StepStore::begin(const Step& step) const {
@@ -80,6 +84,7 @@ void StepStore::finish(const Step& step) const {
   json["step"] = step.name;
   json["fingerprint"] = step.fingerprint;
   json["recipe"] = step.recipe;
+  json["keep"] = step.kept();
   write_text_file((root_ / step.folder / kStamp).string(), json.dump(2) + "\n");
 }
 
@@ -90,7 +95,7 @@ void StepStore::remove_strangers(const Plan& plan) const {
   for (const Step& step : plan.steps) known.insert(root_ / step.folder);
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(root_ / "work", ignored)) {
-    if (known.count(entry.path()) == 0) remove_folder(entry.path());
+    if (known.count(entry.path()) == 0 && !read_stamp(entry.path()).value("keep", false)) remove_folder(entry.path());
   }
 }
 

@@ -52,6 +52,11 @@ criteria:
   - {title: reaches the end, kind: at_least, group: ways, estimator: smoother, figure: success, limit: 1}
   - {title: as good as theirs, group: ways, estimator: smoother, published: theirs}
   - {title: impossible, group: ways, estimator: smoother, limit: 0}
+figures:
+  - {kind: error_grid, name: error, runs: [ways]}
+  - {kind: error_distribution, name: distribution, runs: [ways, days]}
+  - {kind: map_difference, name: changes, runs: [days]}
+  - {kind: world_overview, name: worlds, runs: [ways, days]}
 quick: {seeds: [1], duration_s: 3, only: [ways/yard-out-30m]}
 )";
 

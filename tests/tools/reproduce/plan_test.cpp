@@ -14,6 +14,8 @@ namespace {
 
 class ReproducePlan : public testing::Test {
  protected:
+  void SetUp() override { experiment_.figures.clear(); }
+
   Plan plan(const std::string& program = "one build") const { return make_plan(experiment_, program); }
 
   static std::size_t count(const Plan& plan, StepKind kind) {
