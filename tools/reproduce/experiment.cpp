@@ -69,4 +69,9 @@ const std::vector<std::string>& figure_names() {
   return names;
 }
 
+const std::vector<std::string>& difference_names() {
+  static const std::vector<std::string> names{"largest_ut", "mean_ut", "rms_ut", "quantile_95_ut", "area_above_threshold_m2"};
+  return names;
+}
+
 }  // namespace lodestone::reproduce

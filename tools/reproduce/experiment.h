@@ -72,13 +72,15 @@ constexpr auto enum_names(Statistic) {
   return EnumNames<Statistic, 2>{{{Statistic::mean, "mean"}, {Statistic::worst, "worst"}}};
 }
 
-/// A column of a table: a published method, or a figure of an estimator, or its ratio to another estimator's.
+/// A column of a table: a published method, or a figure of an estimator, or its ratio to another estimator's, or how the
+/// field of a row's map differs from that of the log's own scene.
 struct TableColumn {
   std::string title;
   std::string published;
   std::string estimator;
   std::string over;  ///< estimator by whose figure, of the same run, it is divided
   std::string figure = "ate_m";
+  std::string difference;  ///< figure of the comparison of maps
   Statistic statistic = Statistic::mean;
   int digits = 4;
   template <class Visitor>
@@ -88,6 +90,7 @@ struct TableColumn {
     visitor.field("estimator", estimator, "estimator whose figures are shown");
     visitor.field("over", over, "estimator by whose figure of the same run it is divided");
     visitor.field("figure", figure, "key of the estimator's summary.json");
+    visitor.field("difference", difference, "key of diff.json of the row's map_difference, with the first seed");
     visitor.field("statistic", statistic, "over the seeds");
     visitor.field("digits", digits, "decimals");
   }
@@ -182,5 +185,8 @@ Experiment load_experiment(const std::string& path, bool quick);
 
 /// Figures of summary.json that tables and criteria may name.
 const std::vector<std::string>& figure_names();
+
+/// Figures of diff.json that tables may name.
+const std::vector<std::string>& difference_names();
 
 }  // namespace lodestone::reproduce

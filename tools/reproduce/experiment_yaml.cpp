@@ -199,7 +199,9 @@ TableChoice read_table(const ConfigurationNode& node, const Experiment& experime
   for (const ConfigurationNode& element : node.at("columns").elements()) {
     TableColumn column;
     load_options(element, column);
-    if (column.estimator.empty() == column.published.empty()) element.fail("expected either 'estimator' or 'published'");
+    const int kinds = (column.estimator.empty() ? 0 : 1) + (column.published.empty() ? 0 : 1) + (column.difference.empty() ? 0 : 1);
+    if (kinds != 1) element.fail("expected one of 'estimator', 'published' and 'difference'");
+    if (!column.difference.empty()) require_known(element, column.difference, difference_names(), "figure of a difference");
     if (column.digits < 0 || column.digits > 12) element.fail("expected 0 to 12 digits");
     check_references(element, group, column.estimator, column.over, column.published, column.figure);
     table.columns.push_back(column);

@@ -42,6 +42,15 @@ Results::Results(const Plan& plan, const std::filesystem::path& root, const std:
       figures_[i][estimator] = read_figures(root / runs_[i].folder / estimator / "summary.json");
     }
   }
+  for (const MapDifference& difference : plan.differences) {
+    const std::filesystem::path path = root / difference.folder / "diff.json";
+    if (std::filesystem::exists(path)) differences_[difference.run] = read_figures(path);
+  }
+}
+
+const RunFigures* Results::find_difference(std::size_t run) const {
+  const auto found = differences_.find(runs_[run].name);
+  return found == differences_.end() ? nullptr : &found->second;
 }
 
 const RunFigures* Results::find(std::size_t run, const std::string& estimator) const {

@@ -25,6 +25,9 @@ class Results {
   /// Null where the run is not done or the estimator did not run in it.
   const RunFigures* find(std::size_t run, const std::string& estimator) const;
 
+  /// How the magnetic map of a run differs from that of its log's own scene; null where they were not compared.
+  const RunFigures* find_difference(std::size_t run) const;
+
   /// Runs of a row, in the order of the seeds.
   std::vector<std::size_t> runs_of(const std::string& group, const std::string& row) const;
 
@@ -35,6 +38,7 @@ class Results {
   std::vector<Run> runs_;
   std::vector<bool> done_;
   std::vector<std::map<std::string, RunFigures>> figures_;
+  std::map<std::string, RunFigures> differences_;  ///< by run
 };
 
 /// A figure over the seeds of a row.

@@ -20,6 +20,7 @@ std::string number(const std::optional<double>& value, int digits) {
 std::string title_of(const TableColumn& column) {
   if (!column.title.empty()) return column.title;
   if (!column.published.empty()) return column.published;
+  if (!column.difference.empty()) return "change of the map, " + column.difference;
   const std::string over = column.over.empty() ? "" : " / " + column.over;
   return fmt::format("{}{} {} {}", column.estimator, over, column.figure, enum_names(column.statistic)[column.statistic == Statistic::mean ? 0 : 1].second);
 }
@@ -38,11 +39,22 @@ const RowLabel kLabels[] = {
     {"map of", [](const Run& run) { return run.scene; }},
 };
 
+std::string difference_cell(const TableColumn& column, const Group& group, const std::string& row, const Results& results) {
+  for (const std::size_t run : results.runs_of(group.name, row)) {
+    const RunFigures* figures = results.find_difference(run);
+    if (figures == nullptr) continue;
+    const auto found = figures->find(column.difference);
+    if (found != figures->end()) return number(found->second, column.digits);
+  }
+  return kMissing;
+}
+
 std::string cell(const TableColumn& column, const Group& group, const std::string& row, const Results& results) {
   if (!column.published.empty()) {
     const PublishedValue* value = group.published.find(row, column.published);
     return value != nullptr ? value->text : kNothing;
   }
+  if (!column.difference.empty()) return difference_cell(column, group, row, results);
   const SeedValue seeds =
       seed_value(results, group.name, row, column.estimator, column.figure, column.statistic, column.over);
   if (seeds.expected == 0) return kNothing;

@@ -47,7 +47,7 @@ groups:
 tables:
   - {name: ways, title: "ATE, 100 %", group: ways, columns: [{published: theirs}, {estimator: smoother}, {estimator: ieskf},
      {estimator: smoother, over: ieskf, digits: 2}, {estimator: smoother, figure: success}]}
-  - {name: days, group: days, columns: [{estimator: smoother}]}
+  - {name: days, group: days, columns: [{difference: largest_ut, digits: 2}, {estimator: smoother}]}
 criteria:
   - {title: reaches the end, kind: at_least, group: ways, estimator: smoother, figure: success, limit: 1}
   - {title: as good as theirs, group: ways, estimator: smoother, published: theirs}

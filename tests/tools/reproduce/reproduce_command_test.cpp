@@ -99,6 +99,11 @@ TEST_F(ReproduceCommand, RunsWhatIsMissingSkipsWhatIsDoneAndGoesOnAfterAnInterru
   EXPECT_EQ(json["tables"].size(), 3U);
   EXPECT_THAT(content_of(folder_ / "out/tables/criteria.md"), HasSubstr("| reaches the end | 2 of 2, 2 wanted |"));
 
+  // The map of the log's own day does not differ from itself; the cart of the other day is seen.
+  const auto days = json["tables"][1]["rows"];
+  EXPECT_EQ(std::stod(days[0][3].get<std::string>()), 0.0);
+  EXPECT_GT(std::stod(days[1][3].get<std::string>()), 0.1);
+
   // Nothing to do; then, with a changed world, everything.
   const auto before = tables("out");
   const ProgramResult again = reproduce("out");
