@@ -118,7 +118,7 @@ class StepBook {
   }
 
   /// A step whose first command simulates `part` into its folder.
-  Step simulation(StepKind kind, const DriveKey& key, const std::string& part, const std::string& name) {
+  Step simulating(StepKind kind, const DriveKey& key, const std::string& part, const std::string& name) {
     Step step;
     step.kind = kind;
     step.name = name;
