@@ -199,7 +199,7 @@ TEST_F(Faults, ASaturatedMagnetometerIsClippedComponentByComponent) {
 }
 
 TEST_F(Faults, SpikesAreAsOftenAndAsLargeAsTold) {
-  const auto found = drain({"faults=[{kind: spikes, magnetometer: left, rate_per_s: 20, size_ut: 50}]"});
+  const auto found = drain("{kind: spikes, magnetometer: left, rate_per_s: 20, size_ut: 50}");
   ASSERT_EQ(found.size(), healthy().size());
   int spikes = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
