@@ -148,9 +148,9 @@ function panel(state, options) {
 }
 
 /** Every estimator's column `name`, in its colour. */
-function ofAll(state, name, more = {}) {
+function ofAll(state, name, more = () => ({})) {
   return state.run.estimators.map((one, i) => ({
-    label: one.name, values: one.series[name], stroke: seriesColor(i), show: state.isShown(one.name), ...more }));
+    label: one.name, values: one.series[name], stroke: seriesColor(i), show: state.isShown(one.name), ...more(i) }));
 }
 
 /** The stack of charts of a run, with its tools. */
@@ -174,8 +174,9 @@ export function timeCharts(state) {
         label: i === 1 ? '1, best seen' : i === 6 ? '6, least seen' : `${i}`, values: detail().series[`direction_${i}`],
         stroke: seriesColor(s.detail), dash: directionDashes[6 - i], width: i === 6 ? 2 : 1.1 })) },
     { name: 'weights', title: 'Magnetic weights: Huber’s (solid) and β (dotted)', height: 120, scale: 'linear', range: [0, 1.05], format: (v) => fixed(v, 2), tick: brief,
-      series: (s) => [...ofAll(s, 'weight'),
-        ...ofAll(s, 'shrink', { dash: [2, 4] }).map((one) => ({ ...one, label: `β of ${one.label}` }))
+      // Weights of several estimators are often the same: those below are wider, as on the plan.
+      series: (s) => [...ofAll(s, 'weight', (i) => ({ width: 1.6 + 1.6 * i })),
+        ...ofAll(s, 'shrink', (i) => ({ dash: [2, 4], width: 1.6 + 0.8 * i })).map((one) => ({ ...one, label: `β of ${one.label}` }))
           .filter((one) => one.values?.some((value) => value != null && value < 0.9999))] },
     { name: 'residual', title: 'Measured minus mapped field, rms', height: 120, scale: 'auto', format: (v) => `${brief(v)}\u2009µT`, tick: (v) => `${brief(v)} µT`,
       series: (s) => ofAll(s, 'residual') },

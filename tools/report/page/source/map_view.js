@@ -155,7 +155,7 @@ export function mapView(state, grounds) {
     }
     for (const place of placesOf(run.estimators[state.detail])) {
       const [a, b] = view.toScreen(place.x, place.y);
-      if (Math.hypot(a - u, b - v) < 12) lines.push(`stale: ${place.row.map((cell) => (Number.isFinite(+cell) ? brief(+cell) : cell)).join(', ')}`);
+      if (Math.hypot(a - u, b - v) < 12) lines.push(`stale place ${place.number}: ${brief(place.difference)} µT off the map`);
     }
     tip.replaceChildren(...lines.flatMap((line, i) => (i ? [h('br'), line] : [line])));
     tip.hidden = false;

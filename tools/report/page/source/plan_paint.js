@@ -93,7 +93,7 @@ export function paintDisk(view, x, y, radius, fill) {
   view.context.fill();
 }
 
-/** Triangles, so that they are told from poses in print too. */
+/** Triangles, so that they are told from poses in print too; numbered as in the table, where there is room. */
 export function paintPlaces(view, places) {
   const { context } = view;
   for (const place of places) {
@@ -108,5 +108,11 @@ export function paintPlaces(view, places) {
     context.lineWidth = 1.5;
     context.fill();
     context.stroke();
+    if (places.length > 60) continue;
+    context.font = 'bold 11px system-ui, sans-serif';
+    context.textAlign = 'left';
+    context.lineWidth = 3;
+    context.strokeText(`${place.number}`, u + 9, v - 2);
+    context.fillText(`${place.number}`, u + 9, v - 2);
   }
 }

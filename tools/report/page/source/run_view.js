@@ -4,7 +4,7 @@ import { cloudView } from './cloud_view.js';
 import { brief, count, date, duration, fixed, h, leaf, metres } from './dom.js';
 import { mapView } from './map_view.js';
 import { decodeCloud, decodeField, driveBox } from './plan.js';
-import { placesOf, titleOf } from './stale.js';
+import { placesOf, staleColumns } from './stale.js';
 import { RunState } from './state.js';
 import { largest, plainTable, smallest, sortableTable } from './table.js';
 import { onTheme, seriesColor } from './theme.js';
@@ -84,19 +84,16 @@ function staleSection(state) {
     const figures = one.summary.stale_map;
     const parts = [];
     if (figures) {
-      parts.push(h('p', {}, `${one.name}: ${count(figures.stale ?? NaN)} of ${count(figures.places ?? NaN)} places driven through disagree with the magnetic map`,
-        figures.largest_difference_ut != null ? `, the largest by ${brief(figures.largest_difference_ut)} µT` : '',
-        figures.false_alarm_probability != null ? `. A place that has not changed is reported with a probability of ${brief(figures.false_alarm_probability)}` : '', '.'));
+      const by = figures.largest_difference_ut > 0 ? `, the largest by ${brief(figures.largest_difference_ut)} µT` : '';
+      parts.push(h('p', {}, `${one.name}: ${count(figures.stale)} of ${count(figures.places)} cells driven through disagree with the magnetic map`, by,
+        figures.stale_places ? `; they make ${count(figures.stale_places)} ${figures.stale_places === 1 ? 'place' : 'places'}` : '', '. ',
+        figures.false_alarm_probability != null ? `A cell in which the map still holds is reported with a probability of at most ${brief(figures.false_alarm_probability)}` : '',
+        figures.expected_false_alarms != null ? `: by chance alone ${brief(figures.expected_false_alarms)} on this drive.` : '.'));
     }
     if (one.stale_places?.rows.length) {
-      const columns = one.stale_places.columns.map((name, i) => ({ ...titleOf(name),
-        value: (row) => (row[i] !== '' && Number.isFinite(+row[i]) ? +row[i] : row[i]),
-        cell: (row) => (row[i] !== '' && Number.isFinite(+row[i]) ? fixed(+row[i], Number.isInteger(+row[i]) ? 0 : Math.abs(+row[i]) < 1 ? 3 : 2) : row[i]) }));
-      parts.push(sortableTable(columns, one.stale_places.rows));
-    } else if (!figures) {
-      parts.push(h('p', { class: 'quiet' }, `${one.name} has compared no reading with the magnetic map.`));
+      parts.push(sortableTable(staleColumns(one.stale_places, Number(run.begin_s)), one.stale_places.rows));
     } else {
-      parts.push(h('p', { class: 'quiet' }, 'No place is reported.'));
+      parts.push(h('p', { class: 'quiet' }, figures ? 'No place is reported.' : `${one.name} has compared no reading with the magnetic map.`));
     }
     place.replaceChildren(...parts);
   }

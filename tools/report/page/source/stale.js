@@ -1,21 +1,28 @@
-// Stale places: where the field disagrees with the map beyond what their sigmas allow.
+// Stale places: where the field disagrees with the map beyond what their sigmas allow. docs/stale-map.md has the columns.
+import { brief, fixed } from './dom.js';
 
-const words = { id: '', m: 'm', ut: 'µT', s: 's', deg: '°' };
-
-/** {x, y, row} of each place that says where it is. */
+/** {number, x, y, difference: µT, row} of each place; the file has the largest difference first. */
 export function placesOf(estimator) {
   const stale = estimator?.stale_places;
   if (!stale) return [];
-  const column = (...names) => stale.columns.findIndex((name) => names.includes(name));
-  const [x, y] = [column('x_m', 'center_x_m', 'x'), column('y_m', 'center_y_m', 'y')];
-  if (x < 0 || y < 0) return [];
-  return stale.rows.map((row) => ({ x: Number(row[x]), y: Number(row[y]), row })).filter((place) => Number.isFinite(place.x) && Number.isFinite(place.y));
+  const at = (row, name) => Number(row[stale.columns.indexOf(name)]);
+  return stale.rows.map((row, i) => ({ number: at(row, 'place') || i + 1, x: at(row, 'x_m'), y: at(row, 'y_m'), difference: at(row, 'largest_difference_ut'), row }))
+    .filter((place) => Number.isFinite(place.x) && Number.isFinite(place.y));
 }
 
-/** "largest_difference_ut" as {title: "largest difference", unit: "µT"}. */
-export function titleOf(name) {
-  const parts = name.split('_');
-  const unit = parts.length > 1 ? words[parts[parts.length - 1]] : undefined;
-  if (unit) parts.pop();
-  return { title: parts.join(' '), unit: unit ?? '' };
+/** What the table shows, of the file's columns. */
+const shown = [
+  ['place', 'Place', '', 0], ['x_m', 'x', 'm', 2], ['y_m', 'y', 'm', 2], ['extent_m', 'Extent', 'm', 1], ['cells', 'Cells', '', 0],
+  ['largest_difference_ut', 'Largest', 'difference, µT', 1], ['mean_difference_ut', 'Mean', 'difference, µT', 1], ['sigma_ut', 'Sigma', 'allowed, µT', 2],
+  ['p_value', 'p value', 'by chance', null], ['first_t_s', 'First', 's', 1], ['last_t_s', 'Last', 's', 1],
+];
+
+/** Columns for sortableTable over the rows of `stale`; times since the log's begin. */
+export function staleColumns(stale, begin) {
+  return shown.map(([name, title, unit, digits]) => {
+    const index = stale.columns.indexOf(name);
+    const offset = name.endsWith('_t_s') ? begin : 0;
+    const value = (row) => Number(row[index]) - offset;
+    return index < 0 ? null : { title, unit, value, cell: (row) => (digits == null ? brief(value(row)) : fixed(value(row), digits)) };
+  }).filter(Boolean);
 }
