@@ -54,11 +54,17 @@ Json figure_json(const fs::path& folder, const Json& figure, Json& missing) {
   return json;
 }
 
-/// One run of those that differ in nothing but their seed: the one of the smallest.
-std::vector<Json> one_seed_each(const Json& runs) {
+/// Of the runs that are on disk, one of those that differ in nothing but their seed: the one of the smallest. What is said
+/// to be done and is not there is listed in `missing`.
+std::vector<Json> one_seed_each(const fs::path& folder, const Json& runs, Json& missing) {
   std::map<std::string, std::size_t> places;
   std::vector<Json> chosen;
   for (const Json& run : runs) {
+    const std::string place = text_of(run, "folder");
+    if (!is_run_folder(folder / place)) {
+      if (text_of(run, "status") == "done") missing.push_back(place);
+      continue;
+    }
     Json key = run;
     for (const char* differs : {"seed", "folder", "name", "estimators", "status"}) key.erase(differs);
     const auto [found, fresh] = places.try_emplace(key.dump(), chosen.size());
@@ -103,23 +109,18 @@ Json read_reproduce(const fs::path& folder) {
   Json missing = Json::array();
   Json json;
   json["experiment"] = text_of(source, "experiment");
+  json["title"] = text_of(source, "title");
   json["tables"] = source["tables"];
-  if (source.contains("criteria")) json["criteria"] = source["criteria"];
   json["figures"] = Json::array();
   for (const Json& figure : source["figures"]) json["figures"].push_back(figure_json(folder, figure, missing));
 
   json["all_runs"] = source["runs"].size();
-  const std::vector<Json> runs = one_seed_each(source["runs"]);
+  const std::vector<Json> runs = one_seed_each(folder, source["runs"], missing);
   const DetailLimits limits = limits_for(runs);
   json["runs"] = Json::array();
   for (const Json& run : runs) {
-    const fs::path place = folder / text_of(run, "folder");
-    if (!is_run_folder(place)) {
-      missing.push_back(text_of(run, "folder"));
-      continue;
-    }
     Json entry = run;
-    entry["data"] = read_run(place, limits);
+    entry["data"] = read_run(folder / text_of(run, "folder"), limits);
     json["runs"].push_back(std::move(entry));
   }
   json["missing"] = missing;

@@ -109,7 +109,8 @@ class ReportPage : public testing::Test {
 
 TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   // Places as the stale-map report writes them.
-  std::ofstream(*folder_ / "lane/run/smoother/stale_places.csv") << "x_m,y_m,largest_difference_ut\n1.0,0.1,14.2\n3.0,0.0,11.0\n";
+  std::ofstream(*folder_ / "lane/run/smoother/stale_places.csv")
+      << "place,x_m,y_m,largest_difference_ut,p_value\n1,1.0,0.1,14.2,1e-9\n2,3.0,0.0,11.0,2e-5\n";
   const ProgramResult result = run_lodestone("report " + path("lane/run"));
   ASSERT_EQ(result.code, 0) << result.errors;
   const std::string file = path("lane/run/report.html");
@@ -117,7 +118,7 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   EXPECT_LT(fs::file_size(file), 15'000'000U);
   if (const char* keep = std::getenv("LODESTONE_KEEP_REPORT")) fs::copy_file(file, keep, fs::copy_options::overwrite_existing);
 
-  const Json seen = open(file, "");
+  Json seen = open(file, "--hover 0.5");
   expect_sound(seen);
   const auto charts = charts_of(seen);
   for (const char* name : {"map", "error", "heading", "directions", "weights", "residual", "distribution"}) {
@@ -129,31 +130,23 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   EXPECT_EQ(seen["page"]["rows"], 2);
   EXPECT_EQ(seen["page"]["staleRows"], 2);
   EXPECT_EQ(seen["page"]["width"], 1280) << "wider than the window";
-  fs::remove(*folder_ / "lane/run/smoother/stale_places.csv");
-}
-
-TEST_F(ReportPage, ShowsTheCloudFromAboveAndInSpace) {
-  expect_done("report " + path("lane/run") + " --out " + path("clouds.html"));
-  Json seen = open(path("clouds.html"), "--choose cloud");
-  expect_sound(seen);
-  EXPECT_EQ(charts_of(seen).at("map")["data"]["ground"], "cloud");
-  seen = open(path("clouds.html"), "--choose space --dark");
-  expect_sound(seen);
-  const Json cloud = charts_of(seen).at("cloud");
-  EXPECT_GT(std::stoi(cloud["data"]["points"].get<std::string>()), 5000);
-  EXPECT_GT(cloud["colors"], 100) << "coloured by height";
-}
-
-TEST_F(ReportPage, FitsAPhoneAndTellsValuesUnderThePointer) {
-  expect_done("report " + path("lane/run") + " --out " + path("phone.html"));
-  expect_sound(open(path("phone.html"), "--size 390x844"));
-  EXPECT_EQ(open(path("phone.html"), "--size 390x844")["page"]["width"], 390);
-  const Json seen = open(path("phone.html"), "--hover 0.5");
-  expect_sound(seen);
   ASSERT_TRUE(seen["hovered"].is_array());
   for (const Json& values : seen["hovered"]) {
     EXPECT_THAT(values.get<std::string>(), testing::ContainsRegex("[0-9]")) << "the cursor is on every chart";
   }
+
+  seen = open(file, "--choose cloud --size 390x844");
+  expect_sound(seen);
+  EXPECT_EQ(charts_of(seen).at("map")["data"]["ground"], "cloud");
+  EXPECT_EQ(seen["page"]["width"], 390) << "wider than a phone";
+
+  seen = open(file, "--choose space --dark");
+  expect_sound(seen);
+  const Json cloud = charts_of(seen).at("cloud");
+  EXPECT_GT(std::stoi(cloud["data"]["points"].get<std::string>()), 5000);
+  EXPECT_GT(cloud["colors"], 100) << "coloured by height";
+
+  expect_refused("report " + path("lane/run") + " --out " + path("nowhere/report.html"), "nowhere/report.html");
 }
 
 TEST_F(ReportPage, ShowsSigmaWhereThereIsNoTruth) {
@@ -171,7 +164,7 @@ TEST_F(ReportPage, GathersAnExperiment) {
   const Json experiment = {
       {"experiment", "lanes"},
       {"runs",
-       {{{"name", "short"}, {"group", "lane"}, {"seed", 2}, {"folder", "nowhere"}, {"estimators", {"smoother"}}, {"status", "done"}},
+       {{{"name", "short"}, {"group", "lane"}, {"seed", 0}, {"folder", "nowhere"}, {"estimators", {"smoother"}}, {"status", "done"}},
         {{"name", "short"}, {"group", "lane"}, {"seed", 1}, {"folder", "run"}, {"estimators", {"smoother", "ieskf"}}, {"status", "done"}},
         {{"name", "alone"}, {"group", "lane"}, {"range_m", 8}, {"seed", 1}, {"folder", "alone"}, {"estimators", {"smoother"}}, {"status", "done"}}}},
       {"tables", {{{"title", "ATE, m"}, {"header", {"run", "here", "paper"}}, {"rows", {{"short", 0.004, "0.024"}, {"</script>", nullptr, "/"}}}, {"note", "metres"}}}},
@@ -181,25 +174,23 @@ TEST_F(ReportPage, GathersAnExperiment) {
   const Json seen = open(path("lanes.html"), "");
   expect_sound(seen);
   EXPECT_EQ(seen["page"]["images"], 1);
-  EXPECT_EQ(seen["page"]["rows"], 2) << "the first run's comparison";
+  EXPECT_EQ(seen["page"]["rows"], 2) << "the comparison of the first run that is on disk";
   EXPECT_EQ(charts_of(seen).count("error"), 1U);
   std::ofstream(*folder_ / "lane/reproduce.json") << R"({"experiment": "x", "runs": 3})";
   expect_refused("report " + path("lane"), "'runs'");
   fs::remove(*folder_ / "lane/reproduce.json");
 }
 
-TEST_F(ReportPage, RefusesWhatIsNoRun) {
-  expect_refused("report " + path("nowhere"), "no such folder");
-  expect_refused("report " + path("kept"), "summary.json");
-  expect_refused("report " + path("lane/run") + " --out " + path("nowhere/report.html"), "nowhere/report.html");
+TEST(ReportCommand, RefusesWhatIsNoRun) {
+  const TemporaryFolder folder;
+  expect_refused("report " + (folder / "nowhere").string(), "no such folder");
+  expect_refused("report " + folder.path().string(), "summary.json");
   EXPECT_EQ(run_lodestone("report").code, 2);
   EXPECT_THAT(run_lodestone("report --help").output, HasSubstr("Examples"));
-  const fs::path broken = *folder_ / "broken";
-  fs::create_directories(broken);
-  std::ofstream(broken / "summary.json") << "{\"estimators\": {\"smoother\": {";
-  expect_refused("report " + broken.string(), "expected JSON");
-  std::ofstream(broken / "summary.json") << R"({"estimators": {"smoother": {}}})";
-  expect_refused("report " + broken.string(), "diagnostics.csv");
+  std::ofstream(folder / "summary.json") << "{\"estimators\": {\"smoother\": {";
+  expect_refused("report " + folder.path().string(), "expected JSON");
+  std::ofstream(folder / "summary.json") << R"({"estimators": {"smoother": {}}})";
+  expect_refused("report " + folder.path().string(), "diagnostics.csv");
 }
 
 }  // namespace

@@ -5,8 +5,8 @@ import { factList, factsOf, runView } from './run_view.js';
 
 function header(data) {
   if (data.reproduce) {
-    return h('header', {}, h('h1', {}, `Experiment ${data.reproduce.experiment || data.folder}`),
-      h('p', { class: 'quiet' }, `${data.reproduce.all_runs} runs, Lodestone ${data.version}`));
+    return h('header', {}, h('h1', {}, data.reproduce.title || data.reproduce.experiment || data.folder),
+      h('p', { class: 'quiet' }, `Experiment ${data.reproduce.experiment || data.folder}, ${data.reproduce.all_runs} runs, Lodestone ${data.version}`));
   }
   const { run } = data;
   const lost = run.estimators.filter((one) => one.status === 'lost').map((one) => one.name);

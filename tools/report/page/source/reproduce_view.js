@@ -4,7 +4,11 @@ import { factList, factsOf, runView } from './run_view.js';
 import { plainTable } from './table.js';
 import { forgetThemeListeners } from './theme.js';
 
-const nameOf = (run) => [run.group, run.name].filter(Boolean).join(' · ') || run.folder;
+/** What tells one run from another, for people. */
+const nameOf = (run) => [
+  run.world, run.sequence && `sequence ${run.sequence}`, run.range_m != null && `LiDAR to ${run.range_m} m`,
+  run.noise_ut != null && `noise ${run.noise_ut} µT`, run.scene && `scene ${run.scene}`, [run.group, run.name].filter(Boolean).join('/'),
+].filter(Boolean).join(' · ') || run.folder;
 
 function runBrowser(runs) {
   const place = h('div', { id: 'run' });
@@ -28,12 +32,9 @@ function runBrowser(runs) {
 
 export async function reproduceView(data) {
   const browser = data.runs.length ? runBrowser(data.runs) : null;
-  const rows = (table) => table.rows.map((row) => row.map((cell) => (typeof cell === 'boolean' ? (cell ? 'yes' : 'no') : cell)));
   const element = h('div', {},
     data.missing?.length ? h('p', { class: 'notice' }, `Named by the experiment, but not in its folder: ${data.missing.slice(0, 8).join(', ')}${data.missing.length > 8 ? `, and ${data.missing.length - 8} more` : ''}.`) : null,
-    (data.criteria ?? []).length ? h('section', { id: 'criteria' }, h('h2', {}, 'Criteria'),
-      plainTable(['criterion', 'result', 'met'], data.criteria.map((one) => [one.title ?? one.name, one.result ?? one.value, one.met ? 'yes' : 'no']))) : null,
-    data.tables.map((table) => h('section', { class: 'result' }, h('h2', {}, table.title), plainTable(table.header, rows(table)),
+    data.tables.map((table) => h('section', { class: 'result' }, h('h2', {}, table.title), plainTable(table.header, table.rows),
       table.note ? h('p', { class: 'quiet small' }, table.note) : null)),
     data.figures.length ? h('section', { id: 'figures' }, h('h2', {}, 'Figures'), h('div', { class: 'two' }, data.figures.map((figure) =>
       h('figure', {}, figure.image ? h('img', { src: figure.image, alt: figure.title }) : h('p', { class: 'notice' }, 'not in the folder'),

@@ -59,9 +59,16 @@ export function smallest(values) {
 
 export const largest = (values) => smallest(values.map((value) => -value));
 
+/** What is said of an outcome in one word, in its colour. */
+function plainCell(cell) {
+  const text = cell == null ? '–' : typeof cell === 'boolean' ? (cell ? 'yes' : 'no') : String(cell);
+  const kind = { yes: 'good', no: 'bad', lost: 'bad', failed: 'bad' }[text];
+  return kind ? h('span', { class: kind }, text) : text;
+}
+
 /** A table as it stands: header and rows of text or numbers. */
 export function plainTable(header, rows) {
   return h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'table' },
     h('table', {}, h('thead', {}, h('tr', {}, header.map((text) => h('th', { scope: 'col' }, text)))),
-      h('tbody', {}, rows.map((row) => h('tr', {}, row.map((cell, i) => h(i === 0 ? 'th' : 'td', i === 0 ? { scope: 'row' } : {}, cell == null ? '–' : String(cell))))))));
+      h('tbody', {}, rows.map((row) => h('tr', {}, row.map((cell, i) => (i === 0 ? h('th', { scope: 'row' }, plainCell(cell)) : h('td', {}, plainCell(cell)))))))));
 }
