@@ -133,6 +133,7 @@ void PointCloudDecoder::take_livox_fields(const char* intensity, const char* tim
   layout_.ring_field = "line";
   layout_.time_field = time;
   layout_.time_unit = PointTimeUnit::nanoseconds;
+  time_keys_ = "lidar.scan_period_s";
 }
 
 void PointCloudDecoder::fail(const PointCloudMessage& message, const std::string& what) const {
@@ -284,8 +285,8 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
   constexpr std::size_t enough_points = 1000;
   if (span_s > 5.0 * period_s || (scan.points.size() >= enough_points && span_s < 0.01 * period_s)) {
     fail(message, fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set "
-                              "lidar.time_unit or lidar.fields.time in {}",
-                              layout_.time_field, span_s, period_s, platform_file_));
+                              "{} in {}",
+                              layout_.time_field, span_s, period_s, time_keys_, platform_file_));
   }
   Time zero = earliest;  // the value of the time field that gets offset 0
   if (earliest > absolute_time_limit || time_origin_ != 0) {
@@ -299,8 +300,8 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
   scan.end = scan.start + (latest - zero);
   if (latest - zero > 5 * period_ns_ || latest - zero > std::numeric_limits<std::int32_t>::max()) {
     fail(message, fmt::format("the latest point lies {:.3g} s after the stamp; expected about the scan's period of {:g} "
-                              "s; set lidar.time_unit or lidar.fields.time in {}",
-                              to_seconds(latest - zero), period_s, platform_file_));
+                              "s; set {} in {}",
+                              to_seconds(latest - zero), period_s, time_keys_, platform_file_));
   }
   for (std::size_t i = 0; i < times_.size(); ++i) {
     scan.points[i].offset_ns = static_cast<std::int32_t>(times_[i] - zero);

@@ -47,6 +47,7 @@ class PointCloudDecoder {
   std::string source_;
   LidarMessageLayout layout_;
   std::string platform_file_;
+  const char* time_keys_ = "lidar.time_unit or lidar.fields.time";  ///< what to change where times cannot be
   Time period_ns_;
   WarningLog& warnings_;
 
