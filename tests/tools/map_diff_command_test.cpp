@@ -43,7 +43,9 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
   EXPECT_NEAR(json["share_above_3_sigma"], 21.0 / (41 * 31), 1e-9);
   EXPECT_EQ(json["places_above_threshold"], 1);
   EXPECT_THAT(content_of(folder / "out/places.csv"), HasSubstr("\n1,1.000,1.000,0.21,20.000,20.000,"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "out/difference.png"));
+  for (const char* name : {"out/picture.png", "out/picture.pdf", "out/picture.svg"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
+  }
 
   const RasterFile raster((folder / "out/difference.tif").string());
   ASSERT_EQ(raster.pages(), 4);

@@ -127,10 +127,10 @@ void map_diff(const MapDiffCall& call) {
   print_figures(call, difference, places);
   write_magnetic_difference(difference, call.first, call.second, (out / "difference.yaml").string());
   write(out / "places.csv", to_csv(places));
-  draw_difference_picture(out / "difference.png", difference, places,
+  draw_difference_picture(out / "picture", difference, places,
                           fmt::format("Change of the field from {} to {}", call.first, call.second));
   write(out / "diff.json", to_json(call, difference, places));
-  fmt::print("wrote {}/: difference.png, difference.yaml with difference.tif, places.csv, diff.json\n", call.out);
+  fmt::print("wrote {}/: picture.png, .pdf and .svg, difference.yaml with difference.tif, places.csv, diff.json\n", call.out);
 }
 
 }  // namespace
@@ -141,7 +141,7 @@ void add_map_diff(CLI::App& map, int* code) {
       "diff", "Compare two magnetic maps of one site, node by node of the first: what changed, where, beyond their sigma");
   command->add_option("FIRST", call->first, "a magnetic map, FIELD.yaml: what was")->required();
   command->add_option("SECOND", call->second, "another one, of any grid and resolution: what is")->required();
-  command->add_option("--out", call->out, "folder for difference.png, .yaml and .tif, places.csv, diff.json")->required();
+  command->add_option("--out", call->out, "folder for picture.png, .pdf and .svg, difference.yaml and .tif, places.csv, diff.json")->required();
   command->add_option("--threshold-ut", call->threshold_ut, "places changed by more than this are listed, microtesla")
       ->capture_default_str();
   command->footer(R"(

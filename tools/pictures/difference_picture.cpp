@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tools/pictures/axes.h"
+#include "tools/pictures/color_bar.h"
 
 namespace lodestone {
 namespace {
@@ -92,20 +93,6 @@ Extent extent_of(const MagneticDifference& difference) {
   return extent;
 }
 
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale) {
-  canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    color = heat_color((box.bottom - point.y) / box.height());
-    return true;
-  });
-  canvas.frame(box, ink::frame, 1.0);
-  for (const double tick : scale.ticks(std::max(2, static_cast<int>(box.height() / 42.0)))) {
-    const double y = box.bottom - scale.share(tick) * box.height();
-    canvas.line({box.right, y}, {box.right + 5.0, y}, ink::frame, 1.0);
-    canvas.text({box.right + 9.0, y}, tick_text(tick), ink::letter, ink::text, Anchor::begin, Anchor::middle);
-  }
-  canvas.text({0.5 * (box.left + box.right), box.top - 10.0}, "|ΔB| µT", ink::letter, ink::text, Anchor::middle, Anchor::end);
-}
-
 /// A ring, white and black so that it shows on every colour.
 void draw_ring(Canvas& canvas, CanvasPoint center, double radius) {
   constexpr int corners = 40;
@@ -161,7 +148,7 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
     if (change >= 0.0) color = heat_color(scale.share(change));
     return change >= 0.0;
   });
-  draw_color_bar(canvas, {box.right + 30.0, box.top + 24.0, box.right + 52.0, box.bottom}, scale);
+  draw_color_bar(canvas, {box.right + 30.0, box.top + 24.0, box.right + 52.0, box.bottom}, scale, "|ΔB| µT");
   for (std::size_t i = 1; i < std::min<std::size_t>(places.size(), 10); ++i) {
     const CanvasPoint at = axes.at(places[i].largest_at.x(), places[i].largest_at.y());
     draw_note(canvas, box, {at.x + 4.0, at.y}, std::to_string(i + 1), 12.0);

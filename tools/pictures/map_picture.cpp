@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tools/pictures/axes.h"
+#include "tools/pictures/color_bar.h"
 #include "tools/pictures/pictures.h"
 
 namespace lodestone {
@@ -86,21 +87,6 @@ void draw_field(Canvas& canvas, const CanvasBox& box, const Extent& extent, cons
   });
 }
 
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& strength) {
-  canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    color = heat_color((box.bottom - point.y) / box.height());
-    return true;
-  });
-  canvas.frame(box, ink::frame, 1.0);
-  for (const double tick : strength.ticks(std::max(2, static_cast<int>(box.height() / 42.0)))) {
-    const double y = box.bottom - strength.share(tick) * box.height();
-    canvas.line({box.right, y}, {box.right + 5.0, y}, ink::frame, 1.0);
-    canvas.text({box.right + 9.0, y}, tick_text(tick), ink::letter, ink::text, Anchor::begin, Anchor::middle);
-  }
-  canvas.text({0.5 * (box.left + box.right), box.top - 10.0}, "|B| µT", ink::letter, ink::text, Anchor::middle,
-              Anchor::end);
-}
-
 void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, Color color, double width) {
   std::vector<CanvasPoint> points;
   for (const StampedPose& pose : trajectory) {
@@ -140,7 +126,7 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
   if (map != nullptr) {
     const Scale strength = strength_range(*map);
     draw_field(canvas, box, extent, *map, mean_height(truth, series), strength);
-    draw_color_bar(canvas, {box.right + 30.0, box.top + 24.0, box.right + 52.0, box.bottom}, strength);
+    draw_color_bar(canvas, {box.right + 30.0, box.top + 24.0, box.right + 52.0, box.bottom}, strength, "|B| µT");
   } else {
     axes.grid(x_ticks, y_ticks);
   }
