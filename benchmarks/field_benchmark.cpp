@@ -1,10 +1,12 @@
 #include <benchmark/benchmark.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "core/mapping/sliding_gpr.h"
 #include "core/maps/magnetic_map.h"
+#include "core/maps/sparse_field_nodes.h"
 #include "frontends/magnetometer/localization.h"
 
 namespace lodestone {
@@ -27,6 +29,19 @@ const MagneticMap& site() {
   return map;
 }
 
+/// The same, of which a drive's tiles come and go.
+const MagneticMap& site_in_tiles() {
+  static const MagneticMap map = [] {
+    const auto nodes = std::make_shared<SparseFieldNodes>();
+    const FieldGrid& grid = site().grid();
+    for (int row = 0; row < grid.rows; ++row) {
+      for (int column = 0; column < grid.columns; ++column) nodes->set(0, row, column, site().node(0, row, column));
+    }
+    return MagneticMap(grid, nodes, 1.0, 0);
+  }();
+  return map;
+}
+
 /// Positions along a drive, 5 mm apart as at 200 Hz and 1 m/s (`random` false), or anywhere.
 std::vector<Vector3> positions(bool random) {
   std::vector<Vector3> result;
@@ -42,8 +57,8 @@ std::vector<Vector3> positions(bool random) {
   return result;
 }
 
-void map_query(benchmark::State& state, FieldInterpolation interpolation, bool random) {
-  const MagneticMap& map = site();
+void map_query(benchmark::State& state, FieldInterpolation interpolation, bool random, bool tiles = false) {
+  const MagneticMap& map = tiles ? site_in_tiles() : site();
   const std::vector<Vector3> points = positions(random);
   std::size_t i = 0;
   for (auto _ : state) {
@@ -53,6 +68,8 @@ void map_query(benchmark::State& state, FieldInterpolation interpolation, bool r
 }
 BENCHMARK_CAPTURE(map_query, bilinear_along_a_drive, FieldInterpolation::bilinear, false);
 BENCHMARK_CAPTURE(map_query, bicubic_along_a_drive, FieldInterpolation::bicubic, false);
+BENCHMARK_CAPTURE(map_query, bilinear_along_a_drive_in_tiles, FieldInterpolation::bilinear, false, true);
+BENCHMARK_CAPTURE(map_query, bicubic_along_a_drive_in_tiles, FieldInterpolation::bicubic, false, true);
 BENCHMARK_CAPTURE(map_query, bilinear_anywhere, FieldInterpolation::bilinear, true);
 BENCHMARK_CAPTURE(map_query, bicubic_anywhere, FieldInterpolation::bicubic, true);
 

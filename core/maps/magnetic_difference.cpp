@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <unordered_map>
 
 namespace lodestone {
@@ -15,6 +16,31 @@ constexpr int piece_nodes = 64;
 
 Vector3 node_position(const FieldGrid& grid, int layer, int row, int column) {
   return {grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row, grid.heights_m[layer]};
+}
+
+/// A map's field and sigma somewhere.
+struct Sample {
+  Vector3 field_ut;
+  double sigma_ut;
+};
+
+/// At a node of the map its very value: interpolation at the edge of the field may ask for a neighbour that is not there.
+std::optional<Sample> sample(const MagneticMap& map, const Vector3& position) {
+  const FieldGrid& grid = map.grid();
+  const Eigen::Array2d place = (position.head<2>() - grid.origin).array() / grid.resolution_m;
+  const Eigen::Array2d nearest = place.round();
+  const auto height = std::find(grid.heights_m.begin(), grid.heights_m.end(), position.z());
+  const bool at_height = grid.heights_m.size() == 1 || height != grid.heights_m.end();
+  if (at_height && (place - nearest).abs().maxCoeff() < 1e-6 && nearest.minCoeff() >= 0.0 && nearest.x() < grid.columns &&
+      nearest.y() < grid.rows) {
+    const auto layer = grid.heights_m.size() == 1 ? 0 : static_cast<int>(height - grid.heights_m.begin());
+    const Eigen::Vector4f node = map.node(layer, static_cast<int>(nearest.y()), static_cast<int>(nearest.x()));
+    if (!(node[3] <= map.max_sigma_ut())) return std::nullopt;
+    return Sample{node.head<3>().cast<double>(), node[3]};
+  }
+  const auto value = map.query(position, FieldInterpolation::bicubic);
+  if (!value) return std::nullopt;
+  return Sample{value->field_ut, value->sigma_ut};
 }
 
 /// One rectangle of a grid, and how many of its places have field in one map alone.
@@ -57,8 +83,7 @@ void compare_piece(const MagneticMap& first, const MagneticMap& second, Compared
         if (!(node[3] <= first.max_sigma_ut())) continue;  // NaN as well
         const std::size_t place = static_cast<std::size_t>(row) * piece.columns + column;
         seen[place] = 1;
-        const auto other = second.query(node_position(grid, layer, piece.row + row, piece.column + column),
-                                        FieldInterpolation::bicubic);
+        const auto other = sample(second, node_position(grid, layer, piece.row + row, piece.column + column));
         if (!other) continue;
         const Vector3 change = other->field_ut - node.head<3>().cast<double>();
         const double sigma = std::hypot(static_cast<double>(node[3]), other->sigma_ut);
@@ -96,7 +121,7 @@ double area_without(const MagneticMap& map, const MagneticMap& other) {
         for (int layer = 0; layer < static_cast<int>(grid.heights_m.size()) && !there; ++layer) {
           if (!(map.node(layer, row, column)[3] <= map.max_sigma_ut())) continue;
           here = true;
-          there = other.query(node_position(grid, layer, row, column), FieldInterpolation::bilinear).has_value();
+          there = sample(other, node_position(grid, layer, row, column)).has_value();
         }
         alone[index] += here && !there;
       }

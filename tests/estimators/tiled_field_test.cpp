@@ -63,9 +63,9 @@ TEST_P(TiledField, TrajectoryHasTheSameBits) {
     high = high.cwiseMax(pose.pose.position);
   }
   // Nodes so close that the few metres are many tiles.
-  FieldGrid grid{0.02, low.head<2>().array() - 1.5, 0, 0, {0.0}};
-  grid.columns = static_cast<int>((high.x() - low.x() + 3.0) / 0.02);
-  grid.rows = static_cast<int>((high.y() - low.y() + 3.0) / 0.02);
+  FieldGrid grid{0.008, low.head<2>().array() - 1.5, 0, 0, {0.0}};
+  grid.columns = static_cast<int>((high.x() - low.x() + 3.0) / 0.008);
+  grid.rows = static_cast<int>((high.y() - low.y() + 3.0) / 0.008);
   EstimatorInput input;
   input.suite = simulation::sensor_suite(world);
   grid.heights_m = {(truth.front().pose * input.suite.magnetometers.front().T_imu_mag).position.z()};
