@@ -62,7 +62,7 @@ void write_stale_map_pictures(const std::filesystem::path& folder, const Magneti
     if (!outcome.summary.stale_map || outcome.field_rows.empty()) continue;
     std::vector<DifferencePoint> drive;
     for (const FieldRow& row : outcome.field_rows) drive.push_back({row.position, row.mean_size_ut});
-    const std::string name = first ? "stale_map.png" : "stale_map_" + outcome.summary.estimator + ".png";
+    const std::string name = first ? std::string("stale_map") : "stale_map_" + outcome.summary.estimator;
     draw_stale_map_picture(folder / name, map, drive, *outcome.summary.stale_map);
     first = false;
   }

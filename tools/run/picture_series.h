@@ -12,7 +12,7 @@ PictureSeries picture_series(const EstimatorOutcome& outcome);
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<PictureSeries>& series);
 
-/// Writes stale_map.png into `folder`: of the first pass that has a stale-map report; of further ones stale_map_NAME.png.
+/// Writes stale_map as .png, .pdf and .svg into `folder`: of the first pass with a stale-map report; of others stale_map_NAME.
 void write_stale_map_pictures(const std::filesystem::path& folder, const MagneticMap& map,
                               const std::vector<EstimatorOutcome>& outcomes);
 
