@@ -53,7 +53,7 @@ TEST_F(ReproducePlan, StepsComeAfterWhatTheyNeedAndDriveByDrive) {
   // The first seed's runs of both groups come before the second seed's.
   std::vector<int> seeds;
   for (const Step& step : all.steps) {
-    for (const Run& run : all.runs) {
+    for (const auto& run : all.runs) {
       if (step.kind == StepKind::run && run.folder == step.folder) seeds.push_back(run.seed);
     }
   }
@@ -61,7 +61,7 @@ TEST_F(ReproducePlan, StepsComeAfterWhatTheyNeedAndDriveByDrive) {
 }
 
 TEST_F(ReproducePlan, EstimatorsOfTheFirstSeedAloneRunWithItAlone) {
-  for (const Run& run : plan().runs) EXPECT_EQ(run.estimators.size(), run.seed == 1 ? 2U : 1U) << run.name;
+  for (const auto& run : plan().runs) EXPECT_EQ(run.estimators.size(), run.seed == 1 ? 2U : 1U) << run.name;
 }
 
 TEST_F(ReproducePlan, OnlyTakesNamesGroupsRowsAndPatterns) {
