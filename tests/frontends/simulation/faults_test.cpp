@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <optional>
 
 #include "core/error.h"
 #include "frontends/simulation/simulation_source.h"
+#include "tests/frontends/readers/test_files.h"
 
 namespace lodestone::simulation {
 namespace {
@@ -39,7 +39,6 @@ sequences:
 class Faults : public ::testing::Test {
  protected:
   void SetUp() override { std::ofstream(file_) << hall; }
-  void TearDown() override { std::remove(file_.c_str()); }
 
   std::vector<Measurement> drain(const std::vector<std::string>& settings, const std::string& sequence = "a",
                                  Drive drive = Drive::sequence, std::uint64_t seed = 3) const {
@@ -50,7 +49,7 @@ class Faults : public ::testing::Test {
     for (Measurement measurement; source.next(measurement);) all.push_back(measurement);
     return all;
   }
-  std::vector<Measurement> faulty(const std::string& faults) const {
+  std::vector<Measurement> drain(const std::string& faults) const {
     return drain(std::vector<std::string>{"faults=[" + faults + "]"});
   }
   const std::vector<Measurement>& healthy() const {
@@ -61,7 +60,7 @@ class Faults : public ::testing::Test {
 
   /// Every measurement is what `expected` makes of the healthy one (nothing: not there), to the bit, in the same order.
   void expect_stream(const std::string& faults, const std::function<std::optional<Measurement>(Measurement)>& expected) const {
-    const std::vector<Measurement> found = faulty(faults);
+    const std::vector<Measurement> found = drain(faults);
     std::size_t index = 0;
     std::size_t changed = 0;
     for (const Measurement& was : healthy()) {
@@ -115,14 +114,15 @@ class Faults : public ::testing::Test {
     return "no error";
   }
 
-  std::string file_ = ::testing::TempDir() + "faulty_hall.yaml";
+  testing::TemporaryFolder folder_;
+  std::string file_ = folder_ / "hall.yaml";
   mutable Time start_ = 0;
   mutable std::vector<Measurement> healthy_;
 };
 
 TEST_F(Faults, HardIronIsAConstantFieldOnTopWhileItLasts) {
   expect_readings("{kind: hard_iron, magnetometer: left, offset_ut: [3, -4, 5]}", 0,
-                  [](const MagneticSample& sample, double) { return sample.field_ut + Vector3(3, -4, 5); });
+                  [](const MagneticSample& sample, double) -> Vector3 { return sample.field_ut + Vector3(3, -4, 5); });
   expect_readings("{kind: hard_iron, magnetometer: rear, offset_ut: [3, -4, 5], begin_s: 1, end_s: 2}", 2,
                   [](const MagneticSample& sample, double s) -> Vector3 {
                     return s >= 1.0 && s < 2.0 ? (sample.field_ut + Vector3(3, -4, 5)).eval() : sample.field_ut;
@@ -141,7 +141,7 @@ TEST_F(Faults, SoftIronIsAMatrixHoweverItIsWritten) {
 
 TEST_F(Faults, AMisalignedSensorReadsTheFieldInAxesThatAreTurned) {
   // Turned by 90° about z: what lies along y it reads along its x.
-  const auto found = faulty("{kind: misalignment, magnetometer: left, rotation_rpy_deg: [0, 0, 90]}");
+  const auto found = drain("{kind: misalignment, magnetometer: left, rotation_rpy_deg: [0, 0, 90]}");
   ASSERT_EQ(found.size(), healthy().size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     const auto* sample = std::get_if<MagneticSample>(&found[i]);
@@ -165,13 +165,13 @@ TEST_F(Faults, ARandomWalkGrowsWithTheRootOfTime) {
   double squared = 0.0;
   int components = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const auto walked = drain({"faults=[{kind: bias_drift, magnetometer: all, random_walk_ut_sqrt_s: 2, begin_s: 0.5, end_s: 2.5}]",
+    const auto faulty = drain({"faults=[{kind: bias_drift, magnetometer: all, random_walk_ut_sqrt_s: 2, begin_s: 0.5, end_s: 2.5}]",
                                "sensors.lidar.rate_hz=0.1"}, "a", Drive::sequence, seed);
     const auto clean = drain({"sensors.lidar.rate_hz=0.1"}, "a", Drive::sequence, seed);
     for (std::size_t i = clean.size() - 40; i < clean.size(); ++i) {
       const auto* sample = std::get_if<MagneticSample>(&clean[i]);
       if (sample == nullptr || sample->magnetometer != 1) continue;
-      squared += (std::get<MagneticSample>(walked[i]).field_ut - sample->field_ut).squaredNorm();
+      squared += (std::get<MagneticSample>(faulty[i]).field_ut - sample->field_ut).squaredNorm();
       components += 3;
       break;
     }
@@ -201,7 +201,7 @@ TEST_F(Faults, ASaturatedMagnetometerIsClippedComponentByComponent) {
 }
 
 TEST_F(Faults, SpikesAreAsOftenAndAsLargeAsTold) {
-  const auto found = faulty("{kind: spikes, magnetometer: left, rate_per_s: 20, size_ut: 50}");
+  const auto found = drain("{kind: spikes, magnetometer: left, rate_per_s: 20, size_ut: 50}");
   ASSERT_EQ(found.size(), healthy().size());
   int spikes = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -262,7 +262,7 @@ TEST_F(Faults, AClockOffsetShiftsTheStampsOfItsSensorAloneAndTheStreamStaysInOrd
   for (const Case& one : {Case{"imu", 30'000'000, [](const Measurement& m) { return std::holds_alternative<ImuSample>(m); }},
                           Case{"lidar", -70'000'000, [](const Measurement& m) { return std::holds_alternative<LidarScan>(m); }},
                           Case{"magnetometers", -20'000'000, magnetometer(-1)}, Case{"right", 20'000'000, magnetometer(1)}}) {
-    const auto found = faulty("{kind: clock_offset, sensor: " + one.sensor + ", offset_s: " +
+    const auto found = drain("{kind: clock_offset, sensor: " + one.sensor + ", offset_s: " +
                              std::to_string(static_cast<double>(one.offset) * 1e-9) + "}");
     ASSERT_EQ(found.size(), healthy().size());
     std::vector<Measurement> expected[2], seen[2];
@@ -323,9 +323,9 @@ TEST_F(Faults, OfTheWorldAndOfASequenceAddUpAndTheSurveyHasNone) {
 TEST_F(Faults, SameSeedSameBitsOnAnyNumberOfThreads) {
   const std::string faults = "{kind: spikes, magnetometer: all, rate_per_s: 20, size_ut: 50}, "
                              "{kind: bias_drift, magnetometer: all, random_walk_ut_sqrt_s: 1}";
-  const auto first = faulty(faults);
+  const auto first = drain(faults);
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  const auto second = faulty(faults);
+  const auto second = drain(faults);
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); ++i) ASSERT_TRUE(same(first[i], second[i])) << i;
 }
