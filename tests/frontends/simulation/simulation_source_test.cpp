@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -69,7 +70,7 @@ class SimulatedRoom : public ::testing::Test {
     return "no error";
   }
 
-  std::string file_ = ::testing::TempDir() + "simulated_room.yaml";
+  std::string file_ = ::testing::TempDir() + "simulated_room_" + std::to_string(::getpid()) + ".yaml";
 };
 
 bool same(const Measurement& a, const Measurement& b) {
