@@ -91,7 +91,9 @@ void write_results(const Experiment& experiment, const Plan& plan, const std::ve
   }
   const Results results(plan, root, done);
   std::vector<ResultTable> tables;
-  for (const TableChoice& table : experiment.tables) tables.push_back(make_table(table, experiment, results));
+  for (const TableChoice& table : experiment.tables) {
+    if (!results.rows_of(table.group).empty()) tables.push_back(make_table(table, experiment, results));
+  }
   if (!experiment.criteria.empty()) tables.push_back(criteria_table(experiment, results));
   // Tables of another call with other runs must not stand beside these.
   std::error_code error;
