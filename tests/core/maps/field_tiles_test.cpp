@@ -72,13 +72,13 @@ TEST(FieldTiles, MapsOfAFewTilesGiveTheBitsOfTheWhole) {
   const MagneticMap some(Lanes::grid(), source, 0.45, 0);
   int found = 0;
   for (const FieldInterpolation interpolation : {FieldInterpolation::bilinear, FieldInterpolation::bicubic}) {
-    for (const Vector3& place : places(4000)) {
+    for (const Vector3& place : places(600)) {
       const auto expected = whole.query(place, interpolation);
       ASSERT_TRUE(same(some.query(place, interpolation), expected)) << place.transpose();
       found += expected.has_value();
     }
   }
-  EXPECT_GT(found, 1500);
+  EXPECT_GT(found, 200);
   EXPECT_GT(source->reads, 200);  // tiles did come and go
   const auto nodes = all_nodes();
   const auto back = some.nodes();
@@ -89,7 +89,7 @@ TEST(FieldTiles, MapsOfAFewTilesGiveTheBitsOfTheWhole) {
 TEST(FieldTiles, TheSameOnAnyNumberOfThreads) {
   const MagneticMap whole(Lanes::grid(), all_nodes(), 0.45);
   const MagneticMap some(Lanes::grid(), std::make_shared<const Lanes>(), 0.45, 0);
-  const std::vector<Vector3> all = places(20000);
+  const std::vector<Vector3> all = places(2000);
   std::atomic<int> different{0};
   tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
     if (!same(some.query(all[i], FieldInterpolation::bicubic), whole.query(all[i], FieldInterpolation::bicubic))) ++different;

@@ -11,20 +11,14 @@
 #include "core/error.h"
 #include "frontends/rasters/raster_file.h"
 #include "frontends/rasters/raster_writer.h"
+#include "tests/frontends/readers/test_files.h"
 
 namespace lodestone {
 namespace {
 
 class Raster : public testing::Test {
  protected:
-  Raster() {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("lodestone_raster_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-    path_ = folder_ / "raster.tif";
-  }
-  ~Raster() override { std::filesystem::remove_all(folder_); }
+  Raster() : path_(folder_.path() / "raster.tif") {}
 
   static float value(int page, int row, int column) {
     return (row + 2 * column + page) % 11 == 0 ? std::nanf("") : static_cast<float>(1000 * page + row) + 1e-3F * static_cast<float>(column);
@@ -51,7 +45,7 @@ class Raster : public testing::Test {
     return "no error";
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
   std::filesystem::path path_;
 };
 
@@ -129,7 +123,7 @@ TEST_F(Raster, SaysWhatIsWrong) {
   for (std::uint32_t i = 0; i < 8; ++i) TIFFWriteScanline(file, row, i, 0);
   TIFFClose(file);
   EXPECT_THAT(error(), HasSubstr("page 1 is not float32"));
-  EXPECT_THROW(write_raster(folder_ / "absent" / "raster.tif", {20, 30, 0.5, {3.0, 4.0}}, 16, {"one"},
+  EXPECT_THROW(write_raster(folder_.path() / "absent" / "raster.tif", {20, 30, 0.5, {3.0, 4.0}}, 16, {"one"},
                             [](int, const RasterWindow&, float*) { return false; }),
                InputError);
 }

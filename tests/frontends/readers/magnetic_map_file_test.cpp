@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/readers/text_file.h"
+#include "tests/frontends/readers/test_files.h"
 
 namespace lodestone {
 namespace {
@@ -18,14 +19,9 @@ namespace {
 class MagneticMapFile : public testing::Test {
  protected:
   MagneticMapFile() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() / (std::string("lodestone_map_file_") + info->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-    yaml_ = (folder_ / "field.yaml").string();
-    image_ = (folder_ / "field.tif").string();
+    yaml_ = (folder_.path() / "field.yaml").string();
+    image_ = (folder_.path() / "field.tif").string();
   }
-  ~MagneticMapFile() override { std::filesystem::remove_all(folder_); }
 
   static MagneticMap map(std::vector<double> heights = {0.1, 0.37}) {
     FieldGrid grid{0.07, {-3.14, 0.1 + 0.2}, 37, 21, std::move(heights)};
@@ -57,7 +53,7 @@ class MagneticMapFile : public testing::Test {
     write_text_file(yaml_, text.replace(at, from.size(), to));
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
   std::string yaml_;
   std::string image_;
 };
@@ -75,7 +71,7 @@ TEST_F(MagneticMapFile, ReadsBackTheSameBits) {
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])), 0);
   // Nothing else is left in the folder.
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), std::filesystem::directory_iterator()), 2);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), std::filesystem::directory_iterator()), 2);
 }
 
 TEST_F(MagneticMapFile, SaysWhatIsWrong) {
@@ -137,8 +133,8 @@ TEST_F(MagneticMapFile, ReadsImagesInStripsToTheSameBits) {
 }
 
 TEST_F(MagneticMapFile, RefusesAFolderThatIsNotThere) {
-  EXPECT_THROW(write_magnetic_map(map(), {}, (folder_ / "absent" / "field.yaml").string()), InputError);
-  EXPECT_THROW(write_magnetic_map(map(), {}, (folder_ / "field.tif").string()), InputError);
+  EXPECT_THROW(write_magnetic_map(map(), {}, (folder_.path() / "absent" / "field.yaml").string()), InputError);
+  EXPECT_THROW(write_magnetic_map(map(), {}, (folder_.path() / "field.tif").string()), InputError);
 }
 
 }  // namespace
