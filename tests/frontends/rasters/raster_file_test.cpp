@@ -16,7 +16,7 @@
 namespace lodestone {
 namespace {
 
-class Raster : public testing::Test {
+class Raster : public ::testing::Test {
  protected:
   Raster() : path_(folder_.path() / "raster.tif") {}
 
@@ -45,7 +45,7 @@ class Raster : public testing::Test {
     return "no error";
   }
 
-  TemporaryFolder folder_;
+  testing::TemporaryFolder folder_;
   std::filesystem::path path_;
 };
 
@@ -107,7 +107,7 @@ TEST_F(Raster, WhatIsEmptyTakesNextToNothing) {
 }
 
 TEST_F(Raster, SaysWhatIsWrong) {
-  using testing::HasSubstr;
+  using ::testing::HasSubstr;
   EXPECT_THAT(error(), HasSubstr("no such file"));
   std::ofstream(path_) << "no picture";
   EXPECT_THAT(error(), HasSubstr("no readable TIFF"));

@@ -16,7 +16,7 @@
 namespace lodestone {
 namespace {
 
-class MagneticMapFile : public testing::Test {
+class MagneticMapFile : public ::testing::Test {
  protected:
   MagneticMapFile() {
     yaml_ = (folder_.path() / "field.yaml").string();
@@ -53,7 +53,7 @@ class MagneticMapFile : public testing::Test {
     write_text_file(yaml_, text.replace(at, from.size(), to));
   }
 
-  TemporaryFolder folder_;
+  testing::TemporaryFolder folder_;
   std::string yaml_;
   std::string image_;
 };
@@ -75,7 +75,7 @@ TEST_F(MagneticMapFile, ReadsBackTheSameBits) {
 }
 
 TEST_F(MagneticMapFile, SaysWhatIsWrong) {
-  using testing::HasSubstr;
+  using ::testing::HasSubstr;
   EXPECT_THAT(error(), HasSubstr("field.yaml"));  // missing
   write_magnetic_map(map(), {}, yaml_);
   EXPECT_EQ(error(), "no error");
