@@ -65,7 +65,8 @@ std::string find_experiment(const std::string& name) {
 const std::vector<std::string>& figure_names() {
   static const std::vector<std::string> names{"ate_m",          "ate_se3_m",        "max_error_m",       "heading_rmse_deg",
                                               "nees_pose",      "success",          "real_time_factor",  "wall_s",
-                                              "peak_rss_mb",    "degenerate_scans", "magnetic_rejected", "scans"};
+                                              "peak_rss_mb",    "degenerate_scans", "magnetic_rejected", "scans",
+                                              "changed_cells",  "changed_found",    "unchanged_reported"};
   return names;
 }
 

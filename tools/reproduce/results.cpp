@@ -7,7 +7,9 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/text_file.h"
+#include "tools/reproduce/stale_figures.h"
 
 namespace lodestone::reproduce {
 
@@ -24,7 +26,21 @@ RunFigures read_figures(const std::filesystem::path& path) {
   return figures;
 }
 
-bool smaller_is_worse(const std::string& figure) { return figure == "success" || figure == "real_time_factor"; }
+/// Adds what the stale-map reports of a run are worth where both maps are still there: the run's and that of the log's scene.
+void add_stale_figures(const Run& run, const std::filesystem::path& root, std::map<std::string, RunFigures>& figures) {
+  const auto there = [&](const std::string& map) { return !map.empty() && std::filesystem::exists(root / map); };
+  if (!run.first_seed || run.scene.empty() || !there(run.field) || !there(run.own_field)) return;
+  const MagneticMap field = read_magnetic_map((root / run.field).string());
+  const MagneticMap own = read_magnetic_map((root / run.own_field).string());
+  for (const std::string& estimator : run.estimators) {
+    const std::filesystem::path cells = root / run.folder / estimator / "field_cells.csv";
+    if (std::filesystem::exists(cells)) figures[estimator].merge(stale_figures(cells, field, own));
+  }
+}
+
+bool smaller_is_worse(const std::string& figure) {
+  return figure == "success" || figure == "real_time_factor" || figure == "changed_found";
+}
 
 std::optional<double> value_of(const RunFigures* figures, const std::string& name) {
   if (figures == nullptr) return std::nullopt;
@@ -41,6 +57,7 @@ Results::Results(const Plan& plan, const std::filesystem::path& root, const std:
     for (const std::string& estimator : runs_[i].estimators) {
       figures_[i][estimator] = read_figures(root / runs_[i].folder / estimator / "summary.json");
     }
+    add_stale_figures(runs_[i], root, figures_[i]);
   }
   for (const MapDifference& difference : plan.differences) {
     const std::filesystem::path path = root / difference.folder / "diff.json";
@@ -84,6 +101,7 @@ SeedValue seed_value(const Results& results, const std::string& group, const std
       return name.empty() || std::find(estimators.begin(), estimators.end(), name) != estimators.end();
     };
     if (!runs(estimator) || !runs(over)) continue;
+    if (is_stale_figure(figure) && !results.runs()[i].first_seed) continue;  // the maps of the others are gone
     ++seeds.expected;
     std::optional<double> value = value_of(results.find(i, estimator), figure);
     if (value && !over.empty()) {
