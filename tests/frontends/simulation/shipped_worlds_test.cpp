@@ -207,7 +207,8 @@ TEST(ShippedWorlds, SequencesFillTheWorldsThatThePaperDescribes) {
   }
 }
 
-/// Largest difference between the fields of two scenes, µT, at the magnetometers along the survey.
+/// Largest difference between the fields of two scenes, µT, within the reach of a map of the survey: at the
+/// magnetometers along its lanes, and as far beside them as the map goes on.
 double largest_change_ut(const World& world, const Sequence& sequence, const std::string& a, const std::string& b) {
   const std::size_t common = build_scene(world).sources.size();
   const std::vector<FieldSource> first = build_scene(world, a).sources, second = build_scene(world, b).sources;
@@ -218,11 +219,13 @@ double largest_change_ut(const World& world, const Sequence& sequence, const std
     base.position = {plan[i].position.x(), plan[i].position.y(), world.imu.height_m};
     base.rotation = Eigen::AngleAxisd(plan[i].heading, Vector3::UnitZ());
     for (const MagnetometerMount& mount : world.magnetometers.mounts) {
-      const Vector3 point = (base * mount.T_imu_mag()).position;
-      Vector3 difference = Vector3::Zero();
-      for (std::size_t k = common; k < first.size(); ++k) difference += source_field_ut(first[k], point);
-      for (std::size_t k = common; k < second.size(); ++k) difference -= source_field_ut(second[k], point);
-      largest = std::max(largest, difference.norm());
+      for (const double beside_m : {-0.4, 0.0, 0.4}) {
+        const Vector3 point = (base * mount.T_imu_mag()).position + base.rotation * Vector3(0.0, beside_m, 0.0);
+        Vector3 difference = Vector3::Zero();
+        for (std::size_t k = common; k < first.size(); ++k) difference += source_field_ut(first[k], point);
+        for (std::size_t k = common; k < second.size(); ++k) difference -= source_field_ut(second[k], point);
+        largest = std::max(largest, difference.norm());
+      }
     }
   }
   return largest;
