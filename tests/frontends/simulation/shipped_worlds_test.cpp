@@ -219,7 +219,7 @@ double largest_change_ut(const World& world, const Sequence& sequence, const std
     base.position = {plan[i].position.x(), plan[i].position.y(), world.imu.height_m};
     base.rotation = Eigen::AngleAxisd(plan[i].heading, Vector3::UnitZ());
     for (const MagnetometerMount& mount : world.magnetometers.mounts) {
-      for (const double beside_m : {-0.4, 0.0, 0.4}) {
+      for (const double beside_m : {-0.23, 0.0, 0.23}) {
         const Vector3 point = (base * mount.T_imu_mag()).position + base.rotation * Vector3(0.0, beside_m, 0.0);
         Vector3 difference = Vector3::Zero();
         for (std::size_t k = common; k < first.size(); ++k) difference += source_field_ut(first[k], point);
