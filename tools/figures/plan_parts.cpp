@@ -34,7 +34,7 @@ PlanExtent extent_of(const Raster& raster, const std::vector<Vector3>& track) {
 }
 
 void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const Raster& raster, const Scale& scale,
-                 Ramp ramp) {
+                 ColorRamp ramp) {
   canvas.fill(box, kNoValue);
   canvas.shade(box, [&](CanvasPoint point, Color& color) {
     const double value = raster.at(extent.x_low + (point.x - box.left) / box.width() * extent.width(),
@@ -56,7 +56,7 @@ void draw_track(Canvas& canvas, const Axes& axes, const std::vector<Vector3>& tr
   canvas.unclip();
 }
 
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, Ramp ramp, const std::string& title) {
+void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp, const std::string& title) {
   canvas.shade(box, [&](CanvasPoint point, Color& color) {
     color = ramp((box.bottom - point.y) / box.height());
     return true;

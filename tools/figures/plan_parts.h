@@ -9,8 +9,6 @@
 
 namespace lodestone::figures {
 
-using Ramp = Color (*)(double share);
-
 /// A rectangle of the floor plan, metres.
 struct PlanExtent {
   double x_low = 0.0;
@@ -29,13 +27,13 @@ PlanExtent extent_of(const Raster& raster, const std::vector<Vector3>& track);
 
 /// Values in colour; a pale blue grey where there are none.
 void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const Raster& raster, const Scale& scale,
-                 Ramp ramp);
+                 ColorRamp ramp);
 
 /// A line through the positions' x and y, white round it.
 void draw_track(Canvas& canvas, const Axes& axes, const std::vector<Vector3>& track, Color color, double width);
 
 /// The scale beside a plan: colours, numbers at the right, and its title upright beside them.
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, Ramp ramp, const std::string& title);
+void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp, const std::string& title);
 
 /// How many ticks an axis of so many logical pixels takes without its numbers touching.
 int tick_count(double length, double least_spacing);

@@ -18,6 +18,9 @@ struct Color {
 /// Colours that the colour-blind tell apart too (Okabe and Ito 2008), for the i-th series; they repeat after seven.
 Color series_color(std::size_t index);
 
+/// A share (0 to 1) as a colour; what lies beyond is held at the ends.
+using ColorRamp = Color (*)(double);
+
 /// A share (0 to 1) as a colour of the perceptually even viridis scale, paled so that lines stand out on it.
 Color heat_color(double share);
 

@@ -4,9 +4,9 @@
 
 namespace lodestone {
 
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, const std::string& title) {
+void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp, const std::string& title) {
   canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    color = heat_color((box.bottom - point.y) / box.height());
+    color = ramp((box.bottom - point.y) / box.height());
     return true;
   });
   canvas.frame(box, ink::frame, 1.0);

@@ -6,8 +6,7 @@
 
 namespace lodestone {
 
-/// The colours of heat_color from the scale's low end, at the bottom, to its high end, with ticks at the right and `title`
-/// above.
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, const std::string& title);
+/// The colours of `ramp` from the scale's low end, at the bottom, to its high end, with ticks at the right and `title` above.
+void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp, const std::string& title);
 
 }  // namespace lodestone

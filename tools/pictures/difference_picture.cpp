@@ -4,21 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "tools/pictures/axes.h"
 #include "tools/pictures/color_bar.h"
+#include "tools/pictures/plan_sheet.h"
 
 namespace lodestone {
 namespace {
-
-/// Lower left and upper right of what is shown, map x, y.
-struct Extent {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector2d high = -low;
-};
 
 /// Finds |ΔB| at a point: pieces by their place.
 class ChangeLookup {
@@ -72,8 +66,8 @@ Scale change_range(const MagneticDifference& difference) {
   return {0.0, std::max(*nth, 0.1)};
 }
 
-Extent extent_of(const MagneticDifference& difference) {
-  Extent extent;
+PlanStretch stretch_of(const MagneticDifference& difference) {
+  PlanStretch stretch;
   const FieldGrid& grid = difference.grid;
   for (const DifferencePiece& piece : difference.pieces) {
     for (int row = 0; row < piece.rows; ++row) {
@@ -81,16 +75,12 @@ Extent extent_of(const MagneticDifference& difference) {
         if (piece.change(row, column) < 0.0) continue;
         const Eigen::Vector2d at =
             grid.origin + grid.resolution_m * Eigen::Vector2d(piece.column + column, piece.row + row);
-        extent.low = extent.low.cwiseMin(at);
-        extent.high = extent.high.cwiseMax(at);
+        stretch.include(at.x(), at.y());
       }
     }
   }
-  if (!(extent.high.x() >= extent.low.x())) extent = {{-1.0, -1.0}, {1.0, 1.0}};
-  const double margin = std::max(0.5, 0.02 * (extent.high - extent.low).maxCoeff());
-  extent.low.array() -= margin;
-  extent.high.array() += margin;
-  return extent;
+  stretch.widen(0.5, 0.02);
+  return stretch;
 }
 
 /// A ring, white and black so that it shows on every colour.
@@ -118,19 +108,9 @@ void draw_note(Canvas& canvas, const CanvasBox& box, CanvasPoint at, const std::
 
 void draw_difference_picture(const std::filesystem::path& path, const MagneticDifference& difference,
                              const std::vector<ChangedPlace>& places, const std::string& title) {
-  constexpr double plot_width = 1200.0;
-  constexpr double most_height = 1000.0;
-  constexpr double least_height = 260.0;
-  Extent extent = extent_of(difference);
-  const Eigen::Vector2d size = extent.high - extent.low;
-  const double pixels_a_metre = std::min(plot_width / size.x(), most_height / size.y());
-  // Metres stay metres both ways: where the sheet is wider or higher than the site, it shows more of its surroundings.
-  const Eigen::Vector2d sheet(std::max(500.0, size.x() * pixels_a_metre), std::max(least_height, size.y() * pixels_a_metre));
-  const Eigen::Vector2d spare = 0.5 * (sheet / pixels_a_metre - size);
-  extent.low -= spare;
-  extent.high += spare;
-  const CanvasBox box{100.0, 76.0, 100.0 + sheet.x(), 76.0 + sheet.y()};
-  Canvas canvas(box.right + 120.0, box.bottom + 70.0);
+  const PlanSheet sheet = plan_sheet(stretch_of(difference), 76.0);
+  const CanvasBox& box = sheet.box;
+  Canvas canvas(sheet.width, sheet.height);
   canvas.text({box.left, 14.0}, title, ink::title, ink::text, Anchor::begin, Anchor::begin);
   canvas.text({box.left, 42.0},
               fmt::format("{:.1f} m² compared; mean {:.2f}, 95 % below {:.2f}, largest {:.2f} µT", difference.compared_m2,
@@ -139,16 +119,15 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
 
   const Scale scale = change_range(difference);
   const ChangeLookup lookup(difference);
-  Axes axes(canvas, box, {extent.low.x(), extent.high.x()}, {extent.low.y(), extent.high.y()});
+  const PlanStretch& stretch = sheet.stretch;
+  Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
   canvas.fill(box, {240, 240, 240});
   canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    const double x = extent.low.x() + (point.x - box.left) / pixels_a_metre;
-    const double y = extent.high.y() - (point.y - box.top) / pixels_a_metre;
-    const double change = lookup.at(x, y);
+    const double change = lookup.at(sheet.x_at(point.x), sheet.y_at(point.y));
     if (change >= 0.0) color = heat_color(scale.share(change));
     return change >= 0.0;
   });
-  draw_color_bar(canvas, {box.right + 30.0, box.top + 24.0, box.right + 52.0, box.bottom}, scale, "|ΔB| µT");
+  draw_color_bar(canvas, sheet.color_bar(), scale, heat_color, "|ΔB| µT");
   for (std::size_t i = 1; i < std::min<std::size_t>(places.size(), 10); ++i) {
     const CanvasPoint at = axes.at(places[i].largest_at.x(), places[i].largest_at.y());
     draw_note(canvas, box, {at.x + 4.0, at.y}, std::to_string(i + 1), 12.0);
@@ -161,7 +140,7 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
                           difference.largest_at.y()),
               ink::letter);
   }
-  axes.labels("x, m", "y, m", static_cast<int>(sheet.x() / 110.0), std::max(2, static_cast<int>(sheet.y() / 80.0)));
+  axes.labels("x, m", "y, m", sheet.x_ticks, sheet.y_ticks);
   canvas.save(path);
 }
 

@@ -2,55 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tools/pictures/axes.h"
 #include "tools/pictures/color_bar.h"
 #include "tools/pictures/pictures.h"
+#include "tools/pictures/plan_sheet.h"
 
 namespace lodestone {
 
 namespace {
 
-struct Extent {
-  double x_low = std::numeric_limits<double>::infinity();
-  double x_high = -std::numeric_limits<double>::infinity();
-  double y_low = std::numeric_limits<double>::infinity();
-  double y_high = -std::numeric_limits<double>::infinity();
-
-  void include(double x, double y) {
-    x_low = std::min(x_low, x);
-    x_high = std::max(x_high, x);
-    y_low = std::min(y_low, y);
-    y_high = std::max(y_high, y);
-  }
-
-  void widen(double margin) {
-    x_low -= margin;
-    x_high += margin;
-    y_low -= margin;
-    y_high += margin;
-  }
-};
-
 /// What the truth and the map cover. A lost estimate may lie far off: it is cut at the edge, not shown whole.
-Extent extent_of(const MagneticMap* map, const Trajectory& truth, const std::vector<PictureSeries>& series) {
-  Extent extent;
-  for (const StampedPose& pose : truth) extent.include(pose.pose.position.x(), pose.pose.position.y());
+PlanStretch stretch_of(const MagneticMap* map, const Trajectory& truth, const std::vector<PictureSeries>& series) {
+  PlanStretch stretch;
+  for (const StampedPose& pose : truth) stretch.include(pose.pose.position.x(), pose.pose.position.y());
   if (map != nullptr) {
     const FieldGrid& grid = map->grid();
-    extent.include(grid.origin.x(), grid.origin.y());
-    extent.include(grid.origin.x() + grid.resolution_m * (grid.columns - 1),
+    stretch.include(grid.origin.x(), grid.origin.y());
+    stretch.include(grid.origin.x() + grid.resolution_m * (grid.columns - 1),
                    grid.origin.y() + grid.resolution_m * (grid.rows - 1));
   }
   if (truth.empty() && map == nullptr) {
     for (const PictureSeries& one : series) {
-      for (const StampedPose& pose : one.trajectory) extent.include(pose.pose.position.x(), pose.pose.position.y());
+      for (const StampedPose& pose : one.trajectory) stretch.include(pose.pose.position.x(), pose.pose.position.y());
     }
   }
-  if (!(extent.x_high >= extent.x_low)) extent = {-1.0, 1.0, -1.0, 1.0};
-  extent.widen(std::max(0.5, 0.02 * std::max(extent.x_high - extent.x_low, extent.y_high - extent.y_low)));
-  return extent;
+  stretch.widen(0.5, 0.02);
+  return stretch;
 }
 
 double mean_height(const Trajectory& truth, const std::vector<PictureSeries>& series) {
@@ -75,13 +53,10 @@ Scale strength_range(const MagneticMap& map) {
   return scale;
 }
 
-void draw_field(Canvas& canvas, const CanvasBox& box, const Extent& extent, const MagneticMap& map, double height,
-                const Scale& strength) {
-  canvas.fill(box, {240, 240, 240});
-  canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    const double x = extent.x_low + (point.x - box.left) / box.width() * (extent.x_high - extent.x_low);
-    const double y = extent.y_high - (point.y - box.top) / box.height() * (extent.y_high - extent.y_low);
-    const auto value = map.query({x, y, height}, FieldInterpolation::bilinear);
+void draw_field(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, double height, const Scale& strength) {
+  canvas.fill(sheet.box, {240, 240, 240});
+  canvas.shade(sheet.box, [&](CanvasPoint point, Color& color) {
+    const auto value = map.query({sheet.x_at(point.x), sheet.y_at(point.y), height}, FieldInterpolation::bilinear);
     if (value) color = heat_color(strength.share(value->field_ut.norm()));
     return value.has_value();
   });
@@ -99,36 +74,22 @@ void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, 
 
 void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map, const Trajectory& truth,
                       const std::vector<PictureSeries>& series) {
-  constexpr double kPlotWidth = 1200.0;
-  constexpr double kMaxHeight = 1000.0;
-  constexpr double kMinHeight = 260.0;
-  Extent extent = extent_of(map, truth, series);
-  const double wide = extent.x_high - extent.x_low;
-  const double high = extent.y_high - extent.y_low;
-  const double pixels_a_metre = std::min(kPlotWidth / wide, kMaxHeight / high);
-  const double plot_width = std::max(500.0, wide * pixels_a_metre);
-  const double plot_height = std::max(kMinHeight, high * pixels_a_metre);
-  // Where the sheet is wider or higher than the site, show more of its surroundings: metres stay metres both ways.
-  const double spare_x = 0.5 * (plot_width / pixels_a_metre - wide);
-  const double spare_y = 0.5 * (plot_height / pixels_a_metre - high);
-  extent = {extent.x_low - spare_x, extent.x_high + spare_x, extent.y_low - spare_y, extent.y_high + spare_y};
-
   constexpr double kLegendTop = 44.0;
   constexpr double kPlotTop = 100.0;
-  const CanvasBox box{100.0, kPlotTop, 100.0 + plot_width, kPlotTop + plot_height};
-  Canvas canvas(box.right + 120.0, box.bottom + 70.0);
+  const PlanSheet sheet = plan_sheet(stretch_of(map, truth, series), kPlotTop);
+  const CanvasBox& box = sheet.box;
+  const PlanStretch& stretch = sheet.stretch;
+  Canvas canvas(sheet.width, sheet.height);
   canvas.text({box.left, 14.0}, map != nullptr ? "Magnetic map and trajectories" : "Trajectories", ink::title, ink::text,
               Anchor::begin, Anchor::begin);
 
-  Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
-  const int x_ticks = static_cast<int>(plot_width / 110.0);
-  const int y_ticks = std::max(2, static_cast<int>(plot_height / 80.0));
+  Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
   if (map != nullptr) {
     const Scale strength = strength_range(*map);
-    draw_field(canvas, box, extent, *map, mean_height(truth, series), strength);
-    draw_color_bar(canvas, {box.right + 30.0, box.top + 24.0, box.right + 52.0, box.bottom}, strength, "|B| µT");
+    draw_field(canvas, sheet, *map, mean_height(truth, series), strength);
+    draw_color_bar(canvas, sheet.color_bar(), strength, heat_color, "|B| µT");
   } else {
-    axes.grid(x_ticks, y_ticks);
+    axes.grid(sheet.x_ticks, sheet.y_ticks);
   }
 
   // Lines that lie on each other are told apart by their width: the truth widest, later estimates ever narrower on top.
@@ -154,7 +115,7 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
     canvas.disk(axes.at(start.x(), start.y()), 2.5, ink::white);
   }
   canvas.unclip();
-  axes.labels("x, m", "y, m", x_ticks, y_ticks);
+  axes.labels("x, m", "y, m", sheet.x_ticks, sheet.y_ticks);
   draw_legend(canvas, {box.left, kLegendTop}, box.right, legend);
   canvas.save(path);
 }
