@@ -48,7 +48,7 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
   double ratio = 100.0;
   double high = 0.0;
   for (const DifferencePanel& panel : panels) {
-    const PlanExtent extent = extent_of(panel.difference_ut, panel.track);
+    const PlanStretch extent = extent_of(panel.difference_ut, panel.track);
     ratio = std::min(ratio, extent.width() / extent.height());
     const double strong = panel.difference_ut.quantile(0.998);
     if (std::isfinite(strong)) high = std::max(high, strong);
@@ -66,7 +66,7 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
     const double left = kLeft + static_cast<double>(column) * (layout.width + kGap);
     const double top = kTitle + static_cast<double>(i / layout.columns) * (layout.height + kRow);
     const CanvasBox box{left, top, left + layout.width, top + layout.height};
-    const PlanExtent extent = extent_of(panel.difference_ut, panel.track).filling(layout.width / layout.height);
+    const PlanStretch extent = extent_of(panel.difference_ut, panel.track).filling(layout.width / layout.height);
     draw_raster(canvas, box, extent, panel.difference_ut, scale, difference_color);
     Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
     if (!panel.track.empty()) draw_track(canvas, axes, panel.track, ink::truth, 1.6);
@@ -93,13 +93,13 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
 void draw_residuals_over_difference(const std::filesystem::path& path, const Raster& difference_ut,
                                     const std::vector<ResidualPanel>& panels) {
   const std::size_t count = std::max<std::size_t>(1, panels.size());
-  const PlanExtent whole = extent_of(difference_ut, panels.empty() ? std::vector<Vector3>{} : panels.front().track.position);
+  const PlanStretch whole = extent_of(difference_ut, panels.empty() ? std::vector<Vector3>{} : panels.front().track.position);
   constexpr double kRow = kTitle + 10.0;
   constexpr double kTwoBars = 2.0 * kBarSpace;
   const double width = kPageWidth - kLeft - kTwoBars;
   const double fit = (kTallest - static_cast<double>(count) * kRow) / static_cast<double>(count);
   const double height = std::clamp(width * whole.height() / whole.width(), 110.0, std::max(110.0, fit));
-  const PlanExtent extent = whole.filling(width / height);
+  const PlanStretch extent = whole.filling(width / height);
   std::vector<double> residuals;
   for (const ResidualPanel& panel : panels) {
     for (const double value : panel.track.difference_ut) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace lodestone::figures {
 
@@ -12,28 +11,18 @@ constexpr Color kNoValue{226, 231, 237};
 
 }  // namespace
 
-PlanExtent PlanExtent::filling(double width_over_height) const {
-  const double wide = std::max(width(), height() * width_over_height);
-  const double high = wide / width_over_height;
-  const double x = 0.5 * (x_low + x_high);
-  const double y = 0.5 * (y_low + y_high);
-  return {x - 0.5 * wide, x + 0.5 * wide, y - 0.5 * high, y + 0.5 * high};
-}
-
-PlanExtent extent_of(const Raster& raster, const std::vector<Vector3>& track) {
+PlanStretch extent_of(const Raster& raster, const std::vector<Vector3>& track) {
   if (raster.columns > 1 && raster.rows > 1) return {raster.x_m, raster.x_high(), raster.y_m, raster.y_high()};
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  PlanExtent extent{kFar, -kFar, kFar, -kFar};
+  PlanStretch extent;
   for (const Vector3& point : track) {
-    if (!point.allFinite()) continue;
-    extent = {std::min(extent.x_low, point.x()), std::max(extent.x_high, point.x()), std::min(extent.y_low, point.y()),
-              std::max(extent.y_high, point.y())};
+    if (point.allFinite()) extent.include(point.x(), point.y());
   }
-  if (!(extent.x_high >= extent.x_low)) return {};
-  return {extent.x_low - 1.0, extent.x_high + 1.0, extent.y_low - 1.0, extent.y_high + 1.0};
+  if (!(extent.x_high >= extent.x_low)) return {0.0, 1.0, 0.0, 1.0};
+  extent.widen(1.0, 0.0);
+  return extent;
 }
 
-void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const Raster& raster, const Scale& scale,
+void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& extent, const Raster& raster, const Scale& scale,
                  ColorRamp ramp) {
   canvas.fill(box, kNoValue);
   canvas.shade(box, [&](CanvasPoint point, Color& color) {

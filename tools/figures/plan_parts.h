@@ -6,27 +6,15 @@
 #include "core/geometry/so3.h"
 #include "tools/figures/raster.h"
 #include "tools/pictures/axes.h"
+#include "tools/pictures/plan_sheet.h"
 
 namespace lodestone::figures {
 
-/// A rectangle of the floor plan, metres.
-struct PlanExtent {
-  double x_low = 0.0;
-  double x_high = 1.0;
-  double y_low = 0.0;
-  double y_high = 1.0;
-  double width() const { return x_high - x_low; }
-  double height() const { return y_high - y_low; }
-
-  /// As wide and high as a box of this ratio, about the same middle: metres stay metres both ways.
-  PlanExtent filling(double width_over_height) const;
-};
-
 /// What the raster covers; where it is empty, what the track covers.
-PlanExtent extent_of(const Raster& raster, const std::vector<Vector3>& track);
+PlanStretch extent_of(const Raster& raster, const std::vector<Vector3>& track);
 
 /// Values in colour; a pale blue grey where there are none.
-void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const Raster& raster, const Scale& scale,
+void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& extent, const Raster& raster, const Scale& scale,
                  ColorRamp ramp);
 
 /// A line through the positions' x and y, white round it.

@@ -26,7 +26,7 @@ struct Cell {
   double height = 0.0;
 };
 
-PlanExtent extent_of_world(const WorldPanel& panel) {
+PlanStretch extent_of_world(const WorldPanel& panel) {
   std::vector<Vector3> all;
   for (const WorldTrack& track : panel.tracks) all.insert(all.end(), track.position.begin(), track.position.end());
   return extent_of(panel.strength_ut, all);
@@ -38,7 +38,7 @@ double place(const std::vector<WorldPanel>& panels, std::vector<Cell>& cells) {
   for (const bool is_long : {false, true}) {
     std::vector<const WorldPanel*> group;
     for (const WorldPanel& panel : panels) {
-      const PlanExtent extent = extent_of_world(panel);
+      const PlanStretch extent = extent_of_world(panel);
       if ((extent.width() > kLong * extent.height()) == is_long) group.push_back(&panel);
     }
     const std::size_t a_shelf = kUnits / (is_long ? 3 : 2);
@@ -47,7 +47,7 @@ double place(const std::vector<WorldPanel>& panels, std::vector<Cell>& cells) {
       double highest = 0.0;
       const std::size_t last = std::min(group.size(), first + a_shelf);
       for (std::size_t i = first; i < last; ++i) {
-        const PlanExtent extent = extent_of_world(*group[i]);
+        const PlanStretch extent = extent_of_world(*group[i]);
         Cell one{group[i], cell * static_cast<double>(i - first), top, cell - kLeft - kRight, 0.0};
         one.height = std::clamp(one.width * extent.height() / extent.width(), kLeastHeight, kMostHeight);
         highest = std::max(highest, one.height);
@@ -69,7 +69,7 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
   for (const Cell& cell : cells) {
     const WorldPanel& panel = *cell.panel;
     const CanvasBox box{cell.left + kLeft, cell.top + kTitle, cell.left + kLeft + cell.width, cell.top + kTitle + cell.height};
-    const PlanExtent extent = extent_of_world(panel).filling(cell.width / cell.height);
+    const PlanStretch extent = extent_of_world(panel).filling(cell.width / cell.height);
     double low = panel.strength_ut.quantile(0.01);
     double high = panel.strength_ut.quantile(0.99);
     const bool known = std::isfinite(low);

@@ -13,16 +13,24 @@ void PlanStretch::include(double x, double y) {
 
 void PlanStretch::widen(double least_m, double share) {
   if (!(x_high >= x_low)) *this = {-1.0, 1.0, -1.0, 1.0};
-  const double margin = std::max(least_m, share * std::max(x_high - x_low, y_high - y_low));
+  const double margin = std::max(least_m, share * std::max(width(), height()));
   *this = {x_low - margin, x_high + margin, y_low - margin, y_high + margin};
 }
 
+PlanStretch PlanStretch::filling(double width_over_height) const {
+  const double wide = std::max(width(), height() * width_over_height);
+  const double high = wide / width_over_height;
+  const double x = 0.5 * (x_low + x_high);
+  const double y = 0.5 * (y_low + y_high);
+  return {x - 0.5 * wide, x + 0.5 * wide, y - 0.5 * high, y + 0.5 * high};
+}
+
 double PlanSheet::x_at(double canvas_x) const {
-  return stretch.x_low + (canvas_x - box.left) / box.width() * (stretch.x_high - stretch.x_low);
+  return stretch.x_low + (canvas_x - box.left) / box.width() * stretch.width();
 }
 
 double PlanSheet::y_at(double canvas_y) const {
-  return stretch.y_high - (canvas_y - box.top) / box.height() * (stretch.y_high - stretch.y_low);
+  return stretch.y_high - (canvas_y - box.top) / box.height() * stretch.height();
 }
 
 PlanSheet plan_sheet(const PlanStretch& stretch, double top) {
@@ -30,8 +38,8 @@ PlanSheet plan_sheet(const PlanStretch& stretch, double top) {
   constexpr double kLeastWidth = 500.0;
   constexpr double kMostHeight = 1000.0;
   constexpr double kLeastHeight = 260.0;
-  const double wide = stretch.x_high - stretch.x_low;
-  const double high = stretch.y_high - stretch.y_low;
+  const double wide = stretch.width();
+  const double high = stretch.height();
   const double pixels_a_metre = std::min(kWidth / wide, kMostHeight / high);
   const double width = std::max(kLeastWidth, wide * pixels_a_metre);
   const double height = std::max(kLeastHeight, high * pixels_a_metre);

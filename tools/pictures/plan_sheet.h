@@ -13,10 +13,16 @@ struct PlanStretch {
   double y_low = std::numeric_limits<double>::infinity();
   double y_high = -std::numeric_limits<double>::infinity();
 
+  double width() const { return x_high - x_low; }
+  double height() const { return y_high - y_low; }
+
   void include(double x, double y);
 
   /// Adds surroundings: `share` of the longer side, at least `least_m`. What is empty becomes two metres about the origin.
   void widen(double least_m, double share);
+
+  /// As wide and high as a box of this ratio, about the same middle: metres stay metres both ways.
+  PlanStretch filling(double width_over_height) const;
 };
 
 /// Where a plan stands on its sheet, metres alike both ways: where the box is wider or higher than the stretch that was
