@@ -5,8 +5,8 @@
 
 #include "estimators/factory.h"
 #include "estimators/health.h"
+#include "estimators/smoother/keyframe_measurements.h"
 #include "factors/sliding_window.h"
-#include "frontends/magnetometer/array_reading.h"
 
 namespace lodestone {
 
@@ -21,21 +21,17 @@ class Smoother final : public Estimator {
   void finish(EstimateSink& sink) override;
 
  private:
-  struct Frame;
-  void register_scan(std::size_t k);
-  void hold_height(std::size_t k);
-  Degeneracy analyse(std::size_t k) const;
-  void weigh(std::size_t k);
+  void renew(std::size_t k);
+  Matrix6 known_of(std::size_t k) const;
   bool moved(std::size_t k) const;
   void renew_moved(bool newest_only);
   void hand_out_oldest(const Matrix6& covariance, EstimateSink& sink);
 
   EstimatorInput input_;
-  std::unique_ptr<Plane> level_;  // the field map's height, where no cloud map tells it
-  std::vector<double> crowding_;  // of the magnetometers
-  FieldAgreement agreement_;      // judged only where there is no LiDAR
+  KeyframeMeasurements measurements_;
+  FieldAgreement agreement_;  // judged only where there is no LiDAR
   std::unique_ptr<SlidingWindow> window_;
-  std::deque<std::unique_ptr<Frame>> frames_;
+  std::deque<std::unique_ptr<Keyframe>> keyframes_;
 };
 
 }  // namespace lodestone

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/maps/plane_map.h"
+#include "core/measurements.h"
+#include "core/observability/degeneracy.h"
+#include "core/registration/condensed_cost.h"
+#include "estimators/estimate.h"
+
+namespace lodestone {
+
+/// What a keyframe keeps beside its variables, for as long as its measurements are looked at.
+struct Keyframe {
+  Time scan_start = 0;
+  std::vector<ImuSample> imu;              ///< over this scan's bundle
+  std::vector<LidarPoint> points;          ///< sampled, lidar frame, own times
+  std::vector<MagneticArraySample> magnetic;
+  Pose predicted;                          ///< that readings of the field are judged at
+  Matrix6 predicted_covariance = Matrix6::Identity();  ///< of it, before this scan's measurements (φ, p)
+  std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
+  std::vector<Correspondence> correspondences;
+  CondensedCost cost;
+  Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
+  Degeneracy degeneracy;
+  Pose associated;                         ///< where correspondences were looked for
+  Pose analysed;                           ///< where the degeneracy was analysed
+  Estimate estimate;                       ///< diagnostics, filled as the scan is worked on
+  bool field_disagrees = false;            ///< of a run without LiDAR: the field's verdict at this scan
+};
+
+}  // namespace lodestone

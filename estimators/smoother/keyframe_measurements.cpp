@@ -1,0 +1,169 @@
+#include "estimators/smoother/keyframe_measurements.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/imu/scan_motion.h"
+#include "estimators/smoother/field_pose.h"
+#include "estimators/smoother/field_weighting.h"
+#include "frontends/lidar/deskew.h"
+
+namespace lodestone {
+
+namespace {
+
+/// The field of one scan does not see a direction of which it knows less than this share of what the prediction knows.
+/// Well below what a window of scans adds up to, so that no information worth having is lost.
+constexpr double kUnseenGain = 1e-3;
+
+/// What an IMU's noise within a scan does to all its points together, seen from the scan's end: the mean over the scan
+/// of white noise integrated from each point's time to the end has a third of the variance of the whole. The velocity's
+/// error acts over half the scan.
+Matrix6 deskew_covariance(const SensorSuite& suite, const SmootherOptions& options, double duration_s) {
+  Vector6 variance;
+  variance.head<3>().setConstant(std::pow(suite.imu.gyroscope_noise_density, 2) * duration_s / 3.0);
+  variance.tail<3>().setConstant(std::pow(0.5 * duration_s * options.deskew_velocity_sigma_m_s, 2));
+  return variance.asDiagonal();
+}
+
+}  // namespace
+
+KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
+    : input_(std::move(input)), crowding_(array_crowding(input_.suite, input_.options.magnetic.map_correlation_m)) {
+  // Without a cloud map nothing tells the height; but a field map of one layer holds at that layer alone.
+  if (input_.planes == nullptr && input_.field->grid().heights_m.size() == 1) {
+    level_ = std::make_unique<Plane>();
+    level_->normal = Eigen::Vector3f::UnitZ();
+    level_->major = Eigen::Vector3f::UnitX();
+    level_->center = Eigen::Vector3f(0.0F, 0.0F, static_cast<float>(input_.field->grid().heights_m.front()));
+  }
+}
+
+void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& state) const {
+  const RunOptions& options = input_.options;
+  keyframe.associated = state.T_map_imu;
+  if (input_.planes == nullptr) {
+    hold_height(keyframe);
+    return;
+  }
+  const ScanMotion motion(state, keyframe.imu);
+  const std::vector<Eigen::Vector3f> points =
+      deskew(keyframe.points, keyframe.scan_start, motion, input_.suite.lidar.T_imu_lidar);
+  const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
+  keyframe.correspondences = associate(points, state.T_map_imu, keyframe.predicted_covariance, *planes,
+                                       input_.suite.lidar, options.lidar.association);
+  keyframe.planes = planes;
+  keyframe.cost = condense(keyframe.correspondences, state.T_map_imu);
+  keyframe.lidar_information = keyframe.cost.hessian(state.T_map_imu) -
+                               options.degeneracy.normal_noise_margin * keyframe.cost.spurious_information;
+  Diagnostics& diagnostics = keyframe.estimate.diagnostics;
+  diagnostics.points = static_cast<int>(points.size());
+  diagnostics.correspondences = keyframe.cost.count;
+  diagnostics.inlier_share =
+      points.empty() ? 0.0 : static_cast<double>(keyframe.cost.count) / static_cast<double>(points.size());
+}
+
+void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
+  keyframe.correspondences.clear();
+  if (level_ != nullptr) {
+    const double sigma_m = input_.options.magnetic.height_sigma_m;
+    for (const MagnetometerModel& magnetometer : input_.suite.magnetometers) {
+      keyframe.correspondences.push_back({magnetometer.T_imu_mag.position.cast<float>(), level_.get(),
+                                          static_cast<float>(sigma_m * sigma_m)});
+    }
+  }
+  keyframe.cost = condense(keyframe.correspondences, keyframe.associated);
+}
+
+Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavState& state,
+                                         const std::function<Matrix6()>& known) const {
+  const DegeneracyOptions& options = input_.options.degeneracy;
+  if (input_.planes == nullptr || options.rule == DegeneracyRule::none) return no_degeneracy();
+  if (options.rule == DegeneracyRule::paper) {
+    return analyse_by_eigenvalue(unit_hessian(keyframe.correspondences, keyframe.associated), options);
+  }
+  return without_tilt(analyse_by_sigma(known(), std::max(keyframe.cost.range_rms_m, 1.0), options),
+                      state.T_map_imu.rotation.conjugate() * -state.gravity.normalized());
+}
+
+void KeyframeMeasurements::decide(Keyframe& keyframe, const Degeneracy& analysed, const Degeneracy* before,
+                                  const Pose& pose_before) const {
+  keyframe.degeneracy = before == nullptr ? analysed
+                                          : follow(analysed, keyframe.associated, *before, pose_before,
+                                                   input_.options.degeneracy.follow_gain);
+  keyframe.analysed = keyframe.associated;
+  if (input_.planes == nullptr) return;
+  Diagnostics& diagnostics = keyframe.estimate.diagnostics;
+  diagnostics.direction_sigma_m = keyframe.degeneracy.sigma_m;
+  diagnostics.direction_weight = keyframe.degeneracy.kept;
+  diagnostics.degenerate_directions = keyframe.degeneracy.degenerate_directions;
+  diagnostics.lidar_rmse_m =
+      keyframe.cost.count == 0
+          ? 0.0
+          : std::sqrt(std::max(0.0, keyframe.cost.cost(keyframe.associated)) / keyframe.cost.weight_sum);
+}
+
+void KeyframeMeasurements::set_lidar(const Keyframe& keyframe, std::size_t k, SlidingWindow& window) const {
+  if (input_.planes == nullptr) {
+    window.set_lidar(k, keyframe.cost, keyframe.correspondences, {}, Matrix6::Zero());
+    return;
+  }
+  window.set_lidar(k, keyframe.cost, keyframe.correspondences,
+                   PoseMask(keyframe.degeneracy.lidar_projector(), keyframe.associated),
+                   deskew_covariance(input_.suite, input_.options.smoother,
+                                     to_seconds(keyframe.estimate.time - keyframe.scan_start)));
+}
+
+KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& state,
+                                          const std::function<Vector3(int)>& bias_ut) const {
+  const RunOptions& options = input_.options;
+  Diagnostics& diagnostics = keyframe.estimate.diagnostics;
+  double factor = 1.0;
+  KeyframeField result;
+  if (input_.planes != nullptr && options.degeneracy.rule != DegeneracyRule::none) {
+    if (keyframe.degeneracy.degenerate_directions > 0) {
+      result.mask = PoseMask(keyframe.degeneracy.magnetic_projector(), keyframe.associated);
+    } else if (options.magnetic.shrink != MagneticShrink::none) {
+      factor = options.magnetic.beta * options.magnetic.beta;
+    }
+  }
+  diagnostics.magnetic_shrink = std::sqrt(factor);
+  if (input_.field == nullptr || keyframe.magnetic.empty()) return result;
+
+  const std::vector<ArrayReading> arrays = average_array(keyframe.magnetic, ScanMotion(state, keyframe.imu), input_.suite,
+                                                         options.magnetic.samples_per_reading);
+  if (arrays.empty()) return result;
+  const double spacing_m = state.velocity.norm() * to_seconds(keyframe.imu.back().time - keyframe.imu.front().time) /
+                           static_cast<double>(arrays.size());
+  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, bias_ut};
+  FieldStatistics statistics;
+  // Huber's weight judges the readings against the prediction, before they had a say.
+  const auto weighed = [&](std::span<const ArrayReading> some) {
+    return weigh_field(some, keyframe.predicted, keyframe.predicted_covariance, spacing_m, factor, weighting, statistics);
+  };
+  if (options.magnetic.measurement == MagneticMeasurement::pose) {
+    std::vector<std::vector<FieldReading>> samples;
+    for (const ArrayReading& array : arrays) samples.push_back(weighed({&array, 1}));
+    result.pose = field_pose(samples, keyframe.predicted, keyframe.predicted_covariance, *input_.field,
+                             options.magnetic.interpolation, kUnseenGain);
+  } else {
+    result.readings = weighed(arrays);
+  }
+  diagnostics.magnetic_samples = statistics.arrays;
+  diagnostics.magnetic_rejected = statistics.rejected;
+  diagnostics.magnetic_off_map = statistics.off_map;
+  diagnostics.magnetic_weight = statistics.arrays == 0 ? 0.0 : statistics.weight_sum / statistics.arrays;
+  diagnostics.magnetic_residual_ut =
+      statistics.components == 0 ? 0.0 : std::sqrt(statistics.residual_squared_sum / statistics.components);
+  return result;
+}
+
+void KeyframeMeasurements::set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const {
+  if (field.pose) {
+    window.set_field_pose(k, *field.pose, field.mask);
+  } else {
+    window.set_field(k, input_.field, input_.options.magnetic.interpolation, field.readings, field.mask);
+  }
+}
+
+}  // namespace lodestone
