@@ -19,6 +19,10 @@ class EstimateSink {
 
   /// The best estimate of this run for that time, once a scan, in order of time. A filter reports the causal one.
   virtual void best(const Estimate& estimate) = 0;
+
+  /// The window's estimate, once a scan, in order of time, of a run that refines it at the log's end: then `best` comes
+  /// after all of these.
+  virtual void smoothed(const Estimate& /*estimate*/) {}
 };
 
 /// One localization method. The caller feeds bundles in order of time and calls finish once at the end.

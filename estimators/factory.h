@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ struct EstimatorInput {
   Pose initial_pose;                             ///< T_map_imu at the first scan's start
   RunOptions options;
   WarningLog* warnings = nullptr;                ///< counts what an estimator had to leave out; must outlive it
+  std::function<bool(double)> refining;          ///< told the share of a refinement that is done; false ends it; may be empty
 };
 
 /// Names that make_estimator knows, the default first.

@@ -129,12 +129,43 @@ struct MagneticOptions {
   }
 };
 
+/// What becomes of a run once the window has passed over the log.
+enum class Refinement {
+  none,  ///< nothing: the window's estimates are the result
+  batch  ///< the whole log is solved together
+};
+
+constexpr auto enum_names(Refinement) {
+  return EnumNames<Refinement, 2>{{{Refinement::none, "none"}, {Refinement::batch, "batch"}}};
+}
+
+struct BatchOptions {
+  int max_rounds = 6;
+  double moved_m = 0.001;
+  double turned_deg = 0.01;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("max_rounds", max_rounds, "most rounds of association and solution of a batch");
+    visitor.field("moved_m", moved_m, "a keyframe that a round moved further is associated again in the next");
+    visitor.field("turned_deg", turned_deg, "or that turned further");
+  }
+
+  void check() const {
+    option_checks::within("max_rounds", max_rounds, 1, 100);
+    option_checks::not_negative("moved_m", moved_m);
+    option_checks::not_negative("turned_deg", turned_deg);
+  }
+};
+
 struct SmootherOptions {
   double window_s = 2.5;
   int reassociations = 1;
   double reassociate_moved_m = 0.01;
   double reassociate_turned_deg = 0.1;
   double deskew_velocity_sigma_m_s = 0.02;
+  Refinement refine = Refinement::none;
+  BatchOptions batch;
   SlidingWindowOptions solver;
 
   template <class Visitor>
@@ -145,6 +176,8 @@ struct SmootherOptions {
     visitor.field("reassociate_turned_deg", reassociate_turned_deg, "or that turned further");
     visitor.field("deskew_velocity_sigma_m_s", deskew_velocity_sigma_m_s,
                   "uncertainty of the velocity that a scan is deskewed with");
+    visitor.field("refine", refine, "none or batch: solve the whole log together at its end (--refine)");
+    visitor.section("batch", batch);
     visitor.section("solver", solver);
   }
 

@@ -10,33 +10,10 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLeastDamping = 1e-10;
-constexpr double kLeastDecrease = 5e-3;  // of ½ Σ r²: a tenth of a sigma in any one direction
-
 int shared_size(const ChainVariables& variables) {
   int size = 0;
   for (const WindowBlock* block : variables.shared) size += block->tangent_size();
   return size;
-}
-
-void plus(WindowBlock& block, const double* delta) {
-  double* values = block.values.data();
-  switch (block.kind) {
-    case BlockKind::pose: {
-      PoseBlock moved;
-      PoseManifold().Plus(values, delta, moved.data());
-      std::copy(moved.begin(), moved.end(), values);
-      return;
-    }
-    case BlockKind::gravity: {
-      Vector3 moved;
-      GravityManifold().Plus(values, delta, moved.data());
-      Eigen::Map<Vector3>{values} = moved;
-      return;
-    }
-    case BlockKind::euclidean:
-      for (std::size_t i = 0; i < block.values.size(); ++i) values[i] += delta[i];
-  }
 }
 
 /// Ambient Jacobian (row-major) to the tangent one, into the columns of the system's rows.
@@ -70,6 +47,11 @@ void place_jacobian(const WindowBlock& block, const double* ambient, int count, 
 
 ChainSolver::ChainSolver(ChainVariables variables, std::span<const WindowFactor* const> factors)
     : variables_(std::move(variables)), system_(variables_.poses.size(), shared_size(variables_)) {
+  for (std::size_t k = 0; k < variables_.poses.size(); ++k) {
+    all_.push_back(variables_.poses[k]);
+    all_.push_back(variables_.motions[k]);
+  }
+  all_.insert(all_.end(), variables_.shared.begin(), variables_.shared.end());
   const auto index_in = [](const std::vector<WindowBlock*>& blocks, const WindowBlock* block) {
     return static_cast<std::size_t>(std::find(blocks.begin(), blocks.end(), block) - blocks.begin());
   };
@@ -160,63 +142,6 @@ double ChainSolver::linearize() {
     system_.add(rows_.data(), count, place.keyframe, place.second, place.used);
   }
   return 0.5 * sum;
-}
-
-std::vector<WindowBlock*> ChainSolver::all() const {
-  std::vector<WindowBlock*> result = variables_.poses;
-  result.insert(result.end(), variables_.motions.begin(), variables_.motions.end());
-  result.insert(result.end(), variables_.shared.begin(), variables_.shared.end());
-  return result;
-}
-
-void ChainSolver::move(const std::vector<double>& step) {
-  const double* delta = step.data();
-  for (std::size_t k = 0; k < variables_.poses.size(); ++k, delta += ChainSystem::kState) {
-    plus(*variables_.poses[k], delta);
-    plus(*variables_.motions[k], delta + 6);
-  }
-  for (WindowBlock* block : variables_.shared) {
-    plus(*block, delta);
-    delta += block->tangent_size();
-  }
-}
-
-int ChainSolver::minimize(int max_iterations) {
-  const std::vector<WindowBlock*> blocks = all();
-  std::vector<std::vector<double>> before(blocks.size());
-  std::vector<double> step;
-  double damping = kLeastDamping;
-  double cost = linearize();
-  int iterations = 0;
-  while (iterations < max_iterations) {
-    ++iterations;
-    bool better = false;
-    double moved = cost;
-    if (system_.factorize(damping)) {
-      system_.step(step);
-      for (std::size_t i = 0; i < blocks.size(); ++i) before[i] = blocks[i]->values;
-      move(step);
-      moved = residual_cost();
-      better = moved < cost;
-      if (!better) {
-        for (std::size_t i = 0; i < blocks.size(); ++i)
-          std::copy(before[i].begin(), before[i].end(), blocks[i]->values.begin());
-        // At the minimum rounding decides.
-        if (moved - cost < kLeastDecrease) break;
-      }
-    }
-    if (!better) {
-      damping = std::max(1e-6, 100.0 * damping);
-      if (damping > 1e6) break;
-      continue;
-    }
-    const bool done = cost - moved < kLeastDecrease;
-    cost = moved;
-    damping = std::max(kLeastDamping, 0.01 * damping);
-    if (done || iterations == max_iterations) break;
-    linearize();
-  }
-  return iterations;
 }
 
 std::vector<Matrix6> ChainSolver::pose_covariances(std::span<const std::size_t> keyframes) {

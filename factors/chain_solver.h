@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "factors/chain_system.h"
+#include "factors/damped_minimizer.h"
 #include "factors/window_block.h"
 
 namespace lodestone {
@@ -15,19 +16,20 @@ struct ChainVariables {
   std::vector<WindowBlock*> shared;   ///< gravity, biases: what several keyframes touch
 };
 
-/// Gauss-Newton on a chain, damped where a step fails (Levenberg and Marquardt). The factors are Ceres cost functions;
-/// a block that `ChainVariables` does not name is held constant. Made for a solve and thrown away.
-class ChainSolver {
+/// A window as a least-squares problem over a chain. The factors are Ceres cost functions; a block that `ChainVariables` does not name is held constant. Made for a solve and thrown away.
+class ChainSolver final : public LeastSquaresProblem {
  public:
   /// Throws std::logic_error where a factor joins keyframes that are not neighbours.
   ChainSolver(ChainVariables variables, std::span<const WindowFactor* const> factors);
 
-  /// Moves the variables to the minimum of ½ Σ r²; returns the steps taken. Ends with a step that lowers the cost by
-  /// less than a tenth of a sigma would, after which nothing of note is left.
-  int minimize(int max_iterations);
-
   /// Pose covariances (φ, p) at the current values. Throws std::runtime_error where the information is not positive.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes);
+
+  double linearize() override;
+  double residual_cost() override;
+  bool factorize(double damping) override { return system_.factorize(damping); }
+  void step(std::vector<double>& result) const override { system_.step(result); }
+  const std::vector<WindowBlock*>& variables() const override { return all_; }
 
  private:
   struct Place {
@@ -37,12 +39,9 @@ class ChainSolver {
     bool second = false;
     int used = 0;
   };
-  double residual_cost();
-  double linearize();
-  void move(const std::vector<double>& step);
-  std::vector<WindowBlock*> all() const;
 
   ChainVariables variables_;
+  std::vector<WindowBlock*> all_;  // in the order of a step
   std::vector<Place> places_;
   ChainSystem system_;
   std::vector<double> rows_;

@@ -1,38 +1,17 @@
 #include "factors/sliding_window.h"
 
-#include <ceres/solver.h>
-
 #include <Eigen/Cholesky>
-#include <stdexcept>
+#include <cmath>
 
-#include "factors/chain_solver.h"
 #include "factors/condensed_lidar_factor.h"
 #include "factors/manifolds.h"
-#include "factors/marginalization.h"
 #include "factors/point_plane_factor.h"
 #include "factors/preintegration_factor.h"
+#include "factors/prior_factor.h"
 #include "factors/random_walk_factor.h"
+#include "factors/sliding_window_parts.h"
 
 namespace lodestone {
-
-/// Magnetometer biases over one epoch, and the walk from the epoch before.
-struct SlidingWindow::BiasEpoch {
-  Time start = 0;
-  WindowBlock biases;
-  WindowFactor walk;
-  int keyframes = 0;  // how many keyframes use it
-};
-
-struct SlidingWindow::Keyframe {
-  Time time = 0;
-  WindowBlock pose{BlockKind::pose, std::vector<double>(7), {}};
-  WindowBlock motion{BlockKind::euclidean, std::vector<double>(9), {}};
-  std::vector<ImuSample> samples;  // from the keyframe before
-  WindowFactor imu;                // to the keyframe before
-  WindowFactor lidar;
-  WindowFactor field;
-  BiasEpoch* epoch = nullptr;
-};
 
 namespace {
 
@@ -203,65 +182,6 @@ void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, 
   keyframe.field = add_factor(std::make_unique<PoseFactor>(measured, mask), {&keyframe.pose});
 }
 
-int SlidingWindow::solve() {
-  for (std::size_t k = 1; k < keyframes_.size(); ++k) {
-    const double* bias = keyframes_[k - 1]->motion.values.data() + 3;
-    auto* factor =
-        static_cast<PreintegrationFactor*>(const_cast<ceres::CostFunction*>(keyframes_[k]->imu.function));
-    if (!factor->preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3))) {
-      factor->set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), noise_), noise_);
-    }
-  }
-  if (options_.solver == WindowSolver::chain) {
-    return ChainSolver(chain_variables(), factors()).minimize(options_.max_iterations);
-  }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-  options.max_num_iterations = options_.max_iterations;
-  options.num_threads = 1;
-  options.function_tolerance = 1e-5;
-  options.parameter_tolerance = 1e-9;
-  options.jacobi_scaling = true;
-  // All but Gauss-Newton from the first step: the usual damping, 1e-4 of the diagonal, holds back whatever is known much
-  // less well jointly than alone, such as the window's place along a tunnel, and leaves it a fifth of a sigma off.
-  options.initial_trust_region_radius = 1e10;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, problem_.get(), &summary);
-  return static_cast<int>(summary.iterations.size()) - 1;
-}
-
-ChainVariables SlidingWindow::chain_variables() const {
-  ChainVariables result;
-  for (const auto& keyframe : keyframes_) {
-    result.poses.push_back(&keyframe->pose);
-    result.motions.push_back(&keyframe->motion);
-  }
-  result.shared.push_back(const_cast<WindowBlock*>(&gravity_));
-  if (options_.magnetometer_bias_states) {
-    for (const auto& epoch : epochs_) result.shared.push_back(&epoch->biases);
-  }
-  return result;
-}
-
-std::vector<const WindowFactor*> SlidingWindow::factors() const {
-  std::vector<const WindowFactor*> result{&prior_};
-  for (const auto& keyframe : keyframes_) {
-    for (const WindowFactor* factor : {&keyframe->imu, &keyframe->lidar, &keyframe->field}) {
-      if (*factor) result.push_back(factor);
-    }
-  }
-  for (const auto& epoch : epochs_) {
-    if (epoch->walk) result.push_back(&epoch->walk);
-  }
-  return result;
-}
-
-std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t> keyframes) const {
-  return ChainSolver(chain_variables(), factors()).pose_covariances(keyframes);
-}
-
 void SlidingWindow::marginalize_oldest() {
   Keyframe& oldest = *keyframes_.front();
   Keyframe& next = *keyframes_[1];
@@ -316,6 +236,19 @@ void SlidingWindow::marginalize_oldest() {
   set_prior(std::move(prior));
 }
 
+void SlidingWindow::set_state(std::size_t k, const NavState& state) {
+  store(state, keyframes_[k]->pose, keyframes_[k]->motion);
+  Eigen::Map<Vector3>(gravity_.values.data()) = state.gravity;
+}
+
+void SlidingWindow::set_magnetometer_biases(std::size_t k, std::span<const Vector3> biases_ut) {
+  BiasEpoch* epoch = keyframes_[k]->epoch;
+  if (epoch == nullptr || !options_.magnetometer_bias_states) return;
+  for (std::size_t i = 0; i < biases_ut.size(); ++i) {
+    Eigen::Map<Vector3>(epoch->biases.values.data() + 3 * i) = biases_ut[i];
+  }
+}
+
 Time SlidingWindow::time(std::size_t k) const { return keyframes_[k]->time; }
 
 NavState SlidingWindow::state(std::size_t k) const {
@@ -333,27 +266,6 @@ Vector3 SlidingWindow::magnetometer_bias(std::size_t k, int magnetometer) const 
   const BiasEpoch* epoch = keyframes_[k]->epoch;
   if (epoch == nullptr) epoch = epochs_.empty() ? nullptr : epochs_.back().get();
   return epoch == nullptr ? Vector3::Zero().eval() : Vector3(epoch->biases.values.data() + 3 * magnetometer);
-}
-
-ChainLink SlidingWindow::link(std::size_t k) const {
-  return static_cast<const PreintegrationFactor*>(keyframes_[k + 1]->imu.function)->link(state(k), state(k + 1));
-}
-
-Matrix17 SlidingWindow::prior_information() const {
-  const auto* prior = static_cast<const PriorFactor*>(prior_.function);
-  // The prior names its blocks in the order in which the factors it came from did.
-  const WindowBlock* order[] = {&keyframes_.front()->pose, &keyframes_.front()->motion, &gravity_};
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(prior->root().rows(), tangent::size);
-  Eigen::Index to = 0;
-  for (const WindowBlock* block : order) {
-    Eigen::Index from = 0;
-    for (const WindowBlock* candidate : prior_.blocks) {
-      if (candidate == block) root.middleCols(to, block->tangent_size()) = prior->root().middleCols(from, block->tangent_size());
-      from += candidate->tangent_size();
-    }
-    to += block->tangent_size();
-  }
-  return root.transpose() * root;
 }
 
 }  // namespace lodestone

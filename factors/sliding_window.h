@@ -55,6 +55,12 @@ class SlidingWindow {
   /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
 
+  /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
+  void set_state(std::size_t k, const NavState& state);
+
+  /// Puts the biases of keyframe k's epoch in force, µT, one a magnetometer; nothing without a field factor or bias states.
+  void set_magnetometer_biases(std::size_t k, std::span<const Vector3> biases_ut);
+
   /// Takes the oldest keyframe out, leaving what it knew as a square-root prior.
   void marginalize_oldest();
 
@@ -80,6 +86,7 @@ class SlidingWindow {
   BiasEpoch* epoch_at(Time time);
   std::vector<const WindowFactor*> factors() const;
   ChainVariables chain_variables() const;
+  std::vector<WindowBlock*> variables_in_order() const;
 
   SlidingWindowOptions options_;
   ImuNoise noise_;

@@ -1,5 +1,7 @@
 #include "factors/window_block.h"
 
+#include <algorithm>
+
 #include "factors/manifolds.h"
 
 namespace lodestone {
@@ -20,6 +22,26 @@ Eigen::MatrixXd plus_jacobian(BlockKind kind, const double* values) {
 }
 
 }  // namespace
+
+void move(WindowBlock& block, const double* delta) {
+  double* values = block.values.data();
+  switch (block.kind) {
+    case BlockKind::pose: {
+      PoseBlock moved;
+      PoseManifold().Plus(values, delta, moved.data());
+      std::copy(moved.begin(), moved.end(), values);
+      return;
+    }
+    case BlockKind::gravity: {
+      Vector3 moved;
+      GravityManifold().Plus(values, delta, moved.data());
+      Eigen::Map<Vector3>{values} = moved;
+      return;
+    }
+    case BlockKind::euclidean:
+      for (std::size_t i = 0; i < block.values.size(); ++i) values[i] += delta[i];
+  }
+}
 
 LinearizedFactor linearize(const WindowFactor& factor, bool first_estimates) {
   const int rows = factor.function->num_residuals();

@@ -43,6 +43,7 @@ Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matri
     ++result.count;
     result.nees += *whole;
     if (*whole <= kChiSquared95With6) ++within;
+    result.nees_axis += (delta.array().square() / covariances[i].diagonal().array()).matrix();
     // Blocks of a positive definite matrix are positive definite; rounding may still say no, and then they add nothing.
     result.nees_rotation += squared_mahalanobis<3>(delta.head<3>(), covariances[i].topLeftCorner<3, 3>()).value_or(0.0);
     result.nees_position += squared_mahalanobis<3>(delta.tail<3>(), covariances[i].bottomRightCorner<3, 3>()).value_or(0.0);
@@ -52,6 +53,7 @@ Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matri
   result.nees /= 6.0 * count;
   result.nees_rotation /= 3.0 * count;
   result.nees_position /= 3.0 * count;
+  result.nees_axis /= count;
   result.share_within_95 = static_cast<double>(within) / count;
   return result;
 }

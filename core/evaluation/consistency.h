@@ -14,6 +14,7 @@ struct Consistency {
   double nees = 0.0;             ///< of the pose, 6 degrees of freedom
   double nees_rotation = 0.0;    ///< of φ with its 3×3 block
   double nees_position = 0.0;    ///< of p with its 3×3 block
+  Vector6 nees_axis = Vector6::Zero();  ///< of each component alone: mean of δ_i² / P_ii, order φ, p
   double share_within_95 = 0.0;  ///< share of poses below the 95 % quantile of χ² with 6 degrees of freedom
 };
 

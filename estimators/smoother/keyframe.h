@@ -23,6 +23,7 @@ struct Keyframe {
   std::vector<Correspondence> correspondences;
   CondensedCost cost;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
+  Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with weight one on metres; only of the paper's rule
   Degeneracy degeneracy;
   Pose associated;                         ///< where correspondences were looked for
   Pose analysed;                           ///< where the degeneracy was analysed

@@ -56,6 +56,9 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   keyframe.cost = condense(keyframe.correspondences, state.T_map_imu);
   keyframe.lidar_information = keyframe.cost.hessian(state.T_map_imu) -
                                options.degeneracy.normal_noise_margin * keyframe.cost.spurious_information;
+  if (options.degeneracy.rule == DegeneracyRule::paper) {
+    keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
+  }
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
   diagnostics.points = static_cast<int>(points.size());
   diagnostics.correspondences = keyframe.cost.count;
@@ -80,7 +83,7 @@ Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavStat
   const DegeneracyOptions& options = input_.options.degeneracy;
   if (input_.planes == nullptr || options.rule == DegeneracyRule::none) return no_degeneracy();
   if (options.rule == DegeneracyRule::paper) {
-    return analyse_by_eigenvalue(unit_hessian(keyframe.correspondences, keyframe.associated), options);
+    return analyse_by_eigenvalue(keyframe.unit_hessian, options);
   }
   return without_tilt(analyse_by_sigma(known(), std::max(keyframe.cost.range_rms_m, 1.0), options),
                       state.T_map_imu.rotation.conjugate() * -state.gravity.normalized());

@@ -30,6 +30,10 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
                                               static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu,
                                               options.smoother.solver);
     keyframe->predicted_covariance = start.covariance.topLeftCorner<6, 6>();
+    start.state = state;
+    if (options.smoother.refine == Refinement::batch) {
+      batch_ = std::make_unique<BatchRefinement>(input_, measurements_, start);
+    }
   } else {
     const std::size_t newest = window_->size() - 1;
     const NavState state = propagate(window_->state(newest), bundle.imu, input_.suite.imu, nullptr);
@@ -69,8 +73,12 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     keyframes_.back()->field_disagrees = agreement_.lost();
     if (agreement_.lost()) estimate.health = Health::lost;
   }
-  if (leaves) hand_out_oldest(covariances[1], sink);
-  Estimate& causal = keyframes_.back()->estimate;
+  Estimate causal = estimate;
+  if (leaves) {
+    hand_out(0, covariances[1], sink);
+    window_->marginalize_oldest();
+    keyframes_.pop_front();
+  }
   causal.diagnostics.step_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   sink.causal(causal);
@@ -115,14 +123,21 @@ void Smoother::renew_moved(bool newest_only) {
   }
 }
 
-void Smoother::hand_out_oldest(const Matrix6& covariance, EstimateSink& sink) {
-  Estimate estimate = keyframes_.front()->estimate;
-  estimate.state = window_->state(0);
+void Smoother::hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink) {
+  Estimate& estimate = keyframes_[k]->estimate;
+  estimate.state = window_->state(k);
   estimate.covariance = covariance;
-  estimate.health = keyframes_.front()->field_disagrees ? Health::lost : judge(estimate);
-  sink.best(estimate);
-  window_->marginalize_oldest();
-  keyframes_.pop_front();
+  estimate.health = keyframes_[k]->field_disagrees ? Health::lost : judge(estimate);
+  if (batch_ == nullptr) {
+    sink.best(estimate);
+    return;
+  }
+  sink.smoothed(estimate);
+  std::vector<Vector3> biases;
+  for (std::size_t i = 0; i < input_.suite.magnetometers.size(); ++i) {
+    biases.push_back(window_->magnetometer_bias(k, static_cast<int>(i)));
+  }
+  batch_->add(std::move(keyframes_[k]), std::move(biases));
 }
 
 void Smoother::finish(EstimateSink& sink) {
@@ -130,15 +145,12 @@ void Smoother::finish(EstimateSink& sink) {
   std::vector<std::size_t> all(window_->size());
   for (std::size_t k = 0; k < all.size(); ++k) all[k] = k;
   const std::vector<Matrix6> covariances = window_->pose_covariances(all);
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    Estimate estimate = keyframes_[k]->estimate;
-    estimate.state = window_->state(k);
-    estimate.covariance = covariances[k];
-    estimate.health = keyframes_[k]->field_disagrees ? Health::lost : judge(estimate);
-    sink.best(estimate);
-  }
+  for (std::size_t k = 0; k < all.size(); ++k) hand_out(k, covariances[k], sink);
   keyframes_.clear();
   window_.reset();
+  if (batch_ == nullptr) return;
+  for (const Estimate& estimate : batch_->refine(input_.refining)) sink.best(estimate);
+  batch_.reset();
 }
 
 }  // namespace lodestone

@@ -5,6 +5,7 @@
 
 #include "estimators/factory.h"
 #include "estimators/health.h"
+#include "estimators/smoother/batch_refinement.h"
 #include "estimators/smoother/keyframe_measurements.h"
 #include "factors/sliding_window.h"
 
@@ -25,13 +26,14 @@ class Smoother final : public Estimator {
   Matrix6 known_of(std::size_t k) const;
   bool moved(std::size_t k) const;
   void renew_moved(bool newest_only);
-  void hand_out_oldest(const Matrix6& covariance, EstimateSink& sink);
+  void hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
 
   EstimatorInput input_;
   KeyframeMeasurements measurements_;
   FieldAgreement agreement_;  // judged only where there is no LiDAR
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
+  std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
 };
 
 }  // namespace lodestone

@@ -20,7 +20,7 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
       --magnetic /tmp/tunnel/field.yaml --initial-pose-from /tmp/tunnel/truth.tum --out /tmp/tunnel/run
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
       --magnetic /tmp/tunnel/field.yaml --initial-pose-from /tmp/tunnel/truth.tum --truth /tmp/tunnel/truth.tum \
-      --estimator smoother,ieskf,lidar-inertial,magnetic --out /tmp/tunnel/ab
+      --estimator smoother,ieskf,lidar-inertial,magnetic --refine batch --out /tmp/tunnel/ab
 
 `lodestone run --list-options` shows every key that --set and --config take.)";
 
@@ -44,6 +44,8 @@ void add_run_command(CLI::App& app, int* code) {
   command->add_option("--config", call->configurations, "options, YAML; later files win over earlier ones");
   command->add_option("--set", call->settings, "key.path=value: one option; wins over every file");
   command->add_option("--max-range", call->max_range_m, "use LiDAR points up to this many metres only");
+  command->add_option("--refine", call->refine, "batch: solve the whole log together at its end (smoother, magnetic)")
+      ->check(CLI::IsMember({"none", "batch"}));
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures");
   command->add_flag_callback(

@@ -16,21 +16,37 @@ class EstimateRecord : public EstimateSink {
     Diagnostics diagnostics;
   };
 
-  void causal(const Estimate& estimate) override { steps_.push_back({estimate.time, estimate.health, estimate.diagnostics}); }
+  /// Poses T_map_imu at scan ends with their covariances (φ, p), in order of time.
+  struct Poses {
+    Trajectory trajectory;
+    std::vector<Matrix6> covariances;
 
-  void best(const Estimate& estimate) override {
-    best_.push_back({estimate.time, estimate.state.T_map_imu});
-    covariances_.push_back(estimate.covariance);
+    void add(const Estimate& estimate) {
+      trajectory.push_back({estimate.time, estimate.state.T_map_imu});
+      covariances.push_back(estimate.covariance);
+    }
+  };
+
+  void causal(const Estimate& estimate) override {
+    steps_.push_back({estimate.time, estimate.health, estimate.diagnostics});
+    causal_.add(estimate);
   }
+  void smoothed(const Estimate& estimate) override { smoothed_.add(estimate); }
+  void best(const Estimate& estimate) override { best_.add(estimate); }
 
-  const std::vector<Step>& steps() const { return steps_; }              ///< one a scan, of the causal estimate
-  const Trajectory& best() const { return best_; }                       ///< T_map_imu at scan ends
-  const std::vector<Matrix6>& covariances() const { return covariances_; }  ///< of the best, in their order
+  const std::vector<Step>& steps() const { return steps_; }  ///< one a scan, of the causal estimate
+  const Trajectory& best() const { return best_.trajectory; }
+  const std::vector<Matrix6>& covariances() const { return best_.covariances; }  ///< of the best
+
+  const Poses& causal_poses() const { return causal_; }
+  const Poses& smoothed_poses() const { return smoothed_; }  ///< empty where nothing refines them
+  const Poses& best_poses() const { return best_; }
 
  private:
   std::vector<Step> steps_;
-  Trajectory best_;
-  std::vector<Matrix6> covariances_;
+  Poses causal_;
+  Poses smoothed_;
+  Poses best_;
 };
 
 }  // namespace lodestone

@@ -29,6 +29,10 @@ class BothSinks : public EstimateSink {
     first_.best(estimate);
     second_.best(estimate);
   }
+  void smoothed(const Estimate& estimate) override {
+    first_.smoothed(estimate);
+    second_.smoothed(estimate);
+  }
 
  private:
   EstimateSink& first_;
@@ -118,6 +122,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_rss_mb = peak_memory_mb();
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log.end, summary.status);
+  if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth);
   if (summary.truth) write_errors_of(outcome.record, summary.truth->pairs, run.folder / "errors.csv");
   if (summary.truth && summary.truth->pairs.empty()) {
     warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock", last_end);

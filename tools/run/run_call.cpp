@@ -66,7 +66,9 @@ void check_call(const RunCall& call) {
 
 RunMaterial load(const RunCall& call, WarningLog& warnings) {
   RunMaterial material;
-  load_options(load_configuration(call.configurations, call.settings), material.options);
+  std::vector<std::string> settings = call.settings;
+  if (!call.refine.empty()) settings.push_back("smoother.refine=" + call.refine);
+  load_options(load_configuration(call.configurations, settings), material.options);
   material.platform = load_platform(call.platform);
   if (call.max_range_m) material.platform.suite.lidar.max_range_m = *call.max_range_m;
   if (!call.truth.empty()) material.truth = read_trajectory(call.truth);
@@ -131,21 +133,34 @@ struct LogReader {
   Synchronizer synchronizer;
 };
 
+/// Shows how far a refinement at the log's end has come; a signal ends it.
+std::function<bool(double)> refining_progress(const std::string& name, const std::shared_ptr<OpenedLog>& log) {
+  const auto progress = std::make_shared<std::unique_ptr<Progress>>();
+  return [name, log, progress](double share) {
+    if (*progress == nullptr) *progress = std::make_unique<Progress>(name + ", batch", log->begin, log->end);
+    (*progress)->update(log->begin + static_cast<Time>(share * static_cast<double>(log->end - log->begin)));
+    return !interrupt_requested();
+  };
+}
+
 EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunMaterial& material, WarningLog warnings) {
   EstimatorRun run;
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
   run.truth = call.truth.empty() ? nullptr : &material.truth;
   run.field = {material.field.get(), &material.platform.suite, &material.options};
+  const auto opened = std::make_shared<OpenedLog>();
   run.open = [&]() {
     const auto reader = std::make_shared<LogReader>(call, material, warnings);
-    return OpenedLog{reader->source.begin_time(), reader->source.end_time(),
-                     [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
+    *opened = OpenedLog{reader->source.begin_time(), reader->source.end_time(),
+                        [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
+    return *opened;
   };
   run.make_estimator = [&](const ScanBundle& first) {
     const Pose start = find_start(call, material, first.scan.start, warnings);
     check_start(call, material, start, first.scan.start, warnings);
-    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, material.options, &warnings});
+    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, material.options, &warnings,
+                                 refining_progress(name, opened)});
   };
   return run_estimator(run, warnings);
 }

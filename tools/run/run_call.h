@@ -21,6 +21,7 @@ struct RunCall {
   std::optional<double> max_range_m;  ///< nothing: as the platform says
   std::optional<int> threads;         ///< nothing: as many as the machine has
   std::string truth;
+  std::string refine;  ///< none or batch; empty: as the configuration says
 };
 
 /// Runs every estimator over the log and writes everything (docs/architecture.md). Returns the exit code. Throws

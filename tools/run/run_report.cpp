@@ -1,6 +1,7 @@
 // How a run's figures are written down: JSON for scripts, tables for people.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -40,6 +41,19 @@ Json json_of(const RunSummary& summary) {
     json["heading_rmse_deg"] = number(summary.truth->heading_rmse_deg);
     json["nees_pose"] = number(summary.truth->nees_pose);
     json["success"] = summary.truth->success;
+  }
+  for (const StageFigures& stage : summary.stages) {
+    Json& figures = json["stages"][stage.name];
+    figures["ate_m"] = number(stage.ate_m);
+    figures["max_error_m"] = number(stage.max_error_m);
+    figures["heading_rmse_deg"] = number(stage.heading_rmse_deg);
+    if (!stage.consistency) continue;
+    const Consistency& consistency = *stage.consistency;
+    figures["nees_pose"] = number(consistency.nees);
+    figures["nees_rotation"] = number(consistency.nees_rotation);
+    figures["nees_position"] = number(consistency.nees_position);
+    for (const double value : consistency.nees_axis) figures["nees_axis"].push_back(number(value));
+    figures["share_within_95"] = number(consistency.share_within_95);
   }
   if (summary.stale_map) {
     const StaleMap& stale = *summary.stale_map;
@@ -98,6 +112,16 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
     row.insert(row.end(), {std::to_string(run.degenerate_scans), std::to_string(run.magnetic_rejected),
                            fixed(run.real_time_factor(), 1), fixed(run.peak_rss_mb, 0)});
     table.add(row);
+    // What a batch began with stands below what it made of it.
+    const bool refined = std::any_of(run.stages.begin(), run.stages.end(), [](const StageFigures& stage) { return stage.name == "smoothed"; });
+    for (const StageFigures& stage : run.stages) {
+      if (!refined || stage.name == "best") continue;
+      std::vector<std::string> below{"  " + stage.name, "", "", fixed(stage.ate_m, 4), "", fixed(stage.max_error_m, 3),
+                                     fixed(stage.heading_rmse_deg, 3),
+                                     stage.consistency ? fixed(stage.consistency->nees, 2) : "-"};
+      below.resize(header.size());
+      table.add(below);
+    }
   }
   return table.to_string();
 }

@@ -60,4 +60,26 @@ TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& 
   return figures;
 }
 
+std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth) {
+  std::vector<StageFigures> result;
+  const auto add = [&](const char* name, const EstimateRecord::Poses& poses) {
+    const PosePairs pairs = associate_interpolated(poses.trajectory, truth);
+    if (pairs.empty()) return;
+    StageFigures figures{name, 0.0, 0.0, 0.0, {}};
+    const ErrorStatistics translation = summarize(translation_errors(pairs));
+    figures.ate_m = translation.rmse;
+    figures.max_error_m = translation.max;
+    figures.heading_rmse_deg = summarize(heading_errors(pairs)).rmse * 180.0 / std::numbers::pi;
+    std::vector<Matrix6> covariances;
+    for (const PosePair& pair : pairs) covariances.push_back(poses.covariances[pair.estimate_index]);
+    const Consistency consistency = evaluate_consistency(pairs, covariances);
+    if (consistency.count > 0) figures.consistency = consistency;
+    result.push_back(figures);
+  };
+  add("causal", record.causal_poses());
+  add("smoothed", record.smoothed_poses());
+  add("best", record.best_poses());
+  return result;
+}
+
 }  // namespace lodestone

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/evaluation/association.h"
+#include "core/evaluation/consistency.h"
 #include "core/evaluation/stale_map.h"
 #include "core/warnings.h"
 #include "tools/run/estimate_record.h"
@@ -33,6 +34,15 @@ struct TruthFigures {
   bool success = false;                  ///< never more than 1 m off, and at the end of the log
 };
 
+/// One kind of estimate of a run held against the truth.
+struct StageFigures {
+  std::string name;  ///< causal: the newest states; smoothed: those of the window, where a batch refines them; best
+  double ate_m = 0.0;
+  double max_error_m = 0.0;
+  double heading_rmse_deg = 0.0;
+  std::optional<Consistency> consistency;  ///< nothing without usable covariances
+};
+
 struct RunSummary {
   std::string estimator;
   RunStatus status = RunStatus::done;
@@ -44,6 +54,7 @@ struct RunSummary {
   std::int64_t magnetic_rejected = 0;
   WarningLog warnings;
   std::optional<TruthFigures> truth;
+  std::vector<StageFigures> stages;   ///< against the truth, where there is one
   std::optional<StaleMap> stale_map;  ///< nothing without a magnetic map
 
   double real_time_factor() const { return wall_s > 0.0 ? duration_s / wall_s : 0.0; }
@@ -51,6 +62,9 @@ struct RunSummary {
 
 /// Holds the best estimate of `record` against `truth`. `log_end`: the log's last stamp.
 TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status);
+
+/// Every kind of estimate that `record` holds against `truth`.
+std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth);
 
 /// summary.json of one estimator: the keys of docs/architecture.md; `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);

@@ -58,7 +58,8 @@ const char* health_name(Health health) {
 }
 
 EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
-    : trajectory_(made(folder) / "trajectory.tum"),
+    : folder_(made(folder)),
+      trajectory_(folder / "trajectory.tum"),
       causal_(folder / "causal.tum"),
       covariance_(folder / "covariance.csv"),
       diagnostics_(folder / "diagnostics.csv") {
@@ -78,12 +79,21 @@ void EstimateFiles::best(const Estimate& estimate) {
   covariance_.write(covariance_row(estimate.time, estimate.covariance));
 }
 
-void EstimateFiles::finish(const std::string& mark) {
-  if (!mark.empty()) {
-    trajectory_.write("# " + mark + "\n");
-    causal_.write("# " + mark + "\n");
+void EstimateFiles::smoothed(const Estimate& estimate) {
+  if (smoothed_ == nullptr) {
+    smoothed_ = std::make_unique<OutputFile>(folder_ / "smoothed.tum");
+    smoothed_->write(kTrajectoryHeader);
   }
-  for (OutputFile* file : {&trajectory_, &causal_, &covariance_, &diagnostics_}) file->commit();
+  smoothed_->write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+}
+
+void EstimateFiles::finish(const std::string& mark) {
+  for (OutputFile* file : {&trajectory_, &causal_, smoothed_.get()}) {
+    if (file != nullptr && !mark.empty()) file->write("# " + mark + "\n");
+  }
+  for (OutputFile* file : {&trajectory_, &causal_, smoothed_.get(), &covariance_, &diagnostics_}) {
+    if (file != nullptr) file->commit();
+  }
 }
 
 }  // namespace lodestone

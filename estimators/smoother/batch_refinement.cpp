@@ -1,0 +1,144 @@
+#include "estimators/smoother/batch_refinement.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/observability/window_information.h"
+#include "estimators/health.h"
+
+namespace lodestone {
+
+namespace {
+
+/// Scans are registered by so many at a time: neighbours in time, which meet the same part of the map.
+constexpr std::size_t kScans = 64;
+
+/// Enough for Gauss-Newton to end by itself.
+constexpr int kIterations = 20;
+
+void release(Keyframe& keyframe) {
+  std::vector<Correspondence>().swap(keyframe.correspondences);
+  keyframe.planes.reset();
+}
+
+}  // namespace
+
+BatchRefinement::BatchRefinement(const EstimatorInput& input, const KeyframeMeasurements& measurements,
+                                 const InitialState& start)
+    : input_(input), measurements_(measurements), start_(start) {}
+
+void BatchRefinement::add(std::unique_ptr<Keyframe> keyframe, std::vector<Vector3> biases_ut) {
+  release(*keyframe);
+  // Readings are judged at the state that is refined, known as well as the window knew it.
+  keyframe->predicted_covariance = keyframe->estimate.covariance;
+  keyframes_.push_back(std::move(keyframe));
+  biases_.push_back(std::move(biases_ut));
+}
+
+std::vector<Estimate> BatchRefinement::estimates() const {
+  std::vector<Estimate> result;
+  for (const auto& keyframe : keyframes_) result.push_back(keyframe->estimate);
+  return result;
+}
+
+void BatchRefinement::build(SlidingWindow& window) const {
+  for (std::size_t k = 1; k < keyframes_.size(); ++k) {
+    window.add_keyframe(keyframes_[k]->estimate.time, keyframes_[k]->estimate.state, keyframes_[k]->imu);
+  }
+  // The start's prior stays where the start was; the states begin where the window left them.
+  window.set_state(0, keyframes_.front()->estimate.state);
+  window.set_state(keyframes_.size() - 1, keyframes_.back()->estimate.state);
+}
+
+bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, const SlidingWindow& window,
+                                     const Progress& progress) {
+  for (std::size_t first = 0; first < which.size(); first += kScans) {
+    const std::size_t last = std::min(first + kScans, which.size());
+    tbb::parallel_for(first, last, [&](std::size_t i) {
+      measurements_.register_scan(*keyframes_[which[i]], window.state(which[i]));
+    });
+    for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i) release(*keyframes_[which[i]]);
+    const double share = (rounds_ + static_cast<double>(last) / static_cast<double>(which.size())) /
+                         static_cast<double>(input_.options.smoother.batch.max_rounds);
+    if (progress && !progress(share)) return false;
+  }
+  return true;
+}
+
+void BatchRefinement::renew_factors(SlidingWindow& window) {
+  std::vector<Matrix6> known;
+  if (input_.planes != nullptr && input_.options.degeneracy.rule != DegeneracyRule::none &&
+      input_.options.degeneracy.rule != DegeneracyRule::paper) {
+    std::vector<Matrix6> information;
+    std::vector<ChainLink> links(keyframes_.size() - 1);
+    for (const auto& keyframe : keyframes_) information.push_back(keyframe->lidar_information);
+    tbb::parallel_for(std::size_t{0}, links.size(), [&](std::size_t k) { links[k] = window.link(k); });
+    known = marginal_pose_information(information, links);
+  }
+  std::vector<KeyframeField> fields(keyframes_.size());
+  tbb::parallel_for(std::size_t{0}, keyframes_.size(), [&](std::size_t k) {
+    Keyframe& keyframe = *keyframes_[k];
+    const NavState state = window.state(k);
+    const Degeneracy analysed = measurements_.analyse(keyframe, state, [&]() { return known[k]; });
+    // The window's hidden directions are one rigid motion already; each keyframe follows its own.
+    const Degeneracy before = keyframe.degeneracy;
+    measurements_.decide(keyframe, analysed, &before, keyframe.analysed);
+    keyframe.predicted = state.T_map_imu;
+    fields[k] = measurements_.weigh(keyframe, state, [&](int magnetometer) {
+      return rounds_ == 0 ? biases_[k][static_cast<std::size_t>(magnetometer)] : window.magnetometer_bias(k, magnetometer);
+    });
+  });
+  for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+    measurements_.set_lidar(*keyframes_[k], k, window);
+    if (input_.field == nullptr) continue;
+    measurements_.set_field(fields[k], k, window);
+    if (rounds_ == 0) window.set_magnetometer_biases(k, biases_[k]);
+  }
+}
+
+std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
+  const BatchOptions& options = input_.options.smoother.batch;
+  std::vector<std::size_t> result;
+  last_move_m_ = 0.0;
+  for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+    const Vector6 step = window.state(k).T_map_imu.boxminus(keyframes_[k]->associated);
+    last_move_m_ = std::max(last_move_m_, step.tail<3>().norm());
+    if (step.tail<3>().norm() > options.moved_m || step.head<3>().norm() > options.turned_deg * M_PI / 180.0) {
+      result.push_back(k);
+    }
+  }
+  return result;
+}
+
+std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
+  if (keyframes_.empty()) return {};
+  SlidingWindowOptions solver = input_.options.smoother.solver;
+  solver.solver = WindowSolver::blocks;
+  solver.max_iterations = kIterations;
+  SlidingWindow window(keyframes_.front()->estimate.time, start_.state, start_.covariance,
+                       static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu, solver);
+  build(window);
+  std::vector<std::size_t> renewed(keyframes_.size());
+  std::iota(renewed.begin(), renewed.end(), std::size_t{0});
+  for (rounds_ = 0; rounds_ < input_.options.smoother.batch.max_rounds && !renewed.empty(); ++rounds_) {
+    if (!register_scans(renewed, window, progress)) return estimates();
+    renew_factors(window);
+    window.solve();
+    renewed = moved(window);
+  }
+  std::vector<std::size_t> all(keyframes_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const std::vector<Matrix6> covariances = window.pose_covariances(all);
+  std::vector<Estimate> result = estimates();
+  for (std::size_t k = 0; k < result.size(); ++k) {
+    result[k].state = window.state(k);
+    result[k].covariance = covariances[k];
+    result[k].health = keyframes_[k]->field_disagrees ? Health::lost : judge(result[k]);
+  }
+  return result;
+}
+
+}  // namespace lodestone
