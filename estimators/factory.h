@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/trajectory.h"
 #include "core/sensor_suite.h"
 #include "core/warnings.h"
 #include "estimators/estimator.h"
@@ -20,6 +21,7 @@ struct EstimatorInput {
   Pose initial_pose;                             ///< T_map_imu at the first scan's start
   RunOptions options;
   WarningLog* warnings = nullptr;                ///< counts what an estimator had to leave out; must outlive it
+  const Trajectory* linearize_at = nullptr;      ///< not null: nothing is solved, covariances are those at these poses
   std::function<bool(double)> refining;          ///< told the share of a refinement that is done; false ends it; may be empty
 };
 

@@ -126,6 +126,7 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   for (rounds_ = 0; rounds_ < input_.options.smoother.batch.max_rounds && !renewed.empty(); ++rounds_) {
     if (!register_scans(renewed, window, progress)) return estimates();
     renew_factors(window);
+    if (input_.linearize_at != nullptr) break;
     window.solve();
     renewed = moved(window);
   }

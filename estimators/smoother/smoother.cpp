@@ -6,6 +6,7 @@
 #include "core/imu/propagation.h"
 #include "core/observability/window_information.h"
 #include "estimators/initialization.h"
+#include "estimators/smoother/bound.h"
 #include "frontends/lidar/scan_sampling.h"
 
 namespace lodestone {
@@ -48,11 +49,13 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
   const std::size_t newest = window_->size() - 1;
+  const bool solved = input_.linearize_at == nullptr;
+  if (!solved) window_->set_state(newest, state_at(*input_.linearize_at, bundle.scan.end, window_->state(newest)));
   keyframes_.back()->predicted = window_->state(newest).T_map_imu;
 
   renew(newest);
-  int iterations = window_->solve();
-  for (int i = 0; i < options.smoother.reassociations; ++i) {
+  int iterations = solved ? window_->solve() : 0;
+  for (int i = 0; i < options.smoother.reassociations && solved; ++i) {
     renew_moved(i > 0);
     iterations += window_->solve();
   }

@@ -46,6 +46,7 @@ void add_run_command(CLI::App& app, int* code) {
   command->add_option("--max-range", call->max_range_m, "use LiDAR points up to this many metres only");
   command->add_option("--refine", call->refine, "batch: solve the whole log together at its end (smoother, magnetic)")
       ->check(CLI::IsMember({"none", "batch"}));
+  command->add_flag("--bound", call->bound, "with --truth: the least error that the sensors allow (Cramér-Rao), and ATE / bound");
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures");
   command->add_flag_callback(

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "frontends/readers/text_file.h"
 #include "frontends/readers/trajectory_file.h"
+#include "tools/run/bound_run.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
 #include "tools/sinks/error_file.h"
@@ -123,6 +124,10 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   summary.peak_rss_mb = peak_memory_mb();
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log.end, summary.status);
   if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth);
+  for (StageFigures& stage : summary.stages) {
+    const Bound::Stage* least = run.bound == nullptr ? nullptr : run.bound->find(stage.name);
+    if (least != nullptr && least->position_m > 0.0) stage.ate_over_bound = stage.ate_m / least->position_m;
+  }
   if (summary.truth) write_errors_of(outcome.record, summary.truth->pairs, run.folder / "errors.csv");
   if (summary.truth && summary.truth->pairs.empty()) {
     warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock", last_end);

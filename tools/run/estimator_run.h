@@ -25,6 +25,7 @@ struct EstimatorRun {
   std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, summary.json;
                                  ///< with a field field_residuals.csv, stale_places.csv, field_cells.csv
   const Trajectory* truth = nullptr;  ///< null: no figures against the truth
+  const Bound* bound = nullptr;       ///< null: none was asked for
   FieldMaterial field;                ///< its map null: no stale-map report
   std::function<OpenedLog()> open;    ///< opens the log at its beginning; its time counts
   std::function<std::unique_ptr<Estimator>(const ScanBundle&)> make_estimator;  ///< called with the first bundle

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "estimators/factory.h"
+#include "estimators/smoother/bound.h"
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/configuration/options.h"
 #include "frontends/maps/plane_map_loader.h"
@@ -21,6 +22,7 @@
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/report/overview.h"
+#include "tools/run/bound_run.h"
 #include "tools/run/estimator_run.h"
 #include "tools/run/initial_pose.h"
 #include "tools/run/picture_series.h"
@@ -60,6 +62,7 @@ void check_call(const RunCall& call) {
   if (call.threads && *call.threads < 1) {
     throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
   }
+  if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
   if (!call.initial_pose.empty()) parse_initial_pose(call.initial_pose);
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
 }
@@ -143,8 +146,27 @@ std::function<bool(double)> refining_progress(const std::string& name, const std
   };
 }
 
-EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunMaterial& material, WarningLog warnings) {
+/// The bound where it was asked for.
+std::optional<Bound> find_bound(const RunCall& call, const RunMaterial& material) {
+  if (!call.bound) return std::nullopt;
+  WarningLog unheard;  // the estimators' own passes tell
+  const auto open = [&]() {
+    const auto reader = std::make_shared<LogReader>(call, material, unheard);
+    return OpenedLog{reader->source.begin_time(), reader->source.end_time(),
+                     [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
+  };
+  const auto make = [&](const ScanBundle& first) {
+    const Pose start = initial_pose_from(material.truth, call.truth, first.scan.start);
+    return make_estimator("smoother", bound_input({material.platform.suite, material.planes, material.field, start,
+                                                   material.options, &unheard, nullptr, nullptr}, material.truth));
+  };
+  return run_bound(open, make, material.truth, std::filesystem::path(call.out) / "bound.csv");
+}
+
+EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunMaterial& material, const Bound* bound,
+                         WarningLog warnings) {
   EstimatorRun run;
+  run.bound = bound;
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
   run.truth = call.truth.empty() ? nullptr : &material.truth;
@@ -160,7 +182,7 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
     const Pose start = find_start(call, material, first.scan.start, warnings);
     check_start(call, material, start, first.scan.start, warnings);
     return make_estimator(name, {material.platform.suite, material.planes, material.field, start, material.options, &warnings,
-                                 refining_progress(name, opened)});
+                                 nullptr, refining_progress(name, opened)});
   };
   return run_estimator(run, warnings);
 }
@@ -203,20 +225,22 @@ int execute(const RunCall& call) {
   write_text_file((out / "config.yaml").string(),
                   "# Every option of this run; --config takes it again.\n" + save_options(material.options));
 
+  const std::optional<Bound> bound = find_bound(call, material);
   std::vector<RunSummary> summaries;
   std::vector<PictureSeries> series;
   std::vector<EstimatorOutcome> outcomes;
   Time log_begin = 0;
   for (const std::string& name : call.estimators) {
-    EstimatorOutcome outcome = run_one(name, call, material, shared);
+    EstimatorOutcome outcome = run_one(name, call, material, bound ? &*bound : nullptr, shared);
     series.push_back(picture_series(outcome));
     log_begin = outcome.log_begin;
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
-    write_text_file((out / "summary.json").string(), to_json(inputs_of(call), summaries));
+    write_text_file((out / "summary.json").string(), to_json(inputs_of(call), summaries, bound));
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
+  if (bound) std::printf("%s\n", bound_text(*bound, summaries).c_str());
   for (const RunSummary& summary : summaries) {
     if (summary.stale_map) std::printf("%s", stale_map_text(summary.estimator, *summary.stale_map).c_str());
   }

@@ -21,6 +21,7 @@ struct RunCall {
   std::optional<double> max_range_m;  ///< nothing: as the platform says
   std::optional<int> threads;         ///< nothing: as many as the machine has
   std::string truth;
+  bool bound = false;  ///< what accuracy the sensors allow, too
   std::string refine;  ///< none or batch; empty: as the configuration says
 };
 

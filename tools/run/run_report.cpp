@@ -1,12 +1,12 @@
 // How a run's figures are written down: JSON for scripts, tables for people.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "frontends/readers/trajectory_file.h"
+#include "tools/run/bound_run.h"
 #include "tools/run/run_summary.h"
 #include "tools/table.h"
 
@@ -47,6 +47,7 @@ Json json_of(const RunSummary& summary) {
     figures["ate_m"] = number(stage.ate_m);
     figures["max_error_m"] = number(stage.max_error_m);
     figures["heading_rmse_deg"] = number(stage.heading_rmse_deg);
+    if (stage.ate_over_bound) figures["ate_over_bound"] = number(*stage.ate_over_bound);
     if (!stage.consistency) continue;
     const Consistency& consistency = *stage.consistency;
     figures["nees_pose"] = number(consistency.nees);
@@ -83,10 +84,16 @@ std::string optional_fixed(const std::optional<double>& value, int digits) {
 
 std::string to_json(const RunSummary& summary) { return json_of(summary).dump(2) + "\n"; }
 
-std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs) {
+std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs,
+                    const std::optional<Bound>& bound) {
   Json json;
   for (const auto& [name, value] : inputs) json[name] = value.empty() ? Json(nullptr) : Json(value);
   json["status"] = status_name(overall(runs));
+  if (bound) {
+    for (const Bound::Stage& stage : bound->stages) {
+      json["bound"][stage.name] = {{"position_m", number(stage.position_m)}, {"heading_deg", number(stage.heading_deg)}};
+    }
+  }
   json["estimators"] = Json::object();
   for (const RunSummary& run : runs) json["estimators"][run.estimator] = json_of(run);
   return json.dump(2) + "\n";
@@ -113,9 +120,9 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
                            fixed(run.real_time_factor(), 1), fixed(run.peak_rss_mb, 0)});
     table.add(row);
     // What a batch began with stands below what it made of it.
-    const bool refined = std::any_of(run.stages.begin(), run.stages.end(), [](const StageFigures& stage) { return stage.name == "smoothed"; });
-    for (const StageFigures& stage : run.stages) {
-      if (!refined || stage.name == "best") continue;
+    const bool refined = run.stages.size() == 3;
+    for (std::size_t i = 0; refined && i + 1 < run.stages.size(); ++i) {
+      const StageFigures& stage = run.stages[i];
       std::vector<std::string> below{"  " + stage.name, "", "", fixed(stage.ate_m, 4), "", fixed(stage.max_error_m, 3),
                                      fixed(stage.heading_rmse_deg, 3),
                                      stage.consistency ? fixed(stage.consistency->nees, 2) : "-"};
@@ -147,6 +154,28 @@ std::string warnings_text(const std::vector<RunSummary>& runs) {
     text += fmt::format("  {} ({}): {}\n", kind, times, details[kind]);
   }
   return text.empty() ? text : "Warnings:\n" + text;
+}
+
+std::string bound_text(const Bound& bound, const std::vector<RunSummary>& runs) {
+  std::vector<std::string> header{"ATE / bound"};
+  std::vector<std::string> limit{"bound, m"};
+  for (const Bound::Stage& stage : bound.stages) {
+    header.push_back(stage.name);
+    limit.push_back(fixed(stage.position_m, 4));
+  }
+  Table table(header);
+  table.add(limit);
+  for (const RunSummary& run : runs) {
+    std::vector<std::string> row{run.estimator};
+    for (const Bound::Stage& limit_of : bound.stages) {
+      row.emplace_back("-");
+      for (const StageFigures& stage : run.stages) {
+        if (stage.name == limit_of.name && stage.ate_over_bound) row.back() = fixed(*stage.ate_over_bound, 2);
+      }
+    }
+    table.add(row);
+  }
+  return table.to_string();
 }
 
 }  // namespace lodestone

@@ -76,9 +76,17 @@ std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Tra
     if (consistency.count > 0) figures.consistency = consistency;
     result.push_back(figures);
   };
+  const auto same = [](const StampedPose& a, const StampedPose& b) {
+    return a.time == b.time && a.pose.position == b.pose.position && a.pose.rotation.coeffs() == b.pose.rotation.coeffs();
+  };
   add("causal", record.causal_poses());
-  add("smoothed", record.smoothed_poses());
-  add("best", record.best_poses());
+  if (!record.smoothed_poses().trajectory.empty()) {
+    add("smoothed", record.smoothed_poses());
+    add("batch", record.best_poses());
+  } else if (!std::equal(record.best().begin(), record.best().end(), record.causal_poses().trajectory.begin(),
+                         record.causal_poses().trajectory.end(), same)) {
+    add("smoothed", record.best_poses());
+  }
   return result;
 }
 

@@ -13,6 +13,8 @@
 
 namespace lodestone {
 
+struct Bound;
+
 /// How a run ended.
 enum class RunStatus {
   done,
@@ -36,11 +38,12 @@ struct TruthFigures {
 
 /// One kind of estimate of a run held against the truth.
 struct StageFigures {
-  std::string name;  ///< causal: the newest states; smoothed: those of the window, where a batch refines them; best
+  std::string name;  ///< causal: the newest states; smoothed: those that leave the window; batch: of the whole log
   double ate_m = 0.0;
   double max_error_m = 0.0;
   double heading_rmse_deg = 0.0;
   std::optional<Consistency> consistency;  ///< nothing without usable covariances
+  std::optional<double> ate_over_bound;    ///< nothing where no bound was asked for
 };
 
 struct RunSummary {
@@ -63,14 +66,18 @@ struct RunSummary {
 /// Holds the best estimate of `record` against `truth`. `log_end`: the log's last stamp.
 TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status);
 
-/// Every kind of estimate that `record` holds against `truth`.
+/// Every kind of estimate that `record` holds against `truth`, the best last. A filter has the causal one alone.
 std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth);
 
 /// summary.json of one estimator: the keys of docs/architecture.md; `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);
 
 /// summary.json of the whole call. `inputs`: name and value of what was given on the command line.
-std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs);
+std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs,
+                    const std::optional<Bound>& bound);
+
+/// The bound of each stage, and how much of it each run's estimates leave.
+std::string bound_text(const Bound& bound, const std::vector<RunSummary>& runs);
 
 /// The A/B table: against the truth where there is one, else of what was seen.
 std::string ab_table(const std::vector<RunSummary>& runs);
