@@ -12,6 +12,14 @@ namespace lodestone {
 
 namespace {
 
+constexpr int kBits = 21;  // of a voxel's number on each axis
+constexpr int kOffset = 1 << (kBits - 1);
+
+Eigen::Vector3i voxel_of_key(std::uint64_t key) {
+  const auto part = [key](int shift) { return static_cast<int>(key >> shift & ((1U << kBits) - 1U)) - kOffset; };
+  return {part(2 * kBits), part(kBits), part(0)};
+}
+
 /// A point as a member of a voxel: its own one, or one that it lies just outside of.
 struct Entry {
   std::uint64_t key;
@@ -53,11 +61,30 @@ std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, c
   return entries;
 }
 
+/// The plane anew from those of its points whose foot on it lies within the voxel, which scans will meet. The margin is there
+/// for walls in a voxel's face; sideways it would make the chord of a curved surface longer than the voxel and so lower or
+/// raise it where it is used. What counts as a plane, and how thick it is, the whole box has decided.
+void take_from_within(std::span<const Eigen::Vector3f> points, std::span<const Entry> members, const Vector3& reference,
+                      const PlaneMapOptions& options, Plane& plane) {
+  constexpr float kTolerance_m = 0.005F;  // for walls whose noise crosses the voxel's faces
+  const auto edge = static_cast<float>(options.voxel_m);
+  const Eigen::Vector3f low = voxel_of_key(members.front().key).cast<float>() * edge;
+  PointMoments moments;
+  for (const Entry& member : members) {
+    const Eigen::Vector3f& point = points[member.index];
+    const Eigen::Vector3f foot = point - plane.normal * plane.distance(point) - low;
+    if ((foot.array() < -kTolerance_m).any() || (foot.array() > edge + kTolerance_m).any()) continue;
+    moments.add(point.cast<double>() - reference);
+  }
+  Plane within;
+  if (!fit_plane(moments, reference, options.fit, within)) return;
+  within.thickness = plane.thickness;
+  plane = within;
+}
+
 }  // namespace
 
 std::uint64_t voxel_key(const Eigen::Vector3i& voxel) {
-  constexpr int kBits = 21;
-  constexpr int kOffset = 1 << (kBits - 1);
   const auto part = [](int value) { return static_cast<std::uint64_t>(value + kOffset) & ((1U << kBits) - 1U); };
   return part(voxel.x()) << (2 * kBits) | part(voxel.y()) << kBits | part(voxel.z());
 }
@@ -90,6 +117,10 @@ std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points
       }
       voxels[v].key = entries[starts[v]].key;
       voxels[v].is_plane = fit_plane(moments, reference, options.fit, voxels[v].plane) ? 1 : 0;
+      if (voxels[v].is_plane != 0 && options.refit_within) {
+        take_from_within(points, std::span(entries).subspan(starts[v], starts[v + 1] - starts[v]), reference, options,
+                         voxels[v].plane);
+      }
     }
   });
   return voxels;
