@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
 constexpr std::int32_t kNoPlane = -1;
+constexpr float kSameNormal = 0.9F;  // cosine: planes of one surface in neighbouring voxels
 
 std::uint64_t spread(std::uint64_t key) {
   key *= 0x9E3779B97F4A7C15ULL;
@@ -78,13 +79,33 @@ PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
 
 const Plane* PlaneMap::at(const Eigen::Vector3f& point) const { return find(voxel_of(point, inverse_voxel_)).plane; }
 
+bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const {
+  const Eigen::Vector3f foot = point - plane.normal * plane.distance(point);
+  const Eigen::Vector3f step = plane.normal * static_cast<float>(options_.margin_m);
+  const Eigen::Vector3i own = voxel_of(foot, inverse_voxel_);
+  for (const float side : {-1.0F, 1.0F}) {
+    const Eigen::Vector3i voxel = voxel_of(foot + side * step, inverse_voxel_);
+    if (voxel == own) continue;
+    const Found there = find(voxel);
+    if (!there.occupied || there.plane == &plane) continue;
+    if (there.plane == nullptr || std::abs(there.plane->normal.dot(plane.normal)) < kSameNormal ||
+        std::abs(there.plane->distance(foot)) > 0.5F * static_cast<float>(options_.margin_m)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m) const {
   const Eigen::Vector3f scaled = point * inverse_voxel_;
   const Eigen::Vector3f floor = scaled.array().floor();
   const Eigen::Vector3i voxel = floor.cast<int>();
   const Found own = find(voxel);
   if (own.occupied) {
-    return own.plane != nullptr && std::abs(own.plane->distance(point)) <= max_distance_m ? own.plane : nullptr;
+    return own.plane != nullptr && std::abs(own.plane->distance(point)) <= max_distance_m &&
+                   serves_both_sides(*own.plane, point)
+               ? own.plane
+               : nullptr;
   }
   const Plane* best = nullptr;
   float best_distance = max_distance_m;
@@ -103,7 +124,7 @@ const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m)
       best = candidate;
     }
   }
-  return best;
+  return best != nullptr && serves_both_sides(*best, point) ? best : nullptr;
 }
 
 }  // namespace lodestone

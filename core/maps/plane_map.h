@@ -31,7 +31,9 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   /// The plane for a point that may lie just over a voxel's edge: that of its own voxel; where that voxel holds no points
   /// of the map at all, the closest of those of the three voxels across the nearest faces. nullptr where none is within
   /// `max_distance_m`, and where the point's own voxel holds something that is no plane: an edge between two surfaces
-  /// would lend its points to the wrong one.
+  /// would lend its points to the wrong one. Nor where noise could carry the point, along the normal by the margin, over to
+  /// a voxel that would not take it to the same surface: points in front of a wall would then be taken and those behind it
+  /// not, and the wall would seem to stand nearer than it does.
   const Plane* match(const Eigen::Vector3f& point, float max_distance_m) const;
 
   const std::vector<Plane>& planes() const { return planes_; }
@@ -53,6 +55,7 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
     const Plane* plane;
   };
   void insert(std::span<const VoxelPlane> voxels);
+  bool serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const;
   Found find(const Eigen::Vector3i& voxel) const;
 
   PlaneMapOptions options_;
