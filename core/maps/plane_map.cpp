@@ -82,11 +82,8 @@ const Plane* PlaneMap::at(const Eigen::Vector3f& point) const { return find(voxe
 bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const {
   const Eigen::Vector3f foot = point - plane.normal * plane.distance(point);
   const Eigen::Vector3f step = plane.normal * static_cast<float>(options_.margin_m);
-  const Eigen::Vector3i own = voxel_of(foot, inverse_voxel_);
-  for (const float side : {-1.0F, 1.0F}) {
-    const Eigen::Vector3i voxel = voxel_of(foot + side * step, inverse_voxel_);
-    if (voxel == own) continue;
-    const Found there = find(voxel);
+  for (const float side : {-1.0F, 0.0F, 1.0F}) {
+    const Found there = find(voxel_of(foot + side * step, inverse_voxel_));
     if (!there.occupied || there.plane == &plane) continue;
     if (there.plane == nullptr || std::abs(there.plane->normal.dot(plane.normal)) < kSameNormal ||
         std::abs(there.plane->distance(foot)) > 0.5F * static_cast<float>(options_.margin_m)) {
