@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/observability/window_information.h"
 #include "estimators/health.h"
 
 namespace lodestone {
@@ -69,23 +68,14 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
 }
 
 void BatchRefinement::renew_factors(SlidingWindow& window) {
-  std::vector<Matrix6> known;
-  if (input_.planes != nullptr && input_.options.degeneracy.rule != DegeneracyRule::none &&
-      input_.options.degeneracy.rule != DegeneracyRule::paper) {
-    std::vector<Matrix6> information;
-    std::vector<ChainLink> links(keyframes_.size() - 1);
-    for (const auto& keyframe : keyframes_) information.push_back(keyframe->lidar_information);
-    tbb::parallel_for(std::size_t{0}, links.size(), [&](std::size_t k) { links[k] = window.link(k); });
-    known = marginal_pose_information(information, links);
-  }
   std::vector<KeyframeField> fields(keyframes_.size());
   tbb::parallel_for(std::size_t{0}, keyframes_.size(), [&](std::size_t k) {
     Keyframe& keyframe = *keyframes_[k];
     const NavState state = window.state(k);
-    const Degeneracy analysed = measurements_.analyse(keyframe, state, [&]() { return known[k]; });
-    // The window's hidden directions are one rigid motion already; each keyframe follows its own.
-    const Degeneracy before = keyframe.degeneracy;
-    measurements_.decide(keyframe, analysed, &before, keyframe.analysed);
+    // What LiDAR sees is a matter of the place, and the window has settled it: over a whole log the IMU would carry what
+    // little LiDAR knows of a hidden direction from keyframe to keyframe until it seemed known.
+    const Degeneracy seen = keyframe.degeneracy;
+    measurements_.decide(keyframe, seen, nullptr, {});
     keyframe.predicted = state.T_map_imu;
     fields[k] = measurements_.weigh(keyframe, state, [&](int magnetometer) {
       return rounds_ == 0 ? biases_[k][static_cast<std::size_t>(magnetometer)] : window.magnetometer_bias(k, magnetometer);
