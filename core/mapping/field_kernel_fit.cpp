@@ -1,12 +1,14 @@
+#include "core/mapping/field_kernel_fit.h"
+
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <random>
 #include <string>
 
 #include "core/error.h"
+#include "core/mapping/curl_free_regression.h"
 #include "core/mapping/kernel_fit.h"
-#include "core/mapping/sliding_gpr.h"
+#include "core/mapping/noise_calibration.h"
 
 namespace lodestone {
 namespace {
@@ -58,72 +60,107 @@ KernelParameters first_guess(const std::vector<FieldCell>& cells, int component,
   return guess;
 }
 
-/// A held-out cell against its prediction, one component, squared.
-struct Miss {
-  double error;      ///< of the cell's mean
-  double predicted;  ///< variance of the prediction and of the cell's white noise
-};
-
-/// The mean of error / (predicted + noise) over the best nine tenths, over its value for a normal distribution: 1 where
-/// the variances are right. Trimmed, since at steel and at the survey's edge a few errors are far larger than any
-/// stationary kernel says.
-double trimmed_normalized_square(const std::vector<Miss>& misses, double noise) {
-  constexpr double share = 0.9;
-  constexpr double normal_value = 0.6231;  // of χ² with one degree of freedom, below its 90 % quantile
-  std::vector<double> ratios;
-  ratios.reserve(misses.size());
-  for (const Miss& miss : misses) ratios.push_back(miss.error / (miss.predicted + noise));
-  const auto count = static_cast<std::ptrdiff_t>(share * static_cast<double>(ratios.size()));
-  std::nth_element(ratios.begin(), ratios.begin() + count, ratios.end());
-  std::sort(ratios.begin(), ratios.begin() + count);  // one order of summation, whatever the library's partition
-  return std::accumulate(ratios.begin(), ratios.begin() + count, 0.0) / static_cast<double>(count) / normal_value;
+void fit_components(const std::vector<FieldCell>& cells, const std::vector<std::vector<int>>& windows, int round,
+                    FieldKernelFit& result) {
+  for (int component = 0; component < 3; ++component) {
+    KernelParameters start = first_guess(cells, component, result.cell_m);
+    KernelBounds bounds;
+    bounds.min_length_scale_m = result.cell_m;
+    if (round > 0) start.length_scale_m = result.kernels[component].length_scale_m;
+    const KernelFit fit = fit_kernel(component_sets(cells, windows, component), start, bounds);
+    result.kernels[component] = fit.parameters;
+    result.evaluations += fit.evaluations;
+  }
 }
 
-/// The noise variance, at least `noise`, that makes the predicted variances right.
-double calibrated_noise(const std::vector<Miss>& misses, double noise) {
-  constexpr double tolerance = 1.2;  // the scatter of such an estimate
-  if (trimmed_normalized_square(misses, noise) <= tolerance) return noise;
-  double low = noise;
-  double high = noise;
-  for (const Miss& miss : misses) high = std::max(high, 4.0 * miss.error);
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (trimmed_normalized_square(misses, middle) > 1.0 ? low : high) = middle;
+FieldKernels component_kernels(const CurlFreeKernel& potential) {
+  FieldKernels kernels;
+  for (int k = 0; k < 3; ++k) {
+    kernels[k] = {potential.mean_ut[k], potential.linear_sigma_ut, potential.signal_sigmas_ut()[k],
+                  potential.length_scale_m, potential.noise_sigma_ut};
   }
-  return high;
+  return kernels;
+}
+
+void fit_potential(const std::vector<FieldCell>& cells, const std::vector<std::vector<int>>& windows, int round,
+                   FieldKernelFit& result) {
+  // A cell is three values, and the likelihood costs the cube of their number: every other cell of a window, so that it
+  // spans as much.
+  std::vector<std::vector<FieldCell>> sets;
+  for (const std::vector<int>& window : windows) {
+    std::vector<FieldCell>& set = sets.emplace_back();
+    for (std::size_t i = 0; i < window.size(); i += 2) set.push_back(cells[window[i]]);
+  }
+  CurlFreeKernel start;
+  Vector3 spread;
+  for (int k = 0; k < 3; ++k) {
+    const KernelParameters guess = first_guess(cells, k, result.cell_m);
+    start.mean_ut[k] = guess.mean;
+    spread[k] = guess.signal_sigma;
+    start.length_scale_m = start.vertical_length_scale_m = 1.5 * guess.length_scale_m;
+  }
+  start.signal_sigma_ut = start.linear_sigma_ut = spread.norm() / std::sqrt(3.0);
+  start.noise_sigma_ut = 0.1 * start.signal_sigma_ut;
+  if (round > 0) {
+    start.length_scale_m = result.potential->length_scale_m;
+    start.vertical_length_scale_m = result.potential->vertical_length_scale_m;
+  }
+  KernelBounds bounds;
+  bounds.min_length_scale_m = result.cell_m;
+  const CurlFreeFit fit = fit_curl_free_kernel(sets, start, bounds);
+  result.potential = fit.kernel;
+  result.kernels = component_kernels(fit.kernel);
+  result.evaluations += fit.evaluations;
+}
+
+/// Length that thinning goes by: a component of a gradient changes along itself √3 times as fast as its potential's length
+/// scale says.
+double shortest_structure(const FieldKernelFit& fit) {
+  if (fit.potential) return fit.potential->length_scale_m / std::sqrt(3.0);
+  return std::min({fit.kernels[0].length_scale_m, fit.kernels[1].length_scale_m, fit.kernels[2].length_scale_m});
+}
+
+/// Misses of those held-out cells, of one component, that the survey knows well without them: where there is another pass,
+/// or nearly.
+void gather_misses(const std::vector<FieldCell>& held_out, const std::vector<FieldPrediction>& predictions, int component,
+                   double signal_sigma, std::vector<HeldOutMiss>& misses) {
+  constexpr double well_known = 0.35;  // of the signal's sigma
+  for (std::size_t i = 0; i < held_out.size(); ++i) {
+    const double sigma = predictions[i].sigma_ut[component];
+    if (!predictions[i].supported || sigma > well_known * signal_sigma) continue;
+    misses.push_back({std::pow(held_out[i].field_ut[component] - predictions[i].field_ut[component], 2),
+                      sigma * sigma + held_out[i].variance_ut2});
+  }
+}
+
+/// Raises `noise_sigma` where the misses say so.
+bool raise_noise(const std::vector<HeldOutMiss>& misses, std::size_t enough, double& noise_sigma) {
+  if (misses.size() < enough) return false;
+  const double noise = noise_sigma * noise_sigma;
+  const double calibrated = calibrated_noise(misses, noise);
+  noise_sigma = std::sqrt(calibrated);
+  return calibrated > noise;
 }
 
 void calibrate_noise(const std::vector<FieldObservation>& observations, const SlidingGprOptions& options,
                      FieldKernelFit& fit) {
-  constexpr std::size_t enough_cells = 50;
-  constexpr double well_known = 0.35;  // of the signal's sigma: where there is another pass, or nearly
-  // As few blocks as give a thousand cells, since each costs the regression of its surroundings; at most a fifth of all.
-  SurveySplit split;
-  for (const Time period : {96, 48, 24, 12, 5}) {
-    split = split_survey(observations, fit.cell_m, from_seconds(options.calibration_block_s), period);
-    if (split.held_out.size() >= 1000) break;
-  }
-  const auto& [training, held_out] = split;
-  if (held_out.size() < enough_cells || training.size() < enough_cells) return;
+  const auto [training, held_out] = split_for_calibration(observations, fit.cell_m, options.calibration_block_s);
+  if (held_out.size() < enough_held_out_cells || training.size() < enough_held_out_cells) return;
   std::vector<Vector3> points;
   for (const FieldCell& cell : held_out) points.push_back(cell.position);
   for (int round = 0; round < 4; ++round) {  // more noise changes the prediction too
-    const std::vector<FieldPrediction> predictions = SlidingGpr(training, fit.kernels, options).predict(points);
+    const std::vector<FieldPrediction> predictions = make_regression(training, fit, options)->predict(points);
     bool changed = false;
+    std::vector<HeldOutMiss> misses;
     for (int component = 0; component < 3; ++component) {
       KernelParameters& kernel = fit.kernels[component];
-      std::vector<Miss> misses;
-      for (std::size_t i = 0; i < held_out.size(); ++i) {
-        const double sigma = predictions[i].sigma_ut[component];
-        if (!predictions[i].supported || sigma > well_known * kernel.signal_sigma) continue;
-        misses.push_back({std::pow(held_out[i].field_ut[component] - predictions[i].field_ut[component], 2),
-                          sigma * sigma + held_out[i].variance_ut2});
-      }
-      if (misses.size() < enough_cells) continue;
-      const double noise = kernel.noise_sigma * kernel.noise_sigma;
-      const double calibrated = calibrated_noise(misses, noise);
-      changed = changed || calibrated > noise;
-      kernel.noise_sigma = std::sqrt(calibrated);
+      if (!fit.potential) misses.clear();
+      gather_misses(held_out, predictions, component, kernel.signal_sigma, misses);
+      if (!fit.potential) changed = raise_noise(misses, enough_held_out_cells, kernel.noise_sigma) || changed;
+    }
+    if (fit.potential) {  // one noise for all
+      changed = raise_noise(misses, 3 * enough_held_out_cells, fit.potential->noise_sigma_ut);
+      fit.kernels = component_kernels(*fit.potential);
     }
     if (!changed) break;
   }
@@ -131,23 +168,8 @@ void calibrate_noise(const std::vector<FieldObservation>& observations, const Sl
 
 }  // namespace
 
-void SlidingGprOptions::check() const {
-  const auto require = [](bool good, const char* message) {
-    if (!good) throw InputError(std::string("magnetic map: ") + message);
-  };
-  require(window_points >= 20 && window_points <= 5000, "window_points must lie in 20..5000");
-  require(window_length_scales > 0.1 && window_length_scales <= 20.0, "window_length_scales must lie in 0.1..20");
-  require(margin_length_scales >= 0.0, "margin_length_scales must not be negative");
-  require(reach_length_scales > 0.0 && reach_length_scales <= 10.0, "reach_length_scales must lie in 0..10");
-  require(cells_per_length_scale >= 1.0, "cells_per_length_scale must be at least 1");
-  require(fit_windows >= 1 && fit_windows <= 1000, "fit_windows must lie in 1..1000");
-  require(fit_points >= 10 && fit_points <= 5000, "fit_points must lie in 10..5000");
-  require(calibration_block_s >= 0.0, "calibration_block_s must not be negative");
-  require(scale_prior_points > 0.0, "scale_prior_points must be positive");
-}
-
 FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observations, double finest_cell_m,
-                                 const SlidingGprOptions& options) {
+                                 const SlidingGprOptions& options, FieldMethod method) {
   FieldKernelFit result;
   result.cell_m = finest_cell_m;
   for (int round = 0; round < 4; ++round) {
@@ -163,28 +185,23 @@ FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observatio
     for (std::size_t i = 0; i < count; ++i) {
       windows.push_back(nearest_cells(cells, cells[generator() % cells.size()].position, size));
     }
-    double shortest = 0.0;
-    for (int component = 0; component < 3; ++component) {
-      KernelParameters start = first_guess(cells, component, result.cell_m);
-      KernelBounds bounds;
-      bounds.min_length_scale_m = result.cell_m;
-      bounds.min_sigma = 1e-3;
-      if (round > 0) start.length_scale_m = result.kernels[component].length_scale_m;
-      const KernelFit fit = fit_kernel(component_sets(cells, windows, component), start, bounds);
-      result.kernels[component] = fit.parameters;
-      result.evaluations += fit.evaluations;
-      shortest = component == 0 ? fit.parameters.length_scale_m : std::min(shortest, fit.parameters.length_scale_m);
-    }
+    (method == FieldMethod::curl_free ? fit_potential : fit_components)(cells, windows, round, result);
     result.windows = static_cast<int>(count);
     // A field that is smooth over many cells needs fewer of them, and the windows for the fit must span several length
     // scales to see one.
-    const double wanted = shortest / options.cells_per_length_scale;
+    const double wanted = shortest_structure(result) / options.cells_per_length_scale;
     if (wanted < 1.3 * result.cell_m) break;
     result.cell_m = wanted;
   }
   for (int k = 0; k < 3; ++k) result.uncalibrated_noise[k] = result.kernels[k].noise_sigma;
   if (options.calibration_block_s > 0.0) calibrate_noise(observations, options, result);
   return result;
+}
+
+std::unique_ptr<const WindowedRegression> make_regression(std::vector<FieldCell> cells, const FieldKernelFit& fit,
+                                                          const SlidingGprOptions& options) {
+  if (fit.potential) return std::make_unique<CurlFreeRegression>(std::move(cells), *fit.potential, options);
+  return std::make_unique<SlidingGpr>(std::move(cells), fit.kernels, options);
 }
 
 }  // namespace lodestone

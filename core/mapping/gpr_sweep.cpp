@@ -61,7 +61,7 @@ void GprSweep::solve_up_to(std::int64_t row) {
     const std::size_t end = begins[index + 1];
     std::vector<Vector3> targets;
     for (std::size_t i = begin; i < end; ++i) targets.push_back(points_[now[i].point].position);
-    SlidingGpr::WindowPrediction prediction = regression_.solve_window(now[begin].row, now[begin].column, targets);
+    WindowedRegression::WindowPrediction prediction = regression_.solve_window(now[begin].row, now[begin].column, targets);
     for (std::size_t i = begin; i < end; ++i) {
       now[i].mean = prediction.mean.row(static_cast<Eigen::Index>(i - begin));
       now[i].variance = prediction.variance.row(static_cast<Eigen::Index>(i - begin));

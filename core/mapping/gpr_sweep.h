@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/mapping/sliding_gpr.h"
+#include "core/mapping/windowed_regression.h"
 
 namespace lodestone {
 
@@ -16,7 +16,7 @@ class GprSweep {
   using Emit = std::function<void(std::int64_t tag, const FieldPrediction& prediction)>;
 
   /// `emit` is called once a point, in no particular order, by the thread that sweeps.
-  GprSweep(const SlidingGpr& regression, Emit emit) : regression_(regression), emit_(std::move(emit)) {}
+  GprSweep(const WindowedRegression& regression, Emit emit) : regression_(regression), emit_(std::move(emit)) {}
 
   /// A point (map, metres) that the regression supports. Tags tell points apart, and give their order in a window's solve.
   void add(const Vector3& point, std::int64_t tag);
@@ -49,7 +49,7 @@ class GprSweep {
   void solve_up_to(std::int64_t row);
   void emit_solved();
 
-  const SlidingGpr& regression_;
+  const WindowedRegression& regression_;
   Emit emit_;
   std::vector<Point> points_;
   std::vector<Membership> unsolved_;

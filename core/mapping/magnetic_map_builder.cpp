@@ -83,17 +83,17 @@ int MagneticMapOptions::tile_nodes() const {
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options) {
   options.check();
-  const FieldKernelFit fit = fit_field_kernels(observations, options.resolution_m, options.regression);
+  const FieldKernelFit fit = fit_field_kernels(observations, options.resolution_m, options.regression, options.method);
   const std::vector<FieldCell> cells = thin_survey(observations, fit.cell_m);
-  const SlidingGpr regression(cells, fit.kernels, options.regression);
-  const FieldGrid grid = grid_over(cells, regression.reach_m(), options);
+  const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
+  const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
 
   // Row by row from below: the regression then holds a few rows of its windows, and the map what has field.
   const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : 0.5 * signal_sigma(fit.kernels);
   const auto nodes = std::make_shared<SparseFieldNodes>();
   std::vector<double> sigmas;
   const auto layers = static_cast<int>(grid.heights_m.size());
-  GprSweep sweep(regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
+  GprSweep sweep(*regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
     const double sigma = component_rms(prediction.sigma_ut);
     Eigen::Vector4f node;
     node << prediction.field_ut.cast<float>(), static_cast<float>(sigma);
@@ -106,7 +106,7 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
     const double y = grid.origin.y() + grid.resolution_m * row;
     if (sweep.waiting() > waiting_points) sweep.complete_below(y);
     const auto place = [&](int column) { return Vector3(grid.origin.x() + grid.resolution_m * column, y, 0.0); };
-    tbb::parallel_for(0, grid.columns, [&](int column) { supported[column] = regression.supports(place(column)); });
+    tbb::parallel_for(0, grid.columns, [&](int column) { supported[column] = regression->supports(place(column)); });
     for (int layer = 0; layer < layers; ++layer) {
       for (int column = 0; column < grid.columns; ++column) {
         if (supported[column] == 0) continue;
@@ -124,11 +124,10 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
 
 HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit, double max_sigma_ut,
                             const SlidingGprOptions& options) {
-  const SlidingGpr regression(split.training, fit.kernels, options);
   const std::vector<FieldCell>& cells = split.held_out;
   std::vector<Vector3> points;
   for (const FieldCell& cell : cells) points.push_back(cell.position);
-  const std::vector<FieldPrediction> predictions = regression.predict(points);
+  const std::vector<FieldPrediction> predictions = make_regression(split.training, fit, options)->predict(points);
   HeldOutScore score;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (!predictions[i].supported || component_rms(predictions[i].sigma_ut) > max_sigma_ut) {

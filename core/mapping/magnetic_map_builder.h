@@ -3,11 +3,12 @@
 #include <vector>
 
 #include "core/maps/magnetic_map.h"
-#include "core/mapping/sliding_gpr.h"
+#include "core/mapping/field_kernel_fit.h"
 
 namespace lodestone {
 
 struct MagneticMapOptions {
+  FieldMethod method = FieldMethod::sliding_gpr;
   double resolution_m = 0.1;        ///< distance of the map's nodes
   std::vector<double> heights_m;    ///< map z of the layers; empty: one, at the survey's mean sensor height
   double max_sigma_ut = 0.0;        ///< no field where σ exceeds this; 0: half of the fitted signal sigma
@@ -17,6 +18,7 @@ struct MagneticMapOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
+    visitor.field("method", method, "s-gpr (each component by itself) or curl-free (one potential for all)");
     visitor.field("resolution_m", resolution_m, "distance of the map's nodes");
     visitor.field("heights_m", heights_m, "map z of the layers; empty: one at the survey's mean sensor height");
     visitor.field("max_sigma_ut", max_sigma_ut, "no field where sigma exceeds this; 0: half the fitted signal sigma");
@@ -41,9 +43,10 @@ struct MagneticMapResult {
   double high_sigma_ut = 0.0;     ///< 95 % of them lie below
 };
 
-/// The grid map of a survey by s-GPR. The node's σ is the root mean square over the three components. The grid spans the
+/// The grid map of a survey by the options' method. The node's σ is the root mean square over the three components. The grid spans the
 /// survey and the regression's reach; its origin is a multiple of the resolution.
-/// Throws InputError where the survey is too short, or so wide that the grid would exceed 2·10⁸ nodes. Memory: what has
+/// Throws InputError where the survey is too short, or so wide that the grid would exceed 2·10⁸ nodes, and where the method
+/// cannot do with it. Memory: what has
 /// field, 16 bytes a node, beside the readings.
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);

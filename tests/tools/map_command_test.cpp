@@ -17,6 +17,7 @@ TEST(MapCommand, HelpShowsTwoExamplesAndEveryOption) {
   EXPECT_THAT(help.output, HasSubstr("--out /tmp/tunnel/field.yaml"));
   EXPECT_THAT(help.output, HasSubstr("--out /tmp/tunnel/coarse.yaml"));
   EXPECT_THAT(help.output, HasSubstr("regression.window_points"));
+  EXPECT_THAT(help.output, HasSubstr("--method curl-free"));
 }
 
 TEST(MapCommand, EachMistakeIsOneLineAndCodeTwo) {
@@ -31,6 +32,7 @@ TEST(MapCommand, EachMistakeIsOneLineAndCodeTwo) {
   expect(run_lodestone("map magnetic /absent.bag" + files + out), "/absent.yaml");
   expect(run_lodestone("map magnetic /absent.bag" + files + (folder / "field.txt").string()), ".yaml");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution -1"), "resolution_m");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --method curl-fre"), "curl-free");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --set regresion.seed=2"), "did you mean 'regression'");
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }

@@ -15,6 +15,7 @@
 #include "frontends/readers/trajectory_file.h"
 #include "tools/commands.h"
 #include "tools/commands/map_diff.h"
+#include "tools/commands/map_truth.h"
 #include "tools/pictures/pictures.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
@@ -29,6 +30,7 @@ struct MapMagneticCall {
   std::string out;
   std::vector<std::string> configurations;
   std::vector<std::string> settings;
+  std::optional<std::string> method;
   std::optional<double> resolution_m;
   std::optional<double> max_sigma_ut;
   int threads = 0;
@@ -52,7 +54,9 @@ class Clock {
 
 MagneticMapOptions read_options(const MapMagneticCall& call) {
   MagneticMapOptions options;
-  load_options(load_configuration(call.configurations, call.settings), options);
+  std::vector<std::string> settings = call.settings;
+  if (call.method) settings.push_back("method=" + *call.method);
+  load_options(load_configuration(call.configurations, settings), options);
   if (call.resolution_m) options.resolution_m = *call.resolution_m;
   if (call.max_sigma_ut) options.max_sigma_ut = *call.max_sigma_ut;
   options.check();
@@ -85,6 +89,10 @@ FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platfor
   return survey;
 }
 
+std::string method_name(const MagneticMapOptions& options) {
+  return options.method == FieldMethod::curl_free ? "curl-free" : "s-GPR";
+}
+
 std::string kernels_table(const FieldKernelFit& fit) {
   std::string text = "  component   signal sigma   length scale   noise a cell (by likelihood alone)\n";
   const char* names[] = {"B_x", "B_y", "B_z"};
@@ -92,22 +100,33 @@ std::string kernels_table(const FieldKernelFit& fit) {
     text += fmt::format("  {:<9} {:>11.3f} uT {:>12.3f} m {:>11.3f} uT ({:.3f})\n", names[k], fit.kernels[k].signal_sigma,
                         fit.kernels[k].length_scale_m, fit.kernels[k].noise_sigma, fit.uncalibrated_noise[k]);
   }
+  if (fit.potential) {
+    text += fmt::format("  one potential: length scale {:.3f} m, in the vertical {:.3f} m; constant field {:.3f} uT\n",
+                        fit.potential->length_scale_m, fit.potential->vertical_length_scale_m,
+                        fit.potential->linear_sigma_ut);
+  }
   return text;
 }
 
-Provenance provenance_of(const MapMagneticCall& call, const FieldSurvey& survey, const MagneticMapResult& result,
+Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& options, const FieldSurvey& survey, const MagneticMapResult& result,
                          const std::string& held_out) {
   Provenance provenance{{"made_by", "lodestone map magnetic"},
                         {"survey", std::filesystem::path(call.survey).filename().string()},
                         {"trajectory", std::filesystem::path(call.trajectory).filename().string()},
                         {"platform", std::filesystem::path(call.platform).filename().string()},
                         {"readings", std::to_string(survey.observations.size())},
-                        {"cells", std::to_string(result.cells)}};
+                        {"cells", std::to_string(result.cells)},
+                        {"method", method_name(options)}};
   for (int k = 0; k < 3; ++k) {
     const KernelParameters& kernel = result.fit.kernels[k];
     provenance.push_back({fmt::format("kernel_{}", "xyz"[k]),
                           fmt::format("signal {:.4g} uT, length scale {:.4g} m, noise {:.4g} uT a cell of {:.4g} m",
                                       kernel.signal_sigma, kernel.length_scale_m, kernel.noise_sigma, result.fit.cell_m)});
+  }
+  if (const auto& potential = result.fit.potential) {
+    provenance.push_back({"potential", fmt::format("length scale {:.4g} m, in the vertical {:.4g} m, constant field {:.4g} uT",
+                                                   potential->length_scale_m, potential->vertical_length_scale_m,
+                                                   potential->linear_sigma_ut)});
   }
   if (!held_out.empty()) provenance.push_back({"held_out", held_out});
   return provenance;
@@ -132,8 +151,8 @@ void map_magnetic(const MapMagneticCall& call) {
 
   const MagneticMapResult result = build_magnetic_map(survey.observations, options);
   const FieldGrid& grid = result.map.grid();
-  fmt::print("s-GPR: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
-             result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows, grid.resolution_m,
+  fmt::print("{}: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
+             method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows, grid.resolution_m,
              grid.heights_m.front(), clock.lap());
   fmt::print("{}", kernels_table(result.fit));
   fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
@@ -153,7 +172,7 @@ void map_magnetic(const MapMagneticCall& call) {
       fmt::print("held out, {}; {:.1f} s\n", held_out, clock.lap());
     }
   }
-  write_magnetic_map(result.map, provenance_of(call, survey, result, held_out), call.out, options.tile_nodes());
+  write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out), call.out, options.tile_nodes());
   const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");
   draw_map_picture(picture, &result.map, {}, {});
   fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),
@@ -163,11 +182,13 @@ void map_magnetic(const MapMagneticCall& call) {
 void add_map_magnetic(CLI::App& parent, int* code) {
   const auto call = std::make_shared<MapMagneticCall>();
   CLI::App* command = parent.add_subcommand(
-      "magnetic", "Build a grid map of the ambient magnetic field from a survey drive, by s-GPR, with its sigma");
+      "magnetic", "Build a grid map of the ambient magnetic field from a survey drive, by Gaussian-process regression, with its sigma");
   command->add_option("SURVEY", call->survey, "the survey's log, a ROS 1 bag with the magnetometers' topics")->required();
   command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey grade")->required();
   command->add_option("--platform", call->platform, "the robot's platform file")->required();
   command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it")->required();
+  command->add_option("--method", call->method,
+                      "s-gpr: each component by itself (default); curl-free: one potential for all three");
   command->add_option("--resolution", call->resolution_m, "distance of the map's nodes, metres (default 0.1)");
   command->add_option("--max-sigma-ut", call->max_sigma_ut,
                       "no field where the map's sigma exceeds this (default: half the fitted signal sigma)");
@@ -181,7 +202,9 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/field.yaml
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
-      --out /tmp/tunnel/coarse.yaml --resolution 0.2 --set regression.window_points=200)");
+      --out /tmp/tunnel/coarse.yaml --resolution 0.2 --set regression.window_points=200
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
+      --out /tmp/tunnel/curl_free.yaml --method curl-free)");
   command->callback([call, code]() {
     map_magnetic(*call);
     *code = exit_code::done;
@@ -201,6 +224,7 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
   lodestone map magnetic --help)");
   add_map_magnetic(*command, code);
   add_map_diff(*command, code);
+  add_map_truth(*command, code);
 }
 
 }  // namespace lodestone

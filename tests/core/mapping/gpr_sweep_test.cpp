@@ -9,6 +9,8 @@
 #include <map>
 #include <random>
 
+#include "core/mapping/sliding_gpr.h"
+
 namespace lodestone {
 namespace {
 

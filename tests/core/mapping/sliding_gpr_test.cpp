@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/error.h"
-#include "core/mapping/kernel_fit.h"
+#include "core/mapping/field_kernel_fit.h"
 
 namespace lodestone {
 namespace {

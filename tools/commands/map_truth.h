@@ -1,0 +1,12 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace lodestone {
+
+/// Adds `map truth`, which writes a simulated world's true field at a map's nodes, to `map`; see tools/commands.h.
+void add_map_truth(CLI::App& map, int* code);
+
+}  // namespace lodestone
