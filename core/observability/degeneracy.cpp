@@ -2,8 +2,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
+
+#include "core/observability/information_noise.h"
 
 namespace lodestone {
 
@@ -94,6 +99,44 @@ Degeneracy analyse_by_sigma(const Matrix6& information, double lever_arm_m, cons
 Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOptions& options) {
   Degeneracy result = decompose(unit_hessian, 1.0);
   apply_limit(1.0 / std::sqrt(options.paper_threshold), options.mask, result);
+  return result;
+}
+
+Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pretended,
+                                  std::span<const Correspondence> correspondences, const Pose& T_map_imu,
+                                  double lever_arm_m, const DegeneracyOptions& options) {
+  const Degeneracy analysed = decompose(information, lever_arm_m);
+  const Matrix6 motions = scaling(lever_arm_m).cwiseInverse().asDiagonal() * analysed.directions;  // φ, p
+  const InformationNoise noise = information_noise(correspondences, T_map_imu, motions);
+  const double level = 1.0 / (options.max_sigma_m * options.max_sigma_m);
+  std::array<double, 6> probability{};
+  for (int i = 0; i < 6; ++i) {
+    const Vector6 motion = motions.col(i);
+    const double relative_variance = (noise.mean[i] > 0.0 ? noise.variance[i] / (noise.mean[i] * noise.mean[i]) : 0.0) +
+                                     options.normal_noise_uncertainty * options.normal_noise_uncertainty;
+    const double mean = std::max(0.0, motion.dot(pretended * motion));
+    const double spread = mean * std::sqrt(relative_variance);
+    // Of what was measured the noise must leave the level, and itself but a share.
+    const double measured = motion.dot(information * motion) + mean;
+    const double room = std::min(measured - level, measured / (1.0 + options.min_signal_to_noise)) - mean;
+    probability[static_cast<std::size_t>(i)] =
+        spread > 0.0 ? 0.5 * std::erfc(-room / (std::sqrt(2.0) * spread)) : (room >= 0.0 ? 1.0 : 0.0);
+  }
+  std::array<int, 6> order{};
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return probability[static_cast<std::size_t>(a)] > probability[static_cast<std::size_t>(b)];
+  });
+  Degeneracy result = analysed;
+  for (int i = 0; i < 6; ++i) {
+    const int from = order[static_cast<std::size_t>(i)];
+    const double share = probability[static_cast<std::size_t>(from)];
+    const bool degenerate = share < options.min_probability;
+    result.directions.col(i) = analysed.directions.col(from);
+    result.sigma_m[i] = analysed.sigma_m[from];
+    result.kept[i] = options.mask == MaskKind::soft ? share : (degenerate ? 0.0 : 1.0);
+    if (degenerate) ++result.degenerate_directions;
+  }
   return result;
 }
 

@@ -1,21 +1,28 @@
 #pragma once
 
+#include <span>
+
 #include "core/geometry/pose.h"
 #include "core/option_checks.h"
 #include "core/options.h"
 
 namespace lodestone {
 
+struct Correspondence;
+
 /// What decides that a direction of the pose is not seen by LiDAR.
 enum class DegeneracyRule {
   none,     ///< nothing is masked: the factors' own weighting
   paper,    ///< eigenvalues of LiDAR's Σ JᵀJ with unit weight on metres, against τ = 15 (paper, eq. for d_i)
-  marginal  ///< predicted sigma of the window's marginal information of LiDAR and IMU (docs/architecture.md)
+  marginal,  ///< predicted sigma of the window's marginal information of LiDAR and IMU (docs/architecture.md)
+  probabilistic  ///< probability that this information is more than what noisy normals pretend to give
 };
 
 constexpr auto enum_names(DegeneracyRule) {
-  return EnumNames<DegeneracyRule, 3>{
-      {{DegeneracyRule::none, "none"}, {DegeneracyRule::paper, "paper"}, {DegeneracyRule::marginal, "marginal"}}};
+  return EnumNames<DegeneracyRule, 4>{{{DegeneracyRule::none, "none"},
+                                       {DegeneracyRule::paper, "paper"},
+                                       {DegeneracyRule::marginal, "marginal"},
+                                       {DegeneracyRule::probabilistic, "probabilistic"}}};
 }
 
 enum class MaskKind {
@@ -33,18 +40,29 @@ struct DegeneracyOptions {
   double paper_threshold = 15.0;
   double max_sigma_m = 0.01;
   double normal_noise_margin = 2.0;
+  double min_probability = 0.95;
+  double normal_noise_uncertainty = 0.5;
+  double min_signal_to_noise = 3.0;
   double follow_gain = 0.01;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("rule", rule, "none, paper or marginal: what decides that LiDAR does not see a direction");
+    visitor.field("rule", rule, "none, paper, marginal or probabilistic: what decides that LiDAR does not see a direction");
     visitor.field("mask", mask, "hard or soft: whether a direction is dropped or faded out");
     visitor.field("paper_threshold", paper_threshold, "τ of the paper's rule: least eigenvalue of ΣJᵀJ, unit weights");
     visitor.field("max_sigma_m", max_sigma_m,
-                  "marginal rule: a direction is degenerate above this predicted sigma; rotations count at the scan's "
-                  "rms range");
+                  "marginal and probabilistic rule: a direction is degenerate above this predicted sigma; rotations count at "
+                  "the scan's rms range");
     visitor.field("normal_noise_margin", normal_noise_margin,
                   "how many times the information that noisy normals pretend to give is taken off before the analysis");
+    visitor.field("min_probability", min_probability,
+                  "probabilistic rule: a direction is degenerate where its sigma lies below max_sigma_m with less "
+                  "probability");
+    visitor.field("normal_noise_uncertainty", normal_noise_uncertainty,
+                  "probabilistic rule: one sigma, as a share, of the level of the normals' noise; it says how far the "
+                  "planes' own variances can be trusted");
+    visitor.field("min_signal_to_noise", min_signal_to_noise,
+                  "probabilistic rule: least ratio of a direction's information to what noisy normals pretend to give");
     visitor.field("follow_gain", follow_gain,
                   "share by which a hard mask follows each new analysis; small, so that the noise of hidden directions "
                   "from scan to scan adds up to no information; 1 takes each analysis as it is");
@@ -54,6 +72,9 @@ struct DegeneracyOptions {
     option_checks::positive("paper_threshold", paper_threshold);
     option_checks::positive("max_sigma_m", max_sigma_m);
     option_checks::not_negative("normal_noise_margin", normal_noise_margin);
+    option_checks::within("min_probability", min_probability, 0.0, 1.0);
+    option_checks::not_negative("normal_noise_uncertainty", normal_noise_uncertainty);
+    option_checks::not_negative("min_signal_to_noise", min_signal_to_noise);
     option_checks::within("follow_gain", follow_gain, 0.0, 1.0);
   }
 };
@@ -84,6 +105,19 @@ Degeneracy analyse_by_sigma(const Matrix6& information, double lever_arm_m, cons
 
 /// Decides by the paper's rule. `unit_hessian`: Σ JᵀJ with weight one on metres. sigma_m is 1/√eigenvalue.
 Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOptions& options);
+
+/// Decides by probability: errors of the planes' normals add noise N to the information along a direction, normal with mean
+/// μ and sigma s. What is left of the measured λ is enough where it reaches 1 / max_sigma_m² and min_signal_to_noise times
+/// N: p = P(N < λ − 1 / max_sigma_m² and N < λ / (1 + min_signal_to_noise)). A soft mask keeps p; a hard one all where p
+/// reaches min_probability. Directions come most certain first. After Hatleskog & Alexis, "Probabilistic Degeneracy
+/// Detection for Point-to-Plane Error Minimization", RA-L 2024, who have the ratio alone; the level in metres is added.
+/// `information`: as above, with the noise's mean taken off once; `pretended`: what was taken off, which gives μ. s is μ
+/// times the relative sigma of the noise in this scan's information (information_noise of `correspondences` at
+/// `T_map_imu`) and of its level (options.normal_noise_uncertainty): scans of a window meet the same planes, so their
+/// noise is one.
+Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pretended,
+                                  std::span<const Correspondence> correspondences, const Pose& T_map_imu,
+                                  double lever_arm_m, const DegeneracyOptions& options);
 
 /// Turns hidden directions to the nearest that an IMU does not see either: shifts, and a turn about the vertical
 /// (`up`: unit, imu frame). A hidden direction that tilts would let gravity tell of it what LiDAR must not: noise mixes the

@@ -77,10 +77,14 @@ Degeneracy IteratedFilter::analyse(const Scan& scan) const {
       return no_degeneracy();
     case DegeneracyRule::paper:
       return analyse_by_eigenvalue(unit_hessian(scan.correspondences, scan.predicted), options);
+    case DegeneracyRule::probabilistic:
+      return analyse_by_probability(scan.cost.hessian(scan.predicted) - scan.cost.spurious_information,
+                                    scan.cost.spurious_information, scan.correspondences, scan.predicted,
+                                    std::max(scan.cost.range_rms_m, 1.0), options);
     case DegeneracyRule::marginal:
       break;
   }
-  // A filter has no window: the scan's own information takes its place.
+  // A filter has no window: the scan's own information takes its place, here and above.
   return analyse_by_sigma(scan.cost.hessian(scan.predicted) -
                               options.normal_noise_margin * scan.cost.spurious_information,
                           std::max(scan.cost.range_rms_m, 1.0), options);

@@ -79,14 +79,20 @@ void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
 }
 
 Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavState& state,
-                                         const std::function<Matrix6()>& known) const {
+                                         const std::function<Matrix6(double noise_taken)>& known) const {
   const DegeneracyOptions& options = input_.options.degeneracy;
   if (input_.planes == nullptr || options.rule == DegeneracyRule::none) return no_degeneracy();
   if (options.rule == DegeneracyRule::paper) {
     return analyse_by_eigenvalue(keyframe.unit_hessian, options);
   }
-  return without_tilt(analyse_by_sigma(known(), std::max(keyframe.cost.range_rms_m, 1.0), options),
-                      state.T_map_imu.rotation.conjugate() * -state.gravity.normalized());
+  const double lever_arm_m = std::max(keyframe.cost.range_rms_m, 1.0);
+  const Vector3 up = state.T_map_imu.rotation.conjugate() * -state.gravity.normalized();
+  if (options.rule == DegeneracyRule::probabilistic) {
+    const Matrix6 once = known(1.0);
+    return without_tilt(analyse_by_probability(once, known(0.0) - once, keyframe.correspondences, keyframe.associated,
+                                               lever_arm_m, options), up);
+  }
+  return without_tilt(analyse_by_sigma(known(options.normal_noise_margin), lever_arm_m, options), up);
 }
 
 void KeyframeMeasurements::decide(Keyframe& keyframe, const Degeneracy& analysed, const Degeneracy* before,

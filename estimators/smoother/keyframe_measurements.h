@@ -29,8 +29,9 @@ class KeyframeMeasurements {
   void register_scan(Keyframe& keyframe, const NavState& state) const;
 
   /// The degeneracy of a keyframe, by the rule in force. `known`: gives what LiDAR and IMU together know of its pose
-  /// (φ, p); called only where the rule asks for it.
-  Degeneracy analyse(const Keyframe& keyframe, const NavState& state, const std::function<Matrix6()>& known) const;
+  /// (φ, p), less so many times what noisy normals pretend to give; called only where the rule asks for it.
+  Degeneracy analyse(const Keyframe& keyframe, const NavState& state,
+                     const std::function<Matrix6(double noise_taken)>& known) const;
 
   /// Puts the analysis of a keyframe in force; hidden directions follow `before` (null: nothing to follow), which was
   /// analysed at `pose_before`.

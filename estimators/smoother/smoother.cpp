@@ -87,10 +87,13 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   sink.causal(causal);
 }
 
-Matrix6 Smoother::known_of(std::size_t k) const {
+Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {
   std::vector<Matrix6> information;
   std::vector<ChainLink> links;
-  for (std::size_t i = 0; i < keyframes_.size(); ++i) information.push_back(keyframes_[i]->lidar_information);
+  const double put_back = input_.options.degeneracy.normal_noise_margin - noise_taken;
+  for (const auto& keyframe : keyframes_) {
+    information.push_back(keyframe->lidar_information + put_back * keyframe->cost.spurious_information);
+  }
   for (std::size_t i = 0; i + 1 < keyframes_.size(); ++i) links.push_back(window_->link(i));
   return k + 1 == keyframes_.size() ? newest_pose_information(information, links)
                                        : marginal_pose_information(information, links)[k];
@@ -102,7 +105,7 @@ void Smoother::renew(std::size_t k) {
   measurements_.register_scan(keyframe, state);
   // Hidden directions follow those of the keyframe before; a keyframe analysed again follows itself.
   const Keyframe* before = k + 1 < keyframes_.size() ? &keyframe : k > 0 ? keyframes_[k - 1].get() : nullptr;
-  const Degeneracy analysed = measurements_.analyse(keyframe, state, [&]() { return known_of(k); });
+  const Degeneracy analysed = measurements_.analyse(keyframe, state, [&](double taken) { return known_of(k, taken); });
   measurements_.decide(keyframe, analysed, before == nullptr ? nullptr : &before->degeneracy,
                        before == nullptr ? Pose{} : before->analysed);
   measurements_.set_lidar(keyframe, k, *window_);

@@ -23,7 +23,7 @@ class Smoother final : public Estimator {
 
  private:
   void renew(std::size_t k);
-  Matrix6 known_of(std::size_t k) const;
+  Matrix6 known_of(std::size_t k, double noise_taken) const;
   bool moved(std::size_t k) const;
   void renew_moved(bool newest_only);
   void hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink);

@@ -194,6 +194,11 @@ INSTANTIATE_TEST_SUITE_P(
                  options.degeneracy.rule = DegeneracyRule::paper;
                  options.degeneracy.mask = MaskKind::soft;
                }},
+        Switch{"ProbabilisticMask",
+               [](RunOptions& options) {
+                 options.degeneracy.rule = DegeneracyRule::probabilistic;
+                 options.degeneracy.mask = MaskKind::soft;
+               }},
         Switch{"SoftMask", [](RunOptions& options) { options.degeneracy.mask = MaskKind::soft; }},
         Switch{"Huber", [](RunOptions& options) { options.magnetic.huber_probability = 0.2; }},
         Switch{"Beta",
