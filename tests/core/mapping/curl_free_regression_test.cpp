@@ -127,7 +127,8 @@ TEST(CurlFreeRegressionTest, ComesToTheExactPosteriorAsTheBasisGrows) {
   std::printf("mean and sigma against brute force: defaults %.4f %.4f uT, richer basis %.6f %.6f uT\n", plain[0], plain[1],
               rich[0], rich[1]);
   EXPECT_LT(plain.maxCoeff(), 0.05);  // of a field of 6 µT
-  EXPECT_LT(rich.maxCoeff(), 0.002);
+  EXPECT_LT(rich[0], 0.3 * plain[0]);
+  EXPECT_LT(rich[1], 0.3 * plain[1]);
 }
 
 /// ∮ B·dl round a rectangle at a height: Gauss-Legendre, 24 nodes a side, found as eigenvalues (Golub & Welsch 1969).
@@ -254,22 +255,24 @@ TEST(CurlFreeRegressionTest, GivesTheSameBitsOnOneThreadAndOnTwo) {
   }
 }
 
-TEST(CurlFreeRegressionTest, AboveTheSurveyItsSigmaIsTheExactOneUpToThePrior) {
+TEST(CurlFreeRegressionTest, AboveTheSurveyItsSigmaIsTheExactOneAndBeyondTheReachThePrior) {
   const RandomPotential field(kernel, 12);
   const auto cells = thin_survey(survey_lanes(field, 3.0, 5, 0.3, 0.5, 13), 0.15);
   SlidingGprOptions options;
   options.scale_prior_points = 1e12;
   const std::vector<Vector3> points{{1.5, 0.6, 0.4}, {1.5, 0.6, 0.7}, {1.5, 0.6, 1.1}, {1.5, 0.6, 9.0}, {1.5, 9.0, 0.4}};
   const auto predictions = CurlFreeRegression(cells, kernel, options).predict(points);
-  for (std::size_t i = 0; i < 4; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     Vector3 mean, variance;
     dense_posterior(cells, points[i], mean, variance);
     const Vector3 ratio = predictions[i].sigma_ut.cwiseQuotient(variance.cwiseSqrt());
     std::printf("%.1f m above the survey: sigma over the exact one %.3f %.3f %.3f\n", points[i].z() - 0.4, ratio.x(), ratio.y(),
                 ratio.z());
     EXPECT_GT(ratio.minCoeff(), 0.9);
-    EXPECT_LT(ratio.maxCoeff(), 1.3);
+    EXPECT_LT(ratio.maxCoeff(), 1.1);
   }
+  EXPECT_NEAR(predictions[3].sigma_ut.x(), std::hypot(kernel.signal_sigma_ut, kernel.linear_sigma_ut), 1e-9);
+  EXPECT_EQ(predictions[3].field_ut, kernel.mean_ut);
   EXPECT_FALSE(predictions[4].supported);
 }
 
