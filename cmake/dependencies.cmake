@@ -23,3 +23,13 @@ endif()
 find_package(pluginlib REQUIRED)
 find_package(rosbag_storage REQUIRED)
 find_package(sensor_msgs REQUIRED)
+
+# Logs of ROS 2: CDR messages, SQLite bags, packed chunks and their checksums.
+find_package(fastcdr REQUIRED)
+find_package(SQLite3 REQUIRED)
+find_package(BZip2 REQUIRED)
+find_package(ZLIB REQUIRED)
+find_path(LZ4_INCLUDE_DIR lz4frame.h REQUIRED)
+find_library(LZ4_LIBRARY lz4 REQUIRED)
+find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
+find_library(ZSTD_LIBRARY zstd REQUIRED)

@@ -6,8 +6,10 @@
 
 #include "core/error.h"
 #include "frontends/configuration/nearest_name.h"
+#include "frontends/readers/logs/known_types.h"
+#include "frontends/readers/logs/message_decoder.h"
+#include "frontends/readers/logs/open_log.h"
 #include "frontends/readers/point_cloud_decoder.h"
-#include "frontends/readers/ros1/bag_reader.h"
 #include "frontends/readers/sensor_checks.h"
 
 namespace lodestone {
@@ -39,7 +41,7 @@ const char* type_of(Sensor sensor) {
 }
 
 bool is_type_of(Sensor sensor, const std::string& type) {
-  return type == type_of(sensor) || (sensor == Sensor::lidar && ros1::is_livox_type(type));
+  return type == type_of(sensor) || (sensor == Sensor::lidar && message_type(type) == MessageType::livox);
 }
 
 const char* part_of(Sensor sensor) {
@@ -87,14 +89,16 @@ struct BagSource::Implementation {
       : path(log_path),
         platform(log_platform),
         warnings(log),
-        reader(log_path),
+        reader(open_log(log_path, log)),
+        messages(log_path),
         decoder(log_path, log_platform, log),
         streams(make_streams(log_platform, choice)) {}
 
   std::string path;
   Platform platform;
   WarningLog& warnings;
-  ros1::BagReader reader;
+  std::unique_ptr<MessageSource> reader;
+  MessageDecoder messages;
   PointCloudDecoder decoder;
   std::vector<Stream> streams;
   ros1::Message message;
@@ -102,9 +106,11 @@ struct BagSource::Implementation {
   Time begin = 0;
   Time end = 0;
 
+  const TopicInfo& topic_of(const Stream& stream) const;
   void find_topics();
   void inspect();
   void select();
+  bool next_message(std::size_t& index);
   double acceleration_factor() const;
   bool accept(Stream& stream, Time stamp);
   bool read_imu(Stream& stream, const ros1::ImuMessage& imu, Measurement& measurement);
@@ -112,9 +118,25 @@ struct BagSource::Implementation {
   bool read_scan(Stream& stream, Measurement& measurement);
 };
 
+/// Its topic in the log, which find_topics() has seen to be there.
+const TopicInfo& BagSource::Implementation::topic_of(const Stream& stream) const {
+  return *std::find_if(reader->topics().begin(), reader->topics().end(),
+                       [&stream](const TopicInfo& topic) { return topic.name == stream.topic; });
+}
+
+/// Reads the next message of a stream into `message`; `index` is the stream's.
+bool BagSource::Implementation::next_message(std::size_t& index) {
+  RawMessage raw;
+  if (!reader->next(raw)) return false;
+  index = raw.topic;
+  record_time = raw.record_time;
+  messages.decode(topic_of(streams[index]), raw, message);
+  return true;
+}
+
 void BagSource::Implementation::find_topics() {
   if (streams.empty()) throw InputError(path + ": no sensor of the platform is chosen");
-  const auto& topics = reader.topics();
+  const auto& topics = reader->topics();
   if (topics.empty()) throw InputError(path + ": the log holds no messages");
   std::string list;
   for (const auto& topic : topics) list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", topic.name, topic.type);
@@ -123,7 +145,7 @@ void BagSource::Implementation::find_topics() {
   for (const Stream& stream : streams) {
     const std::string key = stream.key + " in " + (platform.file.empty() ? "the platform file" : platform.file);
     const auto found = std::find_if(topics.begin(), topics.end(),
-                                    [&stream](const ros1::TopicInfo& topic) { return topic.name == stream.topic; });
+                                    [&stream](const TopicInfo& topic) { return topic.name == stream.topic; });
     if (found == topics.end()) {
       std::vector<std::string> of_type;
       for (const auto& topic : topics) {
@@ -150,7 +172,7 @@ void BagSource::Implementation::find_topics() {
 void BagSource::Implementation::select() {
   std::vector<std::string> names;
   for (const Stream& stream : streams) names.push_back(stream.topic);
-  reader.select(names);
+  reader->select(names);
 }
 
 double BagSource::Implementation::acceleration_factor() const {
@@ -162,14 +184,12 @@ void BagSource::Implementation::inspect() {
   std::vector<FirstReadings> readings(streams.size());
   std::size_t unsatisfied = streams.size();
   for (std::size_t i = 0; i < streams.size(); ++i) {
-    const auto topic = std::find_if(reader.topics().begin(), reader.topics().end(),
-                                    [&](const ros1::TopicInfo& info) { return info.name == streams[i].topic; });
     const std::int64_t worth = streams[i].sensor == Sensor::lidar ? 1 : 200;
-    readings[i].wanted = static_cast<int>(std::min(worth, topic->messages));
+    readings[i].wanted = static_cast<int>(std::min(worth, topic_of(streams[i]).messages));
   }
   select();
   LidarScan scan;
-  for (std::size_t index = 0; unsatisfied > 0 && reader.next(message, index, record_time);) {
+  for (std::size_t index = 0; unsatisfied > 0 && next_message(index);) {
     FirstReadings& reading = readings[index];
     if (reading.count >= reading.wanted) continue;
     if (const auto* imu = std::get_if<ros1::ImuMessage>(&message)) {
@@ -268,33 +288,27 @@ bool BagSource::Implementation::read_scan(Stream& stream, Measurement& measureme
   return true;
 }
 
-BagSource::BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice) try
+BagSource::BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice)
     : implementation_(std::make_unique<Implementation>(path, platform, warnings, choice)) {
   implementation_->find_topics();
   implementation_->inspect();
   implementation_->select();
-} catch (const ros1::BagError& error) {
-  throw InputError(error.what());
 }
 
 BagSource::~BagSource() = default;
 
 bool BagSource::next(Measurement& measurement) {
   Implementation& self = *implementation_;
-  try {
-    std::size_t index = 0;
-    while (self.reader.next(self.message, index, self.record_time)) {
-      Stream& stream = self.streams[index];
-      if (const auto* imu = std::get_if<ros1::ImuMessage>(&self.message)) {
-        if (self.read_imu(stream, *imu, measurement)) return true;
-      } else if (const auto* field = std::get_if<ros1::MagneticFieldMessage>(&self.message)) {
-        if (self.read_field(stream, *field, measurement)) return true;
-      } else if (self.read_scan(stream, measurement)) {
-        return true;
-      }
+  std::size_t index = 0;
+  while (self.next_message(index)) {
+    Stream& stream = self.streams[index];
+    if (const auto* imu = std::get_if<ros1::ImuMessage>(&self.message)) {
+      if (self.read_imu(stream, *imu, measurement)) return true;
+    } else if (const auto* field = std::get_if<ros1::MagneticFieldMessage>(&self.message)) {
+      if (self.read_field(stream, *field, measurement)) return true;
+    } else if (self.read_scan(stream, measurement)) {
+      return true;
     }
-  } catch (const ros1::BagError& error) {
-    throw InputError(error.what());
   }
   return false;
 }

@@ -10,8 +10,8 @@
 
 namespace lodestone {
 
-/// Measurements of a ROS 1 bag, in the order of recording; one message in memory at a time. Scans come as PointCloud2 or
-/// as Livox' CustomMsg.
+/// Measurements of a log of any kind that open_log() knows, in the order of recording; one message in memory at a time.
+/// Scans come as PointCloud2 or as Livox' CustomMsg.
 ///
 /// Wrong input that spoils a run is an InputError at construction: a missing or truncated file, a topic that is not
 /// there (with those that are), a cloud without per-point time, an IMU in g, a magnetometer in another unit than

@@ -3,12 +3,41 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
-#include <optional>
 
+#include "frontends/readers/logs/topic_list.h"
 #include "frontends/readers/ros1/serialization.h"
+
+namespace lodestone::ros1 {
+namespace {
+
+/// The bytes of a message of any type, where they lie in the bag's buffer.
+struct BytesView {
+  const std::uint8_t* data = nullptr;
+  std::size_t size = 0;
+};
+
+}  // namespace
+}  // namespace lodestone::ros1
+
+namespace ros::message_traits {
+template <>
+struct MD5Sum<lodestone::ros1::BytesView> {
+  static const char* value() { return "*"; }
+};
+}  // namespace ros::message_traits
+
+namespace ros::serialization {
+template <>
+struct Serializer<lodestone::ros1::BytesView> {
+  template <class Stream>
+  static void read(Stream& stream, lodestone::ros1::BytesView& view) {
+    view.size = stream.getLength();
+    view.data = stream.advance(stream.getLength());
+  }
+};
+}  // namespace ros::serialization
 
 namespace lodestone::ros1 {
 namespace {
@@ -46,18 +75,7 @@ struct BagReader::Implementation {
   std::map<std::string, std::size_t> selected;
   std::unique_ptr<rosbag::View> view;
   rosbag::View::iterator position;
-
-  template <class Plain>
-  void read(const rosbag::MessageInstance& instance, Message& message) const {
-    // A chunk's bytes stay in the bag's buffer until the next chunk is read: the cloud's view points there.
-    const auto plain = instance.instantiate<Plain>();
-    if (!plain) {
-      throw BagError(path + ": topic " + instance.getTopic() + " has a " + instance.getDataType() +
-                     " of another version (MD5 " + instance.getMD5Sum() + "); expected that of " +
-                     (is_livox_type(instance.getDataType()) ? "livox_ros_driver2" : "ROS Noetic"));
-    }
-    message = std::move(*plain);
-  }
+  boost::shared_ptr<BytesView> bytes;
 };
 
 BagReader::BagReader(const std::string& path) : implementation_(std::make_unique<Implementation>()) {
@@ -72,12 +90,10 @@ BagReader::BagReader(const std::string& path) : implementation_(std::make_unique
     TopicInfo& topic = found[connection->topic];
     topic.name = connection->topic;
     topic.type = connection->datatype;
+    topic.md5 = connection->md5sum;
+    topic.definition = connection->msg_def;
     if (one.size() == 0) continue;
-    const Time begin = from_ros(one.getBeginTime());
-    const Time end = from_ros(one.getEndTime());
-    topic.begin = topic.messages == 0 ? begin : std::min(topic.begin, begin);
-    topic.end = topic.messages == 0 ? end : std::max(topic.end, end);
-    topic.messages += one.size();
+    add_messages(topic, from_ros(one.getBeginTime()), from_ros(one.getEndTime()), one.size());
   }
   for (auto& entry : found) self.topics.push_back(std::move(entry.second));
 }
@@ -86,50 +102,35 @@ BagReader::~BagReader() = default;
 
 const std::vector<TopicInfo>& BagReader::topics() const { return implementation_->topics; }
 
-void BagReader::select(const std::vector<std::string>& topics) {
+void BagReader::select(const std::vector<std::string>& names) {
   Implementation& self = *implementation_;
+  selection_of(self.topics, names, self.path);
   self.selected.clear();
-  for (std::size_t i = 0; i < topics.size(); ++i) {
-    const auto found = std::find_if(self.topics.begin(), self.topics.end(),
-                                    [&](const TopicInfo& topic) { return topic.name == topics[i]; });
-    if (found == self.topics.end()) throw BagError(self.path + ": there is no topic " + topics[i]);
-    if (found->type != "sensor_msgs/PointCloud2" && !is_livox_type(found->type) && found->type != "sensor_msgs/Imu" &&
-        found->type != "sensor_msgs/MagneticField") {
-      throw BagError(self.path + ": topic " + topics[i] + " is a " + found->type +
-                     "; expected sensor_msgs/PointCloud2, Imu or MagneticField, or livox_ros_driver2/CustomMsg");
-    }
-    self.selected[topics[i]] = i;
-  }
+  for (std::size_t i = 0; i < names.size(); ++i) self.selected[names[i]] = i;
   self.view = std::make_unique<rosbag::View>(self.bag, [&self](const rosbag::ConnectionInfo* connection) {
     return self.selected.count(connection->topic) > 0;
   });
   self.position = self.view->begin();
 }
 
-bool BagReader::next(Message& message, std::size_t& topic, Time& record_time) {
-  Implementation& self = *implementation_;
+bool BagReader::peek(Time& record_time) const {
+  const Implementation& self = *implementation_;
   if (!self.view || self.position == self.view->end()) return false;
+  record_time = from_ros(self.position->getTime());
+  return true;
+}
+
+bool BagReader::next(RawMessage& message) {
+  Implementation& self = *implementation_;
+  if (!peek(message.record_time)) return false;
   try {
     const rosbag::MessageInstance& instance = *self.position;
-    topic = self.selected.at(instance.getTopic());
-    record_time = from_ros(instance.getTime());
-    const std::string& type = instance.getDataType();
-    if (type == "sensor_msgs/PointCloud2") {
-      self.read<PointCloudMessage>(instance, message);
-    } else if (is_livox_type(type)) {
-      self.read<LivoxMessage>(instance, message);
-    } else if (type == "sensor_msgs/Imu") {
-      self.read<ImuMessage>(instance, message);
-    } else {
-      self.read<MagneticFieldMessage>(instance, message);
-    }
+    message.topic = self.selected.at(instance.getTopic());
+    // A chunk's bytes stay in the bag's buffer until the next chunk is read.
+    self.bytes = instance.instantiate<BytesView>();
+    message.data = self.bytes->data;
+    message.size = self.bytes->size;
     ++self.position;
-  } catch (const BagError&) {
-    throw;
-  } catch (const MalformedMessage& error) {
-    throw BagError(self.path + ": topic " + self.position->getTopic() + ", recorded at " +
-                   std::to_string(record_time / nanoseconds_per_second) + " s: " + error.what() +
-                   "; record it again, or cut the bag before it with 'rosbag filter'");
   } catch (const std::exception& error) {
     throw BagError(self.path + ": the bag is damaged (" + error.what() + "); repair it with 'rosbag reindex'");
   }

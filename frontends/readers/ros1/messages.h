@@ -8,16 +8,23 @@
 #include <variant>
 #include <vector>
 
+#include "core/error.h"
 #include "core/time.h"
 
-/// The ROS 1 messages that Lodestone reads and writes, as plain structs. No ROS header is needed to use them, and
+/// The messages that Lodestone reads and writes, as plain structs, whichever ROS wrote them. No ROS header is needed to use them, and
 /// this folder is clean C++17 as well as C++20, for the ROS headers do not compile as C++20.
 namespace lodestone::ros1 {
 
 /// A bag cannot be opened, read or written. The message is one line that names the file.
-class BagError : public std::runtime_error {
+class BagError : public InputError {
  public:
-  explicit BagError(const std::string& message) : std::runtime_error(message) {}
+  explicit BagError(const std::string& message) : InputError(message) {}
+};
+
+/// What a message's bytes say contradicts itself; whoever reads the log adds file, topic and time.
+class MalformedMessage : public std::runtime_error {
+ public:
+  explicit MalformedMessage(const std::string& what) : std::runtime_error(what) {}
 };
 
 /// sensor_msgs/PointField.

@@ -1,7 +1,7 @@
 #pragma once
 
-// How the plain messages go over the wire: roscpp's serializers for them, so that a cloud is neither copied into a
-// sensor_msgs struct on the way out nor out of one on the way in. ROS headers: only for the .cpp files of this folder.
+// How the plain messages are written: roscpp's serializers for them, so that a cloud is not copied into a sensor_msgs
+// struct. ROS headers: only for the .cpp files of this folder. (Messages of every log are read in readers/logs.)
 
 #include <ros/serialization.h>
 #include <sensor_msgs/Imu.h>
@@ -30,12 +30,6 @@ inline ros::Time to_ros(Time time) {
                    static_cast<std::uint32_t>(time % nanoseconds_per_second));
 }
 
-/// What a message's bytes say contradicts itself; whoever reads the bag adds file, topic and time.
-class MalformedMessage : public std::runtime_error {
- public:
-  explicit MalformedMessage(const std::string& what) : std::runtime_error(what) {}
-};
-
 template <class Message>
 struct RosType;
 template <>
@@ -59,24 +53,9 @@ std_msgs::Header make_header(const Message& message) {
   return header;
 }
 
-/// Reads seq, stamp and frame; the frame's memory is reused.
-template <class Stream, class Message>
-void read_header(Stream& stream, Message& message) {
-  std::uint32_t sequence = 0;
-  ros::Time stamp;
-  stream.next(sequence);
-  stream.next(stamp);
-  stream.next(message.frame);
-  message.stamp = from_ros(stamp);
-}
-
 template <class Stream>
 void next_vector(Stream& stream, const std::array<double, 3>& vector) {
   for (double value : vector) stream.next(value);
-}
-template <class Stream>
-void next_vector(Stream& stream, std::array<double, 3>& vector) {
-  for (double& value : vector) stream.next(value);
 }
 
 }  // namespace lodestone::ros1
@@ -133,14 +112,16 @@ namespace ros::serialization {
 
 template <>
 struct Serializer<lodestone::ros1::PointField> {
-  template <class Stream, class Field>
-  static void allInOne(Stream& stream, Field field) {
+  template <class Stream>
+  static void write(Stream& stream, const lodestone::ros1::PointField& field) {
     stream.next(field.name);
     stream.next(field.offset);
     stream.next(field.datatype);
     stream.next(field.count);
   }
-  ROS_DECLARE_ALLINONE_SERIALIZER
+  static std::uint32_t serializedLength(const lodestone::ros1::PointField& field) {
+    return static_cast<std::uint32_t>(field.name.size()) + 13;
+  }
 };
 
 template <>
@@ -159,25 +140,6 @@ struct Serializer<lodestone::ros1::PointCloudMessage> {
     stream.next(static_cast<std::uint32_t>(message.data_size));
     if (message.data_size > 0) std::memcpy(stream.advance(message.data_size), message.data, message.data_size);
     stream.next(static_cast<std::uint8_t>(message.dense));
-  }
-
-  template <class Stream>
-  static void read(Stream& stream, Message& message) {
-    std::uint8_t flag = 0;
-    std::uint32_t data_size = 0;
-    lodestone::ros1::read_header(stream, message);
-    stream.next(message.height);
-    stream.next(message.width);
-    stream.next(message.fields);
-    stream.next(flag);
-    message.big_endian = flag != 0;
-    stream.next(message.point_step);
-    stream.next(message.row_step);
-    stream.next(data_size);
-    message.data = stream.advance(data_size);
-    message.data_size = data_size;
-    stream.next(flag);
-    message.dense = flag != 0;
   }
 
   static std::uint32_t serializedLength(const Message& message) {
@@ -202,26 +164,6 @@ struct Serializer<lodestone::ros1::LivoxMessage> {
     for (int i = 0; i < 3; ++i) stream.next(std::uint8_t{0});
     stream.next(static_cast<std::uint32_t>(message.data_size / Message::point_step));
     if (message.data_size > 0) std::memcpy(stream.advance(message.data_size), message.data, message.data_size);
-  }
-
-  template <class Stream>
-  static void read(Stream& stream, Message& message) {
-    std::uint32_t points = 0;
-    lodestone::ros1::read_header(stream, message);
-    stream.next(message.timebase);
-    stream.next(message.point_count);
-    stream.next(message.lidar_id);
-    stream.advance(3);
-    stream.next(points);
-    const std::size_t bytes = std::size_t{points} * Message::point_step;
-    if (points != message.point_count || bytes != stream.getLength()) {
-      throw lodestone::ros1::MalformedMessage(
-          "the CustomMsg says " + std::to_string(message.point_count) + " points and carries a list of " +
-          std::to_string(points) + " in " + std::to_string(stream.getLength()) + " bytes; expected " +
-          std::to_string(Message::point_step) + " bytes a point");
-    }
-    message.data = stream.advance(static_cast<std::uint32_t>(bytes));
-    message.data_size = bytes;
   }
 
   static std::uint32_t serializedLength(const Message& message) {
@@ -250,17 +192,6 @@ struct Serializer<lodestone::ros1::ImuMessage> {
     stream.next(imu);
   }
 
-  template <class Stream>
-  static void read(Stream& stream, Message& message) {
-    constexpr std::uint32_t covariance_bytes = 9 * sizeof(double);
-    lodestone::ros1::read_header(stream, message);
-    stream.advance(4 * sizeof(double) + covariance_bytes);  // orientation
-    lodestone::ros1::next_vector(stream, message.angular_velocity);
-    stream.advance(covariance_bytes);
-    lodestone::ros1::next_vector(stream, message.linear_acceleration);
-    stream.advance(covariance_bytes);
-  }
-
   static std::uint32_t serializedLength(const Message& message) {
     return serializationLength(lodestone::ros1::make_header(message)) + 37 * sizeof(double);
   }
@@ -275,13 +206,6 @@ struct Serializer<lodestone::ros1::MagneticFieldMessage> {
     stream.next(lodestone::ros1::make_header(message));
     lodestone::ros1::next_vector(stream, message.field_tesla);
     for (int i = 0; i < 9; ++i) stream.next(0.0);  // sensor_msgs/MagneticField: zeros say "covariance unknown"
-  }
-
-  template <class Stream>
-  static void read(Stream& stream, Message& message) {
-    lodestone::ros1::read_header(stream, message);
-    lodestone::ros1::next_vector(stream, message.field_tesla);
-    stream.advance(9 * sizeof(double));
   }
 
   static std::uint32_t serializedLength(const Message& message) {

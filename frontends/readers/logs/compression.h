@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace lodestone {
+
+enum class Codec {
+  none,
+  lz4,  ///< LZ4 frames
+  zstd,
+  bz2
+};
+
+/// Packed bytes are damaged; whoever knows the file adds where.
+class CompressionError : public std::runtime_error {
+ public:
+  explicit CompressionError(const std::string& message) : std::runtime_error(message) {}
+};
+
+/// What `size` says of the unpacked bytes.
+enum class UnpackedSize {
+  exact,   ///< so many
+  at_most, ///< no more
+  cut_off  ///< no more, and the packed bytes may end early: what they hold is given
+};
+
+/// Unpacks into `out`. Memory grows with what comes, never by what is announced alone. Throws CompressionError where
+/// the bytes are damaged or contradict `size`.
+void unpack(Codec codec, std::span<const std::uint8_t> packed, std::uint64_t size, UnpackedSize meaning,
+            std::vector<std::uint8_t>& out);
+
+/// lz4, zstd or none.
+std::vector<std::uint8_t> pack(Codec codec, std::span<const std::uint8_t> bytes);
+
+bool starts_like_zstd(std::span<const std::uint8_t> bytes);
+
+/// Unpacks a file of zstd frames piece by piece. Throws InputError, naming the file.
+void unpack_zstd_file(const std::string& path, const std::string& out);
+
+}  // namespace lodestone
