@@ -1,0 +1,97 @@
+#include "frontends/readers/mcap/mcap_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "frontends/readers/logs/topic_list.h"
+
+namespace lodestone {
+namespace {
+
+constexpr std::size_t largest_overlap = std::size_t{1} << 30;  // bytes in chunks that overlap in time
+
+}  // namespace
+
+McapSource::McapSource(const std::string& path, WarningLog& warnings) : index_(path, warnings), warnings_(warnings) {}
+
+void McapSource::select(const std::vector<std::string>& names) {
+  selection_ = selection_of(topics(), names, index_.path());
+  active_.clear();
+  spent_.reset();
+  next_segment_ = 0;
+  loaded_bytes_ = 0;
+  given_ = false;
+}
+
+/// The order of the heap, whose front is the earliest.
+bool McapSource::later(const std::unique_ptr<Active>& a, const std::unique_ptr<Active>& b) {
+  return a->time() != b->time() ? a->time() > b->time() : a->segment > b->segment;
+}
+
+void McapSource::load_segment(std::size_t segment) {
+  auto active = spent_ != nullptr ? std::move(spent_) : std::make_unique<Active>();
+  active->at = 0;
+  active->segment = segment;
+  mcap::LoadedSegment& loaded = active->loaded;
+  index_.load(index_.segments()[segment], loaded);
+  const auto unwanted = [this](const mcap::SegmentEntry& entry) {
+    const int topic = index_.topic_of(entry.channel);
+    if (topic < 0) {
+      warnings_.add("log.unknown_channel",
+                    fmt::format("{}: messages of a channel without a definition, or of another type than their topic's, are "
+                                "left out", index_.path()),
+                    entry.time);
+    }
+    return topic < 0 || selection_[static_cast<std::size_t>(topic)] < 0;
+  };
+  loaded.entries.erase(std::remove_if(loaded.entries.begin(), loaded.entries.end(), unwanted), loaded.entries.end());
+  if (loaded.entries.empty()) {
+    spent_ = std::move(active);
+    return;
+  }
+  loaded_bytes_ += loaded.bytes.size();
+  if (loaded_bytes_ > largest_overlap) {
+    throw InputError(fmt::format("{}: more than {} MB of its chunks overlap in time; sort it with 'mcap sort'", index_.path(),
+                                 largest_overlap >> 20));
+  }
+  active_.push_back(std::move(active));
+  std::push_heap(active_.begin(), active_.end(), later);
+}
+
+/// Past the entry that was given last.
+void McapSource::advance() {
+  if (!given_) return;
+  given_ = false;
+  std::pop_heap(active_.begin(), active_.end(), later);
+  Active& front = *active_.back();
+  if (++front.at < front.loaded.entries.size()) {
+    std::push_heap(active_.begin(), active_.end(), later);
+    return;
+  }
+  loaded_bytes_ -= front.loaded.bytes.size();
+  spent_ = std::move(active_.back());
+  active_.pop_back();
+}
+
+bool McapSource::next(RawMessage& message) {
+  if (selection_.empty()) return false;
+  advance();
+  const std::vector<mcap::Segment>& segments = index_.segments();
+  while (next_segment_ < segments.size() &&
+         (active_.empty() || segments[next_segment_].begin <= active_.front()->time())) {
+    load_segment(next_segment_++);
+  }
+  if (active_.empty()) return false;
+  const Active& front = *active_.front();
+  const mcap::SegmentEntry& entry = front.loaded.entries[front.at];
+  message.record_time = entry.time;
+  message.topic = static_cast<std::size_t>(selection_[static_cast<std::size_t>(index_.topic_of(entry.channel))]);
+  message.data = front.loaded.bytes.data() + entry.offset;
+  message.size = entry.size;
+  given_ = true;
+  return true;
+}
+
+}  // namespace lodestone

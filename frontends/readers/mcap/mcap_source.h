@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/warnings.h"
+#include "frontends/readers/logs/message_source.h"
+#include "frontends/readers/mcap/mcap_index.h"
+
+namespace lodestone {
+
+/// Streams an MCAP file: chunks packed by lz4, zstd or not at all, messages in no chunk, with or without indexes and a
+/// summary; a file that a crash cut off gives what it holds. In memory are the chunks whose times overlap: one or two,
+/// as recorders write them.
+class McapSource : public MessageSource {
+ public:
+  /// Throws as McapIndex; counts in `warnings` what it does, and log.unknown_channel. `warnings` must outlive this.
+  McapSource(const std::string& path, WarningLog& warnings);
+
+  const std::vector<TopicInfo>& topics() const override { return index_.topics(); }
+  void select(const std::vector<std::string>& names) override;
+
+  /// Throws InputError where so many chunks overlap in time that they do not fit in memory.
+  bool next(RawMessage& message) override;
+
+ private:
+  struct Active {
+    mcap::LoadedSegment loaded;
+    std::size_t at = 0;       ///< its next entry
+    std::size_t segment = 0;  ///< its number: at equal times the earlier in the file comes first
+    Time time() const { return loaded.entries[at].time; }
+  };
+  static bool later(const std::unique_ptr<Active>& a, const std::unique_ptr<Active>& b);
+  void load_segment(std::size_t segment);
+  void advance();
+
+  mcap::McapIndex index_;
+  WarningLog& warnings_;
+  std::vector<int> selection_;                   ///< of each topic: index into the list given to select(), or -1
+  std::vector<std::unique_ptr<Active>> active_;  ///< a heap, the earliest in front
+  std::unique_ptr<Active> spent_;                ///< whose bytes the last message may point to
+  std::size_t next_segment_ = 0;
+  std::size_t loaded_bytes_ = 0;
+  bool given_ = false;  ///< the front's entry has been given
+};
+
+}  // namespace lodestone

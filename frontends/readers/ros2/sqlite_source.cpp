@@ -1,0 +1,227 @@
+#include "frontends/readers/ros2/sqlite_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "core/error.h"
+#include "frontends/readers/logs/compression.h"
+#include "frontends/readers/logs/file_bytes.h"
+#include "frontends/readers/logs/topic_list.h"
+#include "frontends/readers/ros2/sqlite_handle.h"
+
+namespace lodestone {
+namespace {
+
+constexpr std::size_t largest_message = std::size_t{1} << 29;  // bytes
+
+/// A row of the table of messages, without its content.
+struct Row {
+  Time time = 0;
+  std::int64_t id = 0;
+  std::int32_t topic = 0;  ///< index into the topics
+};
+
+std::string uri_of(const std::string& path, const char* options) {
+  std::string uri = "file:";
+  for (const char letter : path) {
+    if (letter == '%' || letter == '?' || letter == '#') {
+      uri += fmt::format("%{:02X}", static_cast<unsigned char>(letter));
+    } else {
+      uri += letter;
+    }
+  }
+  return uri + options;
+}
+
+}  // namespace
+
+struct SqliteSource::Implementation {
+  Implementation(const std::string& log_path, WarningLog& log) : path(log_path), warnings(log) {}
+
+  std::string path;
+  WarningLog& warnings;
+  SqliteDatabase database{nullptr, sqlite3_close};
+  std::vector<TopicInfo> topics;
+  std::map<std::int64_t, std::int32_t> topic_of_id;
+  std::vector<Row> rows;  ///< of the whole file, in order of time
+  std::optional<SqliteStatement> content;
+  std::vector<int> selection;
+  std::size_t next_row = 0;
+  std::vector<std::uint8_t> unpacked;
+  std::int64_t lost = 0;  ///< stretches of rows that cannot be reached
+
+  void open();
+  void read_topics();
+  void read_definitions();
+  void read_rows();
+  void take_row(SqliteStatement& statement);
+  bool read_content(const Row& row, RawMessage& message);
+};
+
+void SqliteSource::Implementation::open() {
+  constexpr int flags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
+  const auto try_open = [&](const char* options) {
+    database = open_sqlite(uri_of(path, options), flags);
+    // Of a file that is shorter than it says, SQLite reads what is there only with this.
+    execute_sqlite(database.get(), "PRAGMA writable_schema=ON");
+    execute_sqlite(database.get(), "SELECT count(*) FROM sqlite_master");
+  };
+  try {
+    try_open("");
+  } catch (const SqliteError& error) {
+    if (error.code != SQLITE_CANTOPEN && error.code != SQLITE_READONLY) throw;
+    try_open("?immutable=1");  // a write-ahead log whose folder cannot be written
+    warnings.add("log.write_ahead", path + ": its folder cannot be written, so that the messages in its -wal file, if it has "
+                                           "one, are not read; copy the bag elsewhere", 0);
+  }
+}
+
+void SqliteSource::Implementation::read_topics() {
+  SqliteStatement statement(database.get(), "SELECT id, name, type, serialization_format FROM topics ORDER BY name, id");
+  while (statement.step()) {
+    const std::string name = statement.text(1);
+    const std::string type = ros1_type_name(statement.text(2));
+    const Encoding encoding = encoding_named(statement.text(3));
+    if (!topics.empty() && topics.back().name == name && topics.back().type != type) {
+      warnings.add("log.mixed_topic",
+                   fmt::format("{}: {} holds messages of two types; those of {} are left out", path, name, type), 0);
+      continue;
+    }
+    if (topics.empty() || topics.back().name != name) {
+      TopicInfo& topic = topics.emplace_back();
+      topic.name = name;
+      topic.type = type;
+      topic.encoding = encoding;
+    }
+    topic_of_id[statement.integer(0)] = static_cast<std::int32_t>(topics.size()) - 1;
+  }
+}
+
+/// Newer bags hold the types' definitions too.
+void SqliteSource::Implementation::read_definitions() try {
+  SqliteStatement statement(database.get(), "SELECT topic_type, encoded_message_definition FROM message_definitions");
+  while (statement.step()) {
+    const std::string type = ros1_type_name(statement.text(0));
+    for (TopicInfo& topic : topics) {
+      if (topic.type == type) topic.definition = statement.text(1);
+    }
+  }
+} catch (const SqliteError&) {
+  // An older bag has no such table.
+}
+
+void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
+  const auto topic = topic_of_id.find(statement.integer(1));
+  if (topic == topic_of_id.end()) {
+    warnings.add("log.unknown_channel", path + ": messages of a topic that the bag does not name are left out",
+                 statement.integer(2));
+    return;
+  }
+  const Row row{statement.integer(2), statement.integer(0), topic->second};
+  rows.push_back(row);
+  add_messages(topics[static_cast<std::size_t>(row.topic)], row.time, row.time, 1);
+}
+
+/// Goes through the table in the order in which it was written. Where a page is missing or damaged it looks further on,
+/// with steps that double until a page is readable: the rows of a cut-off file end somewhere.
+void SqliteSource::Implementation::read_rows() {
+  SqliteStatement statement(database.get(), "SELECT id, topic_id, timestamp FROM messages WHERE id >= ? ORDER BY id");
+  std::int64_t from = std::numeric_limits<std::int64_t>::min();
+  std::int64_t stride = 1;
+  constexpr std::int64_t farthest = std::int64_t{1} << 40;
+  for (bool ended = false; !ended;) {
+    try {
+      statement.reset();
+      statement.bind(1, from);
+      while (statement.step()) {
+        take_row(statement);
+        from = statement.integer(0) + 1;
+        stride = 1;
+        if (from == std::numeric_limits<std::int64_t>::min()) break;
+      }
+      ended = true;
+    } catch (const SqliteError& error) {
+      if (error.code != SQLITE_CORRUPT && error.code != SQLITE_IOERR) throw;
+      ++lost;
+      if (from < 0) from = 0;
+      if (stride > farthest) break;
+      from += stride;
+      stride *= 2;
+    }
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.time < b.time; });
+  if (lost == 0) return;
+  const std::string what = path + ": the bag is cut off or damaged: some of its rows cannot be read";
+  if (rows.empty()) throw InputError(path + ": the bag is cut off or damaged: no message can be read; record it again");
+  warnings.add("log.cut_off", fmt::format("{}; {} messages are there", what, rows.size()), rows.back().time);
+}
+
+bool SqliteSource::Implementation::read_content(const Row& row, RawMessage& message) {
+  const auto lose = [&](const std::string& what) {
+    warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.id, what), row.time);
+    return false;
+  };
+  try {
+    content->reset();
+    content->bind(1, row.id);
+    if (!content->step()) return lose("it is not there");
+    std::span<const std::uint8_t> bytes = content->blob(0);
+    // CDR starts with a zero: packed messages tell themselves.
+    if (starts_like_zstd(bytes)) {
+      unpack(Codec::zstd, bytes, largest_message, UnpackedSize::at_most, unpacked);
+      bytes = unpacked;
+    }
+    message.data = bytes.data();
+    message.size = bytes.size();
+    return true;
+  } catch (const SqliteError& error) {
+    return lose(error.what());
+  } catch (const CompressionError& error) {
+    return lose(error.what());
+  }
+}
+
+SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
+    : implementation_(std::make_unique<Implementation>(path, warnings)) {
+  const FileBytes file(path);  // says in words what SQLite says in codes
+  Implementation& self = *implementation_;
+  try {
+    self.open();
+    self.read_topics();
+    self.read_definitions();
+    self.read_rows();
+    self.content.emplace(self.database.get(), "SELECT data FROM messages WHERE id = ?");
+  } catch (const SqliteError& error) {
+    throw InputError(fmt::format("{}: cannot be read as a ROS 2 bag ({}); record it again, or repair it with '.recover' of "
+                                 "sqlite3", path, error.what()));
+  }
+}
+
+SqliteSource::~SqliteSource() = default;
+
+const std::vector<TopicInfo>& SqliteSource::topics() const { return implementation_->topics; }
+
+void SqliteSource::select(const std::vector<std::string>& names) {
+  implementation_->selection = selection_of(topics(), names, implementation_->path);
+  implementation_->next_row = 0;
+}
+
+bool SqliteSource::next(RawMessage& message) {
+  Implementation& self = *implementation_;
+  if (self.selection.empty()) return false;
+  while (self.next_row < self.rows.size()) {
+    const Row& row = self.rows[self.next_row++];
+    const int topic = self.selection[static_cast<std::size_t>(row.topic)];
+    if (topic < 0 || !self.read_content(row, message)) continue;
+    message.record_time = row.time;
+    message.topic = static_cast<std::size_t>(topic);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace lodestone
