@@ -17,6 +17,7 @@ constexpr int interrupted = 130;
 /// Each adds its subcommand to `app`; when the subcommand was chosen and ran, it stores its exit code in `*code`.
 /// Commands throw InputError for wrong input; main turns that into one line and exit code 2.
 void add_simulate_command(CLI::App& app, int* code);
+void add_convert_command(CLI::App& app, int* code);
 void add_map_command(CLI::App& app, int* code);
 void add_run_command(CLI::App& app, int* code);
 void add_evaluate_command(CLI::App& app, int* code);

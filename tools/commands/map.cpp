@@ -183,7 +183,7 @@ void add_map_magnetic(CLI::App& parent, int* code) {
   const auto call = std::make_shared<MapMagneticCall>();
   CLI::App* command = parent.add_subcommand(
       "magnetic", "Build a grid map of the ambient magnetic field from a survey drive, by Gaussian-process regression, with its sigma");
-  command->add_option("SURVEY", call->survey, "the survey's log, a ROS 1 bag with the magnetometers' topics")->required();
+  command->add_option("SURVEY", call->survey, "the survey's log, of any kind, with the magnetometers' topics")->required();
   command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey grade")->required();
   command->add_option("--platform", call->platform, "the robot's platform file")->required();
   command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it")->required();

@@ -30,7 +30,7 @@ void add_run_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand("run", "Localize a log in prior maps with one estimator, or several side by side");
   command->footer(kExamples);
   const auto call = std::make_shared<RunCall>();
-  command->add_option("LOG", call->log, "ROS 1 bag")->required();
+  command->add_option("LOG", call->log, "a bag of ROS 1 or ROS 2 (.bag, .mcap, .db3, its folder), or a folder of CSV and PCD files")->required();
   command->add_option("--platform", call->platform, "platform file: sensors, topics, extrinsics, noise")->required();
   command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD or PLY (left out: no LiDAR is used)");
   command->add_option("--magnetic", call->magnetic, "prior magnetic map, YAML (left out: no magnetometer is used)");

@@ -10,6 +10,55 @@
 namespace lodestone::ros1 {
 namespace {
 
+/// A message that is serialized already, with what a bag says of its type.
+struct SerializedMessage {
+  std::string type, md5, definition;
+  const std::uint8_t* data = nullptr;
+  std::size_t size = 0;
+};
+
+template <class Message>
+bool describe_as(SerializedMessage& message) {
+  if (message.type != ros::message_traits::DataType<Message>::value()) return false;
+  message.md5 = ros::message_traits::MD5Sum<Message>::value();
+  message.definition = ros::message_traits::Definition<Message>::value();
+  return true;
+}
+
+}  // namespace
+}  // namespace lodestone::ros1
+
+namespace ros::message_traits {
+template <>
+struct MD5Sum<lodestone::ros1::SerializedMessage> {
+  static const char* value(const lodestone::ros1::SerializedMessage& message) { return message.md5.c_str(); }
+};
+template <>
+struct DataType<lodestone::ros1::SerializedMessage> {
+  static const char* value(const lodestone::ros1::SerializedMessage& message) { return message.type.c_str(); }
+};
+template <>
+struct Definition<lodestone::ros1::SerializedMessage> {
+  static const char* value(const lodestone::ros1::SerializedMessage& message) { return message.definition.c_str(); }
+};
+}  // namespace ros::message_traits
+
+namespace ros::serialization {
+template <>
+struct Serializer<lodestone::ros1::SerializedMessage> {
+  template <class Stream>
+  static void write(Stream& stream, const lodestone::ros1::SerializedMessage& message) {
+    if (message.size > 0) std::memcpy(stream.advance(static_cast<std::uint32_t>(message.size)), message.data, message.size);
+  }
+  static std::uint32_t serializedLength(const lodestone::ros1::SerializedMessage& message) {
+    return static_cast<std::uint32_t>(message.size);
+  }
+};
+}  // namespace ros::serialization
+
+namespace lodestone::ros1 {
+namespace {
+
 rosbag::CompressionType rosbag_compression(Compression compression) {
   switch (compression) {
     case Compression::lz4:
@@ -79,6 +128,17 @@ void BagWriter::write(const std::string& topic, Time record_time, const ImuMessa
 
 void BagWriter::write(const std::string& topic, Time record_time, const MagneticFieldMessage& message) {
   implementation_->write(topic, record_time, message);
+}
+
+void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size) {
+  SerializedMessage message{topic.type, topic.md5, topic.definition, data, size};
+  // The first generation of Livox' driver writes the same message under its own name.
+  if (message.type == "livox_ros_driver/CustomMsg" && message.md5.empty()) message.type = "livox_ros_driver2/CustomMsg";
+  if (message.md5.empty() && !describe_as<PointCloudMessage>(message) && !describe_as<LivoxMessage>(message) &&
+      !describe_as<ImuMessage>(message) && !describe_as<MagneticFieldMessage>(message)) {
+    throw BagError(implementation_->path + ": topic " + topic.name + ": the type " + topic.type + " has no known definition");
+  }
+  implementation_->write(topic.name, record_time, message);
 }
 
 void BagWriter::close() {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "frontends/readers/logs/message_source.h"
 #include "frontends/readers/ros1/messages.h"
 
 namespace lodestone::ros1 {
@@ -24,6 +25,10 @@ class BagWriter {
   void write(const std::string& topic, Time record_time, const LivoxMessage& message);
   void write(const std::string& topic, Time record_time, const ImuMessage& message);
   void write(const std::string& topic, Time record_time, const MagneticFieldMessage& message);
+
+  /// A message of any type that lies serialized already. Checksum and definition are the topic's, or where it has none
+  /// those of a known type; throws BagError where the type is unknown too.
+  void write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size);
 
   /// Writes the index and gives the file its name. Throws BagError. Nothing can be written afterwards.
   void close();

@@ -1,0 +1,55 @@
+#include "frontends/readers/logs/log_conversion.h"
+
+#include "core/error.h"
+#include "frontends/readers/logs/known_types.h"
+#include "frontends/readers/logs/message_decoder.h"
+
+namespace lodestone {
+namespace {
+
+bool is_convertible(const TopicInfo& topic, Encoding to) {
+  const bool known = message_type(topic.type) != MessageType::other;
+  if (topic.encoding == Encoding::other) return false;
+  if (topic.encoding != to) return known;
+  // A ROS 1 bag needs each type's checksum and definition.
+  return to == Encoding::cdr || known || (!topic.md5.empty() && !topic.definition.empty());
+}
+
+}  // namespace
+
+Conversion convert_log(const std::string& path, MessageSource& source, LogWriter& writer,
+                       const std::function<void(Time)>& progress) {
+  Conversion result;
+  std::vector<const TopicInfo*> chosen;
+  std::vector<std::string> names;
+  for (const TopicInfo& topic : source.topics()) {
+    if (!is_convertible(topic, writer.encoding())) {
+      result.left_out.push_back(&topic);
+      continue;
+    }
+    chosen.push_back(&topic);
+    names.push_back(topic.name);
+  }
+  if (source.topics().empty()) throw InputError(path + ": the log holds no messages");
+  if (names.empty()) {
+    throw InputError(path + ": no topic is of a type that can be written there; expected sensor_msgs/PointCloud2, Imu, "
+                            "MagneticField or livox_ros_driver2/CustomMsg");
+  }
+  source.select(names);
+  for (RawMessage message; source.next(message); ++result.messages) {
+    const TopicInfo& topic = *chosen[message.topic];
+    if (topic.encoding == writer.encoding()) {
+      writer.write(topic, message.record_time, {message.data, message.size});
+    } else {
+      const std::vector<std::uint8_t> bytes = transcode(path, topic, message, writer.encoding());
+      TopicInfo rewritten = topic;
+      rewritten.md5.clear();  // checksum and definition are those of the other ROS
+      rewritten.definition.clear();
+      writer.write(rewritten, message.record_time, bytes);
+    }
+    progress(message.record_time);
+  }
+  return result;
+}
+
+}  // namespace lodestone

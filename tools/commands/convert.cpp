@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/error.h"
+#include "frontends/readers/logs/log_conversion.h"
+#include "frontends/readers/logs/open_log.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+
+namespace lodestone {
+namespace {
+
+constexpr const char* examples = R"(
+The log: a ROS 1 bag, a ROS 2 bag (.mcap, .db3, its folder), or a folder of CSV and PCD files; told by its content.
+Messages that ROS 1 and ROS 2 both know pass between them (PointCloud2, Imu, MagneticField, Livox' CustomMsg); others only
+within their own ROS.
+
+Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+  lodestone convert /tmp/tunnel/log.bag --out /tmp/tunnel/log.mcap
+  lodestone convert /tmp/tunnel/log.mcap --out /tmp/tunnel/log.db3 --compression zstd)";
+
+struct ConvertCall {
+  std::string log, out, format, compression;
+};
+
+const std::map<std::string, LogFormat> formats{{"bag", LogFormat::rosbag}, {"mcap", LogFormat::mcap}, {"db3", LogFormat::db3}};
+const std::map<std::string, Codec> codecs{{"none", Codec::none}, {"lz4", Codec::lz4}, {"zstd", Codec::zstd}, {"bz2", Codec::bz2}};
+
+template <class Value>
+std::string names_of(const std::map<std::string, Value>& values) {
+  std::string text;
+  for (const auto& [name, value] : values) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+LogFormat format_of(const ConvertCall& call) {
+  std::string name = call.format;
+  if (name.empty()) name = std::filesystem::path(call.out).extension().string();
+  if (!name.empty() && name.front() == '.') name.erase(0, 1);
+  const auto found = formats.find(name);
+  if (found == formats.end()) {
+    throw InputError(fmt::format("{}: the format is not told by the ending '{}'; expected {}; or give --format", call.out, name,
+                                 names_of(formats)));
+  }
+  return found->second;
+}
+
+Codec codec_of(const ConvertCall& call, LogFormat format) {
+  if (call.compression.empty()) {
+    return format == LogFormat::mcap ? Codec::zstd : format == LogFormat::rosbag ? Codec::lz4 : Codec::none;
+  }
+  const Codec codec = codecs.at(call.compression);
+  if (!can_pack(format, codec)) {
+    std::string fitting;
+    for (const auto& [name, other] : codecs) {
+      if (can_pack(format, other)) fitting += (fitting.empty() ? "" : ", ") + name;
+    }
+    throw InputError(fmt::format("--compression: this format knows {}; found {}", fitting, call.compression));
+  }
+  return codec;
+}
+
+void convert(const ConvertCall& call) {
+  catch_interrupts();
+  const LogFormat format = format_of(call);
+  const Codec codec = codec_of(call, format);
+  std::error_code ignored;
+  if (std::filesystem::equivalent(call.log, call.out, ignored)) throw InputError(call.out + ": is the log itself");
+  WarningLog warnings;
+  const auto source = open_log(call.log, warnings);
+  Time begin = 0, end = 0;
+  bool any = false;
+  for (const TopicInfo& topic : source->topics()) {
+    if (topic.messages == 0) continue;
+    begin = any ? std::min(begin, topic.begin) : topic.begin;
+    end = any ? std::max(end, topic.end) : topic.end;
+    any = true;
+  }
+  const auto writer = make_log_writer(call.out, format, codec);
+  Progress progress(std::filesystem::path(call.out).filename().string(), begin, end);
+  const Conversion conversion = convert_log(call.log, *source, *writer, [&progress](Time time) {
+    progress.update(time);
+    throw_if_interrupted();
+  });
+  writer->close();
+  progress.finish();
+  fmt::print("{}: {} messages of {:.1f} s, {:.1f} MB\n", call.out, conversion.messages, to_seconds(end - begin),
+             static_cast<double>(std::filesystem::file_size(call.out)) * 1e-6);
+  for (const TopicInfo* topic : conversion.left_out) {
+    fmt::print("left out: {} ({} messages): {} has no counterpart that is known\n", topic->name, topic->messages,
+               topic->type.empty() ? "its type" : topic->type);
+  }
+  for (const auto& [kind, entry] : warnings.entries()) {
+    fmt::print("warning {} ({}): {}\n", kind, entry.count, entry.first_detail);
+  }
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& app, int* code) {
+  const auto call = std::make_shared<ConvertCall>();
+  CLI::App* command = app.add_subcommand("convert", "Write a log of any kind as a ROS 1 bag, an MCAP file or an SQLite bag");
+  command->footer(examples);
+  command->add_option("LOG", call->log, "the log to read")->required();
+  command->add_option("--out", call->out, "the file to write; its ending names the format: .bag, .mcap or .db3")->required();
+  command->add_option("--format", call->format, "bag, mcap or db3, whatever the ending")
+      ->check(CLI::IsMember({"bag", "mcap", "db3"}));
+  command
+      ->add_option("--compression", call->compression,
+                   "none, lz4, zstd or bz2, as the format knows it (default: lz4 for bag, zstd for mcap, none for db3)")
+      ->check(CLI::IsMember({"none", "lz4", "zstd", "bz2"}));
+  command->callback([call, code] {
+    convert(*call);
+    *code = exit_code::done;
+  });
+}
+
+}  // namespace lodestone
