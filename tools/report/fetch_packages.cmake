@@ -1,5 +1,5 @@
-# Installs what package-lock.json pins into BUILD/node_modules. No script of any package is run. NPM, SOURCE and BUILD are
-# given by tools/report/CMakeLists.txt.
+# Installs what package-lock.json pins into BUILD/node_modules. No script of any package is run. Given by the caller: NPM,
+# SOURCE, BUILD; WHAT needs the packages; with OPTIONAL their absence is a warning only.
 file(MAKE_DIRECTORY ${BUILD})
 file(COPY ${SOURCE}/package.json ${SOURCE}/package-lock.json DESTINATION ${BUILD})
 foreach(attempt RANGE 1 3)
@@ -15,5 +15,9 @@ foreach(attempt RANGE 1 3)
 endforeach()
 file(WRITE ${BUILD}/npm.log "${output}")
 string(REGEX MATCH "npm (ERR!|error) [^\n]*" reason "${output}")
-message(FATAL_ERROR "npm could not fetch the packages of the report's page after 3 attempts (${reason}); it needs its "
+set(severity FATAL_ERROR)
+if(OPTIONAL)
+  set(severity WARNING)
+endif()
+message(${severity} "npm could not fetch the packages of ${WHAT} after 3 attempts (${reason}); it needs its "
                     "registry or a filled cache; all it said is in ${BUILD}/npm.log")

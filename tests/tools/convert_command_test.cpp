@@ -1,0 +1,58 @@
+// `lodestone convert` as a user calls it: a run does not see which kind of log it was given.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+using testing::HasSubstr;
+
+class ConvertCommand : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void expect_done(const std::string& arguments) const {
+    const ProgramResult result = run_lodestone(arguments);
+    ASSERT_EQ(result.code, 0) << arguments << "\n" << result.errors;
+  }
+  /// The files of a run on the log.
+  std::vector<std::string> run(const std::string& log) const {
+    const std::string out = path("run-of-" + log);
+    expect_done("run " + path(log) + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") +
+                " --initial-pose-from " + path("truth.tum") + " --out " + out + " --estimator smoother,ieskf");
+    std::vector<std::string> files;
+    for (const char* name : {"smoother", "ieskf"}) {
+      for (const char* file : {"trajectory.tum", "causal.tum", "covariance.csv", "diagnostics.csv"}) {
+        files.push_back(content_of(std::filesystem::path(out) / name / file));
+      }
+    }
+    return files;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ConvertCommand, ARunGivesTheSameBytesFromEveryKindOfLog) {
+  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log,cloud --duration 4 --out " + path(""));
+  const std::vector<std::string> expected = run("log.bag");
+  ASSERT_GT(expected.front().size(), 1000U);
+  expect_done("convert " + path("log.bag") + " --out " + path("log.mcap"));
+  expect_done("convert " + path("log.bag") + " --out " + path("log.db3"));
+  expect_done("convert " + path("log.mcap") + " --out " + path("again") + " --format bag --compression none");
+  for (const char* log : {"log.mcap", "log.db3", "again"}) EXPECT_TRUE(run(log) == expected) << log;
+}
+
+TEST_F(ConvertCommand, RefusesInOneLine) {
+  std::ofstream(path("text.bag")) << "no log";
+  expect_refused("convert " + path("absent.bag") + " --out " + path("a.mcap"), "there is no such file");
+  expect_refused("convert " + path("text.bag") + " --out " + path("a.mcap"), "is no log");
+  expect_refused("convert " + path("text.bag") + " --out " + path("a.txt"), "expected bag, db3, mcap");
+  expect_refused("convert " + path("text.bag") + " --out " + path("a.db3") + " --compression lz4", "this format knows none, zstd");
+  expect_refused("convert " + path("text.bag") + " --out " + path("text.bag"), "is the log itself");
+  EXPECT_FALSE(std::filesystem::exists(path("a.mcap")));
+  EXPECT_FALSE(std::filesystem::exists(path("a.mcap.part")));
+}
+
+}  // namespace
+}  // namespace lodestone
