@@ -204,6 +204,7 @@ int McapIndex::topic_of(std::uint16_t channel) const {
 }
 
 void McapIndex::lose(const Segment& segment, const std::string& what) {
+  if (!lost_.insert(segment.offset).second) return;
   warnings_.add("log.damaged_chunk",
                 fmt::format("{}: the chunk at byte {}: {}; its messages from there on are left out", path(), segment.offset, what),
                 segment.begin);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,7 @@ class McapIndex {
   std::vector<TopicInfo> topics_;
   bool open_chunk_ = false;  ///< the last segment is a chunk whose indexes may follow
   bool open_run_ = false;    ///< the last segment is a run of messages in no chunk
+  std::set<std::uint64_t> lost_;  ///< segments that were found damaged: a second reading does not count them again
   std::vector<std::uint8_t> buffer_;
 };
 

@@ -36,9 +36,9 @@ void McapSource::load_segment(std::size_t segment) {
   active->segment = segment;
   mcap::LoadedSegment& loaded = active->loaded;
   index_.load(index_.segments()[segment], loaded);
-  const auto unwanted = [this](const mcap::SegmentEntry& entry) {
+  const auto unwanted = [this, segment](const mcap::SegmentEntry& entry) {
     const int topic = index_.topic_of(entry.channel);
-    if (topic < 0) {
+    if (topic < 0 && segment >= counted_segments_) {
       warnings_.add("log.unknown_channel",
                     fmt::format("{}: messages of a channel without a definition, or of another type than their topic's, are "
                                 "left out", index_.path()),
@@ -47,6 +47,7 @@ void McapSource::load_segment(std::size_t segment) {
     return topic < 0 || selection_[static_cast<std::size_t>(topic)] < 0;
   };
   loaded.entries.erase(std::remove_if(loaded.entries.begin(), loaded.entries.end(), unwanted), loaded.entries.end());
+  counted_segments_ = std::max(counted_segments_, segment + 1);
   if (loaded.entries.empty()) {
     spent_ = std::move(active);
     return;

@@ -42,6 +42,7 @@ class McapSource : public MessageSource {
   std::unique_ptr<Active> spent_;                ///< whose bytes the last message may point to
   std::size_t next_segment_ = 0;
   std::size_t loaded_bytes_ = 0;
+  std::size_t counted_segments_ = 0;  ///< whose unknown channels were counted, in this reading or one before
   bool given_ = false;  ///< the front's entry has been given
 };
 

@@ -1,11 +1,13 @@
 #include "frontends/readers/ros2/sqlite_source.h"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "core/error.h"
 #include "frontends/readers/logs/compression.h"
@@ -24,6 +26,21 @@ struct Row {
   std::int64_t id = 0;
   std::int32_t topic = 0;  ///< index into the topics
 };
+
+/// How many bytes the database's header announces; 0 where it does not say.
+std::uint64_t announced_bytes(const FileBytes& file) {
+  std::vector<std::uint8_t> header;
+  constexpr std::size_t header_bytes = 100;
+  if (file.size() < header_bytes) return 0;
+  file.read(0, header_bytes, header);
+  const auto number = [&header](std::size_t at, std::size_t bytes) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i) value = value << 8 | header[at + i];
+    return value;
+  };
+  const std::uint64_t page = number(16, 2) == 1 ? 65536 : number(16, 2);
+  return number(24, 4) == number(92, 4) ? page * number(28, 4) : 0;  // else an old library wrote it, and left the count
+}
 
 std::string uri_of(const std::string& path, const char* options) {
   std::string uri = "file:";
@@ -44,7 +61,7 @@ struct SqliteSource::Implementation {
 
   std::string path;
   WarningLog& warnings;
-  SqliteDatabase database{nullptr, sqlite3_close};
+  SqliteDatabase database;
   std::vector<TopicInfo> topics;
   std::map<std::int64_t, std::int32_t> topic_of_id;
   std::vector<Row> rows;  ///< of the whole file, in order of time
@@ -52,6 +69,8 @@ struct SqliteSource::Implementation {
   std::vector<int> selection;
   std::size_t next_row = 0;
   std::vector<std::uint8_t> unpacked;
+  std::uint64_t file_bytes = 0, announced = 0;
+  std::set<std::int64_t> lost_messages;
   std::int64_t lost = 0;  ///< stretches of rows that cannot be reached
 
   void open();
@@ -154,15 +173,19 @@ void SqliteSource::Implementation::read_rows() {
     }
   }
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.time < b.time; });
-  if (lost == 0) return;
-  const std::string what = path + ": the bag is cut off or damaged: some of its rows cannot be read";
+  if (lost == 0 && announced <= file_bytes) return;
   if (rows.empty()) throw InputError(path + ": the bag is cut off or damaged: no message can be read; record it again");
-  warnings.add("log.cut_off", fmt::format("{}; {} messages are there", what, rows.size()), rows.back().time);
+  warnings.add("log.cut_off",
+               fmt::format("{}: the bag is cut off or damaged: it has {} bytes and announces {}; {} messages can be found", path,
+                           file_bytes, announced, rows.size()),
+               rows.back().time);
 }
 
 bool SqliteSource::Implementation::read_content(const Row& row, RawMessage& message) {
   const auto lose = [&](const std::string& what) {
-    warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.id, what), row.time);
+    if (lost_messages.insert(row.id).second) {  // a second reading does not count it again
+      warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.id, what), row.time);
+    }
     return false;
   };
   try {
@@ -189,6 +212,8 @@ SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
     : implementation_(std::make_unique<Implementation>(path, warnings)) {
   const FileBytes file(path);  // says in words what SQLite says in codes
   Implementation& self = *implementation_;
+  self.file_bytes = file.size();
+  self.announced = announced_bytes(file);
   try {
     self.open();
     self.read_topics();

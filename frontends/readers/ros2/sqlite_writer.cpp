@@ -1,6 +1,7 @@
 #include "frontends/readers/ros2/sqlite_writer.h"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include <filesystem>
 #include <map>
@@ -17,7 +18,7 @@ namespace lodestone {
 struct SqliteWriter::Implementation {
   std::string path, aside;
   Codec codec = Codec::none;
-  SqliteDatabase database{nullptr, sqlite3_close};
+  SqliteDatabase database;
   std::optional<SqliteStatement> insert;
   std::map<std::string, std::int64_t> topics;
   std::set<std::string> types;
