@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "core/error.h"
 #include "frontends/readers/csv/csv_log.h"
+#include "frontends/readers/csv/pcd_check.h"
 #include "frontends/readers/logs/wire_ros1.h"
 #include "frontends/readers/trajectory_file.h"
 
@@ -17,35 +16,6 @@ namespace lodestone {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// PCL takes memory for as many points as the header announces: held against the file's size before.
-void check_size(const std::string& path) {
-  constexpr std::uint64_t largest_cloud = 1ULL << 30;     // bytes
-  constexpr std::uint64_t largest_ratio = 128;            // of LZF, which packs best of what a PCD may hold
-  std::ifstream stream(path, std::ios::binary);
-  std::vector<std::uint64_t> sizes, counts;
-  std::uint64_t points = 0;
-  std::string line;
-  for (int number = 0; number < 100 && std::getline(stream, line); ++number) {
-    std::istringstream words(line);
-    std::string key;
-    words >> key;
-    if (key == "DATA") break;
-    if (key == "POINTS") words >> points;
-    std::vector<std::uint64_t>* list = key == "SIZE" ? &sizes : key == "COUNT" ? &counts : nullptr;
-    for (std::uint64_t value = 0; list != nullptr && words >> value;) list->push_back(std::min(value, largest_cloud));
-  }
-  std::uint64_t bytes = 1;
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    bytes = std::min(bytes + sizes[i] * (i < counts.size() ? counts[i] : 1), largest_cloud);
-  }
-  const std::uint64_t file_bytes = fs::file_size(path);
-  const std::uint64_t limit = std::min(largest_cloud, largest_ratio * file_bytes);
-  if (points > limit / bytes) {
-    throw InputError(fmt::format("{}: announces {} points of {} bytes in a file of {}; take it out of the folder", path, points,
-                                 bytes - 1, file_bytes));
-  }
-}
 
 struct CloudFile {
   Time time = 0;
@@ -109,7 +79,7 @@ class CloudStream : public CsvLog::Stream {
 
  private:
   static pcl::PCLPointCloud2 load(const std::string& path) {
-    check_size(path);
+    check_pcd(path);
     pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // errors are told by InputError
     pcl::PCLPointCloud2 cloud;
     int result = -1;

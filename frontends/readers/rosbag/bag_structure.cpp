@@ -99,7 +99,9 @@ void BagStructure::walk() {
       if ((i == 0) != (operation == BagOperation::file_header)) {
         fail(offset, i == 0 ? "the first record is no file header" : "a second file header");
       }
-      const bool in_index = operation == BagOperation::connection || operation == BagOperation::chunk_info;
+      // What lies ahead of the index, rosbag_storage does not look at.
+      const bool in_index = offset >= index_start && index_start != 0 &&
+                            (operation == BagOperation::connection || operation == BagOperation::chunk_info);
       if (in_index && first_of_index == 0) first_of_index = offset;
       switch (operation) {
         case BagOperation::file_header:
@@ -116,16 +118,15 @@ void BagStructure::walk() {
           break;
         case BagOperation::connection:
           check_connection(record);
-          ++connections;
+          connections += in_index ? 1 : 0;
           break;
         case BagOperation::chunk_info:
           check_chunk_info(record);
-          ++chunks;
+          chunks += in_index ? 1 : 0;
           break;
         default:
           fail(offset, "a record of a kind that does not belong there");
       }
-      if (first_of_index != 0 && !in_index) fail(offset, "a chunk after the index");
     } catch (const BagRecordError& error) {
       fail(offset, error.what());
     }
@@ -138,9 +139,9 @@ void BagStructure::walk() {
   if (connections < connections_said || chunks < chunks_said) {
     fail_truncated(fmt::format("{} of {} chunks are in its index", chunks, chunks_said));
   }
-  if (connections != connections_said || chunks != chunks_said || chunks != chunks_.size()) {
-    fail(magic.size(), fmt::format("{} connections and {} chunks are announced; the index has {} and {}, the file {} chunks",
-                                   connections_said, chunks_said, connections, chunks, chunks_.size()));
+  if (connections != connections_said || chunks != chunks_said) {
+    fail(magic.size(), fmt::format("{} connections and {} chunks are announced; the index has {} and {}", connections_said,
+                                   chunks_said, connections, chunks));
   }
 }
 

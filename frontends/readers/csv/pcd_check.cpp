@@ -1,0 +1,118 @@
+#include "frontends/readers/csv/pcd_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <vector>
+
+#include "core/error.h"
+#include "frontends/readers/logs/file_bytes.h"
+
+namespace lodestone {
+namespace {
+
+constexpr std::uint64_t largest_cloud = 1ULL << 30;  // bytes
+constexpr std::uint64_t largest_number = 1ULL << 31;
+
+/// The header's lines by their first word.
+struct Header {
+  std::string path;
+  std::map<std::string, std::vector<std::string>> lines;
+  std::uint64_t data_offset = 0;
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}: is no PCD file, or is cut off or damaged: {}; take it out of the folder", path, what));
+  }
+  const std::vector<std::string>& words(const char* key, std::size_t count) const {
+    const auto found = lines.find(key);
+    if (found == lines.end()) fail(fmt::format("its header has no line {}", key));
+    if (found->second.size() != count) {
+      fail(fmt::format("its line {} has {} words; expected {}", key, found->second.size(), count));
+    }
+    return found->second;
+  }
+  std::uint64_t number(const char* key, std::size_t count, std::size_t index) const {
+    const std::string& word = words(key, count)[index];
+    std::uint64_t value = 0;
+    const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (result.ec != std::errc() || result.ptr != word.data() + word.size() || value > largest_number) {
+      fail(fmt::format("'{}' in its line {}", word, key));
+    }
+    return value;
+  }
+};
+
+Header read_header(const std::string& path) {
+  Header header;
+  header.path = path;
+  std::ifstream stream(path, std::ios::binary);
+  std::string line;
+  for (int number = 0; number < 100 && std::getline(stream, line); ++number) {
+    std::istringstream words(line);
+    std::string key, word;
+    if (!(words >> key) || key.front() == '#') continue;
+    const auto [entry, is_new] = header.lines.try_emplace(key);
+    if (!is_new) header.fail(fmt::format("two lines {}", key));
+    while (words >> word) entry->second.push_back(word);
+    if (key != "DATA") continue;
+    if (stream.eof()) header.fail("nothing follows its header");
+    header.data_offset = static_cast<std::uint64_t>(stream.tellg());
+    return header;
+  }
+  header.fail("its header has no line DATA");
+}
+
+}  // namespace
+
+void check_pcd(const std::string& path) {
+  const Header header = read_header(path);
+  static const std::vector<std::string> known{"VERSION", "FIELDS", "SIZE",   "TYPE", "COUNT",
+                                              "WIDTH",   "HEIGHT", "POINTS", "DATA", "VIEWPOINT"};
+  for (const auto& [key, words] : header.lines) {
+    if (std::find(known.begin(), known.end(), key) == known.end()) header.fail(fmt::format("an unknown line '{}'", key));
+  }
+  header.words("VERSION", 1);
+  header.words("VIEWPOINT", 7);
+  const auto named = header.lines.find("FIELDS");
+  if (named == header.lines.end() || named->second.empty()) header.fail("it names no fields");
+  const std::size_t fields = named->second.size();
+  std::uint64_t point_bytes = 0, values = 0;
+  for (std::size_t i = 0; i < fields; ++i) {
+    const std::uint64_t size = header.number("SIZE", fields, i), count = header.number("COUNT", fields, i);
+    const std::string& type = header.words("TYPE", fields)[i];
+    const bool floating = type == "F" && (size == 4 || size == 8);
+    const bool integer = (type == "I" || type == "U") && (size == 1 || size == 2 || size == 4 || size == 8);
+    if ((!floating && !integer) || count == 0) header.fail(fmt::format("a field of {} values of kind {} and {} bytes", count, type, size));
+    point_bytes = std::min(point_bytes + size * count, largest_cloud);
+    values = std::min(values + count, largest_cloud);
+  }
+  const std::uint64_t points = header.number("POINTS", 1, 0);
+  if (header.number("WIDTH", 1, 0) * header.number("HEIGHT", 1, 0) != points) header.fail("WIDTH x HEIGHT is not POINTS");
+  if (points > largest_cloud / point_bytes) header.fail(fmt::format("{} points of {} bytes", points, point_bytes));
+  const FileBytes file(path);
+  const std::uint64_t there = file.size() - header.data_offset;
+  const std::uint64_t bytes = points * point_bytes;
+  const std::string& kind = header.words("DATA", 1)[0];
+  std::uint64_t needed = 0;
+  if (kind == "ascii") {
+    needed = points * values;  // a character at least for each value
+  } else if (kind == "binary") {
+    needed = bytes;
+  } else if (kind == "binary_compressed") {
+    std::vector<std::uint8_t> sizes;
+    if (there < 8) header.fail("nothing follows its header");
+    file.read(header.data_offset, 8, sizes);
+    needed = 8 + std::uint64_t{little_endian<std::uint32_t>(sizes.data())};
+    if (little_endian<std::uint32_t>(sizes.data() + 4) != bytes) header.fail("its packed points have another size than announced");
+  } else {
+    header.fail(fmt::format("'{}' in its line DATA", kind));
+  }
+  if (there < needed) header.fail(fmt::format("{} bytes follow its header; {} points need {}", there, points, needed));
+}
+
+}  // namespace lodestone
