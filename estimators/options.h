@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/evaluation/stale_map.h"
 #include "core/maps/field_map_options.h"
 #include "core/maps/magnetic_map.h"
@@ -80,6 +82,7 @@ constexpr auto enum_names(MagneticMeasurement) {
 }
 
 struct MagneticOptions {
+  std::string magnetometers = "all";
   MagneticMeasurement measurement = MagneticMeasurement::field;
   FieldInterpolation interpolation = FieldInterpolation::bicubic;
   MagneticShrink shrink = MagneticShrink::information;
@@ -96,6 +99,9 @@ struct MagneticOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
+    visitor.field("magnetometers", magnetometers,
+                  "all, a number (that many, spread as far as they come), or names of the platform with commas: the others "
+                  "are not read");
     visitor.field("measurement", measurement,
                   "field or pose: what the smoother's window takes, readings against the map or the poses that "
                   "Gauss-Newton finds for array samples; estimator magnetic always takes poses");

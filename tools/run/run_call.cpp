@@ -15,6 +15,7 @@
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/readers/bag_source.h"
 #include "frontends/readers/magnetic_map_file.h"
+#include "frontends/readers/magnetometer_choice.h"
 #include "frontends/readers/platform.h"
 #include "frontends/readers/text_file.h"
 #include "frontends/readers/trajectory_file.h"
@@ -73,6 +74,7 @@ RunMaterial load(const RunCall& call, WarningLog& warnings) {
   if (!call.refine.empty()) settings.push_back("smoother.refine=" + call.refine);
   load_options(load_configuration(call.configurations, settings), material.options);
   material.platform = load_platform(call.platform);
+  if (!call.magnetic.empty()) choose_magnetometers(material.options.magnetic.magnetometers, material.platform);
   if (call.max_range_m) material.platform.suite.lidar.max_range_m = *call.max_range_m;
   if (!call.truth.empty()) material.truth = read_trajectory(call.truth);
   if (!call.initial_pose_from.empty()) material.start = read_trajectory(call.initial_pose_from);
