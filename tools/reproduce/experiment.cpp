@@ -42,9 +42,11 @@ std::vector<std::string> row_names(const Group& group) {
   return names;
 }
 
-std::string find_experiment(const std::string& name) {
+std::string find_experiment(const std::string& name) { return find_shipped("experiments", "experiment", name); }
+
+std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name) {
   if (name.find('/') != std::string::npos || fs::path(name).extension() == ".yaml") return name;
-  const fs::path tail = fs::path("config") / "experiments" / (name + ".yaml");
+  const fs::path tail = fs::path("config") / folder / (name + ".yaml");
   std::error_code ignored;
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
   const std::vector<fs::path> places{fs::path(), fs::path(LODESTONE_SOURCE_FOLDER),
@@ -58,7 +60,7 @@ std::string find_experiment(const std::string& name) {
   }
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
-  throw InputError(fmt::format("there is no experiment '{}' in config/experiments{}; a path to a YAML file works too", name,
+  throw InputError(fmt::format("there is no {} '{}' in config/{}{}; a path to a YAML file works too", what, name, folder,
                                known.empty() ? "" : fmt::format(" (known: {})", join_names(known))));
 }
 

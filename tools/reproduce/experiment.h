@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/options.h"
+#include "tools/reproduce/run_scope.h"
 
 /// Experiments: worlds, drives, maps, estimators and what is to be told of them, as a YAML file says (docs/reproduce.md).
 /// Nothing in the code knows a world, a drive or a method by name.
@@ -61,6 +62,7 @@ struct Group {
   SeedChoice seeds = SeedChoice::all;
   std::vector<EstimatorChoice> estimators;
   std::vector<std::string> world_settings;  ///< --set of simulate
+  std::vector<std::string> map_settings;    ///< --set of map magnetic
   std::vector<std::string> run_settings;    ///< --set of run
   Published published;
 };
@@ -156,13 +158,10 @@ struct FigureChoice {
   std::vector<std::string> estimators;  ///< empty: those of the runs
 };
 
-struct Experiment {
+struct Experiment : RunScope {
   std::string file;
   std::string name;
   std::string title;
-  std::vector<int> seeds;
-  std::vector<std::string> only;       ///< patterns of the runs that are meant; empty: all
-  std::optional<double> duration_s;    ///< drives are cut after so long
   std::vector<Group> groups;
   std::vector<TableChoice> tables;
   std::vector<Criterion> criteria;
@@ -176,8 +175,11 @@ std::vector<std::string> row_names(const Group& group);
 
 /// The file of an experiment: `name` itself where it is a path (holds a '/' or ends in .yaml), else
 /// config/experiments/NAME.yaml beside the current folder, in the source tree, or in the installation's share folder.
-/// Throws InputError that names the places.
+/// Throws InputError that names the known ones.
 std::string find_experiment(const std::string& name);
+
+/// The same for what lies in config/FOLDER. `what`: "experiment".
+std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name);
 
 /// Reads an experiment; with `quick` its section `quick` (seeds, duration_s, only) is laid over it. Throws InputError with
 /// file, line, key and what to change; unknown keys, groups, rows, estimators and methods are errors.

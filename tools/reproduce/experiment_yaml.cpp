@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <set>
 
-#include "core/error.h"
 #include "estimators/factory.h"
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/configuration/options.h"
 #include "tools/reproduce/experiment.h"
+#include "tools/reproduce/yaml_parts.h"
 
 namespace lodestone::reproduce {
 
@@ -17,57 +17,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string text(const ConfigurationNode& node, const std::string& key, const std::string& otherwise = "") {
-  const ConfigurationNode* child = node.find(key);
-  return child != nullptr ? child->as_string() : otherwise;
-}
-
-std::vector<std::string> texts(const ConfigurationNode& node, const std::string& key) {
-  std::vector<std::string> list;
-  if (const ConfigurationNode* child = node.find(key)) {
-    for (const ConfigurationNode& element : child->elements()) list.push_back(element.as_string());
-  }
-  return list;
-}
-
 template <class Enum>
 Enum choice(const ConfigurationNode& node, const std::string& key, Enum value) {
   if (const ConfigurationNode* child = node.find(key)) options_detail::read_value(*child, value);
   return value;
-}
-
-void require_known(const ConfigurationNode& node, const std::string& name, const std::vector<std::string>& known,
-                   const std::string& what) {
-  if (std::find(known.begin(), known.end(), name) != known.end()) return;
-  if (known.empty()) node.fail(fmt::format("there is no {} '{}'", what, name));
-  node.fail(fmt::format("there is no {} '{}'; did you mean '{}'? (known: {})", what, name, nearest_name(name, known),
-                        join_names(known)));
-}
-
-/// Names become folders and files.
-void check_file_name(const ConfigurationNode& node, const std::string& name) {
-  const bool good = !name.empty() && name[0] != '.' && std::all_of(name.begin(), name.end(), [](unsigned char letter) {
-    return std::isalnum(letter) != 0 || letter == '-' || letter == '_' || letter == '.';
-  });
-  if (!good) node.fail(fmt::format("'{}' becomes a folder's or file's name: use letters, digits, '-', '_' and '.' alone", name));
-}
-
-std::string file_name(const ConfigurationNode& node) {
-  const std::string name = node.as_string();
-  check_file_name(node, name);
-  return name;
-}
-
-std::vector<int> read_seeds(const ConfigurationNode& node) {
-  std::vector<int> seeds;
-  for (const ConfigurationNode& element : node.elements()) {
-    const int seed = element.as_int();
-    if (seed < 0) element.fail("a seed must not be below 0");
-    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) element.fail("the seed is there twice");
-    seeds.push_back(seed);
-  }
-  if (seeds.empty()) node.fail("expected at least one seed");
-  return seeds;
 }
 
 std::vector<EstimatorChoice> read_estimators(const ConfigurationNode& list) {
@@ -87,23 +40,6 @@ std::vector<EstimatorChoice> read_estimators(const ConfigurationNode& list) {
   }
   if (estimators.empty()) list.fail("expected at least one estimator");
   return estimators;
-}
-
-void read_drives(const ConfigurationNode& node, Group& group) {
-  node.refuse_keys_other_than({"world", "sequences", "scene", "map_scenes"});
-  Drive drive;
-  const ConfigurationNode& world = node.at("world");
-  drive.world = fs::absolute(fs::path(node.file()).parent_path() / world.as_string()).lexically_normal().string();
-  drive.world_name = fs::path(drive.world).stem().string();
-  drive.scene = text(node, "scene");
-  if (const ConfigurationNode* scenes = node.find("map_scenes")) {
-    for (const ConfigurationNode& scene : scenes->elements()) drive.map_scenes.push_back(file_name(scene));
-  }
-  for (const ConfigurationNode& sequence : node.at("sequences").elements()) {
-    drive.sequence = file_name(sequence);
-    group.drives.push_back(drive);
-  }
-  if (node.at("sequences").elements().empty()) node.at("sequences").fail("expected at least one sequence");
 }
 
 PublishedValue read_published_value(const ConfigurationNode& node) {
@@ -130,16 +66,11 @@ void read_published(const ConfigurationNode& node, Group& group) {
 
 Group read_group(const ConfigurationNode& node, const std::string& name, const std::vector<EstimatorChoice>& estimators) {
   node.refuse_keys_other_than(
-      {"drives", "ranges_m", "noise_ut", "seeds", "estimators", "world_settings", "run_settings", "published"});
+      {"drives", "ranges_m", "noise_ut", "seeds", "estimators", "world_settings", "map_settings", "run_settings", "published"});
   Group group;
   group.name = name;
-  for (const ConfigurationNode& drive : node.at("drives").elements()) read_drives(drive, group);
-  if (const ConfigurationNode* ranges = node.find("ranges_m")) {
-    group.ranges_m = ranges->as_doubles();
-    for (const double range : group.ranges_m) {
-      if (!(range > 0.0)) ranges->fail("a LiDAR range must be above 0 m");
-    }
-  }
+  read_drives(node, group.drives);
+  group.ranges_m = read_ranges(node);
   if (const ConfigurationNode* noise = node.find("noise_ut")) {
     group.noise_ut = noise->as_double();
     if (!(*group.noise_ut >= 0.0)) noise->fail("noise must not be below 0 µT");
@@ -149,13 +80,9 @@ Group read_group(const ConfigurationNode& node, const std::string& name, const s
   group.estimators = own != nullptr ? read_estimators(*own) : estimators;
   if (group.estimators.empty()) node.fail("no estimators: name them here, or for all groups under the key 'estimators'");
   group.world_settings = texts(node, "world_settings");
+  group.map_settings = texts(node, "map_settings");
   group.run_settings = texts(node, "run_settings");
-  std::set<std::string> seen;
-  for (const std::string& row : row_names(group)) {
-    if (!seen.insert(row).second) {
-      node.fail(fmt::format("two runs would be called '{}'; rename a world's file or make two groups", row));
-    }
-  }
+  check_rows(node, group);
   if (const ConfigurationNode* published = node.find("published")) read_published(*published, group);
   return group;
 }
@@ -260,16 +187,6 @@ auto read_list(const ConfigurationNode& root, const std::string& key, Read read)
   return list;
 }
 
-/// Keys that the experiment and its section `quick` share.
-void read_scope(const ConfigurationNode& node, Experiment& experiment) {
-  if (const ConfigurationNode* seeds = node.find("seeds")) experiment.seeds = read_seeds(*seeds);
-  if (node.has("only")) experiment.only = texts(node, "only");
-  if (const ConfigurationNode* duration = node.find("duration_s")) {
-    experiment.duration_s = duration->as_double();
-    if (!(*experiment.duration_s > 0.0)) duration->fail("expected seconds above 0");
-  }
-}
-
 }  // namespace
 
 Experiment load_experiment(const std::string& path, bool quick) {
@@ -280,16 +197,7 @@ Experiment load_experiment(const std::string& path, bool quick) {
   experiment.file = path;
   experiment.name = root.has("name") ? file_name(root.at("name")) : fs::path(path).stem().string();
   experiment.title = text(root, "title", experiment.name);
-  experiment.seeds = {1};
-  read_scope(root, experiment);
-  if (const ConfigurationNode* section = root.find("quick")) {
-    section->refuse_keys_other_than({"seeds", "only", "duration_s"});
-    Experiment scope = experiment;
-    read_scope(*section, scope);  // read also where it is not asked for: a mistake in it shows at once
-    if (quick) experiment = scope;
-  } else if (quick) {
-    throw InputError(path + ": has no section 'quick' for --quick");
-  }
+  static_cast<RunScope&>(experiment) = read_scope(root, quick);
   const ConfigurationNode* common = root.find("estimators");
   const std::vector<EstimatorChoice> estimators = common != nullptr ? read_estimators(*common) : std::vector<EstimatorChoice>{};
   const ConfigurationNode& groups = root.at("groups");

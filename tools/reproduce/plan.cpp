@@ -14,8 +14,6 @@ namespace lodestone::reproduce {
 
 namespace {
 
-bool fits(const std::string& pattern, const std::string& name) { return fnmatch(pattern.c_str(), name.c_str(), 0) == 0; }
-
 /// Everything that runs of one drive with one seed share.
 struct DriveKey {
   const Group* group = nullptr;
@@ -60,11 +58,14 @@ class StepBook {
     std::vector<std::string> parts{key.drive->world_name, key.drive->sequence, seed_text(key)};
     if (!scene.empty()) parts.push_back(scene);
     parts.emplace_back("field");
-    Step step = simulating(StepKind::field, key, "survey", joined(parts));
+    std::vector<std::string> settings;
+    for (const std::string& setting : key.group->map_settings) append(settings, {"--set", setting});
+    Step step = simulating(StepKind::field, key, "survey", joined(parts), settings);
     add_sequence(step.commands.front(), key, scene);
     const std::string& folder = step.folder;
     step.commands.push_back({"map", "magnetic", folder + "/survey.bag", "--trajectory", folder + "/survey.tum", "--platform",
                              folder + "/platform.yaml", "--out", folder + "/field.yaml"});
+    append(step.commands.back(), settings);
     step.intermediate = {folder + "/survey.bag"};
     return add(std::move(step));
   }
@@ -117,8 +118,9 @@ class StepBook {
     if (!scene.empty()) append(command, {"--scene", scene});
   }
 
-  /// A step whose first command simulates `part` into its folder.
-  Step simulating(StepKind kind, const DriveKey& key, const std::string& part, const std::string& name) {
+  /// A step whose first command simulates `part` into its folder. `more`: what else tells its folder from others.
+  Step simulating(StepKind kind, const DriveKey& key, const std::string& part, const std::string& name,
+                  const std::vector<std::string>& more = {}) {
     Step step;
     step.kind = kind;
     step.name = name;
@@ -128,7 +130,10 @@ class StepBook {
     Fingerprint origin;
     origin.add(std::to_string(namesake(*key.drive)));
     for (const std::string& setting : key.group->world_settings) origin.add(setting);
-    step.folder = fmt::format("work/{}-{}", name, origin.to_string().substr(0, 6));
+    for (const std::string& word : more) origin.add(word);
+    const std::string ending = origin.to_string().substr(0, 6);
+    step.folder = fmt::format("work/{}-{}", name, ending);
+    if (!key.group->world_settings.empty() || !more.empty()) step.name += "-" + ending;  // its log is another's neighbour too
     step.commands.push_back({"simulate", key.drive->world, "--seed", std::to_string(key.seed), "--only", part, "--out", step.folder});
     for (const std::string& setting : key.group->world_settings) append(step.commands.front(), {"--set", setting});
     return step;
@@ -290,11 +295,13 @@ const char* step_kind_name(StepKind kind) {
   return "run";
 }
 
+bool fits(const std::string& pattern, const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return fnmatch(pattern.c_str(), name.c_str(), 0) == 0; });
+}
+
 bool matches(const Run& run, const std::string& pattern) {
-  for (const std::string& name : {run.name, run.group, run.row, run.world_name, run.sequence, run.group + "/" + run.row}) {
-    if (fits(pattern, name)) return true;
-  }
-  return false;
+  return fits(pattern, {run.name, run.group, run.row, run.world_name, run.sequence, run.group + "/" + run.row});
 }
 
 std::vector<std::size_t> shown_runs(const FigureChoice& figure, const std::vector<Run>& runs) {

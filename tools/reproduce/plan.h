@@ -34,7 +34,7 @@ struct Step {
   std::string recipe;                              ///< hash of commands, inputs and the recipes of `needs`
   std::string fingerprint;                         ///< the same, and of the program
 
-  bool keep = false;                               ///< a map that figures show
+  bool keep = false;                               ///< a map that is wanted afterwards
 
   /// Done for its own sake and never removed; the rest is there while something needs it.
   bool kept() const { return keep || kind == StepKind::run || kind == StepKind::difference; }
@@ -73,6 +73,9 @@ struct Plan {
   std::vector<Step> steps;  ///< in the order in which they are best done: drive by drive
   std::vector<MapDifference> differences;
 };
+
+/// Whether one of `names` is `pattern`, or what its wildcards * ? [] stand for.
+bool fits(const std::string& pattern, const std::vector<std::string>& names);
 
 /// Whether `pattern` means `run`: it is its name, group, row, sequence or world, the begin of its name up to a '/', or one
 /// of these with the wildcards * ? [].

@@ -15,14 +15,20 @@ namespace lodestone::reproduce {
 
 namespace {
 
+/// Numbers of an object and of what it holds ("stale_map.places"), but for the counts of warnings.
+void add_figures(const nlohmann::json& json, const std::string& prefix, RunFigures& figures) {
+  for (const auto& [key, value] : json.items()) {
+    if (value.is_number()) figures[prefix + key] = value.get<double>();
+    if (value.is_boolean()) figures[prefix + key] = value.get<bool>() ? 1.0 : 0.0;
+    if (value.is_object() && key != "warnings") add_figures(value, prefix + key + ".", figures);
+  }
+}
+
 RunFigures read_figures(const std::filesystem::path& path) {
   const auto json = nlohmann::json::parse(read_text_file(path.string()), nullptr, false);
   if (!json.is_object()) throw InputError(fmt::format("{}: is no JSON object; remove its folder and call again", path.string()));
   RunFigures figures;
-  for (const auto& [key, value] : json.items()) {
-    if (value.is_number()) figures[key] = value.get<double>();
-    if (value.is_boolean()) figures[key] = value.get<bool>() ? 1.0 : 0.0;
-  }
+  add_figures(json, "", figures);
   return figures;
 }
 

@@ -10,7 +10,8 @@
 
 namespace lodestone::reproduce {
 
-/// One estimator's figures of one run: the numbers of its summary.json; true is 1, false 0, null absent.
+/// One estimator's figures of one run: the numbers of its summary.json ("stale_map.places": of what it holds); true is 1,
+/// false 0, null absent.
 using RunFigures = std::map<std::string, double>;
 
 /// Figures of all runs that are done.
