@@ -23,5 +23,6 @@ void add_run_command(CLI::App& app, int* code);
 void add_evaluate_command(CLI::App& app, int* code);
 void add_report_command(CLI::App& app, int* code);
 void add_reproduce_command(CLI::App& app, int* code);
+void add_ablate_command(CLI::App& app, int* code);
 
 }  // namespace lodestone

@@ -49,6 +49,7 @@ int run_program(int argument_count, char** arguments) {
   add_evaluate_command(app, &code);
   add_report_command(app, &code);
   add_reproduce_command(app, &code);
+  add_ablate_command(app, &code);
   try {
     check_subcommand(app, argument_count, arguments);
     app.parse(argument_count, arguments);
