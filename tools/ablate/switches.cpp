@@ -47,7 +47,10 @@ std::string value_of(const Options& options, std::string_view path) {
   }
   if (node->kind() == ConfigurationNode::Kind::scalar) return node->as_string();
   std::string list;
-  for (const ConfigurationNode& element : node->elements()) list += (list.empty() ? "" : " ") + element.as_string();
+  for (const ConfigurationNode& element : node->elements()) {
+    if (!list.empty()) list += ' ';
+    list += element.as_string();
+  }
   return list;
 }
 

@@ -57,7 +57,8 @@ class ForestDrawing {
   double at(double ratio) const { return box_.left + std::clamp(scale_.share(ratio), 0.0, 1.0) * box_.width(); }
   bool beyond(double ratio) const { return ratio < scale_.low || ratio > scale_.high; }
 
-  void axis(const std::string& title) {
+  /// `middle`: of the sheet, where the title is centred: it may be wider than the axis.
+  void axis(const std::string& title, double middle) {
     for (const double tick : ratio_ticks(scale_.low, scale_.high)) {
       canvas_.line({at(tick), box_.top}, {at(tick), box_.bottom}, ink::grid, 1.0);
       canvas_.line({at(tick), box_.bottom}, {at(tick), box_.bottom + 5.0}, ink::frame, 1.0);
@@ -66,7 +67,7 @@ class ForestDrawing {
     canvas_.line({at(1.0), box_.top}, {at(1.0), box_.bottom}, ink::text, 1.5);
     canvas_.text({at(1.0) - 10.0, box_.top - 8.0}, "better", ink::letter, ink::frame, Anchor::end, Anchor::end);
     canvas_.text({at(1.0) + 10.0, box_.top - 8.0}, "worse", ink::letter, ink::frame, Anchor::begin, Anchor::end);
-    canvas_.text({0.5 * (box_.left + box_.right), box_.bottom + 36.0}, title, ink::letter, ink::text, Anchor::middle, Anchor::begin);
+    canvas_.text({middle, box_.bottom + 36.0}, title, ink::letter, ink::text, Anchor::middle, Anchor::begin);
   }
 
   /// Pairs one below the other, in their order, so that equal ones show.
@@ -139,7 +140,7 @@ void draw_forest_plot(const std::filesystem::path& path, const ForestPlot& plot)
   Canvas canvas(width, height);
   const CanvasBox box{2.0 * kMargin + labels, kTop, width - 2.0 * kMargin - texts, height - kBottom};
   ForestDrawing drawing(canvas, box, axis_of(plot.rows));
-  drawing.axis(plot.axis);
+  drawing.axis(plot.axis, 0.5 * width);
   for (std::size_t i = 0; i < plot.rows.size(); ++i) {
     const ForestRow& row = plot.rows[i];
     const double y = kTop + kRow * (static_cast<double>(i) + 0.5);
