@@ -19,6 +19,7 @@ struct EstimatorInput {
   std::shared_ptr<const PlaneMapSource> planes;  ///< null: no LiDAR localization
   std::shared_ptr<const MagneticMap> field;      ///< null: no magnetic localization
   Pose initial_pose;                             ///< T_map_imu at the first scan's start
+  Vector3 initial_velocity = Vector3::Zero();    ///< of imu at that time, map axes, m/s
   RunOptions options;
   WarningLog* warnings = nullptr;                ///< counts what an estimator had to leave out; must outlive it
   const Trajectory* linearize_at = nullptr;      ///< not null: nothing is solved, covariances are those at these poses

@@ -4,9 +4,10 @@
 
 namespace lodestone {
 
-InitialState initial_state(const Pose& T_map_imu, double gravity_m_s2, const InitialOptions& options) {
+InitialState initial_state(const Pose& T_map_imu, const Vector3& velocity, double gravity_m_s2, const InitialOptions& options) {
   InitialState result;
   result.state.T_map_imu = T_map_imu;
+  result.state.velocity = velocity;
   result.state.gravity = Vector3(0.0, 0.0, -gravity_m_s2);
   const double degree = M_PI / 180.0;
   Vector17 sigma;

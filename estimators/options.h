@@ -12,6 +12,7 @@
 #include "factors/window_options.h"
 #include "frontends/lidar/association.h"
 #include "frontends/lidar/scan_sampling.h"
+#include "frontends/localization/place_search_options.h"
 
 namespace lodestone {
 
@@ -248,6 +249,7 @@ struct RunOptions {
   MagneticOptions magnetic;
   SmootherOptions smoother;
   FilterOptions ieskf;
+  PlaceSearchOptions search;
   ReportOptions report;
 
   template <class Visitor>
@@ -258,6 +260,7 @@ struct RunOptions {
     visitor.section("magnetic", magnetic);
     visitor.section("smoother", smoother);
     visitor.section("ieskf", ieskf);
+    visitor.section("search", search);
     visitor.section("report", report);
   }
 };

@@ -66,6 +66,13 @@ void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
   }
 }
 
+void PlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
+  for (const Slot& slot : table_) {
+    if (slot.key == kEmpty) continue;
+    visit(voxel_of_key(slot.key), slot.plane == kNoPlane ? nullptr : &planes_[static_cast<std::size_t>(slot.plane)]);
+  }
+}
+
 PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
   const std::uint64_t key = voxel_key(voxel);
   for (std::uint64_t slot = spread(key) & mask_;; slot = (slot + 1) & mask_) {

@@ -25,6 +25,9 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   /// This map, which must be held by a shared_ptr.
   std::shared_ptr<const PlaneMap> around(const Vector3&) const override { return shared_from_this(); }
 
+  double voxel_m() const override { return options_.voxel_m; }
+  void for_each_voxel(const VoxelVisitor& visit) const override;
+
   /// The plane of the voxel that holds `point`; nullptr where there is none.
   const Plane* at(const Eigen::Vector3f& point) const;
 

@@ -12,13 +12,9 @@ namespace lodestone {
 
 namespace {
 
-constexpr int kBits = 21;  // of a voxel's number on each axis
+// Of one axis in a voxel's key.
+constexpr int kBits = 21;
 constexpr int kOffset = 1 << (kBits - 1);
-
-Eigen::Vector3i voxel_of_key(std::uint64_t key) {
-  const auto part = [key](int shift) { return static_cast<int>(key >> shift & ((1U << kBits) - 1U)) - kOffset; };
-  return {part(2 * kBits), part(kBits), part(0)};
-}
 
 /// A point as a member of a voxel: its own one, or one that it lies just outside of.
 struct Entry {
@@ -87,6 +83,11 @@ void take_from_within(std::span<const Eigen::Vector3f> points, std::span<const E
 std::uint64_t voxel_key(const Eigen::Vector3i& voxel) {
   const auto part = [](int value) { return static_cast<std::uint64_t>(value + kOffset) & ((1U << kBits) - 1U); };
   return part(voxel.x()) << (2 * kBits) | part(voxel.y()) << kBits | part(voxel.z());
+}
+
+Eigen::Vector3i voxel_of_key(std::uint64_t key) {
+  const auto part = [key](int shift) { return static_cast<int>(key >> shift & ((1U << kBits) - 1U)) - kOffset; };
+  return {part(2 * kBits), part(kBits), part(0)};
 }
 
 VoxelMembership::VoxelMembership(const PlaneMapOptions& options)

@@ -57,6 +57,9 @@ inline Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxe
 /// One number a voxel, in the order x, y, z. Voxels count to ±2²⁰ on each axis.
 std::uint64_t voxel_key(const Eigen::Vector3i& voxel);
 
+/// The voxel whose number this is.
+Eigen::Vector3i voxel_of_key(std::uint64_t key);
+
 /// A range of voxels, both ends within.
 struct VoxelRange {
   Eigen::Vector3i low;

@@ -60,6 +60,21 @@ std::shared_ptr<const PlaneMap> TiledPlaneMap::load(const Eigen::Vector2d& cente
   return std::make_shared<PlaneMap>(voxels, content_.median_thickness_m, content_.options);
 }
 
+void TiledPlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
+  const double limit = thickness_limit(content_.median_thickness_m, content_.options);
+  for (const auto& [tile, piece] : content_.tiles) {
+    std::vector<VoxelPlane> voxels(static_cast<std::size_t>(piece.count));
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      content_.spool->read(piece.offset, voxels.data(), voxels.size() * sizeof(VoxelPlane));
+    }
+    for (const VoxelPlane& voxel : voxels) {
+      const bool is_plane = voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
+      visit(voxel_of_key(voxel.key), is_plane ? &voxel.plane : nullptr);
+    }
+  }
+}
+
 TiledPlaneMapBuilder::TiledPlaneMapBuilder(const PlaneMapOptions& options, const std::string& folder,
                                            std::size_t buffer_bytes)
     : options_(options),

@@ -44,6 +44,9 @@ class TiledPlaneMap final : public PlaneMapSource {
   /// Thread-safe. Throws InputError where the disk fails.
   std::shared_ptr<const PlaneMap> around(const Vector3& position) const override;
 
+  double voxel_m() const override { return content_.options.voxel_m; }
+  void for_each_voxel(const VoxelVisitor& visit) const override;
+
   std::int64_t planes() const { return content_.planes; }
   std::size_t tiles() const { return content_.tiles.size(); }
   double tile_m() const { return content_.tile_voxels * content_.options.voxel_m; }

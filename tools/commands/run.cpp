@@ -21,6 +21,8 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
       --magnetic /tmp/tunnel/field.yaml --initial-pose-from /tmp/tunnel/truth.tum --truth /tmp/tunnel/truth.tum \
       --estimator smoother,ieskf,lidar-inertial,magnetic --refine batch --out /tmp/tunnel/ab
+  lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
+      --magnetic /tmp/tunnel/field.yaml --initial-pose auto --out /tmp/tunnel/kidnapped
 
 `lodestone run --list-options` shows every key that --set and --config take.)";
 
@@ -39,7 +41,8 @@ void add_run_command(CLI::App& app, int* code) {
       ->delimiter(',')
       ->capture_default_str();
   auto* pose = command->add_option("--initial-pose", call->initial_pose,
-                                   "T_map_imu at the log's begin, \"x y z qx qy qz qw\" (default: the map's origin)");
+                                   "T_map_imu at the log's begin, \"x y z qx qy qz qw\", or auto: found anywhere on the maps "
+                                   "(default: the map's origin)");
   command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) to take it from")->excludes(pose);
   command->add_option("--config", call->configurations, "options, YAML; later files win over earlier ones");
   command->add_option("--set", call->settings, "key.path=value: one option; wins over every file");

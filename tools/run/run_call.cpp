@@ -23,6 +23,7 @@
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/report/overview.h"
+#include "tools/run/automatic_start.h"
 #include "tools/run/bound_run.h"
 #include "tools/run/estimator_run.h"
 #include "tools/run/initial_pose.h"
@@ -42,7 +43,10 @@ struct RunMaterial {
   Trajectory truth;
   Trajectory start;
   SensorChoice sensors;
+  std::optional<AutomaticStart> found;  ///< with --initial-pose auto
 };
+
+bool is_automatic(const RunCall& call) { return call.initial_pose == "auto"; }
 
 void check_call(const RunCall& call) {
   const std::vector<std::string> known = estimator_names();
@@ -64,7 +68,11 @@ void check_call(const RunCall& call) {
     throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
   }
   if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
-  if (!call.initial_pose.empty()) parse_initial_pose(call.initial_pose);
+  if (is_automatic(call) && call.cloud.empty()) {
+    throw InputError("--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; add the "
+                     "cloud map or give the start's pose");
+  }
+  if (!call.initial_pose.empty() && !is_automatic(call)) parse_initial_pose(call.initial_pose);
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
 }
 
@@ -122,6 +130,7 @@ void check_start(const RunCall& call, const RunMaterial& material, const Pose& p
 }
 
 Pose find_start(const RunCall& call, const RunMaterial& material, Time time, WarningLog& warnings) {
+  if (material.found) return material.found->T_map_imu;
   if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
   if (!call.initial_pose_from.empty()) return initial_pose_from(material.start, call.initial_pose_from, time);
   warnings.add("run.initial_pose", "none given: the map's origin is taken; --initial-pose or --initial-pose-from says better",
@@ -160,7 +169,7 @@ std::optional<Bound> find_bound(const RunCall& call, const RunMaterial& material
   const auto make = [&](const ScanBundle& first) {
     const Pose start = initial_pose_from(material.truth, call.truth, first.scan.start);
     return make_estimator("smoother", bound_input({material.platform.suite, material.planes, material.field, start,
-                                                   material.options, &unheard, nullptr, nullptr}, material.truth));
+                                                   Vector3::Zero(), material.options, &unheard, nullptr, nullptr}, material.truth));
   };
   return run_bound(open, make, material.truth, std::filesystem::path(call.out) / "bound.csv");
 }
@@ -183,16 +192,26 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
   run.make_estimator = [&](const ScanBundle& first) {
     const Pose start = find_start(call, material, first.scan.start, warnings);
     check_start(call, material, start, first.scan.start, warnings);
-    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, material.options, &warnings,
-                                 nullptr, refining_progress(name, opened)});
+    const Vector3 velocity = material.found ? material.found->velocity : Vector3::Zero();
+    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, velocity, material.options,
+                                 &warnings, nullptr, refining_progress(name, opened)});
   };
   return run_estimator(run, warnings);
 }
 
-std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call) {
+/// Looks for the start once for all estimators.
+void find_start_anywhere(const RunCall& call, RunMaterial& material, WarningLog& warnings) {
+  WarningLog unheard;  // what is odd in these seconds is counted by the runs themselves
+  LogReader reader(call, material, unheard);
+  const EstimatorInput input{material.platform.suite, material.planes, material.field, {}, Vector3::Zero(), material.options, nullptr};
+  material.found = find_automatic_start(call.log, input, [&](ScanBundle& bundle) { return reader.synchronizer.next(bundle); }, warnings);
+}
+
+std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunMaterial& material) {
   return {{"lodestone", LODESTONE_VERSION}, {"log", call.log},     {"platform", call.platform}, {"cloud", call.cloud},
           {"magnetic", call.magnetic},      {"truth", call.truth}, {"initial_pose", call.initial_pose},
-          {"initial_pose_from", call.initial_pose_from}};
+          {"initial_pose_from", call.initial_pose_from},
+          {"initial_pose_found", material.found ? pose_text(material.found->T_map_imu) : ""}};
 }
 
 int exit_code_of(const std::vector<RunSummary>& runs) {
@@ -219,7 +238,7 @@ int execute(const RunCall& call) {
   check_call(call);
   const ThreadLimit limit(call.threads.value_or(0));
   WarningLog shared;
-  const RunMaterial material = load(call, shared);
+  RunMaterial material = load(call, shared);
   const std::filesystem::path out = call.out;
   std::error_code error;
   std::filesystem::create_directories(out, error);
@@ -227,6 +246,7 @@ int execute(const RunCall& call) {
   write_text_file((out / "config.yaml").string(),
                   "# Every option of this run; --config takes it again.\n" + save_options(material.options));
 
+  if (is_automatic(call)) find_start_anywhere(call, material, shared);
   const std::optional<Bound> bound = find_bound(call, material);
   std::vector<RunSummary> summaries;
   std::vector<PictureSeries> series;
@@ -238,7 +258,7 @@ int execute(const RunCall& call) {
     log_begin = outcome.log_begin;
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
-    write_text_file((out / "summary.json").string(), to_json(inputs_of(call), summaries, bound));
+    write_text_file((out / "summary.json").string(), to_json(inputs_of(call, material), summaries, bound));
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());

@@ -1,0 +1,233 @@
+#include "estimators/start/start_finder.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/imu/scan_motion.h"
+#include "estimators/start/start_track.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::size_t kLeastPoints = 100;       // of a scan that can be searched for
+constexpr double kReadingSpan_s = 0.05;
+constexpr double kFinalistMargin = 14.0;        // in log-likelihood below the best
+constexpr std::size_t kFinalists = 12;
+constexpr double kFirstLook_s = 1.0;            // of tracking, before it is decided whether more is needed
+constexpr double kSame_m = 0.3;
+constexpr double kSame_rad = 3.0 * std::numbers::pi / 180.0;
+constexpr std::size_t kReported = 5;
+
+std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
+  std::vector<ImuSample> samples;
+  for (const ScanBundle& bundle : bundles) {
+    for (const ImuSample& sample : bundle.imu) {
+      if (samples.empty() || sample.time > samples.back().time) samples.push_back(sample);  // ends are in both bundles
+    }
+  }
+  return samples;
+}
+
+/// What a hypothesis says of one scan: LiDAR and field at the state of its track there.
+StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const EstimatorInput& input,
+                          const StartEvidence& evidence, double& nowhere) {
+  const Quaternion to_imu = state.T_map_imu.rotation.conjugate();
+  const StartScan scan = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * state.velocity, input.suite,
+                                       input.options.lidar.sampling.voxel_m);
+  const std::vector<Eigen::Vector3f> points = above_floor(scan);
+  const auto array = reading_at_end(bundle, state, input.suite, kReadingSpan_s);
+  StartCandidate candidate;
+  candidate.T_map_imu = state.T_map_imu;
+  evidence.weigh(points, array ? &*array : nullptr, *input.planes->around(state.T_map_imu.position), candidate);
+  nowhere = evidence.nowhere(points, array ? &*array : nullptr, state.T_map_imu.rotation);
+  return candidate;
+}
+
+/// Scans that say something new: the last one, and before it one after each further way of `distance_m`.
+std::vector<std::size_t> stations_of(const std::vector<NavState>& states, double distance_m) {
+  std::vector<std::size_t> stations{states.size() - 1};
+  for (std::size_t k = states.size(); k-- > 0;) {
+    const Vector3 way = states[k].T_map_imu.position - states[stations.back()].T_map_imu.position;
+    if (way.norm() >= distance_m) stations.push_back(k);
+  }
+  return stations;
+}
+
+/// A finalist with what all scans so far say of it.
+struct Finalist {
+  Finalist(const EstimatorInput& input, const Pose& pose_at_start) : track(input, pose_at_start) {}
+  StartTrack track;
+  StartCandidate last;
+  double log_likelihood = 0.0;
+  double nowhere = 0.0;
+  bool doubled = false;
+};
+
+}  // namespace
+
+std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite,
+                                           double span_s) {
+  if (bundle.magnetic.empty()) return std::nullopt;
+  const Time earliest = bundle.magnetic.back().time - from_seconds(span_s);
+  const auto first = std::find_if(bundle.magnetic.begin(), bundle.magnetic.end(),
+                                  [earliest](const MagneticArraySample& sample) { return sample.time >= earliest; });
+  const auto count = static_cast<int>(bundle.magnetic.end() - first);
+  const std::span<const MagneticArraySample> samples(&*first, static_cast<std::size_t>(count));
+  std::vector<ArrayReading> arrays = average_array(samples, ScanMotion(end, bundle.imu), suite, count);
+  if (arrays.empty()) return std::nullopt;
+  return std::move(arrays.front());
+}
+
+StartFinder::StartFinder(const EstimatorInput& input) : input_(input), options_(input.options.search) {
+  if (input_.planes == nullptr) {
+    throw InputError("--initial-pose auto: expected a cloud map, found the magnetic map alone, in which places repeat; give "
+                     "--cloud MAP.pcd too, or the start's pose");
+  }
+  search_ = std::make_unique<StartSearch>(*input_.planes, input_.field.get(), input_.suite, input_.options.lidar.association,
+                                          options_);
+}
+
+FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
+  FoundStart result;
+  const auto usable = std::find_if(bundles.begin(), bundles.end(),
+                                   [](const ScanBundle& bundle) { return bundle.scan.points.size() >= kLeastPoints; });
+  if (usable == bundles.end()) {
+    throw InputError(fmt::format("--initial-pose auto: expected a scan of at least {} points in the log's first {} s, found "
+                                 "none; give the start's pose",
+                                 kLeastPoints, options_.data_s));
+  }
+  const auto first = static_cast<std::size_t>(usable - bundles.begin());
+  const std::span<const ScanBundle> rest = bundles.subspan(first);
+  const ScanBundle& bundle = rest.front();
+
+  // The first scan, as if the robot stood.
+  const std::vector<ImuSample> imu = imu_of(rest.size() > 1 ? rest.subspan(1) : rest);
+  NavState still;
+  still.T_map_imu.rotation = level_attitude(mean_up(imu));
+  still.gravity = Vector3(0.0, 0.0, -input_.suite.gravity_m_s2);
+  const Vector3 up = still.T_map_imu.rotation.conjugate() * Vector3::UnitZ();
+  const StartScan scan = prepare_start(bundle, up, Vector3::Zero(), input_.suite, input_.options.lidar.sampling.voxel_m);
+  const auto array = reading_at_end(bundle, still, input_.suite, kReadingSpan_s);
+  const StartCandidates candidates = search_->find(scan, array ? &*array : nullptr);
+  result.candidates = candidates.found.size();
+  if (candidates.found.empty()) {
+    result.doubt = "no place of the map fits the first scan";
+    return result;
+  }
+
+  // What fits about as well as the best is tracked.
+  const Pose T_end_start = ScanMotion(still, bundle.imu).relative_pose(bundle.scan.start);
+  std::vector<Finalist> finalists;
+  for (const StartCandidate& candidate : candidates.found) {
+    if (finalists.size() == kFinalists) break;
+    if (candidate.log_likelihood < candidates.found.front().log_likelihood - kFinalistMargin) break;
+    finalists.emplace_back(input_, candidate.T_map_imu * T_end_start);
+  }
+  // Candidates beyond are as improbable as the first scan says.
+  double others = 0.0;
+  for (std::size_t i = finalists.size(); i < candidates.found.size(); ++i) {
+    others += std::exp(candidates.found[i].log_likelihood - candidates.found.front().log_likelihood);
+  }
+
+  std::vector<double> probabilities(finalists.size());
+  std::size_t best = 0;
+  std::size_t tracked = 0;
+  const auto end_of = [&](double seconds) {
+    std::size_t count = 1;
+    while (count < rest.size() && to_seconds(rest[count].scan.end - bundle.scan.start) <= seconds + 1e-3) ++count;
+    return count;
+  };
+  for (const double look_s : {std::min(kFirstLook_s, options_.data_s), options_.data_s}) {
+    const std::size_t upto = end_of(look_s);
+    if (upto == tracked) break;
+    tbb::parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
+      finalists[i].track.follow(rest.subspan(tracked, upto - tracked));
+    });
+    tracked = upto;
+    const std::vector<std::size_t> stations = stations_of(finalists[best].track.states(), options_.independent_distance_m);
+    tbb::parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
+      Finalist& finalist = finalists[i];
+      finalist.log_likelihood = finalist.nowhere = 0.0;
+      for (const std::size_t station : stations) {
+        double nowhere = 0.0;
+        const StartCandidate at = weigh_scan(rest[station], finalist.track.states()[station], input_, search_->evidence(), nowhere);
+        if (station == stations.front()) finalist.last = at;
+        finalist.log_likelihood += at.log_likelihood;
+        finalist.nowhere += nowhere;
+      }
+    });
+    // Two that have run together are one.
+    std::vector<std::size_t> order(finalists.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return finalists[a].log_likelihood > finalists[b].log_likelihood; });
+    for (std::size_t a = 0; a < order.size(); ++a) {
+      Finalist& finalist = finalists[order[a]];
+      finalist.doubled = false;
+      for (std::size_t b = 0; b < a && !finalist.doubled; ++b) {
+        const Vector6 apart = finalist.last.T_map_imu.boxminus(finalists[order[b]].last.T_map_imu);
+        finalist.doubled = !finalists[order[b]].doubled && apart.tail<3>().norm() < kSame_m && apart.head<3>().norm() < kSame_rad;
+      }
+    }
+    best = order.front();
+    const double reference = std::max(finalists[best].log_likelihood, finalists[best].nowhere);
+    double sum = others * std::exp(finalists[best].log_likelihood - reference) + std::exp(finalists[best].nowhere - reference);
+    for (std::size_t i = 0; i < finalists.size(); ++i) {
+      probabilities[i] = finalists[i].doubled ? 0.0 : std::exp(finalists[i].log_likelihood - reference);
+      sum += probabilities[i];
+    }
+    for (double& probability : probabilities) probability /= sum;
+    if (probabilities[best] >= options_.min_probability) break;
+  }
+  result.data_s = to_seconds(rest[tracked - 1].scan.end - bundles.front().scan.start);
+
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < finalists.size(); ++i) {
+    if (!finalists[i].doubled) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return probabilities[a] > probabilities[b]; });
+  if (order.size() > kReported) order.resize(kReported);
+  const std::size_t settled = std::min(end_of(kFirstLook_s), tracked) - 1;
+  const std::vector<ImuSample> to_settled = imu_of(bundles.subspan(0, first + settled + 1));
+  for (const std::size_t i : order) {
+    const Finalist& finalist = finalists[i];
+    const NavState& state = finalist.track.states()[settled];
+    // Back to the log's begin through the IMU; there the first scan is laid on the map once more, now deskewed.
+    const ScanMotion back(state, to_settled);
+    const Pose rough_end = back.pose(bundle.scan.end);
+    const Pose rough_start = back.pose(bundles.front().scan.start);
+    const double step_s = std::max(1e-3, to_seconds(bundle.scan.end - bundle.scan.start));
+    const Vector3 velocity = (rough_end.position - back.pose(bundle.scan.start).position) / step_s;
+    const Quaternion to_imu = rough_end.rotation.conjugate();
+    const StartScan again = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * velocity, input_.suite,
+                                          input_.options.lidar.sampling.voxel_m);
+    const auto planes = input_.planes->around(rough_end.position);
+    const RegisteredScan registered =
+        register_scan(again.points, rough_end, *planes, input_.suite.lidar, input_.options.lidar.association);
+    StartHypothesis hypothesis;
+    hypothesis.T_map_imu = registered.T_map_imu * (rough_end.inverse() * rough_start);
+    hypothesis.velocity = velocity;
+    hypothesis.probability = probabilities[i];
+    hypothesis.lidar = finalist.last.lidar;
+    hypothesis.field = finalist.last.field;
+    result.best.push_back(hypothesis);
+  }
+  if (finalists[best].track.lost()) {
+    result.doubt = "the filter lost track of the most probable place";
+  } else if (!candidates.complete) {
+    result.doubt = "the search ended early, at search.max_nodes";
+  } else if (!(probabilities[best] >= options_.min_probability)) {
+    result.doubt = fmt::format("the most probable place has {:.1f} %", 100.0 * probabilities[best]);
+  } else {
+    result.sure = true;
+  }
+  return result;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,94 @@
+#include "frontends/localization/scan_registration.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+
+#include "core/registration/condensed_cost.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+/// Near points first: they stay within reach of their planes while the heading is yet rough.
+struct Stage {
+  double range_m;
+  double sigma_m;   ///< how far off the pose may be: what residuals are held to
+  double sigma_rad;
+  int iterations;
+};
+constexpr std::array<Stage, 3> kStages{{{12.0, 0.15, 1.5 * degree, 5},
+                                        {25.0, 0.06, 0.5 * degree, 4},
+                                        {std::numeric_limits<double>::infinity(), 0.03, 0.15 * degree, 4}}};
+constexpr double kConverged_m = 1e-3;
+constexpr double kConverged_rad = 1e-4;
+
+Matrix6 trust_in_start() {
+  Vector6 sigma;
+  sigma << 2.0 * degree, 2.0 * degree, 3.0 * degree, 0.3, 0.3, 0.2;
+  return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+}  // namespace
+
+RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose& start, const PlaneMap& map,
+                             const LidarModel& lidar, const AssociationOptions& options) {
+  const Matrix6 trust = trust_in_start();
+  RegisteredScan result;
+  result.T_map_imu = start;
+  std::vector<Eigen::Vector3f> near;
+  for (const Stage& stage : kStages) {
+    near.clear();
+    const auto limit = static_cast<float>(std::min(stage.range_m * stage.range_m, 1e30));
+    std::copy_if(points.begin(), points.end(), std::back_inserter(near),
+                 [limit](const Eigen::Vector3f& point) { return point.squaredNorm() < limit; });
+    Vector6 variance;
+    variance << Vector3::Constant(stage.sigma_rad * stage.sigma_rad), Vector3::Constant(stage.sigma_m * stage.sigma_m);
+    for (int i = 0; i < stage.iterations; ++i) {
+      const std::vector<Correspondence> matches =
+          associate(near, result.T_map_imu, variance.asDiagonal(), map, lidar, options);
+      const CondensedCost cost = condense(matches, result.T_map_imu);
+      result.information = cost.hessian(result.T_map_imu);
+      const Vector6 gradient = cost.gradient(result.T_map_imu) + trust * result.T_map_imu.boxminus(start);
+      const Vector6 step = -(result.information + trust).ldlt().solve(gradient);
+      if (!step.allFinite()) return result;
+      result.T_map_imu = result.T_map_imu.boxplus(step);
+      if (step.tail<3>().norm() < kConverged_m && step.head<3>().norm() < kConverged_rad) break;
+    }
+  }
+  return result;
+}
+
+ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map) {
+  ScanAgreement result;
+  result.points = static_cast<int>(points.size());
+  if (points.empty()) return result;
+  const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
+  constexpr float kReach_m = 0.3F;
+  double sum = 0.0;
+  int within = 0;
+  for (const Eigen::Vector3f& point : points) {
+    const Eigen::Vector3f turned = rotation * point;
+    const Eigen::Vector3f place = (turned.cast<double>() + T_map_imu.position).cast<float>();
+    const Plane* plane = map.match(place, kReach_m);
+    double cost = ScanAgreement::most;
+    if (plane != nullptr) {
+      const double sigma_m = 0.05 + 0.003 * static_cast<double>(point.norm());
+      const double ratio = static_cast<double>(plane->distance(place)) / sigma_m;
+      cost = std::min(cost, 0.5 * ratio * ratio);
+    }
+    if (cost < ScanAgreement::most) ++within;
+    sum += cost;
+  }
+  result.cost = sum / static_cast<double>(points.size());
+  result.share = static_cast<double>(within) / static_cast<double>(points.size());
+  return result;
+}
+
+}  // namespace lodestone

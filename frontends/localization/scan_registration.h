@@ -1,0 +1,33 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/maps/plane_map_source.h"
+#include "frontends/lidar/association.h"
+
+namespace lodestone {
+
+/// A pose at which a scan lies on the map's planes.
+struct RegisteredScan {
+  Pose T_map_imu;
+  Matrix6 information = Matrix6::Zero();  ///< of LiDAR alone, order φ, p
+};
+
+/// Moves a scan from a place that is right to about 0.3 m and 2° onto the planes, from near points to far ones, by
+/// Gauss-Newton on the condensed cost. Directions that LiDAR does not see stay where they were. `points`: imu frame.
+RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose& start, const PlaneMap& map,
+                             const LidarModel& lidar, const AssociationOptions& options);
+
+/// How well a scan lies on the map.
+struct ScanAgreement {
+  double cost = 0.0;    ///< mean over points of min(r²/2σ², `most`), `most` for a point without plane
+  double share = 0.0;   ///< of points within 2.4 σ of their plane
+  int points = 0;
+  static constexpr double most = 3.0;
+};
+
+/// σ is 5 cm and 3 mm a metre of range: what a place is right to before an estimator had a say.
+ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map);
+
+}  // namespace lodestone

@@ -1,0 +1,168 @@
+#include "frontends/localization/start_search.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "frontends/localization/field_search.h"
+#include "frontends/magnetometer/localization.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr double kFloorThickness_m = 0.15;
+constexpr double kNowhereShare = 0.5;      // of the scan that fits by chance where it was not taken
+constexpr std::size_t kJudgedPoints = 1500;
+constexpr double kTilesTogether_m = 32.0;
+constexpr double kSame_m = 0.25;
+constexpr double kSame_rad = 3.0 * degree;
+constexpr double kArrayCrowding = 3.0;     // readings that share one error of the map
+constexpr double kMapError_ut = 0.5;
+
+std::vector<SiteLevel> levels_of(const PlaneMapSource& planes) {
+  std::vector<SiteLevel> levels = find_levels(planes, PlaceSearch::margin_cells);
+  if (levels.empty()) {
+    throw InputError("--initial-pose auto: the cloud map shows no level floor to stand on; give the start's pose instead");
+  }
+  return levels;
+}
+
+bool is_same(const Pose& a, const Pose& b) {
+  const Vector6 difference = a.boxminus(b);
+  return difference.tail<3>().norm() < kSame_m && difference.head<3>().norm() < kSame_rad;
+}
+
+std::vector<Eigen::Vector3f> thinned(std::vector<Eigen::Vector3f> points, std::size_t most) {
+  if (points.size() <= most) return points;
+  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
+  points.resize(most);
+  return points;
+}
+
+}  // namespace
+
+StartEvidence::StartEvidence(const SensorSuite& suite, const MagneticMap* field, const PlaceSearchOptions& options)
+    : suite_(suite), field_(field), options_(options) {
+  if (field_ != nullptr) background_ = field_background(*field_);
+}
+
+double StartEvidence::lidar_weight(std::size_t points) const {
+  // What stands above the floor may be little: then it says little.
+  return std::min(options_.independent_points, 0.2 * static_cast<double>(points));
+}
+
+void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
+                          StartCandidate& candidate) const {
+  candidate.lidar = agreement(points, candidate.T_map_imu, planes);
+  candidate.log_likelihood = -lidar_weight(points.size()) * candidate.lidar.cost;
+  if (field_ == nullptr || array == nullptr) return;
+  candidate.field = field_evidence(*array, candidate.T_map_imu, suite_, *field_, background_, options_);
+  candidate.log_likelihood += candidate.field.log_likelihood;
+}
+
+double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array,
+                              const Quaternion& attitude) const {
+  double result = -lidar_weight(points.size()) * (1.0 - kNowhereShare) * ScanAgreement::most;
+  if (field_ != nullptr && array != nullptr) {
+    // Far from any map, whatever the heading.
+    const Pose far{attitude, Vector3::Constant(1e7)};
+    result += field_evidence(*array, far, suite_, *field_, background_, options_).log_likelihood;
+  }
+  return result;
+}
+
+std::vector<Eigen::Vector3f> above_floor(const StartScan& scan) {
+  const Vector3 normal = scan.ground ? scan.ground->normal : scan.up;
+  const double height_m = height_above_floor(scan);
+  std::vector<Eigen::Vector3f> result;
+  for (const Eigen::Vector3f& point : scan.points) {
+    if (std::abs(normal.dot(point.cast<double>()) + height_m) > kFloorThickness_m) result.push_back(point);
+  }
+  return thinned(std::move(result), kJudgedPoints);
+}
+
+StartSearch::StartSearch(const PlaneMapSource& planes, const MagneticMap* field, const SensorSuite& suite,
+                         const AssociationOptions& association, const PlaceSearchOptions& options)
+    : planes_(planes),
+      field_(field),
+      suite_(suite),
+      association_(association),
+      options_(options),
+      search_(levels_of(planes), options),
+      evidence_(suite, field, options) {}
+
+Pose StartSearch::pose_of(const Place& place, const Quaternion& attitude, double height_m) const {
+  const SiteLevel& level = search_.levels()[static_cast<std::size_t>(place.level)];
+  const int column = std::clamp(level.column_of(place.position_m.x()), 0, level.columns - 1);
+  const int row = std::clamp(level.row_of(place.position_m.y()), 0, level.rows - 1);
+  const double floor_m = static_cast<double>(level.floor_m[level.index(column, row)]);
+  return {(Quaternion(Eigen::AngleAxisd(place.yaw, Vector3::UnitZ())) * attitude).normalized(),
+          {place.position_m.x(), place.position_m.y(), floor_m + height_m}};
+}
+
+StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* array) const {
+  StartCandidates result;
+  const Quaternion attitude = start_attitude(scan);
+  const double height_m = height_above_floor(scan);
+  const std::vector<SearchPoint> points = search_points(scan, options_.range_m, options_.points);
+  const std::vector<Eigen::Vector3f> judged = above_floor(scan);
+  result.search_points = static_cast<int>(points.size());
+  result.nowhere_log_likelihood = evidence_.nowhere(judged, array, attitude);
+
+  PlaceSearchResult by_lidar = search_.best(points);
+  result.complete = by_lidar.complete;
+  std::vector<Place> places = std::move(by_lidar.places);
+  if (field_ != nullptr && array != nullptr) {
+    const std::vector<Place> by_field = search_field(*array, attitude, height_m, *field_, search_, points, options_);
+    places.insert(places.end(), by_field.begin(), by_field.end());
+  }
+  // Neighbours one after the other, so that tiles of a large map are loaded once.
+  const auto tile = [](const Place& place) {
+    const Eigen::Vector2d scaled = place.position_m / kTilesTogether_m;
+    return std::pair{std::floor(scaled.x()), std::floor(scaled.y())};
+  };
+  std::stable_sort(places.begin(), places.end(), [&](const Place& a, const Place& b) { return tile(a) < tile(b); });
+
+  std::vector<StartCandidate> candidates(places.size());
+  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
+    StartCandidate& candidate = candidates[i];
+    const Pose rough = pose_of(places[i], attitude, height_m);
+    const auto planes = planes_.around(rough.position);
+    const RegisteredScan registered = register_scan(scan.points, rough, *planes, suite_.lidar, association_);
+    candidate.T_map_imu = registered.T_map_imu;
+    if (field_ != nullptr && array != nullptr) {
+      std::vector<LocalizationReading> readings;
+      for (const MeanReading& reading : array->readings) {
+        const double noise = suite_.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
+        readings.push_back({reading.T_end_mag, reading.measured_ut,
+                            noise * noise / reading.samples + kArrayCrowding * kMapError_ut * kMapError_ut});
+      }
+      Vector6 trust;
+      trust << Vector3::Constant(std::pow(3.0 * degree, -2)), Vector3::Constant(std::pow(0.25, -2));
+      // What the scan's many points know of the pose is known less well than they say.
+      const Matrix6 information = 0.1 * registered.information + Matrix6(trust.asDiagonal());
+      const Matrix6 covariance = information.ldlt().solve(Matrix6::Identity());
+      const Matrix6 symmetric = 0.5 * (covariance + covariance.transpose());
+      const MagneticLocalization localized = localize(registered.T_map_imu, symmetric, readings, *field_, {});
+      if (2 * localized.used > static_cast<int>(readings.size())) candidate.T_map_imu = localized.T_map_imu;
+    }
+    evidence_.weigh(judged, array, *planes, candidate);
+  });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const StartCandidate& a, const StartCandidate& b) { return a.log_likelihood > b.log_likelihood; });
+  for (const StartCandidate& candidate : candidates) {
+    const bool known = std::any_of(result.found.begin(), result.found.end(), [&](const StartCandidate& other) {
+      return is_same(other.T_map_imu, candidate.T_map_imu);
+    });
+    if (!known) result.found.push_back(candidate);
+  }
+  return result;
+}
+
+}  // namespace lodestone
