@@ -4,7 +4,8 @@
 
 namespace lodestone {
 
-InitialState initial_state(const Pose& T_map_imu, const Vector3& velocity, double gravity_m_s2, const InitialOptions& options) {
+InitialState initial_state(const Pose& T_map_imu, const Vector3& velocity, double gravity_m_s2,
+                           const InitialOptions& options) {
   InitialState result;
   result.state.T_map_imu = T_map_imu;
   result.state.velocity = velocity;

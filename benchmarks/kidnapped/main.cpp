@@ -138,19 +138,24 @@ void run(const Call& call) {
       probability = found.best.front().probability;
     }
     outcomes.push_back(outcome);
-    const double yaw = std::atan2(2.0 * (truth.rotation.w() * truth.rotation.z()), 1.0 - 2.0 * truth.rotation.z() * truth.rotation.z());
-    fmt::print(stderr, "{:3d} ({:6.2f} {:6.2f} {:6.1f}°) {} {} {} {}: {:.3f} m {:.2f}°, p {:.4f}, share {:.2f}, field {:.1f}, {} candidates, {:.1f} s of data, {:.2f} s{}{}\n",
-               i, truth.position.x(), truth.position.y(), yaw * 180.0 / std::numbers::pi, outcome.moves ? "moves" : "stands",
-               outcome.on_field ? "on field " : "off field", outcome.right ? "right" : "WRONG", outcome.sure ? "sure" : "unsure",
-               outcome.error_m, outcome.error_deg, probability, found.best.empty() ? 0.0 : found.best.front().lidar.share,
-               found.best.empty() ? 0.0 : found.best.front().field.residual_rms_ut, found.candidates, found.data_s, outcome.wall_s,
+    const Vector3 forward = truth.rotation * Vector3::UnitX();
+    const double yaw_deg = std::atan2(forward.y(), forward.x()) * 180.0 / std::numbers::pi;
+    fmt::print(stderr, "{:3d} ({:6.2f} {:6.2f} {:6.1f}°) {} {} {} {}: {:.3f} m {:.2f}°, p {:.4f}", i, truth.position.x(),
+               truth.position.y(), yaw_deg, outcome.moves ? "moves" : "stands", outcome.on_field ? "on field" : "off field",
+               outcome.right ? "right" : "WRONG", outcome.sure ? "sure" : "unsure", outcome.error_m, outcome.error_deg,
+               probability);
+    if (!found.best.empty()) {
+      fmt::print(stderr, ", share {:.2f}, field {:.1f} uT", found.best.front().lidar.share,
+                 found.best.front().field.residual_rms_ut);
+    }
+    fmt::print(stderr, ", {} candidates, {:.1f} s of data, {:.2f} s{}{}\n", found.candidates, found.data_s, outcome.wall_s,
                found.doubt.empty() ? "" : ": ", found.doubt);
-    if (call.only >= 0) {
-      for (const StartHypothesis& one : found.best) {
-        fmt::print(stderr, "    {:.2f} {:.2f} {:.2f} p {:.5f} cost {:.3f} share {:.3f} field {:.1f} ({} on map, {:.2f} uT)\n",
-                   one.T_map_imu.position.x(), one.T_map_imu.position.y(), one.T_map_imu.position.z(), one.probability,
-                   one.lidar.cost, one.lidar.share, one.field.log_likelihood, one.field.on_map, one.field.residual_rms_ut);
-      }
+    if (call.only < 0) continue;
+    for (const StartHypothesis& one : found.best) {
+      const Vector3& p = one.T_map_imu.position;
+      fmt::print(stderr, "    {:.2f} {:.2f} {:.2f} p {:.5f} cost {:.3f} share {:.3f} field {:.1f} ({} on map, {:.2f} uT)\n",
+                 p.x(), p.y(), p.z(), one.probability, one.lidar.cost, one.lidar.share, one.field.log_likelihood,
+                 one.field.on_map, one.field.residual_rms_ut);
     }
   }
   fmt::print("| starts | | right and sure % | right, not sure % | wrong, not sure % | wrong and sure % | error m, median / 95 % | "

@@ -21,7 +21,8 @@ namespace {
 constexpr std::uint64_t map_seed = 1;
 constexpr int viewpoints = 300;
 
-std::vector<Eigen::Vector3f> make_cloud(simulation::World world, const simulation::Environment& environment, MapKind kind) {
+std::vector<Eigen::Vector3f> make_cloud(simulation::World world, const simulation::Environment& environment,
+                                        MapKind kind) {
   if (kind == MapKind::site) {
     simulation::RandomStarts places;
     places.count = viewpoints;
@@ -62,8 +63,8 @@ MagneticMap site_field(const simulation::World& world, const simulation::Environ
   std::vector<Eigen::Vector4f> nodes(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows),
                                      Eigen::Vector4f::Constant(none));
   const auto error_at = [&](int row, int column) {
-    return simulation::RandomStream(map_seed, "error of the site's field", static_cast<std::uint64_t>(row) << 32U | static_cast<std::uint64_t>(column))
-        .normal3();
+    const std::uint64_t index = static_cast<std::uint64_t>(row) << 32U | static_cast<std::uint64_t>(column);
+    return simulation::RandomStream(map_seed, "error of the site's field", index).normal3();
   };
   tbb::parallel_for(0, grid.rows, [&](int row) {
     for (int column = 0; column < grid.columns; ++column) {
@@ -77,7 +78,8 @@ MagneticMap site_field(const simulation::World& world, const simulation::Environ
       const double v = static_cast<double>(column % error_nodes) / error_nodes;
       const Vector3 error = (1.0 - u) * ((1.0 - v) * error_at(r, c) + v * error_at(r, c + 1)) +
                             u * ((1.0 - v) * error_at(r + 1, c) + v * error_at(r + 1, c + 1));
-      const Vector3 field = environment.field.field_ut(Vector3(place.x(), place.y(), grid.heights_m.front())) + error_ut * error;
+      const Vector3 point(place.x(), place.y(), grid.heights_m.front());
+      const Vector3 field = environment.field.field_ut(point) + error_ut * error;
       nodes[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(column)] =
           Eigen::Vector4f(static_cast<float>(field.x()), static_cast<float>(field.y()), static_cast<float>(field.z()),
                           static_cast<float>(error_ut));

@@ -29,7 +29,8 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
   const auto begin = std::chrono::steady_clock::now();
   const RunOptions& options = input_.options;
   if (!started_) {
-    const InitialState start = initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, options.initial);
+    const InitialState start =
+        initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, options.initial);
     state_ = start.state;
     covariance_ = start.covariance;
     started_ = true;

@@ -19,6 +19,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 constexpr double kFloorThickness_m = 0.15;
 constexpr double kNowhereShare = 0.5;      // of the scan that fits by chance where it was not taken
 constexpr std::size_t kJudgedPoints = 1500;
+constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, on each of some hundred places
 constexpr double kTilesTogether_m = 32.0;
 constexpr double kSame_m = 0.25;
 constexpr double kSame_rad = 3.0 * degree;
@@ -112,6 +113,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   const double height_m = height_above_floor(scan);
   const std::vector<SearchPoint> points = search_points(scan, options_.range_m, options_.points);
   const std::vector<Eigen::Vector3f> judged = above_floor(scan);
+  const std::vector<Eigen::Vector3f> registered_points = thinned(scan.points, kRegisteredPoints);
   result.search_points = static_cast<int>(points.size());
   result.nowhere_log_likelihood = evidence_.nowhere(judged, array, attitude);
 
@@ -134,7 +136,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
     StartCandidate& candidate = candidates[i];
     const Pose rough = pose_of(places[i], attitude, height_m);
     const auto planes = planes_.around(rough.position);
-    const RegisteredScan registered = register_scan(scan.points, rough, *planes, suite_.lidar, association_);
+    const RegisteredScan registered = register_scan(registered_points, rough, *planes, suite_.lidar, association_);
     candidate.T_map_imu = registered.T_map_imu;
     if (field_ != nullptr && array != nullptr) {
       std::vector<LocalizationReading> readings;

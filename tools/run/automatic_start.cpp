@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -51,22 +52,24 @@ AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput
   const FoundStart found = StartFinder(input).find(bundles);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!found.sure) {
-    throw InputError(fmt::format("{}: --initial-pose auto is not sure of the start: {} of {:.1f} s of data; {}", log, found.doubt,
-                                 found.data_s,
-                                 found.best.empty() ? "give --initial-pose"
-                                                    : "give --initial-pose yourself, one of " + candidates_text(found) +
-                                                          ", or lower search.min_probability to take the first"));
+    const std::string advice = found.best.empty() ? "give --initial-pose"
+                                                  : "give --initial-pose yourself, one of " + candidates_text(found) +
+                                                        ", or lower search.min_probability to take the first";
+    throw InputError(fmt::format("{}: --initial-pose auto is not sure of the start after {:.1f} s of data: {}; {}", log,
+                                 found.data_s, found.doubt, advice));
   }
   const StartHypothesis& best = found.best.front();
-  std::printf("%s\n", fmt::format("start: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; "
-                                  "{:.1f} s of data, found in {:.1f} s",
-                                  best.T_map_imu.position.x(), best.T_map_imu.position.y(), best.T_map_imu.position.z(),
-                                  heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability, found.candidates,
-                                  found.data_s, wall_s)
-                          .c_str());
+  const Vector3& p = best.T_map_imu.position;
+  const std::string line =
+      fmt::format("start: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} s of "
+                  "data, found in {:.1f} s",
+                  p.x(), p.y(), p.z(), heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability,
+                  found.candidates, found.data_s, wall_s);
+  std::printf("%s\n", line.c_str());
   if (best.probability < PlaceSearchOptions{}.min_probability) {
-    warnings.add("run.initial_pose", fmt::format("the start is {:.1f} % probable only; also possible: {}", 100.0 * best.probability,
-                                                 candidates_text(found)),
+    warnings.add("run.initial_pose",
+                 fmt::format("the start is {:.1f} % probable only; candidates: {}", 100.0 * best.probability,
+                             candidates_text(found)),
                  bundles.front().scan.start);
   }
   return {best.T_map_imu, best.velocity};

@@ -69,8 +69,8 @@ void check_call(const RunCall& call) {
   }
   if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
   if (is_automatic(call) && call.cloud.empty()) {
-    throw InputError("--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; add the "
-                     "cloud map or give the start's pose");
+    throw InputError("--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; "
+                     "add the cloud map or give the start's pose");
   }
   if (!call.initial_pose.empty() && !is_automatic(call)) parse_initial_pose(call.initial_pose);
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
@@ -203,8 +203,10 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
 void find_start_anywhere(const RunCall& call, RunMaterial& material, WarningLog& warnings) {
   WarningLog unheard;  // what is odd in these seconds is counted by the runs themselves
   LogReader reader(call, material, unheard);
-  const EstimatorInput input{material.platform.suite, material.planes, material.field, {}, Vector3::Zero(), material.options, nullptr};
-  material.found = find_automatic_start(call.log, input, [&](ScanBundle& bundle) { return reader.synchronizer.next(bundle); }, warnings);
+  const EstimatorInput input{material.platform.suite, material.planes,  material.field, {},
+                             Vector3::Zero(),         material.options, nullptr};
+  const auto next = [&reader](ScanBundle& bundle) { return reader.synchronizer.next(bundle); };
+  material.found = find_automatic_start(call.log, input, next, warnings);
 }
 
 std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunMaterial& material) {

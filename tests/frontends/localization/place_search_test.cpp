@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -32,13 +33,21 @@ SiteLevel random_level(std::uint64_t seed) {
   return level;
 }
 
-std::vector<SearchPoint> random_points(std::uint64_t seed, int count) {
+/// A scan taken on the level, with a fifth of it from nowhere.
+std::vector<SearchPoint> scan_of(const SiteLevel& level, std::uint64_t seed, int count) {
   std::mt19937_64 generator(seed);
-  std::uniform_real_distribution<float> place(-5.0F, 5.0F);
+  const Eigen::Vector2d robot = level.center(PlaceSearch::margin_cells + 20, PlaceSearch::margin_cells + 15);
+  const Eigen::Rotation2Dd turn(-0.5 * std::numbers::pi);  // to the robot's axes: it looks along y
+  std::uniform_real_distribution<float> anywhere(-5.0F, 5.0F);
   std::vector<SearchPoint> points;
-  for (int i = 0; i < count; ++i) {
-    const double height = 0.3 * static_cast<double>(generator() % 8);
-    points.push_back({{place(generator), place(generator)}, SiteLevel::band_mask(height, height + 0.2)});
+  while (static_cast<int>(points.size()) < count) {
+    const int column = static_cast<int>(generator() % static_cast<std::uint64_t>(level.columns));
+    const int row = static_cast<int>(generator() % static_cast<std::uint64_t>(level.rows));
+    const std::uint32_t bands = level.cells[level.index(column, row)] & ~SiteLevel::standable;
+    if (bands == 0) continue;
+    SearchPoint point{(turn * (level.center(column, row) - robot)).cast<float>(), bands};
+    if (points.size() % 5 == 0) point.offset_m = {anywhere(generator), anywhere(generator)};
+    points.push_back(point);
   }
   return points;
 }
@@ -46,7 +55,7 @@ std::vector<SearchPoint> random_points(std::uint64_t seed, int count) {
 TEST(PlaceSearch, ABlocksBoundIsAboveTheScoreOfEveryPlaceInIt) {
   const SiteLevel level = random_level(3);
   const PlaceSearch search({level}, {});
-  const std::vector<SearchPoint> points = random_points(4, 60);
+  const std::vector<SearchPoint> points = scan_of(level, 4, 60);
   std::mt19937_64 generator(5);
   int tight = 0;
   for (int trial = 0; trial < 120; ++trial) {
@@ -71,7 +80,7 @@ TEST(PlaceSearch, FindsTheBestPlaceOfTheWholeGrid) {
   options.yaw_step_deg = 15.0;
   const SiteLevel level = random_level(7);
   const PlaceSearch search({level}, options);
-  const std::vector<SearchPoint> points = random_points(8, 50);
+  const std::vector<SearchPoint> points = scan_of(level, 8, 50);
   std::vector<Place> all;
   for (int heading = 0; heading < 24; ++heading) {
     for (int row = 0; row < level.rows; ++row) {
@@ -89,6 +98,8 @@ TEST(PlaceSearch, FindsTheBestPlaceOfTheWholeGrid) {
   ASSERT_FALSE(result.places.empty());
   EXPECT_TRUE(result.complete);
   EXPECT_EQ(result.places.front().score, best);
+  EXPECT_LT((result.places.front().position_m -
+             level.center(PlaceSearch::margin_cells + 20, PlaceSearch::margin_cells + 15)).norm(), 0.3);
   // No place that fits as well as the worst found was left out, but for neighbours of better ones.
   for (const Place& place : all) {
     if (place.score <= result.places.back().score) continue;
@@ -101,7 +112,7 @@ TEST(PlaceSearch, FindsTheBestPlaceOfTheWholeGrid) {
 
 TEST(PlaceSearch, GivesTheSamePlacesOnOneAndTwoThreads) {
   const PlaceSearch search({random_level(9), random_level(10)}, {});
-  const std::vector<SearchPoint> points = random_points(11, 80);
+  const std::vector<SearchPoint> points = scan_of(random_level(10), 11, 80);
   std::vector<PlaceSearchResult> results;
   for (const std::size_t threads : {1U, 2U}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -119,13 +130,15 @@ TEST(PlaceSearch, SaysWhenItEndedEarly) {
   PlaceSearchOptions options;
   options.max_nodes = 1000;
   const PlaceSearch search({random_level(3)}, options);
-  EXPECT_FALSE(search.best(random_points(4, 60)).complete);
+  EXPECT_FALSE(search.best(scan_of(random_level(3), 4, 60)).complete);
 }
 
-/// Points of a level surface every 5 cm.
+/// Points of a level surface every 5 cm, with the noise of a survey.
 void add_floor(std::vector<Eigen::Vector3f>& points, float x0, float x1, float y0, float y1, float z, float slope = 0.0F) {
+  std::mt19937_64 generator(points.size());
+  std::normal_distribution<float> noise(0.0F, 0.005F);
   for (float x = x0; x < x1; x += 0.05F) {
-    for (float y = y0; y < y1; y += 0.05F) points.emplace_back(x, y, z + slope * (x - x0));
+    for (float y = y0; y < y1; y += 0.05F) points.emplace_back(x, y, z + slope * (x - x0) + noise(generator));
   }
 }
 
