@@ -20,6 +20,8 @@ constexpr double kReadingSpan_s = 0.05;
 constexpr double kFinalistMargin = 14.0;        // in log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
 constexpr double kFirstLook_s = 1.0;            // of tracking, before it is decided whether more is needed
+constexpr double kSettled_s = 0.5;              // of tracking, after which the pose is right and the begin yet near
+constexpr double kLeastLag_s = 0.2;             // between two poses that a velocity is taken from
 constexpr double kSame_m = 0.3;
 constexpr double kSame_rad = 3.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kReported = 5;
@@ -57,6 +59,34 @@ std::vector<std::size_t> stations_of(const std::vector<NavState>& states, double
     if (way.norm() >= distance_m) stations.push_back(k);
   }
   return stations;
+}
+
+/// From a tracked state back through the IMU to the log's begin. There the first scan with points is laid on the map once
+/// more, deskewed now; by how much that moves it, the velocity was wrong on the way back.
+StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled, const NavState& state,
+                              std::span<const ImuSample> imu, const EstimatorInput& input) {
+  const ScanMotion back(state, imu);
+  const Pose start = back.pose(begin);
+  const Pose end = back.pose(bundle.scan.end);
+  const double scan_s = std::max(1e-3, to_seconds(bundle.scan.end - bundle.scan.start));
+  const double lag_s = to_seconds(settled - bundle.scan.end);
+  const Vector3 velocity = (end.position - back.pose(bundle.scan.start).position) / scan_s;
+  const auto planes = input.planes->around(end.position);
+  Vector3 correction = Vector3::Zero();
+  Pose registered = end;
+  for (int round = 0; round < 2; ++round) {
+    const Quaternion to_imu = registered.rotation.conjugate();
+    const StartScan again = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * (velocity + correction), input.suite,
+                                          input.options.lidar.sampling.voxel_m);
+    registered =
+        register_scan(again.points, end, *planes, input.suite.lidar, input.options.lidar.association).T_map_imu;
+    if (lag_s >= kLeastLag_s) correction = (end.position - registered.position) / lag_s;
+  }
+  StartHypothesis result;
+  result.T_map_imu = registered * (end.inverse() * start);
+  result.T_map_imu.position -= to_seconds(bundle.scan.end - begin) * correction;
+  result.velocity = velocity + correction;
+  return result;
 }
 
 /// A finalist with what all scans so far say of it.
@@ -193,26 +223,13 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return probabilities[a] > probabilities[b]; });
   if (order.size() > kReported) order.resize(kReported);
-  const std::size_t settled = std::min(end_of(kFirstLook_s), tracked) - 1;
+  const std::size_t settled = std::min(end_of(kSettled_s), tracked) - 1;
   const std::vector<ImuSample> to_settled = imu_of(bundles.subspan(0, first + settled + 1));
   for (const std::size_t i : order) {
     const Finalist& finalist = finalists[i];
-    const NavState& state = finalist.track.states()[settled];
-    // Back to the log's begin through the IMU; there the first scan is laid on the map once more, now deskewed.
-    const ScanMotion back(state, to_settled);
-    const Pose rough_end = back.pose(bundle.scan.end);
-    const Pose rough_start = back.pose(bundles.front().scan.start);
-    const double step_s = std::max(1e-3, to_seconds(bundle.scan.end - bundle.scan.start));
-    const Vector3 velocity = (rough_end.position - back.pose(bundle.scan.start).position) / step_s;
-    const Quaternion to_imu = rough_end.rotation.conjugate();
-    const StartScan again = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * velocity, input_.suite,
-                                          input_.options.lidar.sampling.voxel_m);
-    const auto planes = input_.planes->around(rough_end.position);
-    const RegisteredScan registered =
-        register_scan(again.points, rough_end, *planes, input_.suite.lidar, input_.options.lidar.association);
-    StartHypothesis hypothesis;
-    hypothesis.T_map_imu = registered.T_map_imu * (rough_end.inverse() * rough_start);
-    hypothesis.velocity = velocity;
+    StartHypothesis hypothesis =
+        back_to_begin(bundles.front().scan.start, bundle, rest[settled].scan.end, finalist.track.states()[settled], to_settled,
+                      input_);
     hypothesis.probability = probabilities[i];
     hypothesis.lidar = finalist.last.lidar;
     hypothesis.field = finalist.last.field;

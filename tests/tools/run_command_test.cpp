@@ -139,6 +139,7 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused(call("--set no.such.key=3"), "unknown key");
   expect_refused(call("--initial-pose '1 2 3'"), "--initial-pose");
   expect_refused(call("--initial-pose '900 2 3 0 0 0 1'"), "no plane of this map");
+  expect_refused(call("--initial-pose auto"), "not sure of the start");  // the bare room looks the same turned by half
   expect_refused(call("--max-range -3"), "--max-range");
   expect_refused(call("--threads 0"), "--threads");
   const std::string rest = " --platform " + path("platform.yaml") + " --out " + path("out");
@@ -150,6 +151,7 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused("run " + path("cut.bag") + rest + " --cloud " + path("cloud.pcd"), "cut.bag");
   expect_refused("run " + path("log.bag") + rest + " --magnetic " + path("nowhere.yaml"), "nowhere.yaml");
   expect_refused("run " + path("log.bag") + rest, "--magnetic");
+  expect_refused("run " + path("log.bag") + rest + " --initial-pose auto --magnetic " + path("nowhere.yaml"), "--cloud");
   EXPECT_EQ(run_lodestone("run").code, 2);
   EXPECT_EQ(run_lodestone(call("--refine batch")).code, 2);
 }
