@@ -25,7 +25,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   if (input_.planes != nullptr) keyframe->points = sample_scan(bundle.scan, input_.suite.lidar, options.lidar.sampling);
 
   if (window_ == nullptr) {
-    InitialState start = initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, options.initial);
+    InitialState start =
+        initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, options.initial);
     const NavState state = propagate(start.state, bundle.imu, input_.suite.imu, &start.covariance);
     window_ = std::make_unique<SlidingWindow>(bundle.scan.end, state, start.covariance,
                                               static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu,
