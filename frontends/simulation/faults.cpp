@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "frontends/simulation/magnetic_field.h"
 #include "frontends/simulation/random.h"
 
 namespace lodestone::simulation {
@@ -41,11 +42,20 @@ Vector3 spike(const Fault& fault, double seconds, Memory& memory) {
   return fault.size_ut * memory.random.normal3().normalized();
 }
 
+/// What moving steel adds to a magnetometer at `T_map_mag`, in the magnetometer's axes.
+Vector3 passing_field_ut(const Fault& fault, double seconds, const Pose& T_map_mag) {
+  const double share = (seconds - fault.begin_s) / (fault.end_s - fault.begin_s);
+  FieldSource dipole;
+  dipole.position = fault.from_m + share * (fault.to_m - fault.from_m);
+  dipole.moment = fault.moment_a_m2;
+  return T_map_mag.rotation.conjugate() * source_field_ut(dipole, T_map_mag.position);
+}
+
 }  // namespace
 
 struct FaultInjector::Implementation {
-  Implementation(std::vector<Fault> faults_in, Time start_in, std::uint64_t seed_in)
-      : faults(std::move(faults_in)), start(start_in), seed(seed_in) {
+  Implementation(std::vector<Fault> faults_in, Time start_in, std::uint64_t seed_in, MagnetometerPose where_in)
+      : faults(std::move(faults_in)), start(start_in), seed(seed_in), where(std::move(where_in)) {
     for (const Fault& fault : faults) {
       if (fault.clock_offset < 0) earliest_offset += fault.clock_offset;
     }
@@ -102,6 +112,9 @@ struct FaultInjector::Implementation {
         case FaultKind::clock_offset:
           shift += fault.clock_offset;
           break;
+        case FaultKind::passing_steel:
+          sample.field_ut += passing_field_ut(fault, seconds, where(sample.magnetometer, seconds));
+          break;
         default:
           break;
       }
@@ -145,6 +158,7 @@ struct FaultInjector::Implementation {
   std::vector<Fault> faults;
   Time start;
   std::uint64_t seed;
+  MagnetometerPose where;
   Time earliest_offset = 0;  // no stamp is shifted back by more
   std::map<std::pair<std::size_t, int>, Memory> memories;
   std::multimap<Time, Measurement> waiting;  // by stamp, then by arrival
@@ -152,8 +166,8 @@ struct FaultInjector::Implementation {
   bool ended = false;
 };
 
-FaultInjector::FaultInjector(std::vector<Fault> faults, Time start, std::uint64_t seed)
-    : implementation_(std::make_unique<Implementation>(std::move(faults), start, seed)) {}
+FaultInjector::FaultInjector(std::vector<Fault> faults, Time start, std::uint64_t seed, MagnetometerPose where)
+    : implementation_(std::make_unique<Implementation>(std::move(faults), start, seed, std::move(where))) {}
 
 FaultInjector::~FaultInjector() = default;
 

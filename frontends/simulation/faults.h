@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/geometry/pose.h"
 #include "core/measurements.h"
 #include "core/options.h"
 
@@ -14,7 +16,7 @@ namespace lodestone {
 class ConfigurationNode;
 }
 
-/// What goes wrong with a robot's sensors on a drive. Maps, survey and platform file know nothing of it: they are those of
+/// What goes wrong with a robot's sensors on a drive, or passes it. Maps, survey and platform file know nothing of it: they are those of
 /// the healthy robot.
 namespace lodestone::simulation {
 
@@ -30,11 +32,12 @@ enum class FaultKind {
   lidar_outage,   ///< no scans, or empty ones
   imu_gap,        ///< no IMU samples
   imu_bias_jump,  ///< both biases of the IMU jump, and stay
-  clock_offset    ///< stamps of a sensor are off
+  clock_offset,   ///< stamps of a sensor are off
+  passing_steel   ///< a moving dipole: a steel cart, a fork lift
 };
 
 constexpr auto enum_names(FaultKind) {
-  return EnumNames<FaultKind, 12>{{{FaultKind::hard_iron, "hard_iron"},
+  return EnumNames<FaultKind, 13>{{{FaultKind::hard_iron, "hard_iron"},
                                    {FaultKind::soft_iron, "soft_iron"},
                                    {FaultKind::misalignment, "misalignment"},
                                    {FaultKind::bias_drift, "bias_drift"},
@@ -45,7 +48,8 @@ constexpr auto enum_names(FaultKind) {
                                    {FaultKind::lidar_outage, "lidar_outage"},
                                    {FaultKind::imu_gap, "imu_gap"},
                                    {FaultKind::imu_bias_jump, "imu_bias_jump"},
-                                   {FaultKind::clock_offset, "clock_offset"}}};
+                                   {FaultKind::clock_offset, "clock_offset"},
+                                   {FaultKind::passing_steel, "passing_steel"}}};
 }
 
 /// One fault. Times are seconds since the log's begin by the true clock; it lasts over [begin_s, end_s).
@@ -67,6 +71,9 @@ struct Fault {
   bool imu_clock = false;                    ///< clock_offset: the IMU's stamps are off
   bool lidar_clock = false;                  ///< clock_offset: the scans' stamps are off
   Time clock_offset = 0;                     ///< added to stamps
+  Vector3 from_m = Vector3::Zero();          ///< passing_steel: where it is at begin_s (map); it moves evenly
+  Vector3 to_m = Vector3::Zero();            ///< and at end_s
+  Vector3 moment_a_m2 = Vector3::Zero();     ///< passing_steel: map axes
 };
 
 /// Reads a list of faults. `magnetometers`: their names, in the order of the suite. Throws InputError with file, line, key
@@ -74,11 +81,14 @@ struct Fault {
 std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers);
 
 /// Puts faults into a stream of measurements. What no fault touches stays as it was, to the bit; faults act in the order of
-/// their list, stamps are shifted last. The same faults, seed and stream give the same bits.
+/// their list, stamps are shifted last. Passing steel has no body: LiDAR does not see it. The same faults, seed and stream give the same bits.
 class FaultInjector {
  public:
-  /// `start`: the log's begin.
-  FaultInjector(std::vector<Fault> faults, Time start, std::uint64_t seed);
+  /// T_map_mag of a magnetometer so many seconds after the log's begin.
+  using MagnetometerPose = std::function<Pose(int magnetometer, double seconds)>;
+
+  /// `start`: the log's begin. `where`: needed by passing steel alone.
+  FaultInjector(std::vector<Fault> faults, Time start, std::uint64_t seed, MagnetometerPose where = {});
   ~FaultInjector();
 
   /// The next healthy measurement, in order of completion.

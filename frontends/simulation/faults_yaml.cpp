@@ -43,6 +43,8 @@ std::vector<std::string> keys_of(FaultKind kind) {
       return {"begin_s", "end_s"};
     case FaultKind::imu_bias_jump:
       return {"at_s", "gyroscope_rad_s", "accelerometer_m_s2"};
+    case FaultKind::passing_steel:
+      return {"begin_s", "end_s", "from_m", "to_m", "moment_a_m2"};
     case FaultKind::clock_offset:
       break;
   }
@@ -94,6 +96,9 @@ class Entry {
       case FaultKind::clock_offset:
         read_clock();
         break;
+      case FaultKind::passing_steel:
+        read_passing_steel();
+        break;
       default:
         break;
     }
@@ -109,7 +114,8 @@ class Entry {
 
   /// Where nothing is said a fault lasts for the whole drive; what interrupts a sensor must say for how long.
   void read_span() {
-    const bool needed = fault_.kind == FaultKind::lidar_outage || fault_.kind == FaultKind::imu_gap;
+    const bool needed = fault_.kind == FaultKind::lidar_outage || fault_.kind == FaultKind::imu_gap ||
+                        fault_.kind == FaultKind::passing_steel;
     const ConfigurationNode* begin = needed ? &node_.at("begin_s") : node_.find("begin_s");
     const ConfigurationNode* end = needed ? &node_.at("end_s") : node_.find("end_s");
     if (begin != nullptr) fault_.begin_s = begin->as_double();
@@ -220,6 +226,13 @@ class Entry {
     const double offset_s = offset.as_double();
     if (!(std::abs(offset_s) <= largest_offset_s)) offset.fail(fmt::format("must be within ±{} s", largest_offset_s));
     fault_.clock_offset = from_seconds(offset_s);
+  }
+
+  void read_passing_steel() {
+    fault_.from_m = vector_of(node_.at("from_m"));
+    fault_.to_m = vector_of(node_.at("to_m"));
+    fault_.moment_a_m2 = vector_of(node_.at("moment_a_m2"));
+    add_all_magnetometers();
   }
 
   const ConfigurationNode& node_;

@@ -65,7 +65,12 @@ struct SimulationSource::Implementation {
         lidar(environment->caster, motion, world.lidar, start_time, run_seed),
         scan_count(is_survey ? 0 : lidar.scan_count()) {
     if (!is_survey && !sequence.faults.empty()) {
-      faults = std::make_unique<FaultInjector>(sequence.faults, start_time, run_seed);
+      std::vector<Pose> mounts;
+      for (const MagnetometerMount& mount : world.magnetometers.mounts) mounts.push_back(mount.T_imu_mag());
+      faults = std::make_unique<FaultInjector>(
+          sequence.faults, start_time, run_seed, [this, mounts](int magnetometer, double seconds) {
+            return motion.pose_at(seconds) * mounts[static_cast<std::size_t>(magnetometer)];
+          });
     }
   }
 

@@ -289,6 +289,35 @@ TEST_F(Faults, AClockOffsetShiftsTheStampsOfItsSensorAloneAndTheStreamStaysInOrd
   }
 }
 
+TEST_F(Faults, SteelThatPassesAddsTheFieldOfADipoleWhereverTheRobotIs) {
+  const World world = load_world(file_, {});
+  const SimulationSource source(world, std::make_shared<Environment>(world), "a", Drive::sequence, 3, 4.0);
+  const auto steel = [&](const MagneticSample& sample, double s) {
+    const Pose T_map_mag =
+        source.motion().pose_at(s) * world.magnetometers.mounts[static_cast<std::size_t>(sample.magnetometer)].T_imu_mag();
+    const Vector3 m(0, 50, 100), r = T_map_mag.position - (Vector3(-8, -2, 0.5) + (s - 1.0) / 2.0 * Vector3(10, 0, 0));
+    const Vector3 u = r.normalized();
+    // μ0/4π = 0.1 µT m³ / (A m²)
+    return (T_map_mag.rotation.conjugate() * (0.1 * (3.0 * m.dot(u) * u - m) / std::pow(r.norm(), 3))).eval();
+  };
+  const auto found = drain("{kind: passing_steel, begin_s: 1, end_s: 3, from_m: [-8, -2, 0.5], to_m: [2, -2, 0.5], "
+                           "moment_a_m2: [0, 50, 100]}");
+  ASSERT_EQ(found.size(), healthy().size());
+  double largest_ut = 0.0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const auto* sample = std::get_if<MagneticSample>(&found[i]);
+    const double s = seconds(healthy()[i]);
+    if (sample == nullptr || s < 1.0 || s >= 3.0) {
+      ASSERT_TRUE(same(found[i], healthy()[i]));
+      continue;
+    }
+    const Vector3 added = sample->field_ut - std::get<MagneticSample>(healthy()[i]).field_ut;
+    ASSERT_LT((added - steel(*sample, s)).norm(), 1e-5 * added.norm() + 1e-9) << s;
+    largest_ut = std::max(largest_ut, added.norm());
+  }
+  EXPECT_GT(largest_ut, 5.0);
+}
+
 TEST_F(Faults, ActInTheOrderOfTheListOnOneSeveralOrAllMagnetometers) {
   expect_stream("{kind: hard_iron, magnetometer: all, offset_ut: [1, 1, 1]}, "
                 "{kind: soft_iron, magnetometer: [left, rear], scale: [2, 2, 2]}",
@@ -355,6 +384,7 @@ TEST_F(Faults, MistakesAreOneLineThatNamesTheRightKey) {
            Case{"{kind: lidar_outage, begin_s: 2, end_s: 3, scans: some}", "none or empty"},
            Case{"{kind: imu_gap, begin_s: 2, end_s: 3, magnetometer: left}", "unknown key 'magnetometer'"},
            Case{"{kind: imu_bias_jump, at_s: 2}", "expected gyroscope_rad_s"},
+           Case{"{kind: passing_steel, from_m: [0, 0, 0], to_m: [1, 0, 0]}", "the key 'begin_s' is missing"},
            Case{"{kind: clock_offset, sensor: lidr, offset_s: 0.1}", "did you mean 'lidar'?"},
            Case{"{kind: clock_offset, sensor: lidar, offset_s: 100}", "within"},
        }) {
