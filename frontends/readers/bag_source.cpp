@@ -153,8 +153,9 @@ void BagSource::Implementation::find_topics() {
       }
       const std::string hint = of_type.empty() ? fmt::format("it has no {} at all", type_of(stream.sensor))
                                                : "did you mean " + nearest_name(stream.topic, of_type) + "?";
-      throw InputError(fmt::format("{}: there is no topic {}; {}; set {}; the log has {}", path, stream.topic, hint, key,
-                                   list));
+      const char* silent = stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out if it was silent" : "";
+      throw InputError(fmt::format("{}: there is no topic {}; {}; set {}{}; the log has {}", path, stream.topic, hint, key,
+                                   silent, list));
     }
     if (!is_type_of(stream.sensor, found->type)) {
       const char* other = stream.sensor == Sensor::lidar ? " or livox_ros_driver2/CustomMsg" : "";
