@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "estimators/ieskf/ieskf.h"
+#include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
 #include "frontends/configuration/nearest_name.h"
 
@@ -9,7 +10,9 @@ namespace lodestone {
 
 std::vector<std::string> estimator_names() { return {"smoother", "ieskf", "lidar-inertial", "magnetic"}; }
 
-std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
+namespace {
+
+std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const EstimatorInput& input) {
   if (input.planes == nullptr && input.field == nullptr) {
     throw InputError("no map given: pass --cloud MAP.pcd, --magnetic FIELD.yaml or both");
   }
@@ -30,6 +33,14 @@ std::unique_ptr<Estimator> make_estimator(const std::string& name, const Estimat
   }
   throw InputError("no estimator is called '" + name + "'; did you mean '" + nearest_name(name, estimator_names()) +
                    "'? (known: " + join_names(estimator_names()) + ")");
+}
+
+}  // namespace
+
+std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
+  std::unique_ptr<Estimator> estimator = make_unmonitored(name, input);
+  if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;
+  return std::make_unique<Monitored>(std::move(estimator), input.suite, input.warnings);
 }
 
 }  // namespace lodestone

@@ -88,6 +88,7 @@ struct MagneticOptions {
   FieldInterpolation interpolation = FieldInterpolation::bicubic;
   MagneticShrink shrink = MagneticShrink::information;
   double beta = 0.3;
+  bool monitor = true;
   bool huber = true;
   double huber_probability = 0.95;
   bool map_sigma = true;
@@ -109,6 +110,8 @@ struct MagneticOptions {
     visitor.field("interpolation", interpolation, "bilinear or bicubic, between the nodes of the field map");
     visitor.field("shrink", shrink, "none, residual or information: how β acts where LiDAR sees every direction");
     visitor.field("beta", beta, "β: how much of a magnetic measurement counts there");
+    visitor.field("monitor", monitor,
+                  "leave out readings that cannot be measurements: stuck, at the sensor's limit, spikes");
     visitor.field("huber", huber, "weigh down array samples of large Mahalanobis distance");
     visitor.field("huber_probability", huber_probability,
                   "array samples beyond this χ² quantile are weighed down; 0.95 is the paper's c = 3.55 in 6 degrees");
