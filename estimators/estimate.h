@@ -25,6 +25,7 @@ struct Diagnostics {
   int magnetic_samples = 0;          ///< array samples of this step that met the map
   int magnetic_rejected = 0;         ///< of these, with a Huber weight below one half
   int magnetic_off_map = 0;          ///< single readings without field in the map
+  int magnetic_set_aside = 0;        ///< single readings that the rest of their array contradicts
   double magnetic_weight = 0.0;      ///< mean Huber weight
   double magnetic_shrink = 1.0;      ///< β in force
   double magnetic_residual_ut = 0.0; ///< rms of measured minus map at the estimate

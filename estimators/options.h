@@ -91,6 +91,7 @@ struct MagneticOptions {
   bool monitor = true;
   bool huber = true;
   double huber_probability = 0.95;
+  double sensor_probability = 0.9999;
   bool map_sigma = true;
   double map_sigma_floor_ut = 0.2;
   double map_correlation_m = 0.3;
@@ -115,6 +116,8 @@ struct MagneticOptions {
     visitor.field("huber", huber, "weigh down array samples of large Mahalanobis distance");
     visitor.field("huber_probability", huber_probability,
                   "array samples beyond this χ² quantile are weighed down; 0.95 is the paper's c = 3.55 in 6 degrees");
+    visitor.field("sensor_probability", sensor_probability,
+                  "a magnetometer beyond this χ² quantile of what the rest of the array says is set aside");
     visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");
     visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "least sigma of the map: interpolation between nodes");
     visitor.field("map_correlation_m", map_correlation_m,
@@ -131,6 +134,7 @@ struct MagneticOptions {
   void check() const {
     option_checks::within("beta", beta, 0.0, 1.0);
     option_checks::within("huber_probability", huber_probability, 0.01, 0.999999);
+    option_checks::within("sensor_probability", sensor_probability, 0.5, 1.0 - 1e-12);
     option_checks::not_negative("map_sigma_floor_ut", map_sigma_floor_ut);
     option_checks::not_negative("map_correlation_m", map_correlation_m);
     option_checks::within("map_max_inflation", map_max_inflation, 1.0, 1e6);

@@ -2,29 +2,60 @@
 
 #include <ceres/cost_function.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 namespace lodestone {
 
-/// A vector that drifts: r = (second − first) / σ. Parameters: two blocks of the same size.
+/// A vector that drifts: r = (second − first) / σ. Parameters: two blocks of the same size; or only the second, whose first
+/// is zero. It may jump: every `group` components share a weight, that of a Student distribution of four degrees of freedom
+/// with its σ, held during a solve (renew) and never above one; a jump that measurements insist on costs little.
 class RandomWalkFactor final : public ceres::CostFunction {
  public:
-  RandomWalkFactor(int size, double sigma) : size_(size), whitening_(1.0 / sigma) {
+  RandomWalkFactor(int size, double sigma, bool from_zero = false, int group = 3)
+      : size_(size), group_(group), sigma_(sigma), whitening_(static_cast<std::size_t>(size), 1.0 / sigma) {
     set_num_residuals(size);
-    mutable_parameter_block_sizes()->assign(2, size);
+    mutable_parameter_block_sizes()->assign(from_zero ? 1 : 2, size);
+  }
+
+  /// New weights, of the step between `first` (null: zero) and `second`.
+  void renew(const double* first, const double* second) {
+    constexpr double kFreedom = 4.0;
+    for (int begin = 0; begin < size_; begin += group_) {
+      const int end = std::min(size_, begin + group_);
+      double squared = 0.0;
+      for (int i = begin; i < end; ++i) {
+        const double step = (second[i] - (first == nullptr ? 0.0 : first[i])) / sigma_;
+        squared += step * step;
+      }
+      const double weight = std::min(1.0, (kFreedom + group_) / (kFreedom + squared));
+      std::fill(whitening_.begin() + begin, whitening_.begin() + end, std::sqrt(weight) / sigma_);
+    }
   }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    for (int i = 0; i < size_; ++i) residuals[i] = whitening_ * (parameters[1][i] - parameters[0][i]);
-    for (int block = 0; block < 2; ++block) {
+    const int blocks = static_cast<int>(parameter_block_sizes().size());
+    for (int i = 0; i < size_; ++i) {
+      const double first = blocks == 1 ? 0.0 : parameters[0][i];
+      residuals[i] = whitening_[static_cast<std::size_t>(i)] * (parameters[blocks - 1][i] - first);
+    }
+    for (int block = 0; block < blocks; ++block) {
       if (jacobians == nullptr || jacobians[block] == nullptr) continue;
-      for (int i = 0; i < size_ * size_; ++i) jacobians[block][i] = 0.0;
-      for (int i = 0; i < size_; ++i) jacobians[block][i * (size_ + 1)] = block == 0 ? -whitening_ : whitening_;
+      std::fill_n(jacobians[block], size_ * size_, 0.0);
+      for (int i = 0; i < size_; ++i) {
+        const double slope = whitening_[static_cast<std::size_t>(i)];
+        jacobians[block][i * (size_ + 1)] = block + 1 < blocks ? -slope : slope;
+      }
     }
     return true;
   }
 
  private:
   int size_;
-  double whitening_;
+  int group_;
+  double sigma_;
+  std::vector<double> whitening_;
 };
 
 }  // namespace lodestone

@@ -130,13 +130,8 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
     problem_->SetParameterBlockConstant(epoch->biases.values.data());
   } else if (epochs_.empty()) {
     // The first epoch is known to the sensors' calibration.
-    const int size = 3 * magnetometers_;
-    PriorBlock reference{BlockKind::euclidean, epoch->biases.values};
-    epoch->walk = add_factor(std::make_unique<PriorFactor>(
-                                 std::vector<PriorBlock>{reference},
-                                 Eigen::MatrixXd::Identity(size, size) / options_.magnetometer_bias_sigma_ut,
-                                 Eigen::VectorXd::Zero(size)),
-                             {&epoch->biases});
+    epoch->walk = add_factor(
+        std::make_unique<RandomWalkFactor>(3 * magnetometers_, options_.magnetometer_bias_sigma_ut, true), {&epoch->biases});
   } else {
     BiasEpoch& before = *epochs_.back();
     epoch->biases.values = before.biases.values;

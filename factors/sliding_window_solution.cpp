@@ -5,6 +5,7 @@
 #include "factors/chain_solver.h"
 #include "factors/preintegration_factor.h"
 #include "factors/prior_factor.h"
+#include "factors/random_walk_factor.h"
 #include "factors/sliding_window_parts.h"
 
 namespace lodestone {
@@ -16,6 +17,14 @@ int SlidingWindow::solve() {
         static_cast<PreintegrationFactor*>(const_cast<ceres::CostFunction*>(keyframes_[k]->imu.function));
     if (!factor->preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3))) {
       factor->set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), noise_), noise_);
+    }
+  }
+  if (options_.magnetometer_bias_jumps) {
+    for (const auto& epoch : epochs_) {
+      if (!epoch->walk) continue;
+      const auto& blocks = epoch->walk.blocks;
+      static_cast<RandomWalkFactor*>(const_cast<ceres::CostFunction*>(epoch->walk.function))
+          ->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
     }
   }
   if (options_.solver == WindowSolver::chain) {

@@ -25,6 +25,7 @@ struct SlidingWindowOptions {
   double magnetometer_bias_sigma_ut = 0.5;
   double magnetometer_bias_walk_ut = 0.02;
   double magnetometer_bias_epoch_s = 5.0;
+  bool magnetometer_bias_jumps = true;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -35,6 +36,8 @@ struct SlidingWindowOptions {
     visitor.field("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut, "one sigma of each bias at the start");
     visitor.field("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut, "drift of each bias, µT/√s");
     visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
+    visitor.field("magnetometer_bias_jumps", magnetometer_bias_jumps,
+                  "a bias may also jump or drift fast where the readings insist on it");
   }
 
   void check() const {

@@ -19,12 +19,14 @@ MeasuredPose field_pose(std::span<const std::vector<FieldReading>> arrays, const
   for (const std::vector<FieldReading>& array : arrays) {
     if (array.empty()) continue;
     std::vector<LocalizationReading> readings;
+    double weight = 0.0;  // of the array; zero of what is set aside
     for (const FieldReading& reading : array) {
+      if (reading.weight == 0.0) continue;
+      weight = reading.weight;
       readings.push_back({reading.T_end_mag, reading.measured_ut, reading.sigma_ut * reading.sigma_ut});
     }
     const MagneticLocalization found = localize(T_map_imu, covariance, readings, map, options);
     if (found.used == 0 || !found.converged) continue;
-    const double weight = array.front().weight;
     information += weight * found.information;
     gradient += weight * (found.gradient - found.information * found.T_map_imu.boxminus(T_map_imu));
   }

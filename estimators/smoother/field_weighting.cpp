@@ -21,6 +21,75 @@ std::vector<double> array_crowding(const SensorSuite& suite, double correlation_
   return result;
 }
 
+namespace {
+
+/// What an array's readings say of each other. The innovations of all, S = J P Jᵀ + R, tell what each magnetometer should
+/// have read given the others: with u = S⁻¹ r, its residual given the others is S⁻¹_jj⁻¹ u_j, with the covariance S⁻¹_jj⁻¹.
+class ArrayJudgement {
+ public:
+  ArrayJudgement(const Eigen::VectorXd& residual, const Eigen::MatrixXd& innovation) : residual_(residual), innovation_(innovation) {
+    for (Eigen::Index i = 0; i < residual.size() / 3; ++i) kept_.push_back(i);
+  }
+
+  /// Sets aside, one by one, the magnetometer that the others contradict most, while its distance from what they say is
+  /// beyond `gate` and more than half of them are left to say so. Returns those set aside.
+  std::vector<Eigen::Index> set_aside(double gate) {
+    std::vector<Eigen::Index> result;
+    const std::size_t least = kept_.size() / 2 + 1;
+    while (kept_.size() > least && kept_.size() > 2) {
+      const Eigen::MatrixXd inverse = kept_innovation().inverse();
+      const Eigen::VectorXd scaled = inverse * kept_residual();
+      double worst = gate;
+      std::size_t which = kept_.size();
+      for (std::size_t i = 0; i < kept_.size(); ++i) {
+        const auto row = 3 * static_cast<Eigen::Index>(i);
+        const Vector3 u = scaled.segment<3>(row);
+        const Matrix3 own = inverse.block<3, 3>(row, row);
+        const double distance = std::sqrt(std::max(0.0, u.dot(own.inverse() * u)));
+        if (distance > worst) {
+          worst = distance;
+          which = i;
+        }
+      }
+      if (which == kept_.size()) break;
+      result.push_back(kept_[which]);
+      kept_.erase(kept_.begin() + static_cast<std::ptrdiff_t>(which));
+    }
+    return result;
+  }
+
+  /// s = √(rᵀ S⁻¹ r) of those that are left.
+  double distance() const {
+    const Eigen::VectorXd residual = kept_residual();
+    return std::sqrt(residual.dot(kept_innovation().llt().solve(residual)));
+  }
+
+  int kept() const { return static_cast<int>(kept_.size()); }
+
+ private:
+  Eigen::VectorXd kept_residual() const {
+    Eigen::VectorXd result(3 * kept());
+    for (int i = 0; i < kept(); ++i) result.segment<3>(3 * i) = residual_.segment<3>(3 * kept_[static_cast<std::size_t>(i)]);
+    return result;
+  }
+  Eigen::MatrixXd kept_innovation() const {
+    Eigen::MatrixXd result(3 * kept(), 3 * kept());
+    for (int i = 0; i < kept(); ++i) {
+      for (int j = 0; j < kept(); ++j) {
+        result.block<3, 3>(3 * i, 3 * j) = innovation_.block<3, 3>(3 * kept_[static_cast<std::size_t>(i)],
+                                                                   3 * kept_[static_cast<std::size_t>(j)]);
+      }
+    }
+    return result;
+  }
+
+  const Eigen::VectorXd& residual_;
+  const Eigen::MatrixXd& innovation_;
+  std::vector<Eigen::Index> kept_;
+};
+
+}  // namespace
+
 std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, const Pose& T_map_imu,
                                       const Matrix6& covariance, double spacing_m, double factor,
                                       const FieldWeighting& weighting, FieldStatistics& statistics) {
@@ -59,10 +128,15 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
     statistics.components += static_cast<int>(rows);
     double weight = 1.0;
     if (options.huber) {
+      const Eigen::VectorXd difference = residual.head(rows);
       Eigen::MatrixXd innovation = jacobian.topRows(rows) * covariance * jacobian.topRows(rows).transpose();
       innovation.diagonal() += variance.head(rows);
-      const double distance = std::sqrt(residual.head(rows).dot(innovation.llt().solve(residual.head(rows))));
-      weight = huber_weight(distance, mahalanobis_quantile(static_cast<int>(rows), options.huber_probability));
+      ArrayJudgement judgement(difference, innovation);
+      for (const Eigen::Index contradicted : judgement.set_aside(weighting.sensor_gate)) {
+        ++statistics.set_aside;
+        result[first + static_cast<std::size_t>(contradicted)].weight = 0.0;
+      }
+      weight = huber_weight(judgement.distance(), mahalanobis_quantile(3 * judgement.kept(), options.huber_probability));
     }
     statistics.weight_sum += weight;
     if (weight < 0.5) ++statistics.rejected;

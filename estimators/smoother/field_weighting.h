@@ -17,6 +17,7 @@ struct FieldStatistics {
   int arrays = 0;        ///< array readings that met the map
   int rejected = 0;      ///< of these, with a Huber weight below one half
   int off_map = 0;       ///< single readings without field
+  int set_aside = 0;     ///< single readings that the rest of their array contradicts
   double weight_sum = 0.0;
   double residual_squared_sum = 0.0;  ///< µT², over components
   int components = 0;
@@ -27,6 +28,7 @@ struct FieldWeighting {
   const MagneticMap& map;
   const MagneticOptions& options;
   const std::vector<double>& crowding;  ///< of each magnetometer, by array_crowding
+  double sensor_gate;                   ///< Mahalanobis distance of a magnetometer from what its fellows say
   std::function<Vector3(int)> bias_ut;  ///< of each magnetometer
 };
 
@@ -34,7 +36,8 @@ struct FieldWeighting {
 std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m);
 
 /// Readings of one scan with the noise that each deserves and Huber's weight of its array (one weight an array sample,
-/// on the Mahalanobis distance s = √(rᵀ S⁻¹ r), S = J P Jᵀ + R). `T_map_imu`: predicted pose at t_k, `covariance`: its
+/// on the Mahalanobis distance s = √(rᵀ S⁻¹ r), S = J P Jᵀ + R), once magnetometers that their fellows contradict are set
+/// aside. `T_map_imu`: predicted pose at t_k, `covariance`: its
 /// P (φ, p). `spacing_m`: distance between neighbouring array readings; their map errors are correlated over
 /// options.map_correlation_m along the way and across the array, which inflates the map's share. `factor`: multiplies every weight (β²).
 std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, const Pose& T_map_imu,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/imu/scan_motion.h"
+#include "core/observability/robust_weight.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
 #include "frontends/lidar/deskew.h"
@@ -29,9 +30,11 @@ Matrix6 deskew_covariance(const SensorSuite& suite, const SmootherOptions& optio
 }  // namespace
 
 KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
-    : input_(std::move(input)), crowding_(array_crowding(input_.suite, input_.options.magnetic.map_correlation_m)) {
-  // Without a cloud map nothing tells the height; but a field map of one layer holds at that layer alone.
-  if (input_.planes == nullptr && input_.field->grid().heights_m.size() == 1) {
+    : input_(std::move(input)),
+      crowding_(array_crowding(input_.suite, input_.options.magnetic.map_correlation_m)),
+      sensor_gate_(mahalanobis_quantile(3, input_.options.magnetic.sensor_probability)) {
+  // Without LiDAR nothing tells the height; but a field map of one layer holds at that layer alone.
+  if (input_.field != nullptr && input_.field->grid().heights_m.size() == 1) {
     level_ = std::make_unique<Plane>();
     level_->normal = Eigen::Vector3f::UnitZ();
     level_->major = Eigen::Vector3f::UnitX();
@@ -144,7 +147,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   if (arrays.empty()) return result;
   const double spacing_m = state.velocity.norm() * to_seconds(keyframe.imu.back().time - keyframe.imu.front().time) /
                            static_cast<double>(arrays.size());
-  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, bias_ut};
+  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_, bias_ut};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.
   const auto weighed = [&](std::span<const ArrayReading> some) {
@@ -161,6 +164,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   diagnostics.magnetic_samples = statistics.arrays;
   diagnostics.magnetic_rejected = statistics.rejected;
   diagnostics.magnetic_off_map = statistics.off_map;
+  diagnostics.magnetic_set_aside = statistics.set_aside;
   diagnostics.magnetic_weight = statistics.arrays == 0 ? 0.0 : statistics.weight_sum / statistics.arrays;
   diagnostics.magnetic_residual_ut =
       statistics.components == 0 ? 0.0 : std::sqrt(statistics.residual_squared_sum / statistics.components);

@@ -52,6 +52,7 @@ class KeyframeMeasurements {
   EstimatorInput input_;
   std::unique_ptr<Plane> level_;  // the field map's height, where no cloud map tells it
   std::vector<double> crowding_;  // of the magnetometers
+  double sensor_gate_;            // of a magnetometer against its fellows
 };
 
 }  // namespace lodestone

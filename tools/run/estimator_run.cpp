@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <optional>
 
 #include "core/error.h"
@@ -44,6 +45,10 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
   for (const EstimateRecord::Step& step : record.steps()) {
     if (step.diagnostics.degenerate_directions > 0) ++summary.degenerate_scans;
     summary.magnetic_rejected += step.diagnostics.magnetic_rejected;
+    if (step.diagnostics.magnetic_samples > 0 && step.diagnostics.magnetic_set_aside >= step.diagnostics.magnetic_samples) {
+      warnings.add("magnetometer.contradicted", "a magnetometer or several read what the rest of the array contradicts, and were "
+                   "set aside, from " + format_stamp(step.time) + " s", step.time);
+    }
     if (step.health == Health::lost) {
       warnings.add("run.lost", "the estimator no longer trusts its pose from " + format_stamp(step.time) + " s", step.time);
     }
