@@ -29,6 +29,8 @@ struct Diagnostics {
   double magnetic_weight = 0.0;      ///< mean Huber weight
   double magnetic_shrink = 1.0;      ///< β in force
   double magnetic_residual_ut = 0.0; ///< rms of measured minus map at the estimate
+  double clock_offset_s = 0.0;       ///< how late the magnetometers' stamps are
+  double clock_sigma_s = 0.0;        ///< of it; 0: not estimated
   int iterations = 0;
   double step_ms = 0.0;              ///< wall time of the step
 };

@@ -25,6 +25,9 @@ class ChainSolver final : public LeastSquaresProblem {
   /// Pose covariances (φ, p) at the current values. Throws std::runtime_error where the information is not positive.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes);
 
+  /// Variance of a shared variable (its place among them), of the last pose_covariances.
+  double shared_variance(int index) const { return system_.shared_variance(index); }
+
   double linearize() override;
   double residual_cost() override;
   bool factorize(double damping) override { return system_.factorize(damping); }

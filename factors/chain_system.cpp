@@ -92,6 +92,12 @@ void ChainSystem::step(std::vector<double>& result) const {
   }
 }
 
+double ChainSystem::shared_variance(int index) const {
+  Eigen::VectorXd column = Eigen::VectorXd::Unit(shared_, index);
+  corner_root_.triangularView<Eigen::Lower>().solveInPlace(column);
+  return column.squaredNorm();
+}
+
 Matrix6 ChainSystem::covariance(std::size_t keyframe) const {
   // H x = e by the factorization, forwards from the keyframe to the end and back again.
   std::vector<StateColumns> columns(keyframes_);

@@ -40,6 +40,9 @@ class ChainSystem {
   /// Covariance of a keyframe's first six variables, of the last factorization.
   Matrix6 covariance(std::size_t keyframe) const;
 
+  /// Variance of a shared variable, of the last factorization.
+  double shared_variance(int index) const;
+
  private:
   double* block(std::vector<double>& of, std::size_t k) const {
     return of.data() + k * kState * static_cast<std::size_t>(stride_);

@@ -10,7 +10,7 @@
 namespace lodestone {
 
 FieldFactor::FieldFactor(std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation, int magnetometers,
-                         std::vector<FieldReading> readings, const PoseMask& mask)
+                         std::vector<FieldReading> readings, const PoseMask& mask, bool clock)
     : map_(std::move(map)),
       interpolation_(interpolation),
       magnetometers_(magnetometers),
@@ -19,6 +19,7 @@ FieldFactor::FieldFactor(std::shared_ptr<const MagneticMap> map, FieldInterpolat
   set_num_residuals(3 * static_cast<int>(readings_.size()));
   mutable_parameter_block_sizes()->push_back(7);
   mutable_parameter_block_sizes()->push_back(3 * magnetometers);
+  if (clock) mutable_parameter_block_sizes()->push_back(1);
 }
 
 void FieldFactor::renew(std::vector<FieldReading> readings, const PoseMask& mask) {
@@ -32,23 +33,32 @@ bool FieldFactor::Evaluate(double const* const* parameters, double* residuals, d
   const bool by_bias = jacobians != nullptr && jacobians[1] != nullptr;
   Matrix6 seen_by_pose;
   const Pose seen = mask_.apply(to_pose(parameters[0]), by_pose ? &seen_by_pose : nullptr);
+  const bool clock = parameter_block_sizes().size() > 2;
+  const bool by_clock = clock && jacobians != nullptr && jacobians[2] != nullptr;
   const int bias_columns = 3 * magnetometers_;
   if (by_bias) std::fill_n(jacobians[1], num_residuals() * bias_columns, 0.0);
   for (std::size_t i = 0; i < readings_.size(); ++i) {
     const FieldReading& reading = readings_[i];
     Eigen::Map<Vector3> residual(residuals + 3 * i);
     double* pose_rows = by_pose ? jacobians[0] + 3 * 7 * i : nullptr;
-    const auto field = map_->query(seen * reading.T_end_mag.position, interpolation_);
+    const Pose T_end_mag = clock ? reading.T_end_mag_at(parameters[2][0]) : reading.T_end_mag;
+    const auto field = map_->query(seen * T_end_mag.position, interpolation_);
     if (!field) {
       residual.setZero();
       if (by_pose) std::fill_n(pose_rows, 3 * 7, 0.0);
+      if (by_clock) std::fill_n(jacobians[2] + 3 * i, 3, 0.0);
       continue;
     }
     const double scale = std::sqrt(reading.weight) / reading.sigma_ut;
     const Vector3 bias(parameters[1] + 3 * reading.magnetometer);
-    const FieldResidual part = field_residual(seen, reading.T_end_mag, reading.measured_ut - bias, *field);
+    const FieldResidual part = field_residual(seen, T_end_mag, reading.measured_ut - bias, *field);
     residual = scale * part.residual_ut;
     if (by_pose) to_ambient(parameters[0], scale * part.jacobian * seen_by_pose, pose_rows);
+    if (by_clock) {
+      const Vector3 expected_ut = reading.measured_ut - bias - part.residual_ut;
+      Eigen::Map<Vector3>(jacobians[2] + 3 * i) =
+          -scale * (part.jacobian.rightCols<3>() * (seen.rotation * reading.velocity_m_s) + reading.turn_rad_s.cross(expected_ut));
+    }
     if (by_bias) {
       for (int axis = 0; axis < 3; ++axis) {
         jacobians[1][(3 * static_cast<int>(i) + axis) * bias_columns + 3 * reading.magnetometer + axis] = -scale;

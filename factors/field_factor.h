@@ -17,15 +17,26 @@ struct FieldReading {
   int magnetometer = 0;
   double sigma_ut = 1.0;  ///< of residual components: sensor and map together
   double weight = 1.0;    ///< Huber's weight times β²; multiplies the squared residual
+  Vector3 velocity_m_s = Vector3::Zero();  ///< of the magnetometer at its time as the imu frame at t_k sees it
+  Vector3 turn_rad_s = Vector3::Zero();    ///< its rate of rotation, in its own axes
+
+  /// T_end_mag of a reading whose stamp is `clock_offset_s` late: it was taken so much before.
+  Pose T_end_mag_at(double clock_offset_s) const {
+    Pose result = T_end_mag;
+    result.position -= clock_offset_s * velocity_m_s;
+    result.rotation = (result.rotation * so3::exp(-clock_offset_s * turn_rad_s)).normalized();
+    return result;
+  }
 };
 
 /// Readings of the array between two keyframes, each at pose k through the IMU's relative motion (docs/architecture.md, section
 /// 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases of all magnetometers (3 each, µT).
+/// With `clock` a third, how late the stamps of all magnetometers are (1, s): readings move along their own motion.
 /// A reading that finds no field in the map contributes nothing.
 class FieldFactor final : public ceres::CostFunction {
  public:
   FieldFactor(std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation, int magnetometers,
-              std::vector<FieldReading> readings, const PoseMask& mask);
+              std::vector<FieldReading> readings, const PoseMask& mask, bool clock = false);
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 

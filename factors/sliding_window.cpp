@@ -162,9 +162,18 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
     keyframe.epoch = epoch_at(keyframe.time);
     ++keyframe.epoch->keyframes;
   }
-  keyframe.field =
-      add_factor(std::make_unique<FieldFactor>(std::move(map), interpolation, magnetometers_, readings, mask),
-                 {&keyframe.pose, &keyframe.epoch->biases});
+  std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.epoch->biases};
+  const bool clock = options_.magnetometer_clock_sigma_s > 0.0;
+  if (clock) {
+    if (!clock_prior_) {
+      clock_ = {BlockKind::euclidean, {0.0}, {}};
+      add_block(clock_);
+      clock_prior_ = add_factor(std::make_unique<RandomWalkFactor>(1, options_.magnetometer_clock_sigma_s, true), {&clock_});
+    }
+    blocks.push_back(&clock_);
+  }
+  keyframe.field = add_factor(
+      std::make_unique<FieldFactor>(std::move(map), interpolation, magnetometers_, readings, mask, clock), blocks);
 }
 
 void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask) {
@@ -261,6 +270,19 @@ Vector3 SlidingWindow::magnetometer_bias(std::size_t k, int magnetometer) const 
   const BiasEpoch* epoch = keyframes_[k]->epoch;
   if (epoch == nullptr) epoch = epochs_.empty() ? nullptr : epochs_.back().get();
   return epoch == nullptr ? Vector3::Zero().eval() : Vector3(epoch->biases.values.data() + 3 * magnetometer);
+}
+
+SlidingWindow::ClockOffset SlidingWindow::clock_offset() const {
+  if (!clock_prior_) return {0.0, options_.magnetometer_clock_sigma_s};
+  return {clock_.values[0], clock_sigma_s_ > 0.0 ? clock_sigma_s_ : options_.magnetometer_clock_sigma_s};
+}
+
+void SlidingWindow::move(const Pose& T_new_old) {
+  for (const auto& keyframe : keyframes_) {
+    from_pose(T_new_old * to_pose(keyframe->pose.values.data()), keyframe->pose.values.data());
+    Eigen::Map<Vector3> velocity(keyframe->motion.values.data());
+    velocity = (T_new_old.rotation * velocity).eval();
+  }
 }
 
 }  // namespace lodestone

@@ -69,6 +69,17 @@ class SlidingWindow {
   NavState state(std::size_t k) const;
   Vector3 magnetometer_bias(std::size_t k, int magnetometer) const;
 
+  /// How late the stamps of the magnetometers are, and one sigma of it (as of the last pose_covariances). Zeros where it is
+  /// not estimated.
+  struct ClockOffset {
+    double offset_s = 0.0;
+    double sigma_s = 0.0;
+  };
+  ClockOffset clock_offset() const;
+
+  /// Moves all keyframes by a rigid motion of the map: where another place has turned out to fit.
+  void move(const Pose& T_new_old);
+
   /// The IMU factor between keyframes k and k + 1, linearized at their states.
   ChainLink link(std::size_t k) const;
 
@@ -96,6 +107,9 @@ class SlidingWindow {
   std::unique_ptr<ceres::Problem> problem_;
   WindowBlock gravity_;
   WindowFactor prior_;
+  WindowBlock clock_;         // how late the magnetometers' stamps are, s
+  WindowFactor clock_prior_;  // empty: not estimated, or no reading yet
+  mutable double clock_sigma_s_ = 0.0;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   std::deque<std::unique_ptr<BiasEpoch>> epochs_;
 };

@@ -1,6 +1,8 @@
 // What the window solves and what its solution tells.
 #include <ceres/solver.h>
 
+#include <cmath>
+
 #include "factors/block_solver.h"
 #include "factors/chain_solver.h"
 #include "factors/preintegration_factor.h"
@@ -59,6 +61,7 @@ ChainVariables SlidingWindow::chain_variables() const {
     result.motions.push_back(&keyframe->motion);
   }
   result.shared.push_back(const_cast<WindowBlock*>(&gravity_));
+  if (clock_prior_) result.shared.push_back(const_cast<WindowBlock*>(&clock_));
   if (options_.magnetometer_bias_states) {
     for (const auto& epoch : epochs_) result.shared.push_back(&epoch->biases);
   }
@@ -79,12 +82,14 @@ std::vector<WindowBlock*> SlidingWindow::variables_in_order() const {
     }
   }
   for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch) result.push_back(&epochs_[epoch]->biases);
+  if (clock_prior_) result.push_back(const_cast<WindowBlock*>(&clock_));
   result.push_back(const_cast<WindowBlock*>(&gravity_));
   return result;
 }
 
 std::vector<const WindowFactor*> SlidingWindow::factors() const {
   std::vector<const WindowFactor*> result{&prior_};
+  if (clock_prior_) result.push_back(&clock_prior_);
   for (const auto& keyframe : keyframes_) {
     for (const WindowFactor* factor : {&keyframe->imu, &keyframe->lidar, &keyframe->field}) {
       if (*factor) result.push_back(factor);
@@ -103,7 +108,10 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
     for (const std::size_t k : keyframes) result.push_back(all[k]);
     return result;
   }
-  return ChainSolver(chain_variables(), factors()).pose_covariances(keyframes);
+  ChainSolver solver(chain_variables(), factors());
+  std::vector<Matrix6> result = solver.pose_covariances(keyframes);
+  if (clock_prior_) clock_sigma_s_ = std::sqrt(solver.shared_variance(gravity_.tangent_size()));
+  return result;
 }
 
 ChainLink SlidingWindow::link(std::size_t k) const {

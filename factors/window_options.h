@@ -26,6 +26,7 @@ struct SlidingWindowOptions {
   double magnetometer_bias_walk_ut = 0.02;
   double magnetometer_bias_epoch_s = 5.0;
   bool magnetometer_bias_jumps = true;
+  double magnetometer_clock_sigma_s = 0.0;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -38,6 +39,8 @@ struct SlidingWindowOptions {
     visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
     visitor.field("magnetometer_bias_jumps", magnetometer_bias_jumps,
                   "a bias may also jump or drift fast where the readings insist on it");
+    visitor.field("magnetometer_clock_sigma_s", magnetometer_clock_sigma_s,
+                  "one sigma of how far the stamps of the magnetometers are off, all alike, which is estimated; 0: not at all");
   }
 
   void check() const {
@@ -45,6 +48,7 @@ struct SlidingWindowOptions {
     option_checks::positive("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut);
     option_checks::positive("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut);
     option_checks::positive("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s);
+    option_checks::within("magnetometer_clock_sigma_s", magnetometer_clock_sigma_s, 0.0, 1.0);
   }
 };
 

@@ -101,16 +101,20 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
     Eigen::VectorXd residual(most);
     Eigen::MatrixXd jacobian(most, 6);
     Eigen::VectorXd variance(most);
+    Eigen::VectorXd by_clock(most);
     Eigen::Index rows = 0;
     const std::size_t first = result.size();
     for (const MeanReading& reading : array.readings) {
-      const auto field = weighting.map.query(T_map_imu * reading.T_end_mag.position, options.interpolation);
+      FieldReading taken{reading.T_end_mag, reading.measured_ut, reading.magnetometer, 1.0, factor,
+                         reading.velocity_m_s, reading.turn_rad_s};
+      const Pose T_end_mag = taken.T_end_mag_at(weighting.clock.offset_s);
+      const auto field = weighting.map.query(T_map_imu * T_end_mag.position, options.interpolation);
       if (!field) {
         ++statistics.off_map;
         continue;
       }
       const FieldResidual part = field_residual(
-          T_map_imu, reading.T_end_mag, reading.measured_ut - weighting.bias_ut(reading.magnetometer), *field);
+          T_map_imu, T_end_mag, reading.measured_ut - weighting.bias_ut(reading.magnetometer), *field);
       const double noise = weighting.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
       const double sensor_variance = noise * noise / reading.samples;
       const double crowding = weighting.crowding[static_cast<std::size_t>(reading.magnetometer)];
@@ -118,9 +122,10 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
       residual.segment<3>(rows) = part.residual_ut;
       jacobian.middleRows<3>(rows) = part.jacobian;
       variance.segment<3>(rows).setConstant(sensor_variance + map_sigma * map_sigma);
+      by_clock.segment<3>(rows) = part.jacobian.rightCols<3>() * (T_map_imu.rotation * reading.velocity_m_s);
       rows += 3;
-      result.push_back({reading.T_end_mag, reading.measured_ut, reading.magnetometer,
-                        std::sqrt(sensor_variance + inflation * crowding * map_sigma * map_sigma), factor});
+      taken.sigma_ut = std::sqrt(sensor_variance + inflation * crowding * map_sigma * map_sigma);
+      result.push_back(taken);
     }
     if (rows == 0) continue;
     ++statistics.arrays;
@@ -130,6 +135,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
     if (options.huber) {
       const Eigen::VectorXd difference = residual.head(rows);
       Eigen::MatrixXd innovation = jacobian.topRows(rows) * covariance * jacobian.topRows(rows).transpose();
+      innovation += std::pow(weighting.clock.sigma_s, 2) * by_clock.head(rows) * by_clock.head(rows).transpose();
       innovation.diagonal() += variance.head(rows);
       ArrayJudgement judgement(difference, innovation);
       for (const Eigen::Index contradicted : judgement.set_aside(weighting.sensor_gate)) {

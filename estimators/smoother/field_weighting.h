@@ -7,7 +7,7 @@
 #include "core/maps/magnetic_map.h"
 #include "core/sensor_suite.h"
 #include "estimators/options.h"
-#include "factors/field_factor.h"
+#include "factors/sliding_window.h"
 #include "frontends/magnetometer/array_reading.h"
 
 namespace lodestone {
@@ -30,6 +30,7 @@ struct FieldWeighting {
   const std::vector<double>& crowding;  ///< of each magnetometer, by array_crowding
   double sensor_gate;                   ///< Mahalanobis distance of a magnetometer from what its fellows say
   std::function<Vector3(int)> bias_ut;  ///< of each magnetometer
+  SlidingWindow::ClockOffset clock;     ///< of all
 };
 
 /// How many magnetometers of the array share each one's map error, itself included: Σ exp(−distance/correlation_m).

@@ -127,7 +127,8 @@ void KeyframeMeasurements::set_lidar(const Keyframe& keyframe, std::size_t k, Sl
 }
 
 KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& state,
-                                          const std::function<Vector3(int)>& bias_ut) const {
+                                          const std::function<Vector3(int)>& bias_ut,
+                                          const SlidingWindow::ClockOffset& clock) const {
   const RunOptions& options = input_.options;
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
   double factor = 1.0;
@@ -147,7 +148,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   if (arrays.empty()) return result;
   const double spacing_m = state.velocity.norm() * to_seconds(keyframe.imu.back().time - keyframe.imu.front().time) /
                            static_cast<double>(arrays.size());
-  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_, bias_ut};
+  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_, bias_ut, clock};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.
   const auto weighed = [&](std::span<const ArrayReading> some) {

@@ -71,6 +71,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.state = window_->state(newest);
   estimate.covariance = covariances[0];
   estimate.diagnostics.iterations = iterations;
+  estimate.diagnostics.clock_offset_s = window_->clock_offset().offset_s;
+  estimate.diagnostics.clock_sigma_s = window_->clock_offset().sigma_s;
   estimate.health = judge(estimate);
   if (input_.planes == nullptr) {
     agreement_.add(estimate.diagnostics, to_seconds(keyframes_.back()->imu.back().time - keyframes_.back()->imu.front().time));
@@ -111,7 +113,8 @@ void Smoother::renew(std::size_t k) {
                        before == nullptr ? Pose{} : before->analysed);
   measurements_.set_lidar(keyframe, k, *window_);
   const KeyframeField field = measurements_.weigh(
-      keyframe, state, [&](int magnetometer) { return window_->magnetometer_bias(k, magnetometer); });
+      keyframe, state, [&](int magnetometer) { return window_->magnetometer_bias(k, magnetometer); },
+      window_->clock_offset());
   measurements_.set_field(field, k, *window_);
 }
 

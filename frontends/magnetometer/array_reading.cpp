@@ -5,6 +5,12 @@
 
 namespace lodestone {
 
+namespace {
+
+constexpr Time kMoment = 5'000'000;  // over which a velocity is taken: about an IMU's period
+
+}  // namespace
+
 std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
                                         const SensorSuite& suite, int samples_per_reading) {
   const std::size_t group = static_cast<std::size_t>(std::max(1, samples_per_reading));
@@ -26,7 +32,12 @@ std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> sam
       if (reading.samples == 0) continue;
       reading.measured_ut /= reading.samples;
       const Time time = part.front().time + offset_sum / reading.samples;
-      reading.T_end_mag = motion.relative_pose(time) * suite.magnetometers[j].T_imu_mag;
+      const Pose& T_imu_mag = suite.magnetometers[j].T_imu_mag;
+      reading.T_end_mag = motion.relative_pose(time) * T_imu_mag;
+      const Pose before = motion.relative_pose(time - kMoment) * T_imu_mag;
+      const Pose after = motion.relative_pose(time + kMoment) * T_imu_mag;
+      reading.velocity_m_s = (after.position - before.position) / to_seconds(2 * kMoment);
+      reading.turn_rad_s = so3::log(before.rotation.conjugate() * after.rotation) / to_seconds(2 * kMoment);
       array.readings.push_back(reading);
     }
     if (!array.readings.empty()) result.push_back(std::move(array));

@@ -15,6 +15,8 @@ struct MeanReading {
   Vector3 measured_ut = Vector3::Zero();
   int magnetometer = 0;
   int samples = 0;
+  Vector3 velocity_m_s = Vector3::Zero();  ///< of the magnetometer at the mean time, imu frame at t_k
+  Vector3 turn_rad_s = Vector3::Zero();    ///< its rate of rotation, in its own axes
 };
 
 /// Readings of the whole array about one time.

@@ -1,4 +1,3 @@
-#include <ceres/gradient_checker.h>
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,6 +11,7 @@
 #include "factors/preintegration_factor.h"
 #include "factors/prior_factor.h"
 #include "factors/random_walk_factor.h"
+#include "tests/factors/gradients.h"
 
 namespace lodestone {
 namespace {
@@ -27,23 +27,6 @@ class Random {
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
 };
-
-PoseBlock block_of(const Pose& pose) {
-  PoseBlock block;
-  from_pose(pose, block.data());
-  return block;
-}
-
-/// Ceres' own checker, in the tangent spaces: analytic against Ridders' differences.
-void expect_gradients(const ceres::CostFunction& factor, const std::vector<const ceres::Manifold*>& manifolds,
-                      const std::vector<const double*>& parameters, double tolerance = 1e-6) {
-  ceres::NumericDiffOptions options;
-  // Small enough to stay within one cell of an interpolated map, where it is smooth.
-  options.ridders_relative_initial_step_size = 1e-5;
-  const ceres::GradientChecker checker(&factor, &manifolds, options);
-  ceres::GradientChecker::ProbeResults results;
-  EXPECT_TRUE(checker.Probe(parameters.data(), tolerance, &results)) << results.error_log;
-}
 
 Matrix6 corridor_projector() {
   Vector6 information;

@@ -55,6 +55,33 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
   }
 }
 
+/// How late the magnetometers' stamps are, where that was estimated.
+void tell_clock(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
+  constexpr double kSigmas = 5.0;
+  constexpr double kNotable_s = 0.003;
+  if (record.steps().empty()) return;
+  const EstimateRecord::Step& last = record.steps().back();
+  summary.clock_offset_s = last.diagnostics.clock_offset_s;
+  summary.clock_sigma_s = last.diagnostics.clock_sigma_s;
+  const double late_s = std::abs(summary.clock_offset_s);
+  if (summary.clock_sigma_s <= 0.0 || late_s < kSigmas * summary.clock_sigma_s || late_s < kNotable_s) return;
+  warnings.add("magnetometer.clock", fmt::format("the magnetometers' stamps are {:.1f} ms too {} (one sigma {:.1f} ms), which was "
+                                                 "estimated and taken into account", 1e3 * late_s,
+                                                 summary.clock_offset_s > 0.0 ? "late" : "early", 1e3 * summary.clock_sigma_s), last.time);
+}
+
+/// Stretches in which the position is known to worse than half a metre, of the best estimate.
+void warn_of_uncertainty(const EstimateRecord& record, WarningLog& warnings) {
+  constexpr double kUncertain_m = 0.5;
+  for (std::size_t i = 0; i < record.best().size(); ++i) {
+    const double variance = record.covariances()[i].diagonal().tail<3>().maxCoeff();
+    if (variance < kUncertain_m * kUncertain_m) continue;
+    const Time time = record.best()[i].time;
+    warnings.add("run.uncertain", fmt::format("the position is known to worse than {} m (one sigma) from {} s", kUncertain_m,
+                                              format_stamp(time)), time);
+  }
+}
+
 /// The error of every pose that the truth knows.
 void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const std::filesystem::path& path) {
   std::vector<Matrix6> covariances;
@@ -108,6 +135,8 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   summary.duration_s = to_seconds(last_end - first_start);
   count_steps(outcome.record, summary, warnings);
+  tell_clock(outcome.record, summary, warnings);
+  warn_of_uncertainty(outcome.record, warnings);
   const auto& steps = outcome.record.steps();
   if (summary.status == RunStatus::done && !steps.empty() && steps.back().health == Health::lost) {
     summary.status = RunStatus::lost;

@@ -30,6 +30,10 @@ Json json_of(const RunSummary& summary) {
   json["peak_rss_mb"] = number(summary.peak_rss_mb);
   json["degenerate_scans"] = summary.degenerate_scans;
   json["magnetic_rejected"] = summary.magnetic_rejected;
+  if (summary.clock_sigma_s > 0.0) {
+    json["magnetometer_clock_offset_s"] = number(summary.clock_offset_s);
+    json["magnetometer_clock_offset_sigma_s"] = number(summary.clock_sigma_s);
+  }
   json["warnings"] = Json::object();
   for (const auto& [kind, entry] : summary.warnings.entries()) {
     json["warnings"][kind] = {{"count", entry.count}, {"first", entry.first_detail}, {"at_s", format_stamp(entry.first_time)}};

@@ -55,6 +55,8 @@ struct RunSummary {
   double peak_rss_mb = 0.0;
   std::int64_t degenerate_scans = 0;
   std::int64_t magnetic_rejected = 0;
+  double clock_offset_s = 0.0;  ///< how late the magnetometers' stamps are, as estimated at the end
+  double clock_sigma_s = 0.0;   ///< of it; 0: not estimated
   WarningLog warnings;
   std::optional<TruthFigures> truth;
   std::vector<StageFigures> stages;   ///< against the truth, where there is one
