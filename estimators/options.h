@@ -24,6 +24,8 @@ struct InitialOptions {
   double gyroscope_bias_sigma_rad_s = 0.02;
   double accelerometer_bias_sigma_m_s2 = 0.1;
   double gravity_sigma_deg = 0.5;
+  double search_m = 0.75;
+  double search_deg = 7.5;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -34,6 +36,9 @@ struct InitialOptions {
     visitor.field("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2,
                   "of the accelerometer's bias, taken as zero");
     visitor.field("gravity_sigma_deg", gravity_sigma_deg, "tilt of gravity against the map's z axis");
+    visitor.field("search_m", search_m,
+                  "where first scan and field do not fit at the given start, one is looked for so far around it; 0: never");
+    visitor.field("search_deg", search_deg, "and turned by so much about the vertical");
   }
 
   void check() const {
@@ -43,6 +48,8 @@ struct InitialOptions {
     option_checks::positive("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s);
     option_checks::positive("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2);
     option_checks::positive("gravity_sigma_deg", gravity_sigma_deg);
+    option_checks::within("search_m", search_m, 0.0, 5.0);
+    option_checks::within("search_deg", search_deg, 0.0, 45.0);
   }
 };
 

@@ -56,6 +56,9 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   keyframe.correspondences = associate(points, state.T_map_imu, keyframe.predicted_covariance, *planes,
                                        input_.suite.lidar, options.lidar.association);
   keyframe.planes = planes;
+  const auto matched = static_cast<int>(keyframe.correspondences.size());
+  // An outage, of a robot that was at the layer's height before.
+  if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
   keyframe.cost = condense(keyframe.correspondences, state.T_map_imu);
   keyframe.lidar_information = keyframe.cost.hessian(state.T_map_imu) -
                                options.degeneracy.normal_noise_margin * keyframe.cost.spurious_information;
@@ -64,9 +67,18 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   }
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
   diagnostics.points = static_cast<int>(points.size());
-  diagnostics.correspondences = keyframe.cost.count;
+  diagnostics.correspondences = matched;
   diagnostics.inlier_share =
-      points.empty() ? 0.0 : static_cast<double>(keyframe.cost.count) / static_cast<double>(points.size());
+      points.empty() ? 0.0 : static_cast<double>(matched) / static_cast<double>(points.size());
+}
+
+bool KeyframeMeasurements::at_level(const Pose& T_map_imu) const {
+  if (level_ == nullptr) return false;
+  double height_m = 0.0;
+  for (const MagnetometerModel& magnetometer : input_.suite.magnetometers) {
+    height_m += (T_map_imu * magnetometer.T_imu_mag.position).z() / static_cast<double>(input_.suite.magnetometers.size());
+  }
+  return std::abs(height_m - static_cast<double>(level_->center.z())) < 3.0 * input_.options.magnetic.height_sigma_m;
 }
 
 void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {

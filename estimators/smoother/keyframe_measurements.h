@@ -49,9 +49,10 @@ class KeyframeMeasurements {
 
  private:
   void hold_height(Keyframe& keyframe) const;
+  bool at_level(const Pose& T_map_imu) const;
 
   EstimatorInput input_;
-  std::unique_ptr<Plane> level_;  // the field map's height, where no cloud map tells it
+  std::unique_ptr<Plane> level_;  // the field map's height, where LiDAR does not tell it
   std::vector<double> crowding_;  // of the magnetometers
   double sensor_gate_;            // of a magnetometer against its fellows
 };

@@ -1,5 +1,7 @@
 #include "estimators/smoother/smoother.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 
@@ -7,6 +9,7 @@
 #include "core/observability/window_information.h"
 #include "estimators/initialization.h"
 #include "estimators/smoother/bound.h"
+#include "estimators/smoother/relocation.h"
 #include "frontends/lidar/scan_sampling.h"
 
 namespace lodestone {
@@ -18,6 +21,7 @@ Smoother::~Smoother() = default;
 void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   const auto begin = std::chrono::steady_clock::now();
   const RunOptions& options = input_.options;
+  const bool solved = input_.linearize_at == nullptr;  // else only covariances are asked for
   auto keyframe = std::make_unique<Keyframe>();
   keyframe->scan_start = bundle.scan.start;
   keyframe->imu = bundle.imu;
@@ -27,7 +31,13 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   if (window_ == nullptr) {
     InitialState start =
         initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, options.initial);
-    const NavState state = propagate(start.state, bundle.imu, input_.suite.imu, &start.covariance);
+    NavState state = propagate(start.state, bundle.imu, input_.suite.imu, &start.covariance);
+    keyframe->estimate.time = bundle.scan.end;
+    const auto found = solved ? better_start(input_, *keyframe, state) : std::nullopt;
+    if (found) {
+      tell_of_move("smoother.start_moved", "scan and field do not fit at the given start, but", state.T_map_imu, *found, bundle.scan.end);
+      state.T_map_imu = *found;
+    }
     window_ = std::make_unique<SlidingWindow>(bundle.scan.end, state, start.covariance,
                                               static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu,
                                               options.smoother.solver);
@@ -50,10 +60,10 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
   const std::size_t newest = window_->size() - 1;
-  const bool solved = input_.linearize_at == nullptr;
   if (!solved) window_->set_state(newest, state_at(*input_.linearize_at, bundle.scan.end, window_->state(newest)));
   keyframes_.back()->predicted = window_->state(newest).T_map_imu;
 
+  if (solved) find_again();
   renew(newest);
   int iterations = solved ? window_->solve() : 0;
   for (int i = 0; i < options.smoother.reassociations && solved; ++i) {
@@ -74,11 +84,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.diagnostics.clock_offset_s = window_->clock_offset().offset_s;
   estimate.diagnostics.clock_sigma_s = window_->clock_offset().sigma_s;
   estimate.health = judge(estimate);
-  if (input_.planes == nullptr) {
-    agreement_.add(estimate.diagnostics, to_seconds(keyframes_.back()->imu.back().time - keyframes_.back()->imu.front().time));
-    keyframes_.back()->field_disagrees = agreement_.lost();
-    if (agreement_.lost()) estimate.health = Health::lost;
-  }
+  judge_field(*keyframes_.back());
   Estimate causal = estimate;
   if (leaves) {
     hand_out(0, covariances[1], sink);
@@ -88,6 +94,45 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   causal.diagnostics.step_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   sink.causal(causal);
+}
+
+/// Where LiDAR misses a direction the field alone holds it, and a wrong place keeps a small covariance.
+void Smoother::judge_field(Keyframe& keyframe) {
+  if (input_.planes != nullptr && keyframe.degeneracy.degenerate_directions == 0) {
+    agreement_ = {};
+    return;
+  }
+  agreement_.add(keyframe.estimate.diagnostics, to_seconds(keyframe.imu.back().time - keyframe.imu.front().time));
+  keyframe.field_disagrees = agreement_.lost();
+  if (!agreement_.lost()) return;
+  keyframe.estimate.health = Health::lost;
+  if (input_.warnings != nullptr && input_.planes != nullptr) {
+    input_.warnings->add("smoother.field_disagrees",
+                         fmt::format("where LiDAR misses a direction, the field has not agreed with its map for seconds at "
+                                     "{:.3f} s: the pose is not to be trusted, or the map is stale", to_seconds(keyframe.estimate.time)),
+                         keyframe.estimate.time);
+  }
+}
+
+void Smoother::tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time) {
+  if (input_.warnings == nullptr) return;
+  const Vector6 step = to.boxminus(from);
+  input_.warnings->add(kind, fmt::format("{} {:.2f} m and {:.1f} deg from it they do, at {:.3f} s", detail, step.tail<3>().norm(),
+                                         step.head<3>().norm() * 180.0 / M_PI, to_seconds(time)), time);
+}
+
+/// After seconds in which a direction was not seen: where along it scan and field fit, for all keyframes together.
+void Smoother::find_again() {
+  Keyframe& keyframe = *keyframes_.back();
+  const std::size_t newest = window_->size() - 1;
+  if (newest == 0) return;
+  const auto found = better_place(input_, keyframe, window_->state(newest),
+                                  [&](int magnetometer) { return window_->magnetometer_bias(newest, magnetometer); });
+  if (!found) return;
+  tell_of_move("smoother.found_again", "scan and field do not fit where the IMU led to, but", keyframe.predicted, *found,
+               keyframe.estimate.time);
+  window_->move(*found * keyframe.predicted.inverse());
+  keyframe.predicted = window_->state(newest).T_map_imu;
 }
 
 Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {

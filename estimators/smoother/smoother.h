@@ -22,6 +22,9 @@ class Smoother final : public Estimator {
   void finish(EstimateSink& sink) override;
 
  private:
+  void find_again();
+  void judge_field(Keyframe& keyframe);
+  void tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
   void renew(std::size_t k);
   Matrix6 known_of(std::size_t k, double noise_taken) const;
   bool moved(std::size_t k) const;
@@ -30,7 +33,7 @@ class Smoother final : public Estimator {
 
   EstimatorInput input_;
   KeyframeMeasurements measurements_;
-  FieldAgreement agreement_;  // judged only where there is no LiDAR
+  FieldAgreement agreement_;  // judged only where LiDAR does not see all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for

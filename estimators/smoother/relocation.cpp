@@ -1,0 +1,63 @@
+#include "estimators/smoother/relocation.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kStep_m = 0.1;       // well within what a field or a wall changes over
+constexpr double kStep_rad = 0.0175;  // a degree
+constexpr double kKnown_m = 0.12;     // one sigma: a linearization reaches that far
+constexpr double kFarthest_m = 6.0;
+constexpr int kMostSteps = 7;         // along the second direction, and of heading: a grid must stay small
+
+SearchDirection shift(const Vector3& direction, double reach_m) {
+  SearchDirection result;
+  result.axis.tail<3>() = kStep_m * direction.normalized();
+  result.steps = static_cast<int>(std::ceil(reach_m / kStep_m));
+  return result;
+}
+
+/// A turn about the vertical, which is opposite to gravity.
+SearchDirection turn(const NavState& state, double reach_rad) {
+  SearchDirection result;
+  result.axis.head<3>() = kStep_rad * (state.T_map_imu.rotation.conjugate() * -state.gravity.normalized());
+  result.steps = static_cast<int>(std::ceil(reach_rad / kStep_rad));
+  return result;
+}
+
+}  // namespace
+
+std::optional<Pose> better_start(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state) {
+  const InitialOptions& options = input.options.initial;
+  if (options.search_m <= 0.0 && options.search_deg <= 0.0) return std::nullopt;
+  const PoseSearch search(input, keyframe, state, [](int) { return Vector3::Zero().eval(); });
+  return search.find(state.T_map_imu, {shift(Vector3::UnitX(), options.search_m), shift(Vector3::UnitY(), options.search_m),
+                                       turn(state, options.search_deg * M_PI / 180.0)});
+}
+
+std::optional<Pose> better_place(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state,
+                                 const std::function<Vector3(int)>& bias_ut) {
+  const Matrix6& covariance = keyframe.predicted_covariance;
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance.bottomRightCorner<3, 3>());
+  const Vector3 sigma_m = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  if (!(sigma_m[2] > kKnown_m)) return std::nullopt;
+  std::vector<SearchDirection> directions{shift(solver.eigenvectors().col(2), std::min(3.0 * sigma_m[2], kFarthest_m))};
+  if (sigma_m[1] > kKnown_m) {
+    directions.push_back(shift(solver.eigenvectors().col(1), 3.0 * sigma_m[1]));
+    directions.back().steps = std::min(directions.back().steps, 4 * kMostSteps);
+  }
+  const SearchDirection heading = turn(state, 0.0);
+  const Vector3 vertical = heading.axis.head<3>().normalized();
+  const double sigma_rad = std::sqrt(vertical.dot(covariance.topLeftCorner<3, 3>() * vertical));
+  if (sigma_rad > kStep_rad) {
+    directions.push_back(turn(state, 3.0 * sigma_rad));
+    directions.back().steps = std::min(directions.back().steps, kMostSteps);
+  }
+  const PoseSearch search(input, keyframe, state, bias_ut);
+  return search.find(keyframe.predicted, directions);
+}
+
+}  // namespace lodestone
