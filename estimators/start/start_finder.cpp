@@ -65,7 +65,11 @@ std::vector<std::size_t> stations_of(const std::vector<NavState>& states, double
 /// more, deskewed now; by how much that moves it, the velocity was wrong on the way back.
 StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled, const NavState& state,
                               std::span<const ImuSample> imu, const EstimatorInput& input) {
-  const ScanMotion back(state, imu);
+  NavState tracked = state;
+  // In half a second the filter takes what its open velocity got wrong for a bias of the accelerometer.
+  tracked.accelerometer_bias.setZero();
+  tracked.gravity = Vector3(0.0, 0.0, -input.suite.gravity_m_s2);
+  const ScanMotion back(tracked, imu);
   const Pose start = back.pose(begin);
   const Pose end = back.pose(bundle.scan.end);
   const double scan_s = std::max(1e-3, to_seconds(bundle.scan.end - bundle.scan.start));
