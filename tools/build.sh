@@ -4,5 +4,8 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LODESTONE_BUILD:-$root/build/release}
 
+# What ccache must overlook where headers are precompiled.
+export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
+
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLODESTONE_TESTS=ON >/dev/null
 ninja -C "$build" -j"$(nproc)" "$@"
