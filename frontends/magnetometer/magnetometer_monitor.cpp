@@ -47,7 +47,6 @@ bool MagnetometerMonitor::stays(std::size_t j, const Vector3& reading, Time time
     run.high_ut = run.high_ut.cwiseMax(reading);
     if (run.readings >= kRepeats && time - run.since >= kHeld) ++held;
   }
-  sensor.largest_ut = sensor.largest_ut.cwiseMax(reading.cwiseAbs());
   return held == 3;
 }
 
@@ -57,9 +56,12 @@ bool MagnetometerMonitor::at_limit(std::size_t j, const Vector3& reading, Time t
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Run& run = sensor.runs[static_cast<std::size_t>(axis)];
     const bool held = run.readings >= kRepeats && time - run.since >= kHeld;
-    const bool extreme = std::abs(run.held_ut) >= sensor.largest_ut[axis] - same_ut;
     const bool others_vary = (run.high_ut - run.low_ut).maxCoeff() > kVaries * models_[j].noise_ut;
-    if (held && extreme && others_vary) sensor.limit_ut[axis] = std::min(sensor.limit_ut[axis], std::abs(run.held_ut));
+    // What goes beyond it shows that it is none, or none any more.
+    if (std::abs(reading[axis]) > sensor.limit_ut[axis] + kVaries * models_[j].noise_ut) {
+      sensor.limit_ut[axis] = std::numeric_limits<double>::infinity();
+    }
+    if (held && others_vary) sensor.limit_ut[axis] = std::min(sensor.limit_ut[axis], std::abs(run.held_ut));
   }
   return ((reading.cwiseAbs() - sensor.limit_ut).array() >= -same_ut).any();
 }

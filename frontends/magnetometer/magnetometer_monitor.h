@@ -14,8 +14,8 @@ namespace lodestone {
 /// Watches each magnetometer of the array by its own readings alone, before any map or pose has a say, and leaves out what
 /// cannot be a measurement:
 /// - stuck: all components stay what they are, to a fiftieth of the sensor's noise, over 20 readings and 0.1 s;
-/// - at its limit: one or two components do so, farther from zero than ever before, while another one varies by more than
-///   noise does. From then on whatever reaches that limit is left out at once;
+/// - at its limit: one or two components do so while another one varies by more than noise does. From then on whatever
+///   reaches that limit is left out at once, until a reading goes well beyond it;
 /// - spikes: a single reading far from the median of its neighbours in time;
 /// and tells of magnetometers that fell silent. What it does not leave out it does not change.
 ///
@@ -41,7 +41,6 @@ class MagnetometerMonitor {
   };
   struct Sensor {
     std::array<Run, 3> runs;
-    Vector3 largest_ut = Vector3::Zero();  // magnitude of each component, ever
     Vector3 limit_ut = Vector3::Constant(std::numeric_limits<double>::infinity());
     std::vector<Vector3> before;           // its last two readings
     std::optional<Time> last;
