@@ -1,4 +1,5 @@
 // One estimator's pass over a log, with a stand-in that knows the truth and errs as told.
+#include "tools/run/bound_run.h"
 #include "tools/run/estimator_run.h"
 
 #include <gmock/gmock.h>
@@ -258,7 +259,7 @@ TEST(RunReport, TableAndWarningsNameEveryRun) {
   const std::string warnings = warnings_text({smoother, ieskf});
   EXPECT_THAT(warnings, HasSubstr("imu.gap (1 x): no sample for 0.2 s"));
   EXPECT_THAT(warnings, HasSubstr("smoother.only (3 x in ieskf): made up"));
-  const auto json = nlohmann::json::parse(to_json({{"log", "a.bag"}, {"magnetic", ""}}, {smoother, ieskf}));
+  const auto json = nlohmann::json::parse(to_json({{"log", "a.bag"}, {"magnetic", ""}}, {smoother, ieskf}, std::nullopt));
   EXPECT_EQ(json["status"], "done");
   EXPECT_TRUE(json["magnetic"].is_null());
   EXPECT_EQ(json["estimators"].size(), 2U);

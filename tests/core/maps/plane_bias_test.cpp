@@ -33,20 +33,20 @@ Matched match_all(const PlaneMap& map, const Cloud& points, Outward outward) {
   return result;
 }
 
-/// Square pillars of 0.5 m whose faces lie in faces of voxels, with their noise.
+/// Square pillars of 1.5 m whose faces lie in faces of voxels, with their noise.
 Cloud pillars(double spacing_m, double noise_m, bool front_alone, std::mt19937_64& generator) {
   std::normal_distribution<double> noise(0.0, noise_m);
-  std::uniform_real_distribution<double> along(-0.25, 0.25);
+  std::uniform_real_distribution<double> along(-0.75, 0.75);
   Cloud cloud;
-  const auto per_face = static_cast<int>(0.5 * 3.0 / (spacing_m * spacing_m));
+  const auto per_face = static_cast<int>(1.5 * 3.0 / (spacing_m * spacing_m));
   for (int pillar = 0; pillar < 12; ++pillar) {
-    const double x = 3.5 + 7.0 * pillar;
+    const double x = 3.0 + 7.0 * pillar;
     for (int i = 0; i < per_face; ++i) {
-      const double z = 0.5 + 3.0 * (along(generator) + 0.25) * 2.0;
+      const double z = 0.5 + 2.0 * (along(generator) + 0.75);
       cloud.emplace_back(x + along(generator), 12.75 + noise(generator), z);
       if (front_alone) continue;
-      cloud.emplace_back(x - 0.25 + noise(generator), 13.0 + along(generator), z);
-      cloud.emplace_back(x + 0.25 + noise(generator), 13.0 + along(generator), z);
+      cloud.emplace_back(x - 0.75 + noise(generator), 13.5 + along(generator), z);
+      cloud.emplace_back(x + 0.75 + noise(generator), 13.5 + along(generator), z);
     }
   }
   return cloud;
@@ -57,9 +57,10 @@ TEST(PlaneMap, CornersDoNotLetWallsSeemNearer) {
   const PlaneMap map(pillars(0.08, 0.01, false, generator), PlaneMapOptions{});
   const Cloud scan = pillars(0.02, 0.02, true, generator);
   const Matched found = match_all(map, scan, [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.0F, -1.0F, 0.0F); });
-  // Each plane is off by some millimetres; their mean is not. Taking what stands in front alone would make it 16 mm.
+  // Each plane is off by some millimetres; their mean is not. At the corners, a third of the face, taking what stands in
+  // front alone makes it 16 mm.
   ASSERT_GT(found.count, 500);
-  EXPECT_LT(std::abs(found.mean_m), 0.003);
+  EXPECT_LT(std::abs(found.mean_m), 0.002);
 }
 
 TEST(PlaneMap, ASmoothWallKeepsItsPoints) {
@@ -99,9 +100,9 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   options.refit_within = false;
   const Matched with_margin = match_all(PlaneMap(surface, options), scan, inwards);
   ASSERT_GT(within.count, 30000);
-  EXPECT_LT(std::abs(within.mean_m), 1e-4);
-  // A chord over the voxel and its margin lies further inside: (0.37² − 0.25²) / 24 r.
+  // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r where the wall runs along an axis.
   EXPECT_GT(std::abs(with_margin.mean_m), 5e-4);
+  EXPECT_LT(std::abs(within.mean_m), 0.25 * std::abs(with_margin.mean_m));
 }
 
 }  // namespace
