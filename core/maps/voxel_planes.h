@@ -13,7 +13,7 @@ namespace lodestone {
 struct PlaneMapOptions {
   double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
   double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
-  bool refit_within = true;  ///< the plane itself from the points under and over the voxel alone
+  bool height_from_within = true;  ///< a plane's height from the points under and over the voxel alone
   double max_thickness_over_median = 1.3;
   PlaneFitOptions fit;
   int tile_above_points = 10000000;
@@ -25,9 +25,9 @@ struct PlaneMapOptions {
     visitor.field("voxel_m", voxel_m, "edge of a voxel; each holds at most one plane");
     visitor.field("margin_m", margin_m,
                   "a voxel's plane is fitted to the points up to so far outside it, too: more than the map's noise");
-    visitor.field("refit_within", refit_within,
-                  "take the plane itself from those points whose foot on it lies within the voxel: the chord of a curved wall "
-                  "then has the height that points in this voxel have");
+    visitor.field("height_from_within", height_from_within,
+                  "take a plane's height from those points whose foot on it lies within the voxel: the chord of a curved wall "
+                  "then lies where points in this voxel do");
     visitor.field("max_thickness_over_median", max_thickness_over_median,
                   "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
     visitor.section("fit", fit);

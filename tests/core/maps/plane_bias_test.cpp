@@ -97,7 +97,7 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   };
   PlaneMapOptions options;
   const Matched within = match_all(PlaneMap(surface, options), scan, inwards);
-  options.refit_within = false;
+  options.height_from_within = false;
   const Matched with_margin = match_all(PlaneMap(surface, options), scan, inwards);
   ASSERT_GT(within.count, 30000);
   // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r where the wall runs along an axis.
