@@ -94,11 +94,9 @@ std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
   std::vector<std::size_t> result;
   last_move_m_ = 0.0;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
-    const Vector6 step = window.state(k).T_map_imu.boxminus(keyframes_[k]->associated);
-    last_move_m_ = std::max(last_move_m_, step.tail<3>().norm());
-    if (step.tail<3>().norm() > options.moved_m || step.head<3>().norm() > options.turned_deg * M_PI / 180.0) {
-      result.push_back(k);
-    }
+    const Pose& pose = window.state(k).T_map_imu;
+    last_move_m_ = std::max(last_move_m_, (pose.position - keyframes_[k]->associated.position).norm());
+    if (keyframes_[k]->moved(pose, options.moved_m, options.turned_deg)) result.push_back(k);
   }
   return result;
 }

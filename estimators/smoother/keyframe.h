@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -29,6 +30,12 @@ struct Keyframe {
   Pose analysed;                           ///< where the degeneracy was analysed
   Estimate estimate;                       ///< diagnostics, filled as the scan is worked on
   bool field_disagrees = false;            ///< of a run without LiDAR: the field's verdict at this scan
+
+  /// Whether `pose` is further than `distance_m` or `angle_deg` from where correspondences were looked for.
+  bool moved(const Pose& pose, double distance_m, double angle_deg) const {
+    const Vector6 step = pose.boxminus(associated);
+    return step.tail<3>().norm() > distance_m || step.head<3>().norm() > angle_deg * M_PI / 180.0;
+  }
 };
 
 }  // namespace lodestone

@@ -47,6 +47,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   keyframe.associated = state.T_map_imu;
   if (input_.planes == nullptr) {
     hold_height(keyframe);
+    keyframe.cost = condense(keyframe.correspondences, keyframe.associated);
     return;
   }
   const ScanMotion motion(state, keyframe.imu);
@@ -59,7 +60,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   const auto matched = static_cast<int>(keyframe.correspondences.size());
   // An outage, of a robot that was at the layer's height before.
   if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
-  keyframe.cost = condense(keyframe.correspondences, state.T_map_imu);
+  keyframe.cost = condense(keyframe.correspondences, keyframe.associated);
   keyframe.lidar_information = keyframe.cost.hessian(state.T_map_imu) -
                                options.degeneracy.normal_noise_margin * keyframe.cost.spurious_information;
   if (options.degeneracy.rule == DegeneracyRule::paper) {
@@ -90,7 +91,6 @@ void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
                                           static_cast<float>(sigma_m * sigma_m)});
     }
   }
-  keyframe.cost = condense(keyframe.correspondences, keyframe.associated);
 }
 
 Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavState& state,

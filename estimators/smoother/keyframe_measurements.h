@@ -48,7 +48,7 @@ class KeyframeMeasurements {
   void set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const;
 
  private:
-  void hold_height(Keyframe& keyframe) const;
+  void hold_height(Keyframe& keyframe) const;  // in place of the scan's correspondences
   bool at_level(const Pose& T_map_imu) const;
 
   EstimatorInput input_;

@@ -144,7 +144,7 @@ Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {
   }
   for (std::size_t i = 0; i + 1 < keyframes_.size(); ++i) links.push_back(window_->link(i));
   return k + 1 == keyframes_.size() ? newest_pose_information(information, links)
-                                       : marginal_pose_information(information, links)[k];
+                                    : marginal_pose_information(information, links)[k];
 }
 
 void Smoother::renew(std::size_t k) {
@@ -163,18 +163,14 @@ void Smoother::renew(std::size_t k) {
   measurements_.set_field(field, k, *window_);
 }
 
-bool Smoother::moved(std::size_t k) const {
-  const Vector6 step = window_->state(k).T_map_imu.boxminus(keyframes_[k]->associated);
-  return step.tail<3>().norm() > input_.options.smoother.reassociate_moved_m ||
-         step.head<3>().norm() > input_.options.smoother.reassociate_turned_deg * M_PI / 180.0;
-}
-
 void Smoother::renew_moved(bool newest_only) {
+  const SmootherOptions& options = input_.options.smoother;
   const std::size_t newest = window_->size() - 1;
   for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
     // The newest always: its first correspondences came from a prediction.
-    if (k != newest && !moved(k)) continue;
-    renew(k);
+    if (k == newest || keyframes_[k]->moved(window_->state(k).T_map_imu, options.reassociate_moved_m, options.reassociate_turned_deg)) {
+      renew(k);
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/evaluation/statistics.h"
 #include "tools/reproduce/tables.h"
 
 namespace lodestone::reproduce {
@@ -22,7 +23,7 @@ Judgement judge(const Criterion& criterion, const Group& group, const std::strin
   Judgement judgement;
   judgement.row = row;
   const SeedValue seeds = seed_value(results, group.name, row, criterion.estimator, criterion.figure, criterion.statistic,
-                                     criterion.over);
+                                     {criterion.over, criterion.over_figure});
   if (!seeds.value || seeds.present < seeds.expected) return judgement;
   judgement.open = false;
   judgement.value = *seeds.value;
@@ -50,10 +51,25 @@ const Judgement& tightest(const std::vector<Judgement>& judgements, CriterionKin
   });
 }
 
+std::vector<std::string> median_row(const Criterion& criterion, const std::vector<Judgement>& closed, const std::string& ran) {
+  std::vector<double> values;
+  for (const Judgement& one : closed) values.push_back(one.value);
+  const double middle = summarize(values).median;
+  const double bound = closed.front().bound;
+  return {criterion.title, fmt::format("{} rows", closed.size()), fmt::format("median {:.4f}, bound {:.4f}", middle, bound),
+          middle > bound ? "missed" : ran.empty() ? "met" : ran};
+}
+
 std::vector<std::string> row_of(const Criterion& criterion, const Group& group, const Results& results) {
+  const auto meant = [&](const std::string& row) {
+    return criterion.only.empty() ||
+           std::any_of(criterion.only.begin(), criterion.only.end(), [&](const std::string& pattern) { return fits(pattern, {row}); });
+  };
   std::vector<Judgement> closed;
-  std::size_t total = row_names(group).size();
+  const std::vector<std::string> rows = row_names(group);
+  const auto total = static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), meant));
   for (const std::string& row : results.rows_of(group.name)) {
+    if (!meant(row)) continue;
     const Judgement judgement = judge(criterion, group, row, results);
     if (!judgement.open) closed.push_back(judgement);
   }
@@ -70,6 +86,7 @@ std::vector<std::string> row_of(const Criterion& criterion, const Group& group, 
                                           100.0 * spread, 100.0 * *criterion.limit);
     return {criterion.title, fmt::format("{} rows", closed.size()), worst, !met ? "missed" : ran.empty() ? "met" : ran};
   }
+  if (criterion.kind == CriterionKind::median) return median_row(criterion, closed, ran);
   const auto met = static_cast<std::size_t>(
       std::count_if(closed.begin(), closed.end(), [](const Judgement& judgement) { return judgement.met; }));
   const Judgement& worst = tightest(closed, criterion.kind);

@@ -64,6 +64,7 @@ struct Group {
   std::vector<std::string> world_settings;  ///< --set of simulate
   std::vector<std::string> map_settings;    ///< --set of map magnetic
   std::vector<std::string> run_settings;    ///< --set of run
+  bool bound = false;                       ///< --bound of run: ATE / bound of each stage
   Published published;
 };
 
@@ -82,6 +83,7 @@ struct TableColumn {
   std::string estimator;
   std::string over;  ///< estimator by whose figure, of the same run, it is divided
   std::string figure = "ate_m";
+  std::string over_figure;  ///< of `over`; empty: `figure`
   std::string difference;  ///< figure of the comparison of maps
   Statistic statistic = Statistic::mean;
   int digits = 4;
@@ -92,6 +94,7 @@ struct TableColumn {
     visitor.field("estimator", estimator, "estimator whose figures are shown");
     visitor.field("over", over, "estimator by whose figure of the same run it is divided");
     visitor.field("figure", figure, "key of the estimator's summary.json");
+    visitor.field("over_figure", over_figure, "key of the summary.json of 'over'; left out: the same figure");
     visitor.field("difference", difference, "key of diff.json of the row's map_difference, with the first seed");
     visitor.field("statistic", statistic, "over the seeds");
     visitor.field("digits", digits, "decimals");
@@ -110,11 +113,14 @@ enum class CriterionKind {
   at_most,   ///< figure ≤ bound
   at_least,  ///< figure ≥ bound
   spread,    ///< largest over smallest of the rows, less 1, ≤ limit
+  median,    ///< median of the rows' figures ≤ bound
 };
 
 constexpr auto enum_names(CriterionKind) {
-  return EnumNames<CriterionKind, 3>{
-      {{CriterionKind::at_most, "at_most"}, {CriterionKind::at_least, "at_least"}, {CriterionKind::spread, "spread"}}};
+  return EnumNames<CriterionKind, 4>{{{CriterionKind::at_most, "at_most"},
+                                      {CriterionKind::at_least, "at_least"},
+                                      {CriterionKind::spread, "spread"},
+                                      {CriterionKind::median, "median"}}};
 }
 
 /// A claim that the rows of a group are held to. The bound is `limit`, or the published figure of a row times `factor`, or
@@ -129,6 +135,8 @@ struct Criterion {
   std::optional<double> limit;
   std::string published;
   std::string over;
+  std::string over_figure;              ///< of `over`; empty: `figure`
+  std::vector<std::string> only;        ///< rows that it speaks of, with wildcards; empty: all of the group
   double factor = 1.0;
   std::optional<int> rows;  ///< how many rows must meet it; nothing: all
 };

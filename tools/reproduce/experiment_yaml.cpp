@@ -9,6 +9,7 @@
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/configuration/options.h"
 #include "tools/reproduce/experiment.h"
+#include "tools/reproduce/plan.h"
 #include "tools/reproduce/yaml_parts.h"
 
 namespace lodestone::reproduce {
@@ -66,7 +67,7 @@ void read_published(const ConfigurationNode& node, Group& group) {
 
 Group read_group(const ConfigurationNode& node, const std::string& name, const std::vector<EstimatorChoice>& estimators) {
   node.refuse_keys_other_than(
-      {"drives", "ranges_m", "noise_ut", "seeds", "estimators", "world_settings", "map_settings", "run_settings", "published"});
+      {"drives", "ranges_m", "noise_ut", "seeds", "estimators", "world_settings", "map_settings", "run_settings", "bound", "published"});
   Group group;
   group.name = name;
   read_drives(node, group.drives);
@@ -82,6 +83,7 @@ Group read_group(const ConfigurationNode& node, const std::string& name, const s
   group.world_settings = texts(node, "world_settings");
   group.map_settings = texts(node, "map_settings");
   group.run_settings = texts(node, "run_settings");
+  if (const ConfigurationNode* bound = node.find("bound")) group.bound = bound->as_bool();
   check_rows(node, group);
   if (const ConfigurationNode* published = node.find("published")) read_published(*published, group);
   return group;
@@ -131,6 +133,7 @@ TableChoice read_table(const ConfigurationNode& node, const Experiment& experime
     if (!column.difference.empty()) require_known(element, column.difference, difference_names(), "figure of a difference");
     if (column.digits < 0 || column.digits > 12) element.fail("expected 0 to 12 digits");
     check_references(element, group, column.estimator, column.over, column.published, column.figure);
+    if (!column.over_figure.empty()) require_known(element, column.over_figure, figure_names(), "figure");
     table.columns.push_back(column);
   }
   return table;
@@ -138,7 +141,7 @@ TableChoice read_table(const ConfigurationNode& node, const Experiment& experime
 
 Criterion read_criterion(const ConfigurationNode& node, const Experiment& experiment) {
   node.refuse_keys_other_than(
-      {"title", "kind", "group", "estimator", "figure", "statistic", "limit", "published", "over", "factor", "rows"});
+      {"title", "kind", "group", "estimator", "figure", "statistic", "limit", "published", "over", "over_figure", "only", "factor", "rows"});
   Criterion criterion;
   criterion.title = node.at("title").as_string();
   criterion.kind = choice(node, "kind", criterion.kind);
@@ -150,12 +153,24 @@ Criterion read_criterion(const ConfigurationNode& node, const Experiment& experi
   if (const ConfigurationNode* limit = node.find("limit")) criterion.limit = limit->as_double();
   criterion.published = text(node, "published");
   criterion.over = text(node, "over");
+  criterion.over_figure = text(node, "over_figure");
+  criterion.only = texts(node, "only");
+  for (const std::string& pattern : criterion.only) {
+    const std::vector<std::string> rows = row_names(group);
+    if (std::none_of(rows.begin(), rows.end(), [&](const std::string& row) { return fits(pattern, {row}); })) {
+      node.at("only").fail(fmt::format("no row of '{}' matches '{}'; did you mean '{}'?", group.name, pattern, nearest_name(pattern, rows)));
+    }
+  }
   if (const ConfigurationNode* factor = node.find("factor")) criterion.factor = factor->as_double();
   if (const ConfigurationNode* rows = node.find("rows")) criterion.rows = rows->as_int();
   const int bounds = (criterion.limit ? 1 : 0) + (criterion.published.empty() ? 0 : 1) + (criterion.over.empty() ? 0 : 1);
   if (bounds != 1) node.fail("expected one bound: 'limit', 'published' or 'over'");
   if (criterion.kind == CriterionKind::spread && !criterion.limit) node.fail("a spread needs a 'limit'");
+  if (criterion.kind == CriterionKind::median && !criterion.published.empty()) {
+    node.fail("a median is held to one bound for all rows: expected 'limit' or 'over', found 'published'");
+  }
   check_references(node, group, criterion.estimator, criterion.over, criterion.published, criterion.figure);
+  if (!criterion.over_figure.empty()) require_known(node, criterion.over_figure, figure_names(), "figure");
   return criterion;
 }
 

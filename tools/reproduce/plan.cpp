@@ -90,6 +90,7 @@ class StepBook {
                                      "--truth", data + "/truth.tum", "--estimator", estimators, "--out", run.folder};
     if (run.range_m) append(command, {"--max-range", fmt::format("{:g}", *run.range_m)});
     for (const std::string& setting : key.group->run_settings) append(command, {"--set", setting});
+    if (key.group->bound) command.emplace_back("--bound");
     step.commands.push_back(command);
     return add(std::move(step));
   }

@@ -98,7 +98,7 @@ std::vector<std::string> Results::rows_of(const std::string& group) const {
 }
 
 SeedValue seed_value(const Results& results, const std::string& group, const std::string& row, const std::string& estimator,
-                     const std::string& figure, Statistic statistic, const std::string& over) {
+                     const std::string& figure, Statistic statistic, const Divisor& over) {
   SeedValue seeds;
   std::vector<double> values;
   for (const std::size_t i : results.runs_of(group, row)) {
@@ -106,12 +106,12 @@ SeedValue seed_value(const Results& results, const std::string& group, const std
     const auto runs = [&](const std::string& name) {
       return name.empty() || std::find(estimators.begin(), estimators.end(), name) != estimators.end();
     };
-    if (!runs(estimator) || !runs(over)) continue;
+    if (!runs(estimator) || !runs(over.estimator)) continue;
     if (is_stale_figure(figure) && !results.runs()[i].first_seed) continue;  // the maps of the others are gone
     ++seeds.expected;
     std::optional<double> value = value_of(results.find(i, estimator), figure);
-    if (value && !over.empty()) {
-      const std::optional<double> other = value_of(results.find(i, over), figure);
+    if (value && !over.estimator.empty()) {
+      const std::optional<double> other = value_of(results.find(i, over.estimator), over.figure.empty() ? figure : over.figure);
       value = other && *other != 0.0 ? std::optional<double>(*value / *other) : std::nullopt;
     }
     if (value_of(results.find(i, estimator), "success") == 0.0) ++seeds.lost;

@@ -50,9 +50,15 @@ struct SeedValue {
   std::optional<double> value;  ///< nothing where no run gave it
 };
 
-/// `figure` of `estimator` in a row, over all seeds with which it runs; divided by that of `over`, run by run, where that
-/// is named. The worst is the largest, of `success` and `real_time_factor` the smallest.
+/// What a figure is divided by, run by run: nothing where no estimator is named.
+struct Divisor {
+  std::string estimator;
+  std::string figure;  ///< empty: the same figure
+};
+
+/// `figure` of `estimator` in a row, over all seeds with which it runs. The worst is the largest, of `success` and
+/// `real_time_factor` the smallest.
 SeedValue seed_value(const Results& results, const std::string& group, const std::string& row, const std::string& estimator,
-                     const std::string& figure, Statistic statistic, const std::string& over = "");
+                     const std::string& figure, Statistic statistic, const Divisor& over = {});
 
 }  // namespace lodestone::reproduce

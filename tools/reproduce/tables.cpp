@@ -56,7 +56,8 @@ std::string cell(const TableColumn& column, const Group& group, const std::strin
   }
   if (!column.difference.empty()) return difference_cell(column, group, row, results);
   const SeedValue seeds =
-      seed_value(results, group.name, row, column.estimator, column.figure, column.statistic, column.over);
+      seed_value(results, group.name, row, column.estimator, column.figure, column.statistic,
+                 {column.over, column.over_figure});
   if (seeds.expected == 0) return kNothing;
   if (seeds.present == 0) return kMissing;
   if (column.figure == "success") return fmt::format("{}/{}", seeds.present - seeds.lost, seeds.present);
