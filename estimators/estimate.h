@@ -29,6 +29,7 @@ struct Diagnostics {
   double magnetic_weight = 0.0;      ///< mean Huber weight
   double magnetic_shrink = 1.0;      ///< β in force
   double magnetic_residual_ut = 0.0; ///< rms of measured minus map at the estimate
+  double magnetic_nis = 0.0;         ///< of the array samples at the prediction: mean of rᵀ S⁻¹ r per component; 0: none
   double clock_offset_s = 0.0;       ///< how late the magnetometers' stamps are
   double clock_sigma_s = 0.0;        ///< of it; 0: not estimated
   int iterations = 0;

@@ -1,6 +1,9 @@
 #include "core/evaluation/consistency.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 
@@ -27,12 +30,32 @@ std::optional<double> squared_mahalanobis(const Eigen::Matrix<double, size, 1>& 
   return whitened.squaredNorm();
 }
 
+/// Mean ± Student's 97.5 % quantile of 19 degrees of freedom × the standard error of the means of 20 stretches.
+void bound_mean(const std::vector<double>& values, double& low, double& high) {
+  constexpr std::size_t stretches = 20;
+  constexpr double quantile = 2.093;
+  if (values.size() < 2 * stretches) return;
+  std::vector<double> means;
+  for (std::size_t k = 0; k < stretches; ++k) {
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(k * values.size() / stretches);
+    const auto end = values.begin() + static_cast<std::ptrdiff_t>((k + 1) * values.size() / stretches);
+    means.push_back(std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin));
+  }
+  const double mean = std::accumulate(means.begin(), means.end(), 0.0) / stretches;
+  double squares = 0.0;
+  for (const double one : means) squares += (one - mean) * (one - mean);
+  const double half = quantile * std::sqrt(squares / (stretches * (stretches - 1)));
+  low = std::max(0.0, mean - half);
+  high = mean + half;
+}
+
 }  // namespace
 
 Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matrix6>& covariances) {
   if (pairs.size() != covariances.size()) throw std::invalid_argument("evaluate_consistency: one covariance a pair");
   Consistency result;
   std::size_t within = 0;
+  std::vector<double> values;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Vector6 delta = pairs[i].truth.boxminus(pairs[i].estimate);
     const auto whole = squared_mahalanobis<6>(delta, covariances[i]);
@@ -42,6 +65,7 @@ Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matri
     }
     ++result.count;
     result.nees += *whole;
+    values.push_back(*whole / 6.0);
     if (*whole <= kChiSquared95With6) ++within;
     result.nees_axis += (delta.array().square() / covariances[i].diagonal().array()).matrix();
     // Blocks of a positive definite matrix are positive definite; rounding may still say no, and then they add nothing.
@@ -54,6 +78,7 @@ Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matri
   result.nees_rotation /= 3.0 * count;
   result.nees_position /= 3.0 * count;
   result.nees_axis /= count;
+  bound_mean(values, result.nees_low, result.nees_high);
   result.share_within_95 = static_cast<double>(within) / count;
   return result;
 }

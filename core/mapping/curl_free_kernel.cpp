@@ -1,13 +1,11 @@
 #include "core/mapping/curl_free_kernel.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-#include "core/mapping/quasi_newton.h"
+#include "core/mapping/likelihood_maximum.h"
 
 namespace lodestone {
 namespace {
@@ -128,25 +126,13 @@ CurlFreeFit fit_curl_free_kernel(const std::vector<std::vector<FieldCell>>& sets
     other.vertical_length_scale_m *= factor;
     starts.push_back(logarithms_of(other));
   }
-  std::vector<double> values(sets.size());
-  std::vector<Vector5> gradients(sets.size());
-  const auto evaluate = [&](const Vector5& logarithms, Vector5& gradient) {
-    const CurlFreeKernel candidate = kernel_of(logarithms, start.mean_ut);
-    tbb::parallel_for(std::size_t{0}, sets.size(), [&](std::size_t i) {
-      values[i] = log_marginal_likelihood(sets[i], candidate, &gradients[i]);
-    });
-    double value = 0.0;
-    gradient.setZero();
-    for (std::size_t i = 0; i < sets.size(); ++i) {
-      value -= values[i];
-      gradient -= gradients[i];
-    }
-    return value;
+  double values = 0.0;
+  for (const auto& set : sets) values += 3.0 * static_cast<double>(set.size());
+  const auto likelihood = [&](const std::vector<FieldCell>& cells, const Vector5& logarithms, Vector5* gradient) {
+    return log_marginal_likelihood(cells, kernel_of(logarithms, start.mean_ut), gradient);
   };
-  double points = 0.0;
-  for (const auto& set : sets) points += 3.0 * static_cast<double>(set.size());
-  const BoundedMinimum<5> found = minimize_within<5>(starts, lower.array().log(), upper.array().log(), 0.5 * points,
-                                                     tolerance, max_evaluations, evaluate);
+  const BoundedMinimum<5> found = most_likely<5>(sets, starts, lower.array().log(), upper.array().log(), values, tolerance,
+                                                 max_evaluations, likelihood);
   return {kernel_of(found.point, start.mean_ut), -found.value, found.evaluations, found.converged};
 }
 

@@ -1,11 +1,9 @@
 #include "core/mapping/kernel_fit.h"
 
-#include <tbb/parallel_for.h>
-
 #include <cmath>
 #include <stdexcept>
 
-#include "core/mapping/quasi_newton.h"
+#include "core/mapping/likelihood_maximum.h"
 
 namespace lodestone {
 namespace {
@@ -35,27 +33,12 @@ KernelFit fit_kernel(const std::vector<GaussianProcessData>& sets, const KernelP
     starts.emplace_back(std::log(start.signal_sigma), std::log(start.length_scale_m * factor), std::log(start.noise_sigma));
   }
 
-  // The negative log likelihood of all sets and its gradient, summed in the order of the sets.
-  std::vector<double> values(sets.size());
-  std::vector<Vector> gradients(sets.size());
-  const auto evaluate = [&](const Vector& logarithms, Vector& gradient) {
-    const KernelParameters candidate = parameters_of(logarithms, start);
-    tbb::parallel_for(std::size_t{0}, sets.size(), [&](std::size_t i) {
-      values[i] = log_marginal_likelihood(sets[i], candidate, &gradients[i]);
-    });
-    double value = 0.0;
-    gradient.setZero();
-    for (std::size_t i = 0; i < sets.size(); ++i) {
-      value -= values[i];
-      gradient -= gradients[i];
-    }
-    return value;
-  };
-  // The likelihood's curvature grows with the number of points; half of it is a good first guess for a sigma.
   double points = 0.0;
   for (const GaussianProcessData& set : sets) points += static_cast<double>(set.values.size());
-  const BoundedMinimum<3> found =
-      minimize_within<3>(starts, lower, upper, 0.5 * points, tolerance, max_evaluations, evaluate);
+  const auto likelihood = [&](const GaussianProcessData& set, const Vector& logarithms, Vector* gradient) {
+    return log_marginal_likelihood(set, parameters_of(logarithms, start), gradient);
+  };
+  const BoundedMinimum<3> found = most_likely<3>(sets, starts, lower, upper, points, tolerance, max_evaluations, likelihood);
   return {parameters_of(found.point, start), -found.value, found.evaluations, found.converged};
 }
 

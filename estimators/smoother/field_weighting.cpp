@@ -142,7 +142,10 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
         ++statistics.set_aside;
         result[first + static_cast<std::size_t>(contradicted)].weight = 0.0;
       }
-      weight = huber_weight(judgement.distance(), mahalanobis_quantile(3 * judgement.kept(), options.huber_probability));
+      const double distance = judgement.distance();
+      statistics.innovation_sum += distance * distance;
+      statistics.innovations += 3 * judgement.kept();
+      weight = huber_weight(distance, mahalanobis_quantile(3 * judgement.kept(), options.huber_probability));
     }
     statistics.weight_sum += weight;
     if (weight < 0.5) ++statistics.rejected;

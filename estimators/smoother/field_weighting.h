@@ -19,6 +19,8 @@ struct FieldStatistics {
   int off_map = 0;       ///< single readings without field
   int set_aside = 0;     ///< single readings that the rest of their array contradicts
   double weight_sum = 0.0;
+  double innovation_sum = 0.0;  ///< Σ rᵀ S⁻¹ r, of those not set aside
+  int innovations = 0;          ///< components in it
   double residual_squared_sum = 0.0;  ///< µT², over components
   int components = 0;
 };

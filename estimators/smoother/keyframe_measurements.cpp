@@ -179,6 +179,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   diagnostics.magnetic_off_map = statistics.off_map;
   diagnostics.magnetic_set_aside = statistics.set_aside;
   diagnostics.magnetic_weight = statistics.arrays == 0 ? 0.0 : statistics.weight_sum / statistics.arrays;
+  diagnostics.magnetic_nis = statistics.innovations == 0 ? 0.0 : statistics.innovation_sum / statistics.innovations;
   diagnostics.magnetic_residual_ut =
       statistics.components == 0 ? 0.0 : std::sqrt(statistics.residual_squared_sum / statistics.components);
   return result;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -47,6 +48,16 @@ class Chain {
       }
     }
     add(new RandomWalkFactor(6, 0.5), {&biases, &next_biases});
+  }
+
+  /// Makes the start known, so that every variable is.
+  void add_prior_of_start() {
+    std::vector<PriorBlock> known;
+    for (const WindowBlock* block : {&poses[0], &motions[0], &gravity, &biases}) known.push_back({block->kind, block->values});
+    Eigen::VectorXd sigma(23);
+    sigma << start_covariance().diagonal().cwiseSqrt(), Eigen::VectorXd::Constant(6, 0.5);
+    add(new PriorFactor(known, sigma.cwiseInverse().asDiagonal(), Eigen::VectorXd::Zero(23)),
+        {&poses[0], &motions[0], &gravity, &biases});
   }
 
   static constexpr std::size_t kKeyframes = 4;
@@ -102,6 +113,18 @@ inline NormalEquations assemble(const std::vector<WindowFactor>& factors, const 
     result.gradient += jacobian.transpose() * part.residual;
   }
   return result;
+}
+
+/// The inverse of a Hessian whose variables have very different units.
+inline Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& hessian) {
+  const Eigen::VectorXd scale = hessian.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
+  return scale.asDiagonal() * scaled.llt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols())) * scale.asDiagonal();
+}
+
+/// What one more Newton step would lower the cost of some factors by: 0 at their minimum.
+inline double newton_decrement(const NormalEquations& equations) {
+  return 0.5 * equations.gradient.dot(scaled_inverse(equations.hessian) * equations.gradient);
 }
 
 }  // namespace lodestone

@@ -132,8 +132,8 @@ reproduce::Experiment meant_runs(const Ablation& ablation) {
   return experiment;
 }
 
-int execute(const AblateCall& call) {
-  Ablation ablation = load_ablation(find_ablation(call.ablation), call.quick);
+int execute(const reproduce::ExperimentCall& call) {
+  Ablation ablation = load_ablation(find_ablation(call.experiment), call.quick);
   reproduce::override_scope(ablation, call.only, call.seeds);
   const reproduce::Experiment experiment = meant_runs(ablation);
   if (call.list) {

@@ -3,6 +3,7 @@
 
 #include "tools/ablate/ablate_call.h"
 #include "tools/commands.h"
+#include "tools/commands/experiment_options.h"
 
 namespace lodestone {
 
@@ -24,19 +25,13 @@ void add_ablate_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand(
       "ablate", "Run the same drives with switches set differently, and compare pair by pair with a baseline");
   command->footer(kExamples);
-  const auto call = std::make_shared<ablation::AblateCall>();
-  command->add_option("ABLATION", call->ablation, "a name in config/ablations, or a YAML file")->required();
-  command->add_option("--out", call->out, "folder for the results; what is done there already is skipped");
-  command
-      ->add_option("--only", call->only,
-                   "with commas: variants, drives, worlds, sequences, VARIANT/DRIVE or VARIANT/DRIVE/seedN; * and ? stand for "
-                   "anything; the baseline runs with them")
-      ->delimiter(',');
-  command->add_option("--seeds", call->seeds, "instead of the ablation's, with commas")->delimiter(',');
-  command->add_flag("--quick", call->quick, "the ablation's short form (its section quick)");
-  command->add_option("--jobs", call->jobs, "steps at a time (default: one a core, at most 4); threads share the cores");
-  command->add_flag("--any-build", call->any_build, "what another build of the program made counts as done");
-  command->add_flag("--list", call->list, "list variants and drives, and end");
+  const auto call = std::make_shared<reproduce::ExperimentCall>();
+  add_experiment_options(*command,
+                         {"ABLATION", "ablation", "ablations",
+                          "with commas: variants, drives, worlds, sequences, VARIANT/DRIVE or VARIANT/DRIVE/seedN; * and ? stand "
+                          "for anything; the baseline runs with them",
+                          "list variants and drives, and end"},
+                         *call);
   command->callback([call, code]() { *code = ablation::execute(*call); });
 }
 

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Experiment read_experiment(const ReproduceCall& call) {
+Experiment read_experiment(const ExperimentCall& call) {
   Experiment experiment = load_experiment(find_experiment(call.experiment), call.quick);
   override_scope(experiment, call.only, call.seeds);
   return experiment;
@@ -61,7 +61,7 @@ void write_results(const Experiment& experiment, const PlanRun& work) {
 
 }  // namespace
 
-int execute(const ReproduceCall& call) {
+int execute(const ExperimentCall& call) {
   const Experiment experiment = read_experiment(call);
   if (call.list) {
     print_runs(list_runs(experiment));

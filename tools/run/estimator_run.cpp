@@ -41,8 +41,18 @@ class BothSinks : public EstimateSink {
   EstimateSink& second_;
 };
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
+  double innovations = 0.0;
+  int samples = 0;
   for (const EstimateRecord::Step& step : record.steps()) {
+    if (step.diagnostics.magnetic_nis > 0.0) {
+      innovations += step.diagnostics.magnetic_nis * step.diagnostics.magnetic_samples;
+      samples += step.diagnostics.magnetic_samples;
+    }
     if (step.diagnostics.degenerate_directions > 0) ++summary.degenerate_scans;
     summary.magnetic_rejected += step.diagnostics.magnetic_rejected;
     if (step.diagnostics.magnetic_samples > 0 && step.diagnostics.magnetic_set_aside >= step.diagnostics.magnetic_samples) {
@@ -53,6 +63,7 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
       warnings.add("run.lost", "the estimator no longer trusts its pose from " + format_stamp(step.time) + " s", step.time);
     }
   }
+  if (samples > 0) summary.magnetic_nis = innovations / samples;
 }
 
 /// How late the magnetometers' stamps are, where that was estimated.
@@ -131,7 +142,9 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
       failure = error;
       summary.status = RunStatus::stopped;
     }
+    const auto log_end = std::chrono::steady_clock::now();
     estimator->finish(sinks);
+    summary.refine_s = seconds_since(log_end);
   }
   summary.duration_s = to_seconds(last_end - first_start);
   count_steps(outcome.record, summary, warnings);
@@ -154,7 +167,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
     summary.stale_map = std::move(report.stale);
     outcome.field_rows = std::move(report.rows);
   }
-  summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  summary.wall_s = seconds_since(start);
   summary.peak_rss_mb = peak_memory_mb();
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log.end, summary.status);
   if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth);

@@ -147,8 +147,19 @@ struct LogReader {
   Synchronizer synchronizer;
 };
 
+OpenedLog open_log(const RunCall& call, const RunMaterial& material, WarningLog& warnings) {
+  const auto reader = std::make_shared<LogReader>(call, material, warnings);
+  return {reader->source.begin_time(), reader->source.end_time(),
+          [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
+}
+
+struct LogSpan {
+  Time begin = 0;
+  Time end = 0;
+};
+
 /// Shows how far a refinement at the log's end has come; a signal ends it.
-std::function<bool(double)> refining_progress(const std::string& name, const std::shared_ptr<OpenedLog>& log) {
+std::function<bool(double)> refining_progress(const std::string& name, const std::shared_ptr<const LogSpan>& log) {
   const auto progress = std::make_shared<std::unique_ptr<Progress>>();
   return [name, log, progress](double share) {
     if (*progress == nullptr) *progress = std::make_unique<Progress>(name + ", batch", log->begin, log->end);
@@ -161,11 +172,7 @@ std::function<bool(double)> refining_progress(const std::string& name, const std
 std::optional<Bound> find_bound(const RunCall& call, const RunMaterial& material) {
   if (!call.bound) return std::nullopt;
   WarningLog unheard;  // the estimators' own passes tell
-  const auto open = [&]() {
-    const auto reader = std::make_shared<LogReader>(call, material, unheard);
-    return OpenedLog{reader->source.begin_time(), reader->source.end_time(),
-                     [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
-  };
+  const auto open = [&]() { return open_log(call, material, unheard); };
   const auto make = [&](const ScanBundle& first) {
     const Pose start = initial_pose_from(material.truth, call.truth, first.scan.start);
     return make_estimator("smoother", bound_input({material.platform.suite, material.planes, material.field, start,
@@ -182,19 +189,19 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
   run.folder = std::filesystem::path(call.out) / name;
   run.truth = call.truth.empty() ? nullptr : &material.truth;
   run.field = {material.field.get(), &material.platform.suite, &material.options};
-  const auto opened = std::make_shared<OpenedLog>();
+  const auto span = std::make_shared<LogSpan>();
   run.open = [&]() {
-    const auto reader = std::make_shared<LogReader>(call, material, warnings);
-    *opened = OpenedLog{reader->source.begin_time(), reader->source.end_time(),
-                        [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
-    return *opened;
+    OpenedLog log = open_log(call, material, warnings);
+    span->begin = log.begin;
+    span->end = log.end;
+    return log;
   };
   run.make_estimator = [&](const ScanBundle& first) {
     const Pose start = find_start(call, material, first.scan.start, warnings);
     check_start(call, material, start, first.scan.start, warnings);
     const Vector3 velocity = material.found ? material.found->velocity : Vector3::Zero();
     return make_estimator(name, {material.platform.suite, material.planes, material.field, start, velocity, material.options,
-                                 &warnings, nullptr, refining_progress(name, opened)});
+                                 &warnings, nullptr, refining_progress(name, span)});
   };
   return run_estimator(run, warnings);
 }
@@ -202,11 +209,10 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
 /// Looks for the start once for all estimators.
 void find_start_anywhere(const RunCall& call, RunMaterial& material, WarningLog& warnings) {
   WarningLog unheard;  // what is odd in these seconds is counted by the runs themselves
-  LogReader reader(call, material, unheard);
+  const OpenedLog log = open_log(call, material, unheard);
   const EstimatorInput input{material.platform.suite, material.planes,  material.field, {},
                              Vector3::Zero(),         material.options, nullptr};
-  const auto next = [&reader](ScanBundle& bundle) { return reader.synchronizer.next(bundle); };
-  material.found = find_automatic_start(call.log, input, next, warnings);
+  material.found = find_automatic_start(call.log, input, log.next, warnings);
 }
 
 std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunMaterial& material) {

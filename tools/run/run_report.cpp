@@ -26,10 +26,12 @@ Json json_of(const RunSummary& summary) {
   json["scans"] = summary.scans;
   json["duration_s"] = number(summary.duration_s);
   json["wall_s"] = number(summary.wall_s);
+  json["refine_s"] = number(summary.refine_s);
   json["real_time_factor"] = number(summary.real_time_factor());
   json["peak_rss_mb"] = number(summary.peak_rss_mb);
   json["degenerate_scans"] = summary.degenerate_scans;
   json["magnetic_rejected"] = summary.magnetic_rejected;
+  if (summary.magnetic_nis) json["magnetic_nis"] = number(summary.magnetic_nis);
   if (summary.clock_sigma_s > 0.0) {
     json["magnetometer_clock_offset_s"] = number(summary.clock_offset_s);
     json["magnetometer_clock_offset_sigma_s"] = number(summary.clock_sigma_s);
@@ -57,6 +59,8 @@ Json json_of(const RunSummary& summary) {
     figures["nees_pose"] = number(consistency.nees);
     figures["nees_rotation"] = number(consistency.nees_rotation);
     figures["nees_position"] = number(consistency.nees_position);
+    figures["nees_low"] = number(consistency.nees_low);
+    figures["nees_high"] = number(consistency.nees_high);
     for (const double value : consistency.nees_axis) figures["nees_axis"].push_back(number(value));
     figures["share_within_95"] = number(consistency.share_within_95);
   }

@@ -32,49 +32,62 @@ const char* status_name(RunStatus status) {
   return "stopped";
 }
 
-TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status) {
-  TruthFigures figures;
-  figures.pairs = associate_interpolated(record.best(), truth);
-  const bool finite = std::all_of(figures.pairs.begin(), figures.pairs.end(), [](const PosePair& pair) {
+namespace {
+
+/// Poses held against the truth: what stages and the whole run share.
+struct Held {
+  PosePairs pairs;
+  bool finite = false;  ///< there are pairs, and every estimate is a number
+  StageFigures figures;
+};
+
+Held hold_against(const std::string& name, const EstimateRecord::Poses& poses, const Trajectory& truth) {
+  Held held;
+  held.figures.name = name;
+  held.pairs = associate_interpolated(poses.trajectory, truth);
+  held.finite = !held.pairs.empty() && std::all_of(held.pairs.begin(), held.pairs.end(), [](const PosePair& pair) {
     return pair.estimate.position.allFinite() && pair.estimate.rotation.coeffs().allFinite();
   });
-  if (figures.pairs.empty() || !finite) {
+  StageFigures& figures = held.figures;
+  if (!held.finite) {
     figures.ate_m = figures.max_error_m = figures.heading_rmse_deg = std::nan("");
-    return figures;
+    return held;
   }
-  const ErrorStatistics translation = summarize(translation_errors(figures.pairs));
+  const ErrorStatistics translation = summarize(translation_errors(held.pairs));
   figures.ate_m = translation.rmse;
   figures.max_error_m = translation.max;
+  figures.heading_rmse_deg = summarize(heading_errors(held.pairs)).rmse * 180.0 / std::numbers::pi;
+  std::vector<Matrix6> covariances;
+  for (const PosePair& pair : held.pairs) covariances.push_back(poses.covariances[pair.estimate_index]);
+  const Consistency consistency = evaluate_consistency(held.pairs, covariances);
+  if (consistency.count > 0) figures.consistency = consistency;
+  return held;
+}
+
+}  // namespace
+
+TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status) {
+  Held held = hold_against("best", record.best_poses(), truth);
+  TruthFigures figures;
+  figures.ate_m = held.figures.ate_m;
+  figures.max_error_m = held.figures.max_error_m;
+  figures.heading_rmse_deg = held.figures.heading_rmse_deg;
+  if (held.figures.consistency) figures.nees_pose = held.figures.consistency->nees;
+  figures.pairs = std::move(held.pairs);
+  if (!held.finite) return figures;
   if (const auto similarity = find_alignment(figures.pairs, Alignment::se3)) {
     figures.ate_se3_m = summarize(translation_errors(align(*similarity, figures.pairs))).rmse;
   }
-  figures.heading_rmse_deg = summarize(heading_errors(figures.pairs)).rmse * 180.0 / std::numbers::pi;
-
-  std::vector<Matrix6> covariances;
-  for (const PosePair& pair : figures.pairs) covariances.push_back(record.covariances()[pair.estimate_index]);
-  const Consistency consistency = evaluate_consistency(figures.pairs, covariances);
-  if (consistency.count > 0) figures.nees_pose = consistency.nees;
-
   const bool at_the_end = to_seconds(log_end - record.best().back().time) <= kEndTolerance_s;
-  figures.success = status == RunStatus::done && at_the_end && translation.max <= kLostError_m;
+  figures.success = status == RunStatus::done && at_the_end && figures.max_error_m <= kLostError_m;
   return figures;
 }
 
 std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth) {
   std::vector<StageFigures> result;
   const auto add = [&](const char* name, const EstimateRecord::Poses& poses) {
-    const PosePairs pairs = associate_interpolated(poses.trajectory, truth);
-    if (pairs.empty()) return;
-    StageFigures figures{name, 0.0, 0.0, 0.0, {}};
-    const ErrorStatistics translation = summarize(translation_errors(pairs));
-    figures.ate_m = translation.rmse;
-    figures.max_error_m = translation.max;
-    figures.heading_rmse_deg = summarize(heading_errors(pairs)).rmse * 180.0 / std::numbers::pi;
-    std::vector<Matrix6> covariances;
-    for (const PosePair& pair : pairs) covariances.push_back(poses.covariances[pair.estimate_index]);
-    const Consistency consistency = evaluate_consistency(pairs, covariances);
-    if (consistency.count > 0) figures.consistency = consistency;
-    result.push_back(figures);
+    Held held = hold_against(name, poses, truth);
+    if (!held.pairs.empty()) result.push_back(std::move(held.figures));
   };
   const auto same = [](const StampedPose& a, const StampedPose& b) {
     return a.time == b.time && a.pose.position == b.pose.position && a.pose.rotation.coeffs() == b.pose.rotation.coeffs();

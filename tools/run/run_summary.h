@@ -55,6 +55,8 @@ struct RunSummary {
   double peak_rss_mb = 0.0;
   std::int64_t degenerate_scans = 0;
   std::int64_t magnetic_rejected = 0;
+  double refine_s = 0.0;    ///< of it what came after the log's end: the batch refinement
+  std::optional<double> magnetic_nis;  ///< mean over the scans' array samples, per component; 1 is consistent
   double clock_offset_s = 0.0;  ///< how late the magnetometers' stamps are, as estimated at the end
   double clock_sigma_s = 0.0;   ///< of it; 0: not estimated
   WarningLog warnings;

@@ -29,7 +29,7 @@ std::string diagnostics_header() {
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
   return text +
          ",degenerate_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,magnetic_weight,magnetic_shrink,"
-         "magnetic_residual_ut,magnetic_set_aside,clock_offset_s,clock_sigma_s,iterations,step_ms\n";
+         "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,clock_offset_s,clock_sigma_s,iterations,step_ms\n";
 }
 
 std::string diagnostics_row(const Estimate& estimate) {
@@ -38,9 +38,9 @@ std::string diagnostics_row(const Estimate& estimate) {
                                  d.points, d.correspondences, d.inlier_share, d.lidar_rmse_m);
   for (int i = 0; i < 6; ++i) text += fmt::format(",{:.6g}", d.direction_sigma_m(i));
   for (int i = 0; i < 6; ++i) text += fmt::format(",{:.6g}", d.direction_weight(i));
-  return text + fmt::format(",{},{},{},{},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{:.6g}\n", d.degenerate_directions, d.magnetic_samples,
+  return text + fmt::format(",{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{:.6g}\n", d.degenerate_directions, d.magnetic_samples,
                             d.magnetic_rejected, d.magnetic_off_map, d.magnetic_weight, d.magnetic_shrink,
-                            d.magnetic_residual_ut, d.magnetic_set_aside, d.clock_offset_s, d.clock_sigma_s, d.iterations, d.step_ms);
+                            d.magnetic_residual_ut, d.magnetic_nis, d.magnetic_set_aside, d.clock_offset_s, d.clock_sigma_s, d.iterations, d.step_ms);
 }
 
 }  // namespace

@@ -214,6 +214,28 @@ TEST(Consistency, OverconfidenceShowsAsItsFactor) {
   EXPECT_NEAR(of_drawn_errors(0.25).nees, 4.0, 0.16);
 }
 
+TEST(Consistency, IntervalHoldsTheTruthThoughErrorsStayTheSameForAWhile) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  int holds = 0;
+  constexpr int kDraws = 300;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    PosePairs pairs;
+    Vector6 error;
+    for (int i = 0; i < 2000; ++i) {
+      if (i % 50 == 0) error = Vector6::NullaryExpr([&]() { return 0.01 * normal(random); });
+      PosePair pair;
+      pair.truth = pair.estimate.boxplus(error);
+      pairs.push_back(pair);
+    }
+    const Consistency found = evaluate_consistency(pairs, std::vector<Matrix6>(pairs.size(), 1e-4 * Matrix6::Identity()));
+    if (found.nees_low <= 1.0 && 1.0 <= found.nees_high) ++holds;
+  }
+  // 95 % would hold of normal means; those of squares are skewed. As if poses were independent it would hold in 22 % alone.
+  EXPECT_GT(holds, 0.9 * kDraws);
+  EXPECT_LT(holds, 0.99 * kDraws);
+}
+
 TEST(Consistency, LeavesOutSingularCovariances) {
   const Consistency consistency = evaluate_consistency(PosePairs(2), {Matrix6::Identity(), Matrix6::Zero()});
   EXPECT_EQ(consistency.count, 1U);

@@ -112,6 +112,28 @@ TEST_F(ReproduceTables, SpreadIsAcrossRows) {
   EXPECT_EQ(result("spread"), "missed");
 }
 
+TEST_F(ReproduceTables, MedianIsOfTheRowsMeantAndOfAnotherFigureToo) {
+  Criterion median;
+  median.title = "median";
+  median.kind = CriterionKind::median;
+  median.group = "days";
+  median.estimator = "smoother";
+  median.over = "ieskf";
+  median.factor = 0.5;
+  experiment_.criteria = {median};
+  put("days/yard-back-none/seed1", "smoother", 0.1);
+  put("days/yard-back-none/seed1", "ieskf", 1.0);
+  put("days/yard-back-monday/seed1", "smoother", 0.7);
+  put("days/yard-back-monday/seed1", "ieskf", 1.0);
+  EXPECT_EQ(result("median"), "met");  // 0.4
+  experiment_.criteria[0].factor = 0.39;
+  EXPECT_EQ(result("median"), "missed");
+  experiment_.criteria[0].only = {"*-none"};
+  EXPECT_EQ(result("median"), "met");  // 0.1
+  experiment_.criteria[0].over_figure = "nees_pose";  // of which nothing is known
+  EXPECT_EQ(result("median"), "open: 0 of 1 rows ran");
+}
+
 TEST_F(ReproduceTables, RowsWantedAndFactor) {
   experiment_.criteria.resize(1);
   experiment_.criteria[0] = {};
