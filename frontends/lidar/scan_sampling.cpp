@@ -1,20 +1,117 @@
 #include "frontends/lidar/scan_sampling.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <unordered_map>
 
 namespace lodestone {
 
 namespace {
 
-std::uint64_t voxel_key(const Eigen::Vector3f& point, float inverse_voxel) {
-  // Twenty-one bits an axis hold any range of a LiDAR at any sensible voxel.
-  const auto part = [&](float value) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value * inverse_voxel)) + (1 << 20)) &
-           ((1U << 21) - 1U);
-  };
-  return part(point.x()) << 42 | part(point.y()) << 21 | part(point.z());
+constexpr int kKeyBits = 21;  // an axis: any range of a LiDAR at any sensible voxel
+constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+
+std::uint64_t scramble(std::uint64_t value) {
+  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  value = (value ^ (value >> 27)) * 0x94D049BB133111EBULL;
+  return value ^ (value >> 31);
 }
+
+/// How many points each voxel of a scan holds.
+class VoxelCounts {
+ public:
+  VoxelCounts(std::size_t points, double voxel_m) : inverse_voxel_(static_cast<float>(1.0 / voxel_m)) {
+    std::size_t capacity = 1024;
+    while (capacity < 2 * points) capacity *= 2;
+    slots_.assign(capacity, {kEmpty, 0, 0});
+  }
+
+  /// Adds a point; returns its voxel's slot.
+  std::size_t add(const Eigen::Vector3f& point) {
+    const std::size_t slot = find(key_of(point));
+    slots_[slot].key = key_of(point);
+    ++slots_[slot].count;
+    return slot;
+  }
+
+  /// Adds up the 3 × 3 × 3 voxels round each.
+  void sum_surroundings() {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, slots_.size(), 4096), [this](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        if (slots_[i].key != kEmpty) slots_[i].surroundings = surroundings_of(slots_[i].key);
+      }
+    });
+  }
+
+  int surroundings(std::size_t slot) const { return slots_[slot].surroundings; }
+
+ private:
+  struct Slot {
+    std::uint64_t key;
+    int count;
+    int surroundings;
+  };
+
+  std::uint64_t key_of(const Eigen::Vector3f& point) const {
+    std::uint64_t key = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto index = static_cast<std::int64_t>(std::floor(point[axis] * inverse_voxel_)) + (1 << (kKeyBits - 1));
+      key = key << kKeyBits | (static_cast<std::uint64_t>(index) & ((1U << kKeyBits) - 1U));
+    }
+    return key;
+  }
+
+  std::size_t find(std::uint64_t key) const {
+    std::size_t slot = scramble(key) & (slots_.size() - 1);
+    while (slots_[slot].key != kEmpty && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
+    return slot;
+  }
+
+  int surroundings_of(std::uint64_t key) const {
+    int sum = 0;
+    for (std::int64_t x = -1; x <= 1; ++x) {
+      for (std::int64_t y = -1; y <= 1; ++y) {
+        for (std::int64_t z = -1; z <= 1; ++z) {
+          const std::int64_t step = x * (std::int64_t{1} << 2 * kKeyBits) + y * (std::int64_t{1} << kKeyBits) + z;
+          sum += slots_[find(key + static_cast<std::uint64_t>(step))].count;
+        }
+      }
+    }
+    return sum;
+  }
+
+  float inverse_voxel_;
+  std::vector<Slot> slots_;
+};
+
+/// Draws from a sequence of points of given probabilities: of every stretch that sums up to one, one point, at a place
+/// that is random within it. Never in step with the pattern of the scanner.
+class StratifiedDraw {
+ public:
+  explicit StratifiedDraw(std::uint64_t seed) : seed_(seed), next_(place()) {}
+
+  bool take(double probability) {
+    sum_ += probability;
+    if (sum_ < next_) return false;
+    ++stratum_;
+    next_ = place();
+    return true;
+  }
+
+ private:
+  double place() const {
+    return static_cast<double>(stratum_) + static_cast<double>(scramble(seed_ << 32 | stratum_) >> 11) * 0x1.0p-53;
+  }
+
+  std::uint64_t seed_;
+  std::uint64_t stratum_ = 0;
+  double sum_ = 0.0;
+  double next_;
+};
 
 }  // namespace
 
@@ -23,23 +120,26 @@ std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lid
   const float min_squared = static_cast<float>(lidar.min_range_m * lidar.min_range_m);
   const float max_squared = static_cast<float>(lidar.max_range_m * lidar.max_range_m);
   std::vector<LidarPoint> kept;
-  kept.reserve(scan.points.size() / 4 + 16);
-  std::size_t capacity = 1024;
-  while (capacity < 2 * scan.points.size()) capacity *= 2;
-  constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
-  std::vector<std::uint64_t> seen(options.voxel_m > 0.0 ? capacity : 0, kEmpty);
-  const float inverse_voxel = options.voxel_m > 0.0 ? static_cast<float>(1.0 / options.voxel_m) : 0.0F;
+  kept.reserve(scan.points.size());
   for (const LidarPoint& point : scan.points) {
     const float squared = point.position.squaredNorm();
-    if (!(squared >= min_squared && squared <= max_squared)) continue;  // also drops NaN
-    if (options.voxel_m > 0.0) {
-      const std::uint64_t key = voxel_key(point.position, inverse_voxel);
-      std::uint64_t slot = (key * 0x9E3779B97F4A7C15ULL >> 20) & (capacity - 1);
-      while (seen[slot] != kEmpty && seen[slot] != key) slot = (slot + 1) & (capacity - 1);
-      if (seen[slot] == key) continue;
-      seen[slot] = key;
+    if (squared >= min_squared && squared <= max_squared) kept.push_back(point);  // also drops NaN
+  }
+  if (options.voxel_m > 0.0) {
+    constexpr double kVoxelsOfASurface = 9.0;  // of the 27
+    VoxelCounts counts(kept.size(), options.voxel_m);
+    std::vector<std::size_t> slots;
+    slots.reserve(kept.size());
+    for (const LidarPoint& point : kept) slots.push_back(counts.add(point.position));
+    counts.sum_surroundings();
+    std::unordered_map<int, StratifiedDraw> rings;
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const int ring = kept[i].ring;
+      const double probability = std::min(1.0, kVoxelsOfASurface / counts.surroundings(slots[i]));
+      if (rings.try_emplace(ring, static_cast<std::uint64_t>(ring) + 1).first->second.take(probability)) kept[size++] = kept[i];
     }
-    kept.push_back(point);
+    kept.resize(size);
   }
   const std::size_t limit = static_cast<std::size_t>(options.max_points);
   if (options.max_points > 0 && kept.size() > limit) {

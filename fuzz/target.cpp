@@ -1,0 +1,43 @@
+// One fuzzer: libFuzzer's bytes take the place of a boundary's file. Its boundary is LODESTONE_BOUNDARY.
+#include <unistd.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+
+#include "core/error.h"
+#include "tests/frontends/boundaries/boundaries.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using lodestone::testing::Boundary;
+
+struct Scratch {
+  Scratch() : wanted(lodestone::testing::boundary(LODESTONE_BOUNDARY)) {
+    // Memory where there is a file system of it: every input is written once.
+    const fs::path parent = fs::exists("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path();
+    folder = parent / ("lodestone-fuzz-" + std::to_string(getpid()));
+    fs::create_directories(folder);
+    wanted.write(folder);
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  }
+  const Boundary& wanted;
+  fs::path folder;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Scratch scratch;
+  std::ofstream(scratch.folder / scratch.wanted.file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  try {
+    scratch.wanted.read(scratch.folder);
+  } catch (const lodestone::InputError&) {  // the only way to refuse; anything else ends the fuzzer
+  }
+  return 0;
+}

@@ -1,0 +1,229 @@
+#include "tests/frontends/boundaries/boundaries.h"
+
+#include <fstream>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "frontends/configuration/configuration_node.h"
+#include "frontends/readers/logs/log_conversion.h"
+#include "frontends/readers/logs/message_decoder.h"
+#include "frontends/readers/logs/open_log.h"
+#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/readers/point_cloud_decoder.h"
+#include "frontends/readers/point_cloud_file.h"
+#include "frontends/readers/text_file.h"
+#include "frontends/readers/trajectory_file.h"
+#include "frontends/simulation/world.h"
+#include "tests/frontends/readers/synthetic_log.h"
+
+namespace lodestone::testing {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+SyntheticLog small_log(ros1::Compression compression = ros1::Compression::none) {
+  SyntheticLog log;
+  log.scans = 2;
+  log.points_per_scan = 64;
+  log.compression = compression;
+  return log;
+}
+
+template <ros1::Compression compression>
+void write_bag(const fs::path& folder) {
+  small_log(compression).write((folder / "log").string());
+}
+
+template <LogFormat format, Codec codec>
+void write_converted(const fs::path& folder) {
+  const fs::path bag = folder / "bag";
+  small_log().write(bag.string());
+  WarningLog warnings;
+  const auto source = open_log(bag.string(), warnings);
+  const auto writer = make_log_writer((folder / "log").string(), format, codec);
+  convert_log(bag.string(), *source, *writer, [](Time) {});
+  writer->close();
+  fs::remove(bag);
+}
+
+/// Turns a message into what the estimators get.
+void decode(MessageDecoder& decoder, PointCloudDecoder& clouds, const TopicInfo& topic, const RawMessage& raw) {
+  if (topic.encoding == Encoding::other || message_type(topic.type) == MessageType::other) return;
+  ros1::Message message;
+  decoder.decode(topic, raw, message);
+  LidarScan scan;
+  if (const auto* cloud = std::get_if<ros1::PointCloudMessage>(&message)) clouds.decode(*cloud, scan);
+  if (const auto* livox = std::get_if<ros1::LivoxMessage>(&message)) clouds.decode(*livox, scan);
+  transcode("log", topic, raw, topic.encoding == Encoding::cdr ? Encoding::ros1 : Encoding::cdr);
+}
+
+void read_log(const fs::path& path) {
+  WarningLog warnings;
+  const auto source = open_log(path.string(), warnings);
+  std::vector<std::string> names;
+  for (const TopicInfo& topic : source->topics()) names.push_back(topic.name);
+  source->select(names);
+  MessageDecoder decoder(path.string());
+  PointCloudDecoder clouds(path.string(), small_log().platform(), warnings);
+  for (RawMessage raw; source->next(raw);) decode(decoder, clouds, source->topics()[raw.topic], raw);
+}
+
+void read_log_file(const fs::path& folder) { read_log(folder / "log"); }
+void read_log_folder(const fs::path& folder) { read_log(folder); }
+
+void write_text(const fs::path& path, const std::string& text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+void write_csv_log(const fs::path& folder) {
+  std::string imu = "time_ns,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,"
+                    "accelerometer_y_m_s2,accelerometer_z_m_s2\n";
+  for (int i = 0; i < 20; ++i) imu += std::to_string(1'700'000'000'000'000'000 + i * 5'000'000) + ",0,0.25,-1e-3,0,0,9.8\n";
+  write_text(folder / "imu.csv", imu);
+}
+
+/// The first byte of the file `message` says the type; the rest are its bytes.
+const TopicInfo kKnownTopics[] = {
+    {"/points", "sensor_msgs/PointCloud2", Encoding::ros1, 1, 0, 0, "", ""},
+    {"/livox", "livox_ros_driver/CustomMsg", Encoding::ros1, 1, 0, 0, "", ""},
+    {"/imu", "sensor_msgs/Imu", Encoding::ros1, 1, 0, 0, "", ""},
+    {"/field", "sensor_msgs/MagneticField", Encoding::ros1, 1, 0, 0, "", ""},
+};
+
+template <Encoding encoding>
+void write_message(const fs::path& folder) {
+  const fs::path bag = folder / "bag";
+  small_log().write(bag.string());
+  WarningLog warnings;
+  const auto source = open_log(bag.string(), warnings);
+  source->select({"/ouster/points"});
+  RawMessage raw;
+  source->next(raw);
+  std::string text(1, '\0');
+  if (encoding == Encoding::ros1) {
+    text.append(reinterpret_cast<const char*>(raw.data), raw.size);
+  } else {
+    const std::vector<std::uint8_t> cdr = transcode(bag.string(), kKnownTopics[0], raw, encoding);
+    text.append(reinterpret_cast<const char*>(cdr.data()), cdr.size());
+  }
+  write_text(folder / "message", text);
+  fs::remove(bag);
+}
+
+template <Encoding encoding>
+void read_message(const fs::path& folder) {
+  const std::string text = read_text_file((folder / "message").string());
+  if (text.empty()) return;
+  TopicInfo topic = kKnownTopics[static_cast<unsigned char>(text[0]) % std::size(kKnownTopics)];
+  topic.encoding = encoding;
+  const std::vector<std::uint8_t> bytes(text.begin() + 1, text.end());
+  WarningLog warnings;
+  MessageDecoder decoder("message");
+  PointCloudDecoder clouds("message", small_log().platform(), warnings);
+  decode(decoder, clouds, topic, {0, 0, bytes.data(), bytes.size()});
+}
+
+constexpr const char* kCloudHeader =
+    "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 16\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 16\n";
+
+void write_ascii_cloud(const fs::path& folder) {
+  std::string text = std::string(kCloudHeader) + "DATA ascii\n";
+  for (int i = 0; i < 16; ++i) text += std::to_string(i) + " 0.5 -1e-2\n";
+  write_text(folder / "cloud.pcd", text);
+}
+
+void write_binary_cloud(const fs::path& folder) {
+  write_text(folder / "cloud.pcd", std::string(kCloudHeader) + "DATA binary\n" + std::string(16 * 12, '?'));
+}
+
+void read_cloud(const fs::path& folder) {
+  WarningLog warnings;
+  read_point_cloud((folder / "cloud.pcd").string(), warnings);
+}
+
+void write_field(const fs::path& folder) {
+  FieldGrid grid;
+  grid.resolution_m = 0.5;
+  grid.rows = 5;
+  grid.columns = 6;
+  grid.heights_m = {0.2, 0.6};
+  std::vector<Eigen::Vector4f> nodes;
+  for (int i = 0; i < 2 * 5 * 6; ++i) nodes.emplace_back(20.0F + 0.1F * static_cast<float>(i), 0.0F, -40.0F, 0.5F);
+  write_magnetic_map(MagneticMap(grid, nodes, 5.0), {}, (folder / "field.yaml").string());
+}
+
+void read_field(const fs::path& folder) {
+  const MagneticMap map = read_magnetic_map((folder / "field.yaml").string());
+  map.for_each_node([](const Eigen::Vector4f&) {});
+}
+
+void write_platform(const fs::path& folder) { save_platform(small_log().platform(), (folder / "platform.yaml").string()); }
+void read_platform(const fs::path& folder) { load_platform((folder / "platform.yaml").string()); }
+
+void write_world(const fs::path& folder) {
+  fs::copy_file(fs::path(LODESTONE_SOURCE_DIR) / "config/worlds/corridor.yaml", folder / "world.yaml");
+}
+void read_world(const fs::path& folder) { simulation::load_world((folder / "world.yaml").string()); }
+
+void write_configuration(const fs::path& folder) {
+  write_text(folder / "options.yaml", "smoother:\n  window_s: 3.0\n  solver: {max_iterations: 4}\nlidar: {map: {voxel_m: [0.5, 1]}}\n");
+}
+void read_configuration(const fs::path& folder) { ConfigurationNode::load((folder / "options.yaml").string()); }
+
+template <bool euroc>
+void write_trajectory(const fs::path& folder) {
+  std::string text = euroc ? "#timestamp [ns],x,y,z,qw,qx,qy,qz\n" : "# t x y z qx qy qz qw\n";
+  for (int i = 0; i < 10; ++i) {
+    text += euroc ? std::to_string(1'700'000'000'000'000'000 + i * 100'000'000) + ",1,2,3,1,0,0,0\n"
+                  : std::to_string(1'700'000'000 + i) + ".5 1.5 -2e0 3 0 0 0 1\n";
+  }
+  write_text(folder / "truth", text);
+}
+void read_trajectory_file(const fs::path& folder) { read_trajectory((folder / "truth").string()); }
+
+void write_split_bag(const fs::path& folder) {
+  write_converted<LogFormat::db3, Codec::none>(folder);
+  write_text(folder / "metadata.yaml",
+             "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n    - log\n"
+             "  compression_format: \"\"\n  compression_mode: \"\"\n");
+}
+
+}  // namespace
+
+const std::vector<Boundary>& boundaries() {
+  static const std::vector<Boundary> all{
+      {"rosbag", "log", write_bag<ros1::Compression::none>, read_log_file},
+      {"rosbag_lz4", "log", write_bag<ros1::Compression::lz4>, read_log_file},
+      {"mcap", "log", write_converted<LogFormat::mcap, Codec::none>, read_log_file},
+      {"mcap_zstd", "log", write_converted<LogFormat::mcap, Codec::zstd>, read_log_file},
+      {"mcap_lz4", "log", write_converted<LogFormat::mcap, Codec::lz4>, read_log_file},
+      {"sqlite", "log", write_converted<LogFormat::db3, Codec::none>, read_log_file},
+      {"bag_metadata", "metadata.yaml", write_split_bag, read_log_folder},
+      {"csv", "imu.csv", write_csv_log, read_log_folder},
+      {"message_ros1", "message", write_message<Encoding::ros1>, read_message<Encoding::ros1>},
+      {"message_cdr", "message", write_message<Encoding::cdr>, read_message<Encoding::cdr>},
+      {"cloud_ascii", "cloud.pcd", write_ascii_cloud, read_cloud},
+      {"cloud_binary", "cloud.pcd", write_binary_cloud, read_cloud},
+      {"field_yaml", "field.yaml", write_field, read_field},
+      {"field_raster", "field.tif", write_field, read_field},
+      {"platform", "platform.yaml", write_platform, read_platform},
+      {"world", "world.yaml", write_world, read_world},
+      {"configuration", "options.yaml", write_configuration, read_configuration},
+      {"tum", "truth", write_trajectory<false>, read_trajectory_file},
+      {"euroc", "truth", write_trajectory<true>, read_trajectory_file},
+  };
+  return all;
+}
+
+const Boundary& boundary(const std::string& name) {
+  std::string known;
+  for (const Boundary& one : boundaries()) {
+    if (one.name == name) return one;
+    known += " " + one.name;
+  }
+  throw std::invalid_argument("no boundary '" + name + "'; there are" + known);
+}
+
+}  // namespace lodestone::testing
