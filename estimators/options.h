@@ -101,7 +101,7 @@ struct MagneticOptions {
   double sensor_probability = 0.9999;
   bool map_sigma = true;
   double map_sigma_floor_ut = 0.2;
-  double map_correlation_m = 0.3;
+  double map_correlation_m = 0.1;
   double map_max_inflation = 40.0;
   double height_sigma_m = 0.02;
   int samples_per_reading = 5;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <set>
 #include <tuple>
 
@@ -37,10 +38,9 @@ LidarScan scan_of_box(simulation::LidarPattern pattern, const Vector3& half) {
 
 class SampledScan : public ::testing::TestWithParam<simulation::LidarPattern> {};
 
-/// Nothing in the sampling knows of rings and columns: both patterns are thinned to one point a voxel, from all round and
-/// from all of the scan's time. A rosette looks everywhere twice a scan, on its way down and up; of a voxel met twice the
-/// first point is kept, so that the second half of the scan gives the smaller share (a quarter in this box).
-TEST_P(SampledScan, KeepsOnePointAVoxelFromAllSidesAndTimes) {
+/// Both patterns are thinned to about one point a voxel, from all round and from all of the scan's time: a rosette looks
+/// everywhere twice a scan, on its way down and up.
+TEST_P(SampledScan, KeepsAboutOnePointAVoxelFromAllSidesAndTimes) {
   const LidarScan scan = scan_of_box(GetParam(), {12, 9, 2.5});
   const ScanSamplingOptions options;
   const auto kept = sample_scan(scan, LidarModel{}, options);
@@ -58,14 +58,15 @@ TEST_P(SampledScan, KeepsOnePointAVoxelFromAllSidesAndTimes) {
     EXPECT_GE(point.offset_ns, last);
     last = point.offset_ns;
   }
-  EXPECT_NEAR(static_cast<double>(voxels.size()), static_cast<double>(kept.size()), 0.01 * kept.size());
+  // Drawn, not counted out: a voxel may get two or none, but most have their own.
+  EXPECT_GT(voxels.size(), kept.size() / 2);
   const double eighth = static_cast<double>(kept.size()) / 8.0;
   const bool turns_once = GetParam() == simulation::LidarPattern::rotating;
   for (int i = 0; i < 8; ++i) {
     EXPECT_GT(sides[i], 0.5 * eighth) << i;
     if (turns_once) EXPECT_GT(times[i], 0.5 * eighth) << i;
   }
-  EXPECT_GT(times[4] + times[5] + times[6] + times[7], (turns_once ? 0.4 : 0.2) * static_cast<double>(kept.size()));
+  EXPECT_GT(times[4] + times[5] + times[6] + times[7], 0.4 * static_cast<double>(kept.size()));
 }
 
 TEST_P(SampledScan, AtMostSoManyPointsAreSpreadOverTheScan) {
@@ -76,6 +77,42 @@ TEST_P(SampledScan, AtMostSoManyPointsAreSpreadOverTheScan) {
   EXPECT_EQ(kept.size(), 500U);
   EXPECT_LT(kept.front().offset_ns, scan.end / 50);
   EXPECT_GT(kept.back().offset_ns, scan.end / 50 * 48);
+}
+
+/// The mean height over the wall of what is kept of scans of it, in standard deviations; `distance_m`: of the wall.
+double mean_height_sigmas(double distance_m) {
+  constexpr double kNoise_m = 0.02;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0.0, kNoise_m);
+  double sum = 0.0;
+  int count = 0;
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    LidarScan scan;
+    for (int column = 0; column < 512; ++column) {
+      for (int row = 0; row < 32; ++row) {
+        const double azimuth = (column - 255.5) / 512.0 * 2.0;
+        const double elevation = (row - 15.5) / 32.0 * 0.7;
+        const Vector3 ray(std::cos(azimuth), std::sin(azimuth), std::tan(elevation));
+        const Vector3 unit = ray.normalized();
+        LidarPoint point;
+        point.position = (unit * (distance_m / unit.x() + noise(random))).cast<float>();
+        point.offset_ns = 190'000 * column;
+        point.ring = static_cast<std::uint16_t>(row);
+        scan.points.push_back(point);
+      }
+    }
+    for (const LidarPoint& point : sample_scan(scan, LidarModel{}, {})) {
+      sum += point.position.x() - distance_m;
+      ++count;
+    }
+  }
+  return sum / count / (kNoise_m / std::sqrt(static_cast<double>(count)));
+}
+
+TEST(ScanSampling, AWallStandsWhereItStandsWhereverItsVoxelsEnd) {
+  for (const double distance_m : {4.2, 4.21, 4.25, 4.35, 4.48, 4.5}) {
+    EXPECT_LT(std::abs(mean_height_sigmas(distance_m)), 4.0) << distance_m;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Patterns, SampledScan,
