@@ -1,8 +1,15 @@
 // `lodestone run` as a user calls it, on a log of a robot that stands in a room for three seconds.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <csignal>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
 
 #include "frontends/readers/platform.h"
 #include "frontends/readers/point_cloud_file.h"
@@ -154,6 +161,74 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused("run " + path("log.bag") + rest + " --initial-pose auto --magnetic " + path("nowhere.yaml"), "--cloud");
   EXPECT_EQ(run_lodestone("run").code, 2);
   EXPECT_EQ(run_lodestone(call("--refine whole")).code, 2);
+}
+
+/// What of a run's folder has the same bytes on every call: all but what holds times of the machine, and leftovers.
+std::map<std::string, std::string> results_in(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> results;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_regular_file() || name.find(".partial-") != std::string::npos) continue;
+    const bool bytes = entry.path().extension() == ".tum" || name == "covariance.csv" || name == "errors.csv" || name == "config.yaml";
+    if (bytes) results[std::filesystem::relative(entry.path(), folder).string()] = content_of(entry.path());
+    if (entry.path().extension() == ".json") {
+      EXPECT_FALSE(nlohmann::json::parse(content_of(entry.path()), nullptr, false).is_discarded()) << entry.path();
+    }
+  }
+  return results;
+}
+
+TEST_F(RunCommand, KilledAtAnyMomentItLeavesTheOldFileOrTheNewOne) {
+  const std::string common = "--initial-pose-from " + path("truth.tum") + " --truth " + path("truth.tum");
+  const std::string other = common + " --set smoother.window_s=0.5";
+  ASSERT_EQ(run_lodestone(call(other)).code, 0);
+  const auto wanted = results_in(folder_ / "out");
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(run_lodestone(call(common)).code, 0);
+  const auto whole = std::chrono::steady_clock::now() - begin;
+  const auto old = results_in(folder_ / "out");
+  ASSERT_NE(old.at("smoother/trajectory.tum"), wanted.at("smoother/trajectory.tum"));
+  std::mt19937_64 random(1);
+  int seen_new = 0;
+  for (int i = 0; i < 20; ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      const std::string command = "exec " LODESTONE_PROGRAM " " + call(other) + " >/dev/null 2>&1";
+      execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    std::this_thread::sleep_for(whole * static_cast<double>(random() % 1000) / 1000.0);
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    for (const auto& [name, content] : results_in(folder_ / "out")) {
+      EXPECT_TRUE(content == old.at(name) || content == wanted.at(name)) << name;
+      if (content == wanted.at(name) && content != old.at(name)) ++seen_new;
+    }
+  }
+  RecordProperty("new_files_seen", seen_new);
+  ASSERT_EQ(run_lodestone(call(other)).code, 0);
+  EXPECT_EQ(results_in(folder_ / "out"), wanted);
+}
+
+TEST_F(RunCommand, AFullDiskIsOneLineAndLeavesNothingHalfWritten) {
+  // A limit on the size of files stands for the disk: ignoring its signal, writing fails as it does where no room is left.
+  const TemporaryFolder folder;
+  const std::string command = "trap '' XFSZ; ulimit -f 4; exec " LODESTONE_PROGRAM " " + call("") + " >/dev/null 2>" +
+                              (folder / "err").string();
+  const int status = std::system(("bash -c \"" + command + "\"").c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_THAT(content_of(folder / "err"), HasSubstr("File too large"));
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "out")) {
+    EXPECT_FALSE(entry.is_regular_file() && entry.file_size() >= 4096) << entry.path();
+    EXPECT_EQ(entry.path().string().find(".partial-"), std::string::npos) << entry.path();
+  }
+}
+
+TEST_F(RunCommand, AFolderThatCannotBeWrittenIsOneLine) {
+  std::ofstream(folder_ / "file") << "x";
+  expect_refused("run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") + " --out " +
+                     path("file") + "/out", path("file") + "/out");
 }
 
 TEST(RunHelp, ShowsExamplesAndEveryOption) {
