@@ -146,6 +146,7 @@ std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lid
     for (std::size_t i = 0; i < limit; ++i) kept[i] = kept[i * kept.size() / limit];
     kept.resize(limit);
   }
+  kept.shrink_to_fit();  // a batch keeps the points of every scan
   return kept;
 }
 
