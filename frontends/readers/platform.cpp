@@ -17,6 +17,12 @@ void read_if_there(const ConfigurationNode& node, const std::string& key, Value&
   if (const ConfigurationNode* child = node.find(key)) read_value(*child, value);
 }
 
+template <class Value>
+void read_if_there(const ConfigurationNode& node, const std::string& key, std::optional<Value>& value) {
+  value.reset();
+  if (node.has(key)) read_value(node.at(key), value.emplace());
+}
+
 void read_positive(const ConfigurationNode& node, const std::string& key, double& value) {
   read_value(node.at(key), value);
   if (!(value > 0.0) || std::isinf(value)) node.at(key).fail("expected a number above 0");
@@ -38,26 +44,24 @@ Pose read_pose(const ConfigurationNode& node) {
   return pose;
 }
 
-void read_lidar(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"topic", "stamp", "fields", "time_unit", "range_noise_m", "min_range_m", "max_range_m",
-                               "scan_period_s", "T_imu_lidar"});
-  LidarMessageLayout& layout = platform.lidar;
-  LidarModel& model = platform.suite.lidar;
+/// The keys that the first LiDAR and further ones share.
+const std::vector<std::string> lidar_keys{"topic",       "stamp",       "fields",        "time_unit",  "time_zero",
+                                          "min_range_m", "max_range_m", "scan_period_s", "T_imu_lidar"};
+
+void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, LidarModel& model) {
   read_value(node.at("topic"), layout.topic);
-  read_value(node.at("stamp"), layout.stamp);
   layout.intensity_field.clear();
   layout.ring_field.clear();
   layout.time_field.clear();
-  // Without both keys the log must be a Livox': the reader of its messages knows their fields.
-  if (node.has("fields") || node.has("time_unit")) {
-    const ConfigurationNode& fields = node.at("fields");
-    fields.refuse_keys_other_than({"intensity", "ring", "time"});
-    read_if_there(fields, "intensity", layout.intensity_field);
-    read_if_there(fields, "ring", layout.ring_field);
-    read_value(fields.at("time"), layout.time_field);
-    read_value(node.at("time_unit"), layout.time_unit);
+  if (const ConfigurationNode* fields = node.find("fields")) {
+    fields->refuse_keys_other_than({"intensity", "ring", "time"});
+    read_if_there(*fields, "intensity", layout.intensity_field);
+    read_if_there(*fields, "ring", layout.ring_field);
+    read_if_there(*fields, "time", layout.time_field);
   }
-  read_positive(node, "range_noise_m", model.range_noise_m);
+  read_if_there(node, "stamp", layout.stamp);
+  read_if_there(node, "time_unit", layout.time_unit);
+  read_if_there(node, "time_zero", layout.time_zero);
   read_value(node.at("min_range_m"), model.min_range_m);
   if (!(model.min_range_m >= 0.0)) node.at("min_range_m").fail("expected a number of at least 0");
   read_positive(node, "max_range_m", model.max_range_m);
@@ -66,13 +70,32 @@ void read_lidar(const ConfigurationNode& node, Platform& platform) {
   model.T_imu_lidar = read_pose(node.at("T_imu_lidar"));
 }
 
+void read_first_lidar(const ConfigurationNode& node, Platform& platform) {
+  std::vector<std::string> keys = lidar_keys;
+  keys.emplace_back("range_noise_m");
+  node.refuse_keys_other_than(keys);
+  read_positive(node, "range_noise_m", platform.suite.lidar.range_noise_m);
+  read_lidar(node, platform.lidar, platform.suite.lidar);
+}
+
+void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than(lidar_keys);
+  FurtherLidar& lidar = platform.further_lidars.emplace_back();
+  read_lidar(node, lidar.layout, lidar.model);
+  lidar.model.range_noise_m = platform.suite.lidar.range_noise_m;
+}
+
 void read_imu(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"topic", "acceleration_unit", "rate_hz", "gyroscope_noise_density_rad_s_sqrt_hz",
+  node.refuse_keys_other_than({"topic", "angular_velocity", "linear_acceleration", "acceleration_unit", "rate_hz", "gyroscope_noise_density_rad_s_sqrt_hz",
                                "accelerometer_noise_density_m_s2_sqrt_hz", "gyroscope_bias_random_walk_rad_s2_sqrt_hz",
                                "accelerometer_bias_random_walk_m_s3_sqrt_hz"});
   ImuNoise& noise = platform.suite.imu;
   read_value(node.at("topic"), platform.imu.topic);
   read_if_there(node, "acceleration_unit", platform.imu.acceleration_unit);
+  if (node.has("angular_velocity") || node.has("linear_acceleration")) {
+    read_value(node.at("angular_velocity"), platform.imu.angular_velocity_path);
+    read_value(node.at("linear_acceleration"), platform.imu.linear_acceleration_path);
+  }
   read_positive(node, "rate_hz", noise.rate_hz);
   read_positive(node, "gyroscope_noise_density_rad_s_sqrt_hz", noise.gyroscope_noise_density);
   read_positive(node, "accelerometer_noise_density_m_s2_sqrt_hz", noise.accelerometer_noise_density);
@@ -81,14 +104,17 @@ void read_imu(const ConfigurationNode& node, Platform& platform) {
 }
 
 void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"name", "topic", "unit", "noise_ut", "T_imu_mag"});
+  node.refuse_keys_other_than({"name", "topic", "values", "unit", "noise_ut", "T_imu_mag"});
   MagnetometerModel& model = platform.suite.magnetometers.emplace_back();
   read_value(node.at("name"), model.name);
   MagnetometerMessageLayout layout;
   read_value(node.at("topic"), layout.topic);
+  read_if_there(node, "values", layout.path);
   for (const MagnetometerMessageLayout& other : platform.magnetometers) {
-    if (other.topic == layout.topic) {
-      node.at("topic").fail("another magnetometer has the topic " + layout.topic + " already");
+    if (other.topic == layout.topic && other.path == layout.path) {
+      node.at("topic").fail("another magnetometer has the topic " + layout.topic + " already" +
+                            (layout.path.empty() ? "; where one message holds several, say by 'values' which is which"
+                                                 : ", with the same values"));
     }
   }
   read_if_there(node, "unit", layout.unit);
@@ -98,12 +124,15 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
 }
 
 Platform read_platform(const ConfigurationNode& root) {
-  root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "imu", "magnetometers"});
+  root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometers"});
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
   read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
-  read_lidar(root.at("lidar"), platform);
+  read_first_lidar(root.at("lidar"), platform);
+  if (const ConfigurationNode* further = root.find("further_lidars")) {
+    for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
+  }
   read_imu(root.at("imu"), platform);
   if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
     for (const ConfigurationNode& node : magnetometers->elements()) read_magnetometer(node, platform);
@@ -124,22 +153,34 @@ std::string pose_lines(int depth, const std::string& key, const Pose& pose) {
          line(depth + 1, "quaternion_xyzw", std::vector<double>{q.x(), q.y(), q.z(), q.w()});
 }
 
+std::string lidar_lines(int depth, const LidarMessageLayout& layout, const LidarModel& model, bool with_noise) {
+  std::string text;
+  if (layout.stamp) text += line(depth, "stamp", *layout.stamp);
+  std::string fields;
+  if (!layout.intensity_field.empty()) fields += line(depth + 1, "intensity", layout.intensity_field);
+  if (!layout.ring_field.empty()) fields += line(depth + 1, "ring", layout.ring_field);
+  if (!layout.time_field.empty()) fields += line(depth + 1, "time", layout.time_field);
+  if (!fields.empty()) text += std::string(static_cast<std::size_t>(2 * depth), ' ') + "fields:\n" + fields;
+  if (layout.time_unit) text += line(depth, "time_unit", *layout.time_unit);
+  if (layout.time_zero) text += line(depth, "time_zero", *layout.time_zero);
+  if (with_noise) text += line(depth, "range_noise_m", model.range_noise_m);
+  return text + line(depth, "min_range_m", model.min_range_m) + line(depth, "max_range_m", model.max_range_m) +
+         line(depth, "scan_period_s", model.scan_period_s) + pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
+}
+
 std::string format_platform(const Platform& platform) {
-  const LidarMessageLayout& layout = platform.lidar;
-  const LidarModel& lidar = platform.suite.lidar;
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
-  text += "lidar:\n" + line(1, "topic", layout.topic) + line(1, "stamp", layout.stamp);
-  if (!layout.time_field.empty()) {
-    text += "  fields:\n";
-    if (!layout.intensity_field.empty()) text += line(2, "intensity", layout.intensity_field);
-    if (!layout.ring_field.empty()) text += line(2, "ring", layout.ring_field);
-    text += line(2, "time", layout.time_field) + line(1, "time_unit", layout.time_unit);
+  text += "lidar:\n" + line(1, "topic", platform.lidar.topic) + lidar_lines(1, platform.lidar, platform.suite.lidar, true);
+  if (!platform.further_lidars.empty()) text += "further_lidars:\n";
+  for (const FurtherLidar& further : platform.further_lidars) {
+    text += "  - topic: " + write_value(further.layout.topic) + "\n" + lidar_lines(2, further.layout, further.model, false);
   }
-  text += line(1, "range_noise_m", lidar.range_noise_m) + line(1, "min_range_m", lidar.min_range_m) +
-          line(1, "max_range_m", lidar.max_range_m) + line(1, "scan_period_s", lidar.scan_period_s) +
-          pose_lines(1, "T_imu_lidar", lidar.T_imu_lidar);
   text += "imu:\n" + line(1, "topic", platform.imu.topic) +
+          (platform.imu.angular_velocity_path.empty()
+               ? ""
+               : line(1, "angular_velocity", platform.imu.angular_velocity_path) +
+                     line(1, "linear_acceleration", platform.imu.linear_acceleration_path)) +
           line(1, "acceleration_unit", platform.imu.acceleration_unit) + line(1, "rate_hz", imu.rate_hz) +
           line(1, "gyroscope_noise_density_rad_s_sqrt_hz", imu.gyroscope_noise_density) +
           line(1, "accelerometer_noise_density_m_s2_sqrt_hz", imu.accelerometer_noise_density) +
@@ -151,7 +192,7 @@ std::string format_platform(const Platform& platform) {
     const MagnetometerModel& magnetometer = platform.suite.magnetometers[i];
     const MagnetometerMessageLayout& layout = platform.magnetometers.at(i);
     text += "  - name: " + write_value(magnetometer.name) + "\n" + line(2, "topic", layout.topic) +
-            line(2, "unit", layout.unit) + line(2, "noise_ut", magnetometer.noise_ut) +
+            (layout.path.empty() ? "" : line(2, "values", layout.path)) + line(2, "unit", layout.unit) + line(2, "noise_ut", magnetometer.noise_ut) +
             pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
   }
   return text;
@@ -163,8 +204,12 @@ double microtesla_per(FieldUnit unit) {
   switch (unit) {
     case FieldUnit::microtesla:
       return 1.0;
+    case FieldUnit::nanotesla:
+      return 1e-3;
     case FieldUnit::gauss:
       return 100.0;
+    case FieldUnit::milligauss:
+      return 0.1;
     case FieldUnit::tesla:
       break;
   }

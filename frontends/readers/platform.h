@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,10 +10,11 @@
 namespace lodestone {
 
 /// Which instant of a scan its message's stamp names.
-enum class ScanStamp { start, end };
+enum class ScanStamp { start, middle, end };
 
 constexpr auto enum_names(ScanStamp) {
-  return EnumNames<ScanStamp, 2>{{{ScanStamp::start, "start"}, {ScanStamp::end, "end"}}};
+  return EnumNames<ScanStamp, 3>{
+      {{ScanStamp::start, "start"}, {ScanStamp::middle, "middle"}, {ScanStamp::end, "end"}}};
 }
 
 /// Unit of the per-point time.
@@ -25,15 +27,31 @@ constexpr auto enum_names(PointTimeUnit) {
                                       {PointTimeUnit::nanoseconds, "ns"}}};
 }
 
-/// How a LiDAR's PointCloud2 is to be read; of Livox' CustomMsg only topic and stamp count. x, y, z are metres in the lidar frame.
+/// What a per-point time of 0 means.
+enum class PointTimeZero {
+  scan_start,  ///< the scan's first firing; the stamp says when that was
+  stamp,       ///< the stamp: times before it are negative
+  epoch,       ///< that of the stamps (1970): times are absolute, by the same clock
+  lidar_clock  ///< anything: the LiDAR's own clock, of which only differences count; the stamp places the scan
+};
+
+constexpr auto enum_names(PointTimeZero) {
+  return EnumNames<PointTimeZero, 4>{{{PointTimeZero::scan_start, "scan_start"},
+                                      {PointTimeZero::stamp, "stamp"},
+                                      {PointTimeZero::epoch, "epoch"},
+                                      {PointTimeZero::lidar_clock, "lidar_clock"}}};
+}
+
+/// How a LiDAR's PointCloud2 is to be read; of Livox' CustomMsg only topic and stamp count. x, y, z are metres in the lidar
+/// frame. What is left out is told from the first scan (point_times.h).
 struct LidarMessageLayout {
   std::string topic = "/ouster/points";
-  ScanStamp stamp = ScanStamp::start;
-  std::string intensity_field = "intensity";  ///< empty: the message has none
-  std::string ring_field = "ring";            ///< empty: the message has none
-  std::string time_field = "t";  ///< from the stamp; or absolute time where the field's values are that large;
-                                 ///< empty: a Livox, whose messages tell themselves what they hold
-  PointTimeUnit time_unit = PointTimeUnit::nanoseconds;
+  std::optional<ScanStamp> stamp = ScanStamp::start;
+  std::string intensity_field = "intensity";  ///< empty: the message has none, or is without a named time field
+  std::string ring_field = "ring";            ///< the same
+  std::string time_field = "t";
+  std::optional<PointTimeUnit> time_unit = PointTimeUnit::nanoseconds;
+  std::optional<PointTimeZero> time_zero;
 };
 
 /// Unit of an Imu message's acceleration. The message's definition says m/s²; not every driver does.
@@ -44,12 +62,15 @@ constexpr auto enum_names(AccelerationUnit) {
       {{AccelerationUnit::metres_per_second_squared, "m/s2"}, {AccelerationUnit::standard_gravity, "g"}}};
 }
 
-/// Unit of a MagneticField message. The message's definition says tesla; not every driver does.
-enum class FieldUnit { tesla, microtesla, gauss };
+/// Unit of a magnetometer's message. MagneticField's definition says tesla; not every driver does.
+enum class FieldUnit { tesla, microtesla, nanotesla, gauss, milligauss };
 
 constexpr auto enum_names(FieldUnit) {
-  return EnumNames<FieldUnit, 3>{
-      {{FieldUnit::tesla, "tesla"}, {FieldUnit::microtesla, "microtesla"}, {FieldUnit::gauss, "gauss"}}};
+  return EnumNames<FieldUnit, 5>{{{FieldUnit::tesla, "tesla"},
+                                  {FieldUnit::microtesla, "microtesla"},
+                                  {FieldUnit::nanotesla, "nanotesla"},
+                                  {FieldUnit::gauss, "gauss"},
+                                  {FieldUnit::milligauss, "milligauss"}}};
 }
 
 /// Factor that brings values of this unit to µT.
@@ -58,11 +79,20 @@ double microtesla_per(FieldUnit unit);
 struct ImuMessageLayout {
   std::string topic = "/imu/data";
   AccelerationUnit acceleration_unit = AccelerationUnit::metres_per_second_squared;
+  /// Of a message that is no sensor_msgs/Imu: paths of its vectors (logs/message_paths.h), rad/s and acceleration_unit.
+  std::string angular_velocity_path, linear_acceleration_path;
 };
 
 struct MagnetometerMessageLayout {
   std::string topic;
   FieldUnit unit = FieldUnit::tesla;
+  std::string path{};  ///< of the vector in a message that is no sensor_msgs/MagneticField (logs/message_paths.h)
+};
+
+/// A LiDAR beside the first, whose points join the first one's scans (scan_merger.h).
+struct FurtherLidar {
+  LidarMessageLayout layout;
+  LidarModel model;  ///< of its own: extrinsics, limits of range, period
 };
 
 /// A robot: where its log keeps each sensor, and what the sensors are.
@@ -72,7 +102,11 @@ struct Platform {
   LidarMessageLayout lidar;
   ImuMessageLayout imu;
   std::vector<MagnetometerMessageLayout> magnetometers;  ///< one a magnetometer of the suite, in its order
+  std::vector<FurtherLidar> further_lidars;              ///< mostly none
   SensorSuite suite;
+
+  /// For messages.
+  std::string file_name() const { return file.empty() ? "the platform file" : file; }
 };
 
 /// Reads a platform file (config/platforms/). Throws InputError, with file and line, for whatever is missing, misspelt,

@@ -4,85 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
 
 namespace lodestone {
 namespace {
 
 using ros1::PointCloudMessage;
 using ros1::PointField;
-
-std::uint32_t size_of(std::uint8_t datatype) {
-  switch (datatype) {
-    case PointField::int8:
-    case PointField::uint8:
-      return 1;
-    case PointField::int16:
-    case PointField::uint16:
-      return 2;
-    case PointField::int32:
-    case PointField::uint32:
-    case PointField::float32:
-      return 4;
-    case PointField::float64:
-      return 8;
-    default:
-      return 0;
-  }
-}
-
-/// Calls sink(index, value) for each point, value in the column's own type: one loop a type, no branch a point.
-template <class Type, class Sink>
-void read_column_as(const std::uint8_t* data, std::size_t count, std::size_t step, const Sink& sink) {
-  for (std::size_t i = 0; i < count; ++i, data += step) {
-    Type value;
-    std::memcpy(&value, data, sizeof(value));
-    sink(i, value);
-  }
-}
-
-template <class Sink>
-void read_column(std::uint8_t datatype, const std::uint8_t* data, std::size_t count, std::size_t step,
-                 const Sink& sink) {
-  switch (datatype) {
-    case PointField::int8:
-      return read_column_as<std::int8_t>(data, count, step, sink);
-    case PointField::uint8:
-      return read_column_as<std::uint8_t>(data, count, step, sink);
-    case PointField::int16:
-      return read_column_as<std::int16_t>(data, count, step, sink);
-    case PointField::uint16:
-      return read_column_as<std::uint16_t>(data, count, step, sink);
-    case PointField::int32:
-      return read_column_as<std::int32_t>(data, count, step, sink);
-    case PointField::uint32:
-      return read_column_as<std::uint32_t>(data, count, step, sink);
-    case PointField::float32:
-      return read_column_as<float>(data, count, step, sink);
-    case PointField::float64:
-      return read_column_as<double>(data, count, step, sink);
-    default:
-      return;
-  }
-}
-
-Time nanoseconds_per_unit(PointTimeUnit unit) {
-  switch (unit) {
-    case PointTimeUnit::seconds:
-      return 1'000'000'000;
-    case PointTimeUnit::milliseconds:
-      return 1'000'000;
-    case PointTimeUnit::microseconds:
-      return 1'000;
-    case PointTimeUnit::nanoseconds:
-      break;
-  }
-  return 1;
-}
 
 bool same_fields(const std::vector<PointField>& a, const std::vector<PointField>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const PointField& left, const PointField& right) {
@@ -91,158 +20,216 @@ bool same_fields(const std::vector<PointField>& a, const std::vector<PointField>
   });
 }
 
-/// A per-point time of more than this is no time within a scan but an absolute one.
-constexpr Time absolute_time_limit = 1'000'000'000'000;
+bool is_return(const Eigen::Vector3f& position) { return position.allFinite() && !position.isZero(0.0F); }
+
+const LidarMessageLayout& layout_of(const Platform& platform, std::size_t lidar) {
+  return lidar == 0 ? platform.lidar : platform.further_lidars.at(lidar - 1).layout;
+}
+
+const LidarModel& model_of(const Platform& platform, std::size_t lidar) {
+  return lidar == 0 ? platform.suite.lidar : platform.further_lidars.at(lidar - 1).model;
+}
+
+/// A longer scan than this is none, in periods.
+constexpr double longest_scan = 5.0;
 
 }  // namespace
 
 PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platform, WarningLog& warnings)
+    : PointCloudDecoder(std::move(source), platform, 0, warnings) {}
+
+PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platform, std::size_t lidar, WarningLog& warnings)
     : source_(std::move(source)),
-      layout_(platform.lidar),
-      platform_file_(platform.file.empty() ? "the platform file" : platform.file),
-      period_ns_(from_seconds(platform.suite.lidar.scan_period_s)),
+      layout_(layout_of(platform, lidar)),
+      platform_file_(platform.file_name()),
+      keys_(lidar == 0 ? "lidar" : fmt::format("further_lidars[{}]", lidar - 1)),
+      period_ns_(from_seconds(model_of(platform, lidar).scan_period_s)),
       warnings_(warnings) {}
 
 void PointCloudDecoder::decode(const PointCloudMessage& message, LidarScan& scan) {
-  if (step_ == 0 || message.point_step != known_step_ || !same_fields(message.fields, known_fields_)) {
+  if (fields_.step == 0 || message.point_step != known_step_ || !same_fields(message.fields, known_fields_)) {
     resolve_fields(message);
   }
   const std::size_t count = point_count(message);
   read_points(message, count, scan);
+  if (!reading_holds_ && !settle_reading(message, scan)) {
+    return keep_empty(message, scan, "lidar.empty_scan", "a scan has no points, or too few to tell their times");
+  }
+  read_times(message, count);
   keep_returns(message, scan);
   place_in_time(message, scan);
 }
 
 void PointCloudDecoder::decode(const ros1::LivoxMessage& message, LidarScan& scan) {
+  const ScanStamp stamp = layout_.stamp.value_or(ScanStamp::start);
   if (livox_cloud_.fields.empty()) {
+    livox_ = true;
     livox_cloud_.fields = ros1::LivoxMessage::fields();
     livox_cloud_.point_step = ros1::LivoxMessage::point_step;
-    take_livox_fields("reflectivity", "offset_time");
+    layout_.intensity_field = "reflectivity";
+    layout_.ring_field = "line";
+    layout_.time_field = "offset_time";
+    layout_.time_unit = PointTimeUnit::nanoseconds;
+    const auto zero = stamp == ScanStamp::start ? PointTimeZero::epoch : PointTimeZero::scan_start;
+    reading_ = PointTimeReading{PointTimeUnit::nanoseconds, zero, stamp, false};
+    reading_holds_ = true;
   }
   livox_cloud_.stamp = message.stamp;
   livox_cloud_.width = message.point_count;
   livox_cloud_.data = message.data;
   livox_cloud_.data_size = message.data_size;
   // As the driver's PointCloud2 says them. The stamp, not the timebase: the other sensors have the host's clock too.
-  time_origin_ = layout_.stamp == ScanStamp::start ? message.stamp : 0;
+  time_origin_ = stamp == ScanStamp::start ? message.stamp : 0;
   decode(livox_cloud_, scan);
-}
-
-void PointCloudDecoder::take_livox_fields(const char* intensity, const char* time) {
-  layout_.intensity_field = intensity;
-  layout_.ring_field = "line";
-  layout_.time_field = time;
-  layout_.time_unit = PointTimeUnit::nanoseconds;
-  time_keys_ = "lidar.scan_period_s";
 }
 
 void PointCloudDecoder::fail(const PointCloudMessage& message, const std::string& what) const {
   throw InputError(fmt::format("{}: {} at {:.9f} s: {}", source_, layout_.topic, to_seconds(message.stamp), what));
 }
 
-PointCloudDecoder::Column PointCloudDecoder::find_column(const PointCloudMessage& message, const std::string& name,
-                                                         const char* key, bool floating_only) const {
-  std::vector<std::string> names;
-  for (const PointField& field : message.fields) {
-    names.push_back(field.name);
-    if (field.name != name) continue;
-    const bool floating = field.datatype == PointField::float32 || field.datatype == PointField::float64;
-    if (size_of(field.datatype) == 0 || (floating_only && !floating)) {
-      fail(message, fmt::format("the point field '{}' has the datatype {}; expected {}", name, int{field.datatype},
-                                floating_only ? "FLOAT32 (7) or FLOAT64 (8)" : "one of 1 to 8"));
-    }
-    return {field.offset, field.datatype};
+/// The times' unit, or the field, or the period is wrong: says which unit would do.
+void PointCloudDecoder::fail_unit(const PointCloudMessage& message, double span_s) const {
+  const double span = span_s * 1e9 / static_cast<double>(nanoseconds_per(reading_->unit));
+  const auto fitting = livox_ ? std::nullopt : fitting_time_unit(span, period_ns_);
+  std::string change = livox_ ? keys_ + ".scan_period_s" : fmt::format("{0}.time_unit or {0}.fields.time", keys_);
+  for (const auto& [unit, name] : enum_names(PointTimeUnit::seconds)) {
+    if (fitting == unit) change = fmt::format("{}.time_unit: {}", keys_, name);
   }
-  const std::string hint = names.empty() ? "" : fmt::format("; the nearest is '{}'", nearest_name(name, names));
-  fail(message, fmt::format("there is no point field '{}'; the message has {}{}; set lidar.fields.{} in {}", name,
-                            names.empty() ? "none" : join_names(names), hint, key, platform_file_));
+  fail(message, fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set {} in {}",
+                            time_.name, span_s, to_seconds(period_ns_), change, platform_file_));
+}
+
+/// A Livox' PointCloud2 shows itself by three of its fields.
+bool PointCloudDecoder::take_livox_fields(const PointCloudMessage& message) {
+  const auto has = [&message](const char* name, std::uint8_t datatype) {
+    return std::any_of(message.fields.begin(), message.fields.end(), [&](const PointField& field) {
+      return field.name == name && field.datatype == datatype;
+    });
+  };
+  if (!has("tag", PointField::uint8) || !has("line", PointField::uint8) || !has("timestamp", PointField::float64)) {
+    return false;
+  }
+  layout_.intensity_field = "intensity";
+  layout_.ring_field = "line";
+  layout_.time_field = "timestamp";
+  layout_.time_unit = PointTimeUnit::nanoseconds;
+  return true;
 }
 
 void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
-  if (message.big_endian) fail(message, "the cloud is big-endian; expected little-endian data");
-  if (layout_.time_field.empty()) {
-    const auto has = [&message](const char* name, std::uint8_t datatype) {
-      return std::any_of(message.fields.begin(), message.fields.end(), [&](const PointField& field) {
-        return field.name == name && field.datatype == datatype;
-      });
-    };
-    const bool is_livox = has("tag", PointField::uint8) && has("line", PointField::uint8) &&
-                          has("timestamp", PointField::float64);
-    if (!is_livox) {
-      std::vector<std::string> names;
-      for (const PointField& field : message.fields) names.push_back(field.name);
-      fail(message, fmt::format("{} names no point field with each point's own time; the message has {}; set "
-                                "lidar.fields.time and lidar.time_unit (only Livox' messages need neither)",
-                                platform_file_, names.empty() ? "none" : join_names(names)));
-    }
-    take_livox_fields("intensity", "timestamp");
+  if (layout_.time_field.empty()) livox_ = take_livox_fields(message);
+  const std::string time_field = time_.name;
+  const std::string where = fmt::format("{}: {} at {:.9f} s", source_, layout_.topic, to_seconds(message.stamp));
+  fields_ = find_point_fields(message, layout_, {where, keys_, platform_file_});
+  if (fields_.packed) {
+    warnings_.add("lidar.packed_points",
+                  fmt::format("{}: points take {} bytes, not the {} of point_step; read without gaps between fields",
+                              layout_.topic, fields_.step, message.point_step),
+                  message.stamp);
   }
-  x_ = find_column(message, "x", "x", true);
-  y_ = find_column(message, "y", "y", true);
-  z_ = find_column(message, "z", "z", true);
-  time_ = find_column(message, layout_.time_field, "time (each point's own time, for undistortion)", false);
-  intensity_ = layout_.intensity_field.empty() ? Column{}
-                                               : find_column(message, layout_.intensity_field, "intensity", false);
-  ring_ = layout_.ring_field.empty() ? Column{} : find_column(message, layout_.ring_field, "ring", false);
   known_fields_ = message.fields;
-  known_step_ = step_ = message.point_step;
-  for (const PointField& field : message.fields) {
-    if (field.offset + size_of(field.datatype) * std::max(field.count, 1U) > step_) {
-      fail(message, fmt::format("the point field '{}' ends beyond the point's {} bytes", field.name, step_));
-    }
-  }
-  // Some recorders announce an aligned layout and write a packed one: the data's size tells.
-  std::uint32_t packed = 0;
-  for (const PointField& field : message.fields) packed += size_of(field.datatype) * std::max(field.count, 1U);
-  const std::size_t count = std::size_t{message.width} * message.height;
-  if (count == 0 || packed == step_ || message.data_size != count * packed) return;
-  warnings_.add("lidar.packed_points",
-                fmt::format("{}: points take {} bytes, not the {} of point_step; read without gaps between fields",
-                            layout_.topic, packed, step_),
-                message.stamp);
-  const auto pack = [&message](Column& column) {
-    std::uint32_t offset = 0;
-    for (const PointField& field : message.fields) {
-      if (column.datatype != 0 && column.offset == field.offset) {
-        column.offset = offset;
-        return;
-      }
-      offset += size_of(field.datatype) * std::max(field.count, 1U);
-    }
-  };
-  for (Column* column : {&x_, &y_, &z_, &intensity_, &ring_, &time_}) pack(*column);
-  step_ = packed;
+  known_step_ = message.point_step;
+  time_ = fields_.times.front();
+  if (!reading_holds_) return;
+  // Once the times are understood, they stay in the field that they were found in; where that is gone, they are told anew.
+  const auto same = std::find_if(fields_.times.begin(), fields_.times.end(),
+                                 [&](const PointColumn& column) { return column.name == time_field; });
+  reading_holds_ = same != fields_.times.end() || time_field.empty();
+  if (same != fields_.times.end()) time_ = *same;
 }
 
 std::size_t PointCloudDecoder::point_count(const PointCloudMessage& message) {
   const std::size_t count = std::size_t{message.width} * message.height;
-  if (message.data_size < count * step_) {
+  if (message.data_size / fields_.step < count) {
     fail(message, fmt::format("the cloud has {} bytes of data; expected {} ({} x {} points of {} bytes)",
-                              message.data_size, count * step_, message.width, message.height, step_));
+                              message.data_size, count * fields_.step, message.width, message.height, fields_.step));
   }
   return count;
 }
 
+/// The times of the points that returned, in the field's own numbers.
+PointTimesSeen PointCloudDecoder::look_at_times(const PointCloudMessage& message, const PointColumn& column,
+                                                const LidarScan& scan) const {
+  PointTimesSeen seen;
+  bool any = false;
+  read_column(column, message.data, scan.points.size(), fields_.step, [&](std::size_t i, auto raw) {
+    const auto value = static_cast<double>(raw);
+    if (!std::isfinite(value) || !is_return(scan.points[i].position)) return;
+    seen.earliest = any ? std::min(seen.earliest, value) : value;
+    seen.latest = any ? std::max(seen.latest, value) : value;
+    any = true;
+    using Number = decltype(raw);
+    if constexpr (sizeof(Number) <= 2) seen.limit = static_cast<double>(std::numeric_limits<Number>::max());
+  });
+  const double largest = std::max(std::abs(seen.earliest), std::abs(seen.latest));
+  if (column.datatype == PointField::float32) seen.step = largest * std::numeric_limits<float>::epsilon();
+  if (column.datatype == PointField::float64) seen.step = largest * std::numeric_limits<double>::epsilon();
+  return seen;
+}
+
+/// Finds out how the times are to be read: false where there are too few points to tell.
+bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const LidarScan& scan) {
+  const auto returns = static_cast<std::size_t>(std::count_if(
+      scan.points.begin(), scan.points.end(), [](const LidarPoint& point) { return is_return(point.position); }));
+  if (returns == 0) return false;
+  std::string seen_fields;
+  for (const PointColumn& candidate : fields_.times) {
+    std::string why_not;
+    const PointTimesSeen seen = look_at_times(message, candidate, scan);
+    reading_ = read_point_times(seen, layout_, message.stamp, period_ns_, why_not);
+    if (!reading_) {
+      seen_fields += fmt::format("{}'{}' ({}) {}", seen_fields.empty() ? "" : ", ", candidate.name,
+                                 name_of_datatype(candidate.datatype), why_not);
+      continue;
+    }
+    time_ = candidate;
+    reading_holds_ = returns >= points_that_tell;
+    const double span_s = (seen.latest - seen.earliest) * 1e-9 * static_cast<double>(nanoseconds_per(reading_->unit));
+    const double period_s = to_seconds(period_ns_);
+    // A wrong unit is wrong by a thousand at least; a sparse scan is shorter than the period, but not so much.
+    if (span_s > longest_scan * period_s || (reading_holds_ && span_s < 0.01 * period_s)) fail_unit(message, span_s);
+    const bool is_told = layout_.time_field.empty() || !layout_.time_unit || reading_->stamp_assumed ||
+                         (reading_->zero == PointTimeZero::lidar_clock && !layout_.time_zero);
+    if (reading_holds_ && is_told) {
+      warnings_.add("lidar.told_from_content",
+                    fmt::format("{}: the points' times are read from '{}' ({}) as {}; {}.fields.time, time_unit, time_zero "
+                                "and stamp in {} say it otherwise",
+                                layout_.topic, time_.name, name_of_datatype(time_.datatype), describe(*reading_), keys_,
+                                platform_file_),
+                    message.stamp);
+    }
+    return true;
+  }
+  if (returns < points_that_tell) return false;
+  fail(message, fmt::format("no point field reads as each point's own time: {}; set {}.fields.time and time_unit, or "
+                            "scan_period_s, in {}", seen_fields, keys_, platform_file_));
+}
+
 void PointCloudDecoder::read_points(const PointCloudMessage& message, std::size_t count, LidarScan& scan) {
   scan.points.resize(count);
-  times_.resize(count);
-  const auto read = [&](const Column& column, const auto& sink) {
-    read_column(column.datatype, message.data + column.offset, count, step_, sink);
+  const auto read = [&](const PointColumn& column, const auto& sink) {
+    read_column(column, message.data, count, fields_.step, sink);
   };
   LidarPoint* points = scan.points.data();
-  read(x_, [points](std::size_t i, auto value) { points[i].position.x() = static_cast<float>(value); });
-  read(y_, [points](std::size_t i, auto value) { points[i].position.y() = static_cast<float>(value); });
-  read(z_, [points](std::size_t i, auto value) { points[i].position.z() = static_cast<float>(value); });
-  read(intensity_, [points](std::size_t i, auto value) { points[i].intensity = static_cast<float>(value); });
-  read(ring_, [points](std::size_t i, auto value) { points[i].ring = static_cast<std::uint16_t>(value); });
-  const Time unit = nanoseconds_per_unit(layout_.time_unit), origin = time_origin_;
+  read(fields_.x, [points](std::size_t i, auto value) { points[i].position.x() = static_cast<float>(value); });
+  read(fields_.y, [points](std::size_t i, auto value) { points[i].position.y() = static_cast<float>(value); });
+  read(fields_.z, [points](std::size_t i, auto value) { points[i].position.z() = static_cast<float>(value); });
+  read(fields_.intensity, [points](std::size_t i, auto value) { points[i].intensity = static_cast<float>(value); });
+  read(fields_.ring, [points](std::size_t i, auto value) { points[i].ring = static_cast<std::uint16_t>(value); });
+}
+
+void PointCloudDecoder::read_times(const PointCloudMessage& message, std::size_t count) {
+  times_.resize(count);
+  const Time unit = nanoseconds_per(reading_->unit), origin = time_origin_;
   Time* times = times_.data();
-  read(time_, [times, unit, origin](std::size_t i, auto value) {
+  read_column(time_, message.data, count, fields_.step, [times, unit, origin](std::size_t i, auto value) {
+    const double nanoseconds = static_cast<double>(value) * static_cast<double>(unit);
     if constexpr (std::is_floating_point_v<decltype(value)>) {
-      const double nanoseconds = static_cast<double>(value) * static_cast<double>(unit);
       times[i] = std::abs(nanoseconds) < 9.2e18 ? std::llround(nanoseconds) : std::numeric_limits<Time>::max();
-    } else {
+    } else if (std::abs(nanoseconds) < 9.2e18) {
       times[i] = static_cast<Time>(value) * unit + origin;
+    } else {
+      times[i] = std::numeric_limits<Time>::max();
     }
   });
 }
@@ -252,11 +239,8 @@ void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan
   std::int64_t not_finite = 0;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const Eigen::Vector3f& position = scan.points[i].position;
-    if (!position.allFinite()) {
-      ++not_finite;
-      continue;
-    }
-    if (position.isZero(0.0F)) continue;
+    if (!position.allFinite()) ++not_finite;
+    if (!is_return(position)) continue;
     scan.points[kept] = scan.points[i];
     times_[kept] = times_[i];
     ++kept;
@@ -269,42 +253,37 @@ void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan
   }
 }
 
+void PointCloudDecoder::keep_empty(const PointCloudMessage& message, LidarScan& scan, const char* kind, const char* detail) {
+  warnings_.add(kind, fmt::format("{}: {}", layout_.topic, detail), message.stamp);
+  scan.points.clear();
+  const ScanStamp stamp = layout_.stamp.value_or(ScanStamp::start);
+  scan.start = message.stamp -
+               (stamp == ScanStamp::start ? 0 : stamp == ScanStamp::middle ? period_ns_ / 2 : period_ns_);
+  scan.end = scan.start + period_ns_;
+}
+
 void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarScan& scan) {
-  if (scan.points.empty()) {
-    warnings_.add("lidar.empty_scan", fmt::format("{}: a scan has no points", layout_.topic), message.stamp);
-    scan.start = layout_.stamp == ScanStamp::start ? message.stamp : message.stamp - period_ns_;
-    scan.end = scan.start + period_ns_;
-    return;
-  }
+  if (scan.points.empty()) return keep_empty(message, scan, "lidar.empty_scan", "a scan has no points");
   const auto [first, last] = std::minmax_element(times_.begin(), times_.end());
   const Time earliest = *first;
   const Time latest = *last;
   const double span_s = static_cast<double>(latest) * 1e-9 - static_cast<double>(earliest) * 1e-9;
   const double period_s = to_seconds(period_ns_);
-  // A wrong unit is wrong by a thousand at least; a sparse scan is shorter than the period, but not so much.
-  constexpr std::size_t enough_points = 1000;
-  if (span_s > 5.0 * period_s || (scan.points.size() >= enough_points && span_s < 0.01 * period_s)) {
-    fail(message, fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set "
-                              "{} in {}",
-                              layout_.time_field, span_s, period_s, time_keys_, platform_file_));
+  const bool too_long = span_s > longest_scan * period_s;
+  if (too_long && reading_->zero == PointTimeZero::lidar_clock) {
+    return keep_empty(message, scan, "lidar.clock_jump", "the LiDAR's clock jumps within a scan, whose points were dropped");
   }
-  Time zero = earliest;  // the value of the time field that gets offset 0
-  if (earliest > absolute_time_limit || time_origin_ != 0) {
-    scan.start = earliest;
-  } else if (layout_.stamp == ScanStamp::end) {
-    scan.start = message.stamp - (latest - earliest);
-  } else {
-    zero = std::min(earliest, Time{0});
-    scan.start = message.stamp + zero;
-  }
-  scan.end = scan.start + (latest - zero);
-  if (latest - zero > 5 * period_ns_ || latest - zero > std::numeric_limits<std::int32_t>::max()) {
-    fail(message, fmt::format("the latest point lies {:.3g} s after the stamp; expected about the scan's period of {:g} "
-                              "s; set {} in {}",
-                              to_seconds(latest - zero), period_s, time_keys_, platform_file_));
+  if (too_long || (scan.points.size() >= points_that_tell && span_s < 0.01 * period_s)) fail_unit(message, span_s);
+  const ScanPlace place = place_scan(*reading_, earliest, latest, message.stamp);
+  scan.start = place.start;
+  scan.end = scan.start + (latest - place.zero);
+  if (latest - place.zero > 5 * period_ns_ || latest - place.zero > std::numeric_limits<std::int32_t>::max()) {
+    fail(message, fmt::format("the latest point lies {:.3g} s after the stamp; expected about the scan's period of {:g} s; "
+                              "set {}.time_zero or {}.time_unit in {}",
+                              to_seconds(latest - place.zero), period_s, keys_, keys_, platform_file_));
   }
   for (std::size_t i = 0; i < times_.size(); ++i) {
-    scan.points[i].offset_ns = static_cast<std::int32_t>(times_[i] - zero);
+    scan.points[i].offset_ns = static_cast<std::int32_t>(times_[i] - place.zero);
   }
 }
 

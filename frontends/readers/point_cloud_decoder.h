@@ -1,27 +1,37 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/measurements.h"
 #include "core/warnings.h"
 #include "frontends/readers/platform.h"
+#include "frontends/readers/point_columns.h"
+#include "frontends/readers/point_fields.h"
+#include "frontends/readers/point_times.h"
 #include "frontends/readers/ros1/messages.h"
 
 namespace lodestone {
 
 /// Turns the clouds of one topic into scans: checks the fields once, then reads column by column.
 ///
-/// Clouds of a Livox need no keys of the platform file: a CustomMsg's fields are known, and a PointCloud2 whose platform
-/// names no time field is read as Livox' where it has that layout. Their points are placed by absolute times.
+/// What the platform file leaves out is told from the first scan with enough points, said once in `warnings`
+/// ("lidar.told_from_content") and kept: a field that is called like a time and whose span fits the scan's period, its
+/// unit, and what its zero means (point_times.h); intensity and ring by their names. A Livox' PointCloud2 and CustomMsg
+/// are known and need no word.
 ///
 /// Points that are not finite are dropped and counted ("lidar.nan_points"); points at the exact origin, which is how
 /// organized clouds say "no return", are dropped as well. A scan without points keeps its stamp and gets the nominal
-/// period ("lidar.empty_scan").
+/// period ("lidar.empty_scan"); so does one in the midst of which the LiDAR's own clock jumps ("lidar.clock_jump"), and
+/// one with too few points to tell what is left out.
 class PointCloudDecoder {
  public:
-  /// `source` names the file in messages. `warnings` must outlive this.
+  /// Of the platform's first LiDAR. `source` names the file in messages. `warnings` must outlive this.
   PointCloudDecoder(std::string source, const Platform& platform, WarningLog& warnings);
+
+  /// Of the LiDAR with this index: 0 is the first, then the further ones.
+  PointCloudDecoder(std::string source, const Platform& platform, std::size_t lidar, WarningLog& warnings);
 
   /// Throws InputError where a field is missing (listing those that are there) or of a type that cannot be, the sizes
   /// disagree, or the per-point times contradict the scan's period.
@@ -29,34 +39,36 @@ class PointCloudDecoder {
   void decode(const ros1::LivoxMessage& message, LidarScan& scan);
 
  private:
-  struct Column {
-    std::uint32_t offset = 0;
-    std::uint8_t datatype = 0;  ///< 0: absent
-  };
-
   [[noreturn]] void fail(const ros1::PointCloudMessage& message, const std::string& what) const;
-  void take_livox_fields(const char* intensity, const char* time);
+  [[noreturn]] void fail_unit(const ros1::PointCloudMessage& message, double span_s) const;
+  bool take_livox_fields(const ros1::PointCloudMessage& message);
   void resolve_fields(const ros1::PointCloudMessage& message);
-  Column find_column(const ros1::PointCloudMessage& message, const std::string& name, const char* key,
-                     bool floating_only) const;
   std::size_t point_count(const ros1::PointCloudMessage& message);
+  bool settle_reading(const ros1::PointCloudMessage& message, const LidarScan& scan);
+  PointTimesSeen look_at_times(const ros1::PointCloudMessage& message, const PointColumn& column,
+                               const LidarScan& scan) const;
   void read_points(const ros1::PointCloudMessage& message, std::size_t count, LidarScan& scan);
+  void read_times(const ros1::PointCloudMessage& message, std::size_t count);
   void keep_returns(const ros1::PointCloudMessage& message, LidarScan& scan);
   void place_in_time(const ros1::PointCloudMessage& message, LidarScan& scan);
+  void keep_empty(const ros1::PointCloudMessage& message, LidarScan& scan, const char* kind, const char* detail);
 
   std::string source_;
   LidarMessageLayout layout_;
   std::string platform_file_;
-  const char* time_keys_ = "lidar.time_unit or lidar.fields.time";  ///< what to change where times cannot be
+  std::string keys_;  ///< where the platform file describes this LiDAR: "lidar"
+  bool livox_ = false;
   Time period_ns_;
   WarningLog& warnings_;
 
   std::vector<ros1::PointField> known_fields_;  ///< the fields that the columns below were found in
   std::uint32_t known_step_ = 0;
-  std::uint32_t step_ = 0;
-  Column x_, y_, z_, intensity_, ring_, time_;
-  Time time_origin_ = 0;     ///< added to the points' times, which are absolute then
-  std::vector<Time> times_;  ///< of the points, in ns as the message gives them
+  PointFields fields_;
+  PointColumn time_;  ///< one of fields_.times
+  std::optional<PointTimeReading> reading_;
+  bool reading_holds_ = false;  ///< for all scans; else `reading_` is one sparse scan's
+  Time time_origin_ = 0;        ///< added to the points' times, which are absolute then
+  std::vector<Time> times_;     ///< of the points, in ns as the message gives them
   ros1::PointCloudMessage livox_cloud_;
 };
 

@@ -157,6 +157,7 @@ LidarMessageLayout message_layout(ScanFormat format) {
   layout.intensity_field = custom ? "" : "intensity";
   layout.ring_field = custom ? "" : "line";
   layout.time_field = custom ? "" : "timestamp";
+  if (custom) layout.time_unit.reset();
   return layout;
 }
 

@@ -29,7 +29,7 @@ class MalformedMessage : public std::runtime_error {
 
 /// sensor_msgs/PointField.
 struct PointField {
-  /// sensor_msgs/PointField's constants.
+  /// sensor_msgs/PointField's constants, and beyond them PCL's for integers of 64 bits.
   enum Datatype : std::uint8_t {
     int8 = 1,
     uint8 = 2,
@@ -38,7 +38,9 @@ struct PointField {
     int32 = 5,
     uint32 = 6,
     float32 = 7,
-    float64 = 8
+    float64 = 8,
+    int64 = 9,
+    uint64 = 10
   };
   std::string name;
   std::uint32_t offset = 0;  ///< bytes from the start of a point

@@ -49,6 +49,10 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   platform.suite.magnetometers[2].noise_ut = 0.1 + 0.2;
   platform.magnetometers[5].unit = FieldUnit::gauss;
   platform.imu.acceleration_unit = AccelerationUnit::standard_gravity;
+  platform.imu.angular_velocity_path = "board.rate";
+  platform.imu.linear_acceleration_path = "board.acceleration";
+  platform.lidar.time_zero = PointTimeZero::lidar_clock;
+  platform.magnetometers[6] = {platform.magnetometers[5].topic, FieldUnit::nanotesla, "data[3]"};
   save_platform(platform, folder / "platform.yaml");
   const Platform back = load_platform(folder / "platform.yaml");
   EXPECT_EQ(back.name, platform.name);
@@ -58,6 +62,11 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   ASSERT_EQ(back.magnetometers.size(), platform.magnetometers.size());
   EXPECT_EQ(back.magnetometers[5].topic, platform.magnetometers[5].topic);
   EXPECT_EQ(back.magnetometers[5].unit, FieldUnit::gauss);
+  EXPECT_EQ(back.magnetometers[5].path, "");
+  EXPECT_EQ(back.magnetometers[6].path, "data[3]");
+  EXPECT_EQ(back.magnetometers[6].unit, FieldUnit::nanotesla);
+  EXPECT_EQ(back.imu.linear_acceleration_path, "board.acceleration");
+  EXPECT_EQ(back.lidar.time_zero, PointTimeZero::lidar_clock);
   EXPECT_EQ(back.imu.acceleration_unit, AccelerationUnit::standard_gravity);
   EXPECT_EQ(back.suite.lidar.T_imu_lidar.rotation.coeffs(), platform.suite.lidar.T_imu_lidar.rotation.coeffs());
   EXPECT_EQ(back.suite.lidar.T_imu_lidar.position, platform.suite.lidar.T_imu_lidar.position);
@@ -69,19 +78,38 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   EXPECT_TRUE(load_platform(folder / "platform.yaml").suite.magnetometers.empty());
 }
 
+TEST(PlatformFile, WhatIsLeftOutOfTheCloudIsLeftToItsContent) {
+  std::string text = read_text_file(scout);
+  for (const std::string line : {"  stamp: start", "  time_unit: ns", "    time: t"}) {
+    const std::size_t at = text.find(line);
+    ASSERT_NE(at, std::string::npos) << line;
+    text.erase(at, text.find('\n', at) + 1 - at);
+  }
+  const testing::TemporaryFolder folder;
+  save_platform(parse_platform(text, "scout.yaml"), folder / "platform.yaml");
+  const LidarMessageLayout layout = load_platform(folder / "platform.yaml").lidar;
+  EXPECT_FALSE(layout.stamp.has_value());
+  EXPECT_FALSE(layout.time_unit.has_value());
+  EXPECT_EQ(layout.time_field, "");
+  EXPECT_EQ(layout.ring_field, "ring");
+}
+
 TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_THAT(error_with("max_range_m:", "max_rnge_m:"), HasSubstr("did you mean 'max_range_m'"));
   EXPECT_THAT(error_with("max_range_m: 100.0", "max_range_m: far"), HasSubstr("lidar.max_range_m: expected a number"));
   EXPECT_THAT(error_with("  rate_hz: 200.0\n", ""), HasSubstr("imu: the key 'rate_hz' is missing"));
   EXPECT_THAT(error_with("rate_hz: 200.0", "rate_hz: 0"), HasSubstr("above 0"));
-  EXPECT_THAT(error_with("stamp: start", "stamp: begin"), HasSubstr("one of start, end"));
+  EXPECT_THAT(error_with("stamp: start", "stamp: begin"), HasSubstr("one of start, middle, end"));
   EXPECT_THAT(error_with("time_unit: ns", "time_unit: min"), HasSubstr("one of s, ms, us, ns"));
   EXPECT_THAT(error_with("quaternion_xyzw: [0.0, 0.0, 0.0, 1.0]", "quaternion_xyzw: [0.0, 0.0, 0.0, 2.0]"),
               HasSubstr("length is 2.0; expected 1"));
   EXPECT_THAT(error_with("translation_m: [0.05, 0.0, 0.3]", "translation_m: [0.05, 0.0]"),
               HasSubstr("expected a list of 3 numbers, found 2"));
   EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
-  EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"), HasSubstr("magnetometers[1].topic"));
+  EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"), 
+              ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("say by 'values' which is which")));
+  EXPECT_THAT(error_with("  rate_hz: 200.0\n", "  rate_hz: 200.0\n  angular_velocity: gyro\n"),
+              HasSubstr("imu: the key 'linear_acceleration' is missing"));
   EXPECT_THAT(message_of<InputError>([] { load_platform("absent.yaml"); }), HasSubstr("no such file"));
 }
 

@@ -136,15 +136,20 @@ TEST_F(LivoxMessages, AStampAtTheEndPlacesThePointsBeforeIt) {
   EXPECT_EQ(read_back[3].end, simulated[3].start);
 }
 
-TEST_F(LivoxMessages, AnotherLidarWithoutATimeFieldIsRefused) {
-  record(ScanFormat::ouster, within_100_days_s);
+TEST_F(LivoxMessages, AnotherLidarWithoutANamedTimeFieldTellsItself) {
+  const auto simulated = record(ScanFormat::ouster, within_100_days_s);
   Platform platform = platform_for(ScanFormat::livox_custom);
   platform.lidar.topic = "/livox/lidar";
   platform.file = "robot.yaml";
   EXPECT_THAT(message_of<InputError>([&] { read(platform); }), AllOf(HasSubstr("robot.yaml"), HasSubstr("/ouster")));
   platform.lidar.topic = "/ouster/points";
-  EXPECT_THAT(message_of<InputError>([&] { read(platform); }),
-              AllOf(HasSubstr("lidar.fields.time"), HasSubstr("ring"), HasSubstr("robot.yaml")));
+  WarningLog warnings;
+  BagSource source(folder_ / "log.bag", platform, warnings, {.magnetometers = false});
+  std::vector<LidarScan> scans;
+  for (Measurement measurement; source.next(measurement);)
+    if (auto* scan = std::get_if<LidarScan>(&measurement)) scans.push_back(std::move(*scan));
+  expect_same(simulated, scans, 0);
+  EXPECT_EQ(warnings.count("lidar.told_from_content"), 1);
 }
 
 /// A bag of one CustomMsg of 777 points that says it has `said` and is `bytes` long.
