@@ -3,71 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
+#include <optional>
 
-#include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
-#include "frontends/readers/logs/known_types.h"
+#include "frontends/readers/bag_streams.h"
 #include "frontends/readers/logs/message_decoder.h"
 #include "frontends/readers/logs/open_log.h"
 #include "frontends/readers/point_cloud_decoder.h"
+#include "frontends/readers/scan_merger.h"
 #include "frontends/readers/sensor_checks.h"
 
 namespace lodestone {
 namespace {
 
-enum class Sensor { lidar, imu, magnetometer };
-
-/// One topic that is read.
-struct Stream {
-  Sensor sensor;
-  std::size_t magnetometer;  ///< index, for Sensor::magnetometer
-  std::string topic;
-  std::string key;  ///< where the platform file names the topic
-  Time last_stamp = 0;
-  Time recorder_lag = 0;  ///< record time less stamp, of the first message
-  bool any = false;
-};
-
-const char* type_of(Sensor sensor) {
-  switch (sensor) {
-    case Sensor::lidar:
-      return "sensor_msgs/PointCloud2";
-    case Sensor::imu:
-      return "sensor_msgs/Imu";
-    case Sensor::magnetometer:
-      break;
-  }
-  return "sensor_msgs/MagneticField";
-}
-
-bool is_type_of(Sensor sensor, const std::string& type) {
-  return type == type_of(sensor) || (sensor == Sensor::lidar && message_type(type) == MessageType::livox);
-}
-
-const char* part_of(Sensor sensor) {
-  switch (sensor) {
-    case Sensor::lidar:
-      return "lidar";
-    case Sensor::imu:
-      return "imu";
-    case Sensor::magnetometer:
-      break;
-  }
-  return "magnetometer";
-}
-
 Vector3 to_vector(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
-
-std::vector<Stream> make_streams(const Platform& platform, SensorChoice choice) {
-  std::vector<Stream> streams;
-  if (choice.imu) streams.push_back({Sensor::imu, 0, platform.imu.topic, "imu.topic"});
-  if (choice.lidar) streams.push_back({Sensor::lidar, 0, platform.lidar.topic, "lidar.topic"});
-  for (std::size_t i = 0; choice.magnetometers && i < platform.magnetometers.size(); ++i) {
-    streams.push_back(
-        {Sensor::magnetometer, i, platform.magnetometers[i].topic, fmt::format("magnetometers[{}].topic", i)});
-  }
-  return streams;
-}
 
 /// `message` is one of the two kinds of clouds.
 void decode_cloud(PointCloudDecoder& decoder, const ros1::Message& message, LidarScan& scan) {
@@ -91,94 +40,118 @@ struct BagSource::Implementation {
         warnings(log),
         reader(open_log(log_path, log)),
         messages(log_path),
-        decoder(log_path, log_platform, log),
-        streams(make_streams(log_platform, choice)) {}
+        streams(make_streams(log_platform, choice)) {
+    for (std::size_t lidar = 0; lidar <= platform.further_lidars.size(); ++lidar) {
+      decoders.emplace_back(path, platform, lidar, warnings);
+    }
+    if (choice.lidar && !platform.further_lidars.empty()) {
+      std::vector<LidarModel> others;
+      for (const FurtherLidar& each : platform.further_lidars) others.push_back(each.model);
+      merger.emplace(platform.suite.lidar, others, warnings);
+    }
+  }
 
   std::string path;
   Platform platform;
   WarningLog& warnings;
   std::unique_ptr<MessageSource> reader;
   MessageDecoder messages;
-  PointCloudDecoder decoder;
-  std::vector<Stream> streams;
+  std::vector<PointCloudDecoder> decoders;  ///< one a LiDAR
+  std::optional<ScanMerger> merger;         ///< of several LiDARs
+  std::vector<SensorStream> streams;
+  std::vector<std::string> topics;  ///< that are chosen
   ros1::Message message;
-  Time record_time = 0;  ///< of `message`
+  std::vector<MessagePaths::Vector> vectors;  ///< of a message that is read by paths
+  Time record_time = 0;                       ///< of the message that was read last
+  std::deque<Measurement> ready;
   Time begin = 0;
   Time end = 0;
 
-  const TopicInfo& topic_of(const Stream& stream) const;
-  void find_topics();
+  const TopicInfo& topic_of(const SensorStream& stream) const;
+  void choose();
   void inspect();
-  void select();
-  bool next_message(std::size_t& index);
+  double magnitude_of(const SensorStream& stream, Time& stamp);
+  bool read_message(RawMessage& raw);
+  void decode(const SensorStream& stream, const RawMessage& raw);
   double acceleration_factor() const;
-  bool accept(Stream& stream, Time stamp);
-  bool read_imu(Stream& stream, const ros1::ImuMessage& imu, Measurement& measurement);
-  bool read_field(Stream& stream, const ros1::MagneticFieldMessage& field, Measurement& measurement);
-  bool read_scan(Stream& stream, Measurement& measurement);
+  bool accept(SensorStream& stream, Time stamp);
+  void take_message(const RawMessage& raw);
+  void take_imu(SensorStream& stream, ImuSample sample);
+  void take_field(SensorStream& stream, MagneticSample sample);
+  void take_scan(SensorStream& stream);
+  ImuSample imu_sample(const SensorStream& stream) const;
+  MagneticSample field_sample(const SensorStream& stream) const;
 };
 
 /// Its topic in the log, which find_topics() has seen to be there.
-const TopicInfo& BagSource::Implementation::topic_of(const Stream& stream) const {
+const TopicInfo& BagSource::Implementation::topic_of(const SensorStream& stream) const {
   return *std::find_if(reader->topics().begin(), reader->topics().end(),
                        [&stream](const TopicInfo& topic) { return topic.name == stream.topic; });
 }
 
-/// Reads the next message of a stream into `message`; `index` is the stream's.
-bool BagSource::Implementation::next_message(std::size_t& index) {
-  RawMessage raw;
+void BagSource::Implementation::choose() {
+  topics = find_topics(path, platform, reader->topics(), streams);
+  for (const SensorStream& stream : streams) {
+    const TopicInfo& topic = topic_of(stream);
+    const bool first = &stream == &streams.front();
+    begin = first ? topic.begin : std::min(begin, topic.begin);
+    end = first ? topic.end : std::max(end, topic.end);
+  }
+}
+
+bool BagSource::Implementation::read_message(RawMessage& raw) {
   if (!reader->next(raw)) return false;
-  index = raw.topic;
   record_time = raw.record_time;
-  messages.decode(topic_of(streams[index]), raw, message);
   return true;
 }
 
-void BagSource::Implementation::find_topics() {
-  if (streams.empty()) throw InputError(path + ": no sensor of the platform is chosen");
-  const auto& topics = reader->topics();
-  if (topics.empty()) throw InputError(path + ": the log holds no messages");
-  std::string list;
-  for (const auto& topic : topics) list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", topic.name, topic.type);
-  Time record_begin = 0;
-  Time record_end = 0;
-  for (const Stream& stream : streams) {
-    const std::string key = stream.key + " in " + (platform.file.empty() ? "the platform file" : platform.file);
-    const auto found = std::find_if(topics.begin(), topics.end(),
-                                    [&stream](const TopicInfo& topic) { return topic.name == stream.topic; });
-    if (found == topics.end()) {
-      std::vector<std::string> of_type;
-      for (const auto& topic : topics) {
-        if (is_type_of(stream.sensor, topic.type)) of_type.push_back(topic.name);
-      }
-      const std::string hint = of_type.empty() ? fmt::format("it has no {} at all", type_of(stream.sensor))
-                                               : "did you mean " + nearest_name(stream.topic, of_type) + "?";
-      const char* silent = stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out if it was silent" : "";
-      throw InputError(fmt::format("{}: there is no topic {}; {}; set {}{}; the log has {}", path, stream.topic, hint, key,
-                                   silent, list));
-    }
-    if (!is_type_of(stream.sensor, found->type)) {
-      const char* other = stream.sensor == Sensor::lidar ? " or livox_ros_driver2/CustomMsg" : "";
-      throw InputError(fmt::format("{}: topic {} is a {}; expected a {}{}; set {}; the log has {}", path, stream.topic,
-                                   found->type, type_of(stream.sensor), other, key, list));
-    }
-    const bool first = &stream == &streams.front();
-    record_begin = first ? found->begin : std::min(record_begin, found->begin);
-    record_end = first ? found->end : std::max(record_end, found->end);
+/// Into `message`, or into `vectors` where the stream has paths.
+void BagSource::Implementation::decode(const SensorStream& stream, const RawMessage& raw) {
+  if (stream.reader) {
+    stream.reader->read(raw, vectors);
+  } else {
+    messages.decode(topic_of(stream), raw, message);
   }
-  begin = record_begin;
-  end = record_end;
-}
-
-void BagSource::Implementation::select() {
-  std::vector<std::string> names;
-  for (const Stream& stream : streams) names.push_back(stream.topic);
-  reader->select(names);
 }
 
 double BagSource::Implementation::acceleration_factor() const {
   constexpr double standard_gravity = 9.80665;
   return platform.imu.acceleration_unit == AccelerationUnit::standard_gravity ? standard_gravity : 1.0;
+}
+
+ImuSample BagSource::Implementation::imu_sample(const SensorStream& stream) const {
+  const double factor = acceleration_factor();
+  if (stream.reader) return {vectors[0].stamp, to_vector(vectors[0].values), to_vector(vectors[1].values) * factor};
+  const auto& imu = std::get<ros1::ImuMessage>(message);
+  return {imu.stamp, to_vector(imu.angular_velocity), to_vector(imu.linear_acceleration) * factor};
+}
+
+MagneticSample BagSource::Implementation::field_sample(const SensorStream& stream) const {
+  const double factor = microtesla_per(platform.magnetometers[stream.index].unit);
+  const int index = static_cast<int>(stream.index);
+  if (stream.reader) return {vectors[0].stamp, index, to_vector(vectors[0].values) * factor};
+  const auto& field = std::get<ros1::MagneticFieldMessage>(message);
+  return {field.stamp, index, to_vector(field.field_tesla) * factor};
+}
+
+/// Of what decode() has read, in the unit of the measurement; 0 of a scan, which is decoded to see whether it can be.
+double BagSource::Implementation::magnitude_of(const SensorStream& stream, Time& stamp) {
+  if (stream.sensor == Sensor::imu) {
+    const ImuSample sample = imu_sample(stream);
+    stamp = sample.time;
+    return sample.linear_acceleration.norm();
+  }
+  if (stream.sensor == Sensor::magnetometer) {
+    const MagneticSample sample = field_sample(stream);
+    stamp = sample.time;
+    return sample.field_ut.norm();
+  }
+  WarningLog counted_later;
+  PointCloudDecoder once(path, platform, stream.index, counted_later);
+  LidarScan scan;
+  decode_cloud(once, message, scan);
+  stamp = scan.start;
+  return 0.0;
 }
 
 void BagSource::Implementation::inspect() {
@@ -188,23 +161,17 @@ void BagSource::Implementation::inspect() {
     const std::int64_t worth = streams[i].sensor == Sensor::lidar ? 1 : 200;
     readings[i].wanted = static_cast<int>(std::min(worth, topic_of(streams[i]).messages));
   }
-  select();
-  LidarScan scan;
-  for (std::size_t index = 0; unsatisfied > 0 && next_message(index);) {
-    FirstReadings& reading = readings[index];
-    if (reading.count >= reading.wanted) continue;
-    if (const auto* imu = std::get_if<ros1::ImuMessage>(&message)) {
-      reading.add(imu->stamp, to_vector(imu->linear_acceleration).norm() * acceleration_factor());
-    } else if (const auto* field = std::get_if<ros1::MagneticFieldMessage>(&message)) {
-      const double factor = microtesla_per(platform.magnetometers[streams[index].magnetometer].unit);
-      reading.add(field->stamp, to_vector(field->field_tesla).norm() * factor);
-    } else {
-      WarningLog counted_later;
-      PointCloudDecoder once(path, platform, counted_later);
-      decode_cloud(once, message, scan);
-      reading.add(scan.start, 0.0);
+  reader->select(topics);
+  for (RawMessage raw; unsatisfied > 0 && read_message(raw);) {
+    for (std::size_t i = 0; i < streams.size(); ++i) {
+      FirstReadings& reading = readings[i];
+      if (streams[i].topic_index != raw.topic || reading.count >= reading.wanted) continue;
+      decode(streams[i], raw);
+      Time stamp = 0;
+      const double magnitude = magnitude_of(streams[i], stamp);
+      reading.add(stamp, magnitude);
+      if (reading.count >= reading.wanted) --unsatisfied;
     }
-    if (reading.count >= reading.wanted) --unsatisfied;
   }
   const double duration_s = to_seconds(end - begin);
   const Time reference = readings.front().first_stamp;
@@ -212,7 +179,7 @@ void BagSource::Implementation::inspect() {
   for (std::size_t i = 0; i < streams.size(); ++i) {
     check_clock(path, streams[i].topic, readings[i].first_stamp, streams[0].topic, reference, duration_s);
     if (streams[i].sensor == Sensor::imu) check_acceleration(path, platform, readings[i]);
-    if (streams[i].sensor == Sensor::magnetometer) check_field(path, platform, streams[i].magnetometer, readings[i]);
+    if (streams[i].sensor == Sensor::magnetometer) check_field(path, platform, streams[i].index, readings[i], warnings);
     first_stamp = std::min(first_stamp, readings[i].first_stamp);
   }
   end += first_stamp - begin;  // from the recorder's clock to the stamps'
@@ -220,7 +187,7 @@ void BagSource::Implementation::inspect() {
 }
 
 /// Stamps of one topic must increase: what does not is dropped and counted.
-bool BagSource::Implementation::accept(Stream& stream, Time stamp) {
+bool BagSource::Implementation::accept(SensorStream& stream, Time stamp) {
   if (!stream.any) stream.recorder_lag = record_time - stamp;
   const Time jump = stamp - (record_time - stream.recorder_lag);
   if (std::abs(jump) > largest_stamp_jump) {
@@ -244,74 +211,79 @@ bool BagSource::Implementation::accept(Stream& stream, Time stamp) {
   return true;
 }
 
-bool BagSource::Implementation::read_imu(Stream& stream, const ros1::ImuMessage& imu, Measurement& measurement) {
-  ImuSample sample;
-  sample.time = imu.stamp;
-  sample.angular_velocity = to_vector(imu.angular_velocity);
-  sample.linear_acceleration = to_vector(imu.linear_acceleration) * acceleration_factor();
+void BagSource::Implementation::take_imu(SensorStream& stream, ImuSample sample) {
   if (!sample.angular_velocity.allFinite() || !sample.linear_acceleration.allFinite()) {
-    warnings.add("imu.not_finite", stream.topic + ": samples that are not finite were dropped", imu.stamp);
-    return false;
+    warnings.add("imu.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
+    return;
   }
   const Time previous = stream.last_stamp;
   const bool first = !stream.any;
-  if (!accept(stream, imu.stamp)) return false;
-  const double gap_s = to_seconds(imu.stamp - previous);
+  if (!accept(stream, sample.time)) return;
+  const double gap_s = to_seconds(sample.time - previous);
   if (!first && gap_s > imu_gap_periods / platform.suite.imu.rate_hz) {
     warnings.add("imu.gap", fmt::format("{}: {:.3f} s without a sample at {:.3f} s; expected one every {:g} s", stream.topic,
                                         gap_s, to_seconds(previous), 1.0 / platform.suite.imu.rate_hz),
                  previous);
   }
-  measurement = sample;
-  return true;
+  ready.emplace_back(sample);
 }
 
-bool BagSource::Implementation::read_field(Stream& stream, const ros1::MagneticFieldMessage& field,
-                                           Measurement& measurement) {
-  MagneticSample sample;
-  sample.time = field.stamp;
-  sample.magnetometer = static_cast<int>(stream.magnetometer);
-  sample.field_ut = to_vector(field.field_tesla) * microtesla_per(platform.magnetometers[stream.magnetometer].unit);
+void BagSource::Implementation::take_field(SensorStream& stream, MagneticSample sample) {
   if (!sample.field_ut.allFinite()) {
-    warnings.add("magnetometer.not_finite", stream.topic + ": samples that are not finite were dropped", field.stamp);
-    return false;
+    warnings.add("magnetometer.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
+    return;
   }
-  if (!accept(stream, field.stamp)) return false;
-  measurement = sample;
-  return true;
+  if (accept(stream, sample.time)) ready.emplace_back(sample);
 }
 
-bool BagSource::Implementation::read_scan(Stream& stream, Measurement& measurement) {
+void BagSource::Implementation::take_scan(SensorStream& stream) {
   LidarScan scan;
-  decode_cloud(decoder, message, scan);
-  if (!accept(stream, scan.start)) return false;
-  measurement = std::move(scan);
-  return true;
+  decode_cloud(decoders[stream.index], message, scan);
+  if (!accept(stream, scan.start)) return;
+  if (!merger) {
+    ready.emplace_back(std::move(scan));
+    return;
+  }
+  merger->add(stream.index, std::move(scan));
+  for (LidarScan merged; merger->take(merged);) ready.emplace_back(std::move(merged));
+}
+
+/// Gives the message to all sensors of its topic.
+void BagSource::Implementation::take_message(const RawMessage& raw) {
+  for (SensorStream& stream : streams) {
+    if (stream.topic_index != raw.topic) continue;
+    decode(stream, raw);
+    if (stream.sensor == Sensor::imu) take_imu(stream, imu_sample(stream));
+    if (stream.sensor == Sensor::magnetometer) take_field(stream, field_sample(stream));
+    if (stream.sensor == Sensor::lidar) take_scan(stream);
+  }
 }
 
 BagSource::BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice)
     : implementation_(std::make_unique<Implementation>(path, platform, warnings, choice)) {
-  implementation_->find_topics();
+  implementation_->choose();
   implementation_->inspect();
-  implementation_->select();
+  implementation_->reader->select(implementation_->topics);
 }
 
 BagSource::~BagSource() = default;
 
 bool BagSource::next(Measurement& measurement) {
   Implementation& self = *implementation_;
-  std::size_t index = 0;
-  while (self.next_message(index)) {
-    Stream& stream = self.streams[index];
-    if (const auto* imu = std::get_if<ros1::ImuMessage>(&self.message)) {
-      if (self.read_imu(stream, *imu, measurement)) return true;
-    } else if (const auto* field = std::get_if<ros1::MagneticFieldMessage>(&self.message)) {
-      if (self.read_field(stream, *field, measurement)) return true;
-    } else if (self.read_scan(stream, measurement)) {
-      return true;
+  for (RawMessage raw; self.ready.empty();) {
+    if (self.read_message(raw)) {
+      self.take_message(raw);
+      continue;
     }
+    if (!self.merger) return false;
+    self.merger->finish();
+    LidarScan merged;
+    if (!self.merger->take(merged)) return false;
+    self.ready.emplace_back(std::move(merged));
   }
-  return false;
+  measurement = std::move(self.ready.front());
+  self.ready.pop_front();
+  return true;
 }
 
 Time BagSource::begin_time() const { return implementation_->begin; }

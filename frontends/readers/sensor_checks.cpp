@@ -11,16 +11,20 @@ namespace {
 
 std::string file_of(const Platform& platform) { return platform.file.empty() ? "the platform file" : platform.file; }
 
-/// The unit in which these values would have the size of the earth's field among steel; empty where none fits.
-std::string fitting_unit(double value_as_written) {
-  for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
-    const double field_ut = value_as_written * microtesla_per(unit);
-    if (field_ut > 5.0 && field_ut < 500.0) return std::string(name);
-  }
-  return {};
-}
-
 }  // namespace
+
+std::string fitting_field_unit(double value_as_written) {
+  constexpr double earth_ut = 45.0;
+  std::string fitting;
+  double nearest = std::log(12.0);  // a factor, either way
+  for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
+    const double away = std::abs(std::log(value_as_written * microtesla_per(unit) / earth_ut));
+    if (!(away < nearest)) continue;
+    nearest = away;
+    fitting = name;
+  }
+  return fitting;
+}
 
 void check_acceleration(const std::string& source, const Platform& platform, const FirstReadings& readings) {
   if (readings.finite_count == 0) return;
@@ -42,25 +46,34 @@ void check_acceleration(const std::string& source, const Platform& platform, con
 }
 
 void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
-                 const FirstReadings& readings) {
+                 const FirstReadings& readings, WarningLog& warnings) {
   constexpr double largest_ut = 1000.0;
   const double mean_ut = readings.mean_magnitude();
   // Exact zeros are a dead sensor, which the estimators leave to its weight; anything else this small is a wrong unit.
   constexpr double smallest_ut = 0.1;
-  if (readings.finite_count == 0 || mean_ut == 0.0 || (mean_ut >= smallest_ut && mean_ut <= largest_ut)) return;
+  constexpr double usual_low_ut = 5.0, usual_high_ut = 250.0;
+  if (readings.finite_count == 0 || mean_ut == 0.0) return;
   const MagnetometerMessageLayout& layout = platform.magnetometers[magnetometer];
   const double as_written = mean_ut / microtesla_per(layout.unit);
   std::string_view unit_name;
   for (const auto& [unit, name] : enum_names(layout.unit)) {
     if (unit == layout.unit) unit_name = name;
   }
-  const std::string fitting = fitting_unit(as_written);
-  throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}; expected 10 to 1000 microtesla; {} in {}",
-                               source, layout.topic, as_written, unit_name,
-                               fitting.empty() ? fmt::format("check the unit of magnetometers[{}]", magnetometer)
-                                               : fmt::format("it looks like {}: set magnetometers[{}].unit: {}", fitting,
-                                                             magnetometer, fitting),
-                               file_of(platform)));
+  const std::string fitting = fitting_field_unit(as_written);
+  const std::string change =
+      fitting.empty() || fitting == unit_name
+          ? fmt::format("check the unit of magnetometers[{}]", magnetometer)
+          : fmt::format("it looks like {0}: set magnetometers[{1}].unit: {0}", fitting, magnetometer);
+  if (mean_ut < smallest_ut || mean_ut > largest_ut) {
+    throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}; expected 10 to 1000 microtesla; {} in {}",
+                                 source, layout.topic, as_written, unit_name, change, file_of(platform)));
+  }
+  // Steel and hard iron make strange fields; only what another unit explains better is worth a word.
+  if (fitting.empty() || fitting == unit_name || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
+  warnings.add("magnetometer.magnitude",
+               fmt::format("{}: the field's mean magnitude is {:.4g} {}; 20 to 70 microtesla are usual; {} in {}, if it is",
+                           layout.topic, as_written, unit_name, change, file_of(platform)),
+               readings.first_stamp);
 }
 
 void check_clock(const std::string& source, const std::string& topic, Time first_stamp, const std::string& reference_topic,

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/time.h"
+#include "core/warnings.h"
 #include "frontends/readers/platform.h"
 
 /// What the first second of each sensor tells about its unit and its clock, whatever the log's format. A wrong unit
@@ -31,11 +32,16 @@ struct FirstReadings {
 /// `source` names the log.
 void check_acceleration(const std::string& source, const Platform& platform, const FirstReadings& readings);
 
+/// The name of the unit in which values of this size come nearest to the earth's field; empty where none comes near, steel
+/// and all.
+std::string fitting_field_unit(double value_as_written);
+
 /// Throws InputError where the field cannot be what the platform's unit makes of it (more than 1000 µT, or less than 0.1 µT
 /// and not zero), and names the
-/// unit that would fit.
+/// unit that would fit. Where the size is only unusual (20 to 70 µT are usual) and another unit explains it, that is
+/// counted as magnetometer.magnitude.
 void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
-                 const FirstReadings& readings);
+                 const FirstReadings& readings, WarningLog& warnings);
 
 /// Throws InputError where a sensor's stamps are zero, or so far from those of the reference topic that the two never meet
 /// in a log of `duration_s`: their clocks differ.
