@@ -91,6 +91,10 @@ void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, co
 }
 
 MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes) {
+  const std::string ending = std::filesystem::path(yaml_path).extension().string();
+  if (ending == ".csv" || ending == ".txt" || ending == ".tsv") {
+    throw InputError(yaml_path + ": expected a magnetic map's YAML; make one of this table with `lodestone map import`");
+  }
   const ConfigurationNode node = ConfigurationNode::load(yaml_path);
   node.refuse_keys_other_than(
       {"resolution_m", "origin_m", "heights_m", "unit", "frame", "max_sigma_ut", "image", "provenance"});

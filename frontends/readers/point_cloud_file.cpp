@@ -28,8 +28,11 @@ Format format_of(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, code)) throw InputError(path + ": expected a PCD or PLY file");
   std::ifstream stream(path, std::ios::binary);
   std::string line;
-  while (std::getline(stream, line) && line.size() < 4096) {
+  while (std::getline(stream, line) && (line.size() < 4096 || line.rfind("LASF", 0) == 0)) {
     if (line.rfind("ply", 0) == 0) return Format::ply;
+    if (line.rfind("LASF", 0) == 0) {
+      throw InputError(path + ": is a LAS or LAZ file, which is not read; make a PLY of it: pdal translate map.laz map.ply");
+    }
     if (line.rfind("VERSION", 0) == 0 || line.rfind("FIELDS", 0) == 0) return Format::pcd;
     if (!line.empty() && line[0] != '#' && line != "\r") break;
   }

@@ -15,6 +15,7 @@
 #include "frontends/readers/trajectory_file.h"
 #include "tools/commands.h"
 #include "tools/commands/map_diff.h"
+#include "tools/commands/map_import.h"
 #include "tools/commands/map_truth.h"
 #include "tools/pictures/pictures.h"
 #include "tools/progress.h"
@@ -223,6 +224,7 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
   lodestone map diff /tmp/tunnel/field.yaml /tmp/tunnel/coarse.yaml --out /tmp/tunnel/change
   lodestone map magnetic --help)");
   add_map_magnetic(*command, code);
+  add_map_import(*command, code);
   add_map_diff(*command, code);
   add_map_truth(*command, code);
 }

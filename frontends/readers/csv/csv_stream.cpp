@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/readers/csv/csv_log.h"
+#include "frontends/readers/csv/csv_text.h"
 #include "frontends/readers/logs/wire_ros1.h"
 #include "frontends/readers/trajectory_file.h"
 
@@ -18,22 +19,6 @@ using Names = std::vector<std::string>;
 const Names imu_columns{"gyroscope_x_rad_s",     "gyroscope_y_rad_s",     "gyroscope_z_rad_s",
                         "accelerometer_x_m_s2", "accelerometer_y_m_s2", "accelerometer_z_m_s2"};
 const Names field_columns{"field_x_ut", "field_y_ut", "field_z_ut"};
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-std::vector<std::string_view> split_at_commas(std::string_view line) {
-  std::vector<std::string_view> parts;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    parts.push_back(trimmed(line.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return parts;
-}
 
 /// The file of one IMU or one magnetometer.
 class CsvStream : public CsvLog::Stream {
@@ -104,7 +89,7 @@ class CsvStream : public CsvLog::Stream {
     std::string_view text = trimmed(line_);
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as some spreadsheets begin a file
     if (text.starts_with('#')) text = trimmed(text.substr(1));
-    const std::vector<std::string_view> found = split_at_commas(text);
+    const std::vector<std::string_view> found = split_cells(text);
     const auto place_of = [&](std::string_view name) {
       const auto at = std::find(found.begin(), found.end(), name);
       return at == found.end() ? -1 : static_cast<int>(at - found.begin());
@@ -123,7 +108,7 @@ class CsvStream : public CsvLog::Stream {
 
   /// Fills time and values; what is wrong with the line, if anything.
   std::string parse(std::string_view text) {
-    const std::vector<std::string_view> parts = split_at_commas(text);
+    const std::vector<std::string_view> parts = split_cells(text);
     const auto part = [&](std::size_t i) {
       const auto column = static_cast<std::size_t>(columns_[i]);
       return column < parts.size() ? parts[column] : std::string_view();

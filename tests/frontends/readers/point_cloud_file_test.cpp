@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "tests/frontends/readers/test_files.h"
 
@@ -77,6 +79,50 @@ TEST(PointCloudFile, ReadsPlyByItsContentNotItsName) {
              "end_header\n1 2 3\n4 5 6\n");
   WarningLog warnings;
   EXPECT_EQ(read_point_cloud(folder / "map.pcd", warnings).size(), 2U);
+}
+
+/// A PLY of two points with `kind` of numbers and more besides: colours before, a list of faces behind.
+template <class Number>
+std::string binary_ply(const std::string& kind, bool big_endian) {
+  std::string text = std::string("ply\nformat binary_") + (big_endian ? "big" : "little") +
+                     "_endian 1.0\ncomment made elsewhere\nelement vertex 2\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar "
+                     "alpha\nproperty " + kind +
+                     " x\nproperty " + kind + " y\nproperty " + kind +
+                     " z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto put = [&](auto value) {
+    std::string bytes(reinterpret_cast<const char*>(&value), sizeof(value));
+    if (big_endian) std::reverse(bytes.begin(), bytes.end());
+    text += bytes;
+  };
+  for (int i = 0; i < 2; ++i) {
+    text += "\x7F\x10\x20\xFF";
+    for (int axis = 1; axis <= 3; ++axis) put(static_cast<Number>(3 * i + axis) + Number(0.5));
+  }
+  text += '\x03';
+  for (const int index : {0, 1, 0}) put(index);
+  return text;
+}
+
+TEST(PointCloudFile, ReadsBinaryPlyOfEitherByteOrderAndBothKindsOfNumbers) {
+  const TemporaryFolder folder;
+  const std::vector<Eigen::Vector3f> expected{Eigen::Vector3f(1.5F, 2.5F, 3.5F), Eigen::Vector3f(4.5F, 5.5F, 6.5F)};
+  for (const bool big_endian : {false, true}) {
+    for (const bool doubles : {false, true}) {
+      SCOPED_TRACE(std::string(big_endian ? "big" : "little") + (doubles ? " double" : " float"));
+      const std::string text = doubles ? binary_ply<double>("double", big_endian) : binary_ply<float>("float", big_endian);
+      std::ofstream(folder / "map.ply", std::ios::binary) << text;
+      WarningLog warnings;
+      EXPECT_EQ(read_point_cloud(folder / "map.ply", warnings), expected);
+      std::ofstream(folder / "cut.ply", std::ios::binary) << text.substr(0, text.size() - 30);
+      EXPECT_THAT(error_of(folder / "cut.ply"), HasSubstr("cannot be read"));
+    }
+  }
+}
+
+TEST(PointCloudFile, ALasFileIsRefusedWithTheWayToAPly) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "map.laz", std::ios::binary) << "LASF" << std::string(20000, '\0');
+  EXPECT_THAT(error_of(folder / "map.laz"), HasSubstr("make a PLY of it: pdal translate map.laz map.ply"));
 }
 
 TEST(PointCloudFile, SaysWhatIsWrong) {

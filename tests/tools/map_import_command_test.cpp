@@ -1,0 +1,42 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "frontends/readers/magnetic_map_file.h"
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
+  const TemporaryFolder folder;
+  const std::string table = (folder / "field.csv").string(), out = (folder / "new/field.yaml").string();
+  std::ofstream(table) << "x,y,z,Bx,By,Bz\n0,0,0.1,2e-5,0,-4e-5\n0.2,0,0.1,2.1e-5,0,-4e-5\n0,0.2,0.1,2.2e-5,0,-4e-5\n0.2,0.2,0.1,2.3e-5,0,-4e-5\n";
+  ProgramResult result = run_lodestone("map import " + table + " --out " + out + " --sigma-ut 0.5");
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("4 nodes with field of 2 x 2 every 0.2 m, at 0.100 m height"));
+  EXPECT_THAT(result.output, HasSubstr("unit tesla, told from the field's size"));
+  EXPECT_THAT(result.output, HasSubstr("no column of sigma: 0.5 uT taken"));
+  const MagneticMap map = read_magnetic_map(out);
+  const auto value = map.query({0.1, 0.1, 0.1}, FieldInterpolation::bilinear);
+  ASSERT_TRUE(value.has_value());
+  EXPECT_LT((value->field_ut - Vector3(21.5, 0.0, -40.0)).norm(), 1e-4);
+  EXPECT_NEAR(value->sigma_ut, 0.5, 1e-6);
+  EXPECT_THAT(content_of(out), HasSubstr("unit_of_table: \"tesla\""));
+  EXPECT_TRUE(std::filesystem::exists(folder / "new/field.png"));
+
+  result = run_lodestone("map import " + table + " --out " + out + " --unit telsa");
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("--unit: expected one of tesla, microtesla, nanotesla, gauss, milligauss, found 'telsa'; did you mean 'tesla'?"));
+  EXPECT_EQ(run_lodestone("map import " + table + " --out field.tif").code, 2);
+  result = run_lodestone("map diff " + table + " " + out + " --out " + (folder / "d").string());
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("make one of this table with `lodestone map import`"));
+}
+
+}  // namespace
+}  // namespace lodestone
