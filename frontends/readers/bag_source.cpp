@@ -179,7 +179,7 @@ void BagSource::Implementation::inspect() {
   for (std::size_t i = 0; i < streams.size(); ++i) {
     check_clock(path, streams[i].topic, readings[i].first_stamp, streams[0].topic, reference, duration_s);
     if (streams[i].sensor == Sensor::imu) check_acceleration(path, platform, readings[i]);
-    if (streams[i].sensor == Sensor::magnetometer) check_field(path, platform, streams[i].index, readings[i], warnings);
+    if (streams[i].sensor == Sensor::magnetometer) check_field(path, platform, streams[i].index, readings[i], &warnings);
     first_stamp = std::min(first_stamp, readings[i].first_stamp);
   }
   end += first_stamp - begin;  // from the recorder's clock to the stamps'

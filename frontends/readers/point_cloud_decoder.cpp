@@ -183,11 +183,12 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
       continue;
     }
     time_ = candidate;
-    reading_holds_ = returns >= points_that_tell;
     const double span_s = (seen.latest - seen.earliest) * 1e-9 * static_cast<double>(nanoseconds_per(reading_->unit));
     const double period_s = to_seconds(period_ns_);
+    const bool dense = returns >= points_that_tell;
     // A wrong unit is wrong by a thousand at least; a sparse scan is shorter than the period, but not so much.
-    if (span_s > longest_scan * period_s || (reading_holds_ && span_s < 0.01 * period_s)) fail_unit(message, span_s);
+    if (span_s > longest_scan * period_s || (dense && span_s < 0.01 * period_s)) fail_unit(message, span_s);
+    reading_holds_ = dense || span_s > 0.8 * period_s;  // few points, but all around
     const bool is_told = layout_.time_field.empty() || !layout_.time_unit || reading_->stamp_assumed ||
                          (reading_->zero == PointTimeZero::lidar_clock && !layout_.time_zero);
     if (reading_holds_ && is_told) {

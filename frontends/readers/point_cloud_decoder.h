@@ -16,7 +16,7 @@ namespace lodestone {
 
 /// Turns the clouds of one topic into scans: checks the fields once, then reads column by column.
 ///
-/// What the platform file leaves out is told from the first scan with enough points, said once in `warnings`
+/// What the platform file leaves out is told from the first scan that shows it, said once in `warnings`
 /// ("lidar.told_from_content") and kept: a field that is called like a time and whose span fits the scan's period, its
 /// unit, and what its zero means (point_times.h); intensity and ring by their names. A Livox' PointCloud2 and CustomMsg
 /// are known and need no word.

@@ -28,7 +28,7 @@ struct PointTimesSeen {
   double limit = 0.0;  ///< the largest number of a type of one or two bytes; 0 for others
 };
 
-/// Fewer points than this may lie anywhere within a scan: they prove no unit.
+/// Fewer points than this may lie in any part of a scan: they prove no unit unless they lie all over it.
 constexpr std::size_t points_that_tell = 1000;
 
 Time nanoseconds_per(PointTimeUnit unit);

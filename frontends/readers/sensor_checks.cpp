@@ -46,7 +46,7 @@ void check_acceleration(const std::string& source, const Platform& platform, con
 }
 
 void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
-                 const FirstReadings& readings, WarningLog& warnings) {
+                 const FirstReadings& readings, WarningLog* warnings) {
   constexpr double largest_ut = 1000.0;
   const double mean_ut = readings.mean_magnitude();
   // Exact zeros are a dead sensor, which the estimators leave to its weight; anything else this small is a wrong unit.
@@ -69,8 +69,8 @@ void check_field(const std::string& source, const Platform& platform, std::size_
                                  source, layout.topic, as_written, unit_name, change, file_of(platform)));
   }
   // Steel and hard iron make strange fields; only what another unit explains better is worth a word.
-  if (fitting.empty() || fitting == unit_name || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
-  warnings.add("magnetometer.magnitude",
+  if (warnings == nullptr || fitting.empty() || fitting == unit_name || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
+  warnings->add("magnetometer.magnitude",
                fmt::format("{}: the field's mean magnitude is {:.4g} {}; 20 to 70 microtesla are usual; {} in {}, if it is",
                            layout.topic, as_written, unit_name, change, file_of(platform)),
                readings.first_stamp);

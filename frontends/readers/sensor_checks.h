@@ -39,9 +39,9 @@ std::string fitting_field_unit(double value_as_written);
 /// Throws InputError where the field cannot be what the platform's unit makes of it (more than 1000 µT, or less than 0.1 µT
 /// and not zero), and names the
 /// unit that would fit. Where the size is only unusual (20 to 70 µT are usual) and another unit explains it, that is
-/// counted as magnetometer.magnitude.
+/// counted as magnetometer.magnitude (by nobody where `warnings` is null).
 void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
-                 const FirstReadings& readings, WarningLog& warnings);
+                 const FirstReadings& readings, WarningLog* warnings = nullptr);
 
 /// Throws InputError where a sensor's stamps are zero, or so far from those of the reference topic that the two never meet
 /// in a log of `duration_s`: their clocks differ.

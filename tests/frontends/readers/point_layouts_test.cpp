@@ -235,6 +235,35 @@ TEST(PointLayouts, AFieldWithoutTimesIsPassedOverForOneWith) {
   EXPECT_LT(std::abs(static_cast<double>(read.start - simulated_scans()[0].start)), 300.0);
 }
 
+TEST(PointLayouts, SparseScansWaitForOneThatTells) {
+  const CloudLayout cloud{"time", Field::float32, s, PointTimeZero::stamp, ScanStamp::end};
+  LidarScan sparse = simulated_scans()[0];
+  const Time third = sparse.start + (sparse.end - sparse.start) / 3;
+  // A few points at the scan's begin, all within less than a hundredth of it, in no unit a scan.
+  std::erase_if(sparse.points, [&](const LidarPoint& point) { return point.offset_ns > 600'000; });
+  ASSERT_LT(sparse.points.size(), 100U);
+  WarningLog warnings;
+  const Platform platform = platform_of(untold(std::nullopt));
+  PointCloudDecoder decoder("log.bag", platform, warnings);
+  std::vector<std::uint8_t> data;
+  LidarScan read;
+  decoder.decode(cloud.write(sparse, data), read);
+  EXPECT_TRUE(read.points.empty());
+  EXPECT_EQ(warnings.count("lidar.empty_scan"), 1);
+  EXPECT_EQ(warnings.count("lidar.told_from_content"), 0);
+  // Few again, but a third of a scan: enough for this one's unit, not for all that follow.
+  LidarScan part = simulated_scans()[0];
+  std::erase_if(part.points, [&](const LidarPoint& point) { return point.ring != 3 || part.start + point.offset_ns > third; });
+  ASSERT_LT(part.points.size(), points_that_tell);
+  decoder.decode(cloud.write(part, data), read);
+  ASSERT_EQ(read.points.size(), part.points.size());
+  EXPECT_LT(std::abs(static_cast<double>(read.start + read.points[5].offset_ns - part.start - part.points[5].offset_ns)), 20.0);
+  EXPECT_EQ(warnings.count("lidar.told_from_content"), 0);
+  decoder.decode(cloud.write(simulated_scans()[1], data), read);
+  EXPECT_EQ(read.points.size(), simulated_scans()[1].points.size());
+  EXPECT_EQ(warnings.count("lidar.told_from_content"), 1);
+}
+
 TEST(PointLayouts, AClockThatJumpsWithinAScanCostsThatScanAlone) {
   const CloudLayout cloud{"timestamp", Field::uint32, us, PointTimeZero::lidar_clock, ScanStamp::start, false,
                           simulated_scans()[0].start - 123'000'000'000};
