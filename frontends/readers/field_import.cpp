@@ -59,7 +59,7 @@ std::optional<Axis> even_axis(const std::vector<double>& values) {
   axis.origin = values.front();
   const double length = values.back() - values.front();
   const double steps = std::round(length / (sum / singles));
-  if (steps > 1e6) return std::nullopt;
+  if (!(steps >= 1.0 && steps <= 1e6)) return std::nullopt;
   axis.step = length / steps;
   axis.count = static_cast<int>(steps) + 1;
   const double tolerance = std::min(0.05 + same_m / axis.step, 0.2);  // of a step
@@ -77,7 +77,7 @@ class Importer {
   ImportedField make() {
     find_grid();
     const double factor = find_unit();
-    place_rows();
+    place_rows(factor);
     const auto nodes = std::make_shared<SparseFieldNodes>();
     double largest_sigma = 0.0;
     for (const Placed& placed : placed_) {
@@ -173,9 +173,15 @@ class Importer {
     return microtesla_per(unit_);
   }
 
-  void place_rows() {
+  void place_rows(double factor) {
+    constexpr double largest_ut = 1e6;  // a magnet's
     for (const FieldTableRow& row : table_.rows) {
-      if (!std::isfinite(row.field[0] + row.field[1] + row.field[2])) continue;
+      if (std::isnan(row.field[0] + row.field[1] + row.field[2])) continue;
+      for (const double value : {row.field[0], row.field[1], row.field[2], std::max(row.sigma, 0.0)}) {
+        if (std::abs(value * factor) < largest_ut) continue;
+        throw InputError(fmt::format("{}:{}: {:g} microtesla is no field; expected less than {:g}", path_, row.line,
+                                     value * factor, largest_ut));
+      }
       int layer = 0;
       if (table_.has_height) {
         const auto above = std::upper_bound(grid_.heights_m.begin(), grid_.heights_m.end(), row.position[2]);

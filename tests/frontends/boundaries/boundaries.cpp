@@ -5,8 +5,11 @@
 
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
+#include "frontends/readers/field_import.h"
+#include "frontends/readers/logs/known_types.h"
 #include "frontends/readers/logs/log_conversion.h"
 #include "frontends/readers/logs/message_decoder.h"
+#include "frontends/readers/logs/message_paths.h"
 #include "frontends/readers/logs/open_log.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/point_cloud_decoder.h"
@@ -159,6 +162,42 @@ void read_field(const fs::path& folder) {
   map.for_each_node([](const Eigen::Vector4f&) {});
 }
 
+void write_table(const fs::path& folder) {
+  std::string text = "x_m;y_m;z_m;B_x_nT;B_y_nT;B_z_nT;sigma\n";
+  for (int i = 0; i < 2 * 4 * 5; ++i) {
+    text += std::to_string(0.1 * (i % 4)) + ";" + std::to_string(0.1 * (i / 4 % 5)) + ";" + std::to_string(i / 20) +
+            ";20000;" + std::to_string(i) + ";-40000;100\n";
+  }
+  write_text(folder / "table.csv", text);
+}
+void read_table(const fs::path& folder) {
+  import_field_table((folder / "table.csv").string(), {}).map.for_each_node([](const Eigen::Vector4f&) {});
+}
+
+/// A message of a type that the log itself defines: its definition in one file, its bytes in the other.
+void write_defined_message(const fs::path& folder) {
+  write_text(folder / "definition",
+             "std_msgs/Header header\nReading[] readings\nstring<=9 name \"none\"\nfloat32[3] rate\nuint8 A=1\n"
+             "==========\nMSG: board_msgs/Reading\nuint16 raw\nfloat64[] field\n");
+  std::string bytes(12, '\1');                                       // seq, stamp
+  bytes += std::string("\1\0\0\0m", 5);                             // frame
+  bytes += std::string("\2\0\0\0", 4);                              // readings
+  for (int i = 0; i < 2; ++i) bytes += std::string("\7\0\3\0\0\0", 6) + std::string(24, '?');
+  bytes += std::string("\2\0\0\0ab", 6) + std::string(12, '?');    // name, rate
+  write_text(folder / "bytes", bytes);
+}
+void read_defined_message(const fs::path& folder) {
+  TopicInfo topic;
+  topic.name = "/board";
+  topic.type = "board_msgs/Board";
+  topic.definition = read_text_file((folder / "definition").string());
+  const std::string text = read_text_file((folder / "bytes").string());
+  const std::vector<std::uint8_t> bytes(text.begin(), text.end());
+  const MessagePaths paths("log", topic, {"readings[1].field", "rate[0]"}, {"magnetometers[0].values", "imu.angular_velocity"});
+  std::vector<MessagePaths::Vector> vectors;
+  paths.read({0, 0, bytes.data(), bytes.size()}, vectors);
+}
+
 void write_platform(const fs::path& folder) { save_platform(small_log().platform(), (folder / "platform.yaml").string()); }
 void read_platform(const fs::path& folder) { load_platform((folder / "platform.yaml").string()); }
 
@@ -208,6 +247,9 @@ const std::vector<Boundary>& boundaries() {
       {"cloud_binary", "cloud.pcd", write_binary_cloud, read_cloud},
       {"field_yaml", "field.yaml", write_field, read_field},
       {"field_raster", "field.tif", write_field, read_field},
+      {"field_table", "table.csv", write_table, read_table},
+      {"message_definition", "definition", write_defined_message, read_defined_message},
+      {"defined_message", "bytes", write_defined_message, read_defined_message},
       {"platform", "platform.yaml", write_platform, read_platform},
       {"world", "world.yaml", write_world, read_world},
       {"configuration", "options.yaml", write_configuration, read_configuration},

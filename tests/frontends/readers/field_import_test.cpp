@@ -176,6 +176,7 @@ TEST_F(FieldImport, SaysWhatIsWrong) {
   EXPECT_THAT(error("# nothing\n"), HasSubstr("has no line of numbers"));
   EXPECT_THAT(error(table(style) + "3,4,five,1,2,3\n"), HasSubstr("field.csv:37: 'five' is no number, in the column 3"));
   EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,2,3\n"), HasSubstr("have one place, x 3, y -2"));
+  EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,inf,3\n"), HasSubstr("field.csv:37: inf microtesla is no field"));
   EXPECT_THAT(error("x_mm,y_mm,z_mm,Bx,By,Bz\n1,2,3,4,5,6\n"), HasSubstr("'x_mm' is in mm; expected metres"));
   style.with_z = false;
   style.header.clear();
