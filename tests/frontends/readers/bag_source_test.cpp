@@ -377,30 +377,6 @@ TEST(RealLog, OusterScansHaveTheirTimesAndRings) {
   }
 }
 
-TEST(RealLog, OusterScansTellTheirTimesThemselves) {
-  LODESTONE_REAL_DATA(path, "bags/ouster_os1_128_ros2_mcap");
-  Platform platform;
-  platform.imu.topic = "/ouster/imu";
-  platform.suite.imu.rate_hz = 100.0;
-  const Contents told = read_all(path, platform);
-  platform.lidar.stamp.reset();
-  platform.lidar.time_unit.reset();
-  platform.lidar.time_field.clear();
-  platform.lidar.intensity_field.clear();
-  platform.lidar.ring_field.clear();
-  const Contents untold = read_all(path, platform);
-  EXPECT_EQ(untold.warnings.count("lidar.told_from_content"), 1);
-  ASSERT_EQ(untold.scans.size(), told.scans.size());
-  for (std::size_t k = 0; k < told.scans.size(); ++k) {
-    EXPECT_EQ(untold.scans[k].start, told.scans[k].start);
-    ASSERT_EQ(untold.scans[k].points.size(), told.scans[k].points.size());
-    for (std::size_t i = 0; i < told.scans[k].points.size(); ++i) {
-      ASSERT_EQ(untold.scans[k].points[i].offset_ns, told.scans[k].points[i].offset_ns);
-      ASSERT_EQ(untold.scans[k].points[i].ring, told.scans[k].points[i].ring);
-    }
-  }
-}
-
 TEST(RealLog, TheFieldOfADroneIsOfTheEarthsSize) {
   LODESTONE_REAL_DATA(path, "bags/ardrone_imu.bag");
   Platform platform;
