@@ -19,6 +19,7 @@ constexpr int interrupted = 130;
 void add_simulate_command(CLI::App& app, int* code);
 void add_convert_command(CLI::App& app, int* code);
 void add_map_command(CLI::App& app, int* code);
+void add_calibrate_command(CLI::App& app, int* code);
 void add_run_command(CLI::App& app, int* code);
 void add_evaluate_command(CLI::App& app, int* code);
 void add_report_command(CLI::App& app, int* code);

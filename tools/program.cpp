@@ -45,6 +45,7 @@ int run_program(int argument_count, char** arguments) {
   add_simulate_command(app, &code);
   add_convert_command(app, &code);
   add_map_command(app, &code);
+  add_calibrate_command(app, &code);
   add_run_command(app, &code);
   add_evaluate_command(app, &code);
   add_report_command(app, &code);

@@ -233,6 +233,8 @@ void BagSource::Implementation::take_field(SensorStream& stream, MagneticSample 
     warnings.add("magnetometer.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
     return;
   }
+  const MagnetometerMessageLayout& layout = platform.magnetometers[stream.index];
+  if (layout.calibrated()) sample.field_ut = layout.soft_iron_correction * (sample.field_ut - layout.hard_iron_ut);
   if (accept(stream, sample.time)) ready.emplace_back(sample);
 }
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "frontends/configuration/options.h"
 #include "frontends/readers/text_file.h"
 
@@ -103,8 +105,22 @@ void read_imu(const ConfigurationNode& node, Platform& platform) {
   read_positive(node, "accelerometer_bias_random_walk_m_s3_sqrt_hz", noise.accelerometer_bias_random_walk);
 }
 
+void read_calibration(const ConfigurationNode& node, MagnetometerMessageLayout& layout) {
+  if (const ConfigurationNode* offset = node.find("hard_iron_ut")) {
+    layout.hard_iron_ut = Vector3(offset->as_doubles(3).data());
+    if (!layout.hard_iron_ut.allFinite()) offset->fail("expected finite numbers");
+  }
+  if (const ConfigurationNode* matrix = node.find("soft_iron_correction")) {
+    layout.soft_iron_correction = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix->as_doubles(9).data());
+    const double determinant = layout.soft_iron_correction.determinant();
+    if (!(determinant > 0.0) || std::isinf(determinant)) {
+      matrix->fail("expected nine numbers, row by row, of a matrix with a determinant above 0");
+    }
+  }
+}
+
 void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"name", "topic", "values", "unit", "noise_ut", "T_imu_mag"});
+  node.refuse_keys_other_than({"name", "topic", "values", "unit", "noise_ut", "T_imu_mag", "hard_iron_ut", "soft_iron_correction"});
   MagnetometerModel& model = platform.suite.magnetometers.emplace_back();
   read_value(node.at("name"), model.name);
   MagnetometerMessageLayout layout;
@@ -118,6 +134,7 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
     }
   }
   read_if_there(node, "unit", layout.unit);
+  read_calibration(node, layout);
   platform.magnetometers.push_back(layout);
   read_positive(node, "noise_ut", model.noise_ut);
   model.T_imu_mag = read_pose(node.at("T_imu_mag"));
@@ -168,6 +185,15 @@ std::string lidar_lines(int depth, const LidarMessageLayout& layout, const Lidar
          line(depth, "scan_period_s", model.scan_period_s) + pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
 }
 
+/// Nothing for a magnetometer that needs none.
+std::string calibration_lines(int depth, const MagnetometerMessageLayout& layout) {
+  if (!layout.calibrated()) return {};
+  const Vector3& b = layout.hard_iron_ut;
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> C = layout.soft_iron_correction;
+  return line(depth, "hard_iron_ut", std::vector<double>{b.x(), b.y(), b.z()}) +
+         line(depth, "soft_iron_correction", std::vector<double>(C.data(), C.data() + 9));
+}
+
 std::string format_platform(const Platform& platform) {
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
@@ -193,7 +219,7 @@ std::string format_platform(const Platform& platform) {
     const MagnetometerMessageLayout& layout = platform.magnetometers.at(i);
     text += "  - name: " + write_value(magnetometer.name) + "\n" + line(2, "topic", layout.topic) +
             (layout.path.empty() ? "" : line(2, "values", layout.path)) + line(2, "unit", layout.unit) + line(2, "noise_ut", magnetometer.noise_ut) +
-            pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
+            calibration_lines(2, layout) + pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
   }
   return text;
 }

@@ -83,10 +83,16 @@ struct ImuMessageLayout {
   std::string angular_velocity_path, linear_acceleration_path;
 };
 
+/// Where a log keeps a magnetometer, and what makes its readings the field: field = soft_iron_correction (reading −
+/// hard_iron_ut), in its own axes. `lodestone calibrate magnetometers` finds both; the log's reader takes them off.
 struct MagnetometerMessageLayout {
   std::string topic;
   FieldUnit unit = FieldUnit::tesla;
   std::string path{};  ///< of the vector in a message that is no sensor_msgs/MagneticField (logs/message_paths.h)
+  Vector3 hard_iron_ut = Vector3::Zero();
+  Matrix3 soft_iron_correction = Matrix3::Identity();
+
+  bool calibrated() const { return hard_iron_ut != Vector3::Zero() || soft_iron_correction != Matrix3::Identity(); }
 };
 
 /// A LiDAR beside the first, whose points join the first one's scans (scan_merger.h).

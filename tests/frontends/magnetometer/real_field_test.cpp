@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <random>
-#include <sstream>
 
 #include "core/mapping/magnetic_map_builder.h"
 #include "frontends/magnetometer/localization.h"
@@ -16,18 +14,7 @@
 namespace lodestone {
 namespace {
 
-std::vector<std::vector<double>> read_csv(const std::filesystem::path& path) {
-  std::ifstream stream(path);
-  std::vector<std::vector<double>> rows;
-  for (std::string line; std::getline(stream, line);) {
-    if (line.empty() || line[0] == '#') continue;
-    std::vector<double> row;
-    std::stringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
+using testing::read_csv;
 
 /// One run of the AaltoML set: motion-capture position and field in map axes, sampled together. Runs are told apart in
 /// time, as passes of one survey.

@@ -93,6 +93,18 @@ TEST_F(BagSourceTest, GivesEveryMeasurementInItsUnit) {
   EXPECT_EQ(contents.end, contents.fields.back().time);
 }
 
+TEST_F(BagSourceTest, TheCalibrationOfAMagnetometerIsTakenOff) {
+  log.write(path);
+  Platform calibrated = log.platform();
+  calibrated.magnetometers[1].hard_iron_ut = Vector3(5.0, -3.0, 8.0);
+  calibrated.magnetometers[1].soft_iron_correction << 1.02, 0.1, 0.0, -0.02, 0.99, 0.01, 0.0, 0.03, 1.0;
+  const Contents before = read_all(path, log.platform());
+  const Contents after = read_all(path, calibrated);
+  EXPECT_EQ(first_field(after, 0), first_field(before, 0));
+  const MagnetometerMessageLayout& layout = calibrated.magnetometers[1];
+  EXPECT_LT((first_field(after, 1) - layout.soft_iron_correction * (first_field(before, 1) - layout.hard_iron_ut)).norm(), 1e-12);
+}
+
 TEST_F(BagSourceTest, MissingAndTruncatedFiles) {
   EXPECT_THAT(message_of<InputError>([this] { read_all(folder / "absent.bag", platform()); }),
               HasSubstr("absent.bag: there is no such file"));

@@ -48,6 +48,8 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   platform.suite.lidar.T_imu_lidar = {so3::exp(Vector3(0.1, -0.2, 3.0)), Vector3(1.0 / 3.0, -0.1, 1e-9)};
   platform.suite.magnetometers[2].noise_ut = 0.1 + 0.2;
   platform.magnetometers[5].unit = FieldUnit::gauss;
+  platform.magnetometers[3].hard_iron_ut = Vector3(1.0 / 3.0, -12.5, 0.1);
+  platform.magnetometers[3].soft_iron_correction << 1.01, 0.1 / 3.0, 0.0, -0.02, 0.99, 0.01, 0.0, 0.03, 1.0;
   platform.imu.acceleration_unit = AccelerationUnit::standard_gravity;
   platform.imu.angular_velocity_path = "board.rate";
   platform.imu.linear_acceleration_path = "board.acceleration";
@@ -67,6 +69,9 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(back.magnetometers[6].unit, FieldUnit::nanotesla);
   EXPECT_EQ(back.imu.linear_acceleration_path, "board.acceleration");
   EXPECT_EQ(back.lidar.time_zero, PointTimeZero::lidar_clock);
+  EXPECT_EQ(back.magnetometers[3].hard_iron_ut, platform.magnetometers[3].hard_iron_ut);
+  EXPECT_EQ(back.magnetometers[3].soft_iron_correction, platform.magnetometers[3].soft_iron_correction);
+  EXPECT_FALSE(back.magnetometers[4].calibrated());
   EXPECT_EQ(back.imu.acceleration_unit, AccelerationUnit::standard_gravity);
   EXPECT_EQ(back.suite.lidar.T_imu_lidar.rotation.coeffs(), platform.suite.lidar.T_imu_lidar.rotation.coeffs());
   EXPECT_EQ(back.suite.lidar.T_imu_lidar.position, platform.suite.lidar.T_imu_lidar.position);
@@ -110,6 +115,10 @@ TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
               ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("say by 'values' which is which")));
   EXPECT_THAT(error_with("  rate_hz: 200.0\n", "  rate_hz: 200.0\n  angular_velocity: gyro\n"),
               HasSubstr("imu: the key 'linear_acceleration' is missing"));
+  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron_ut: [1, 2]"), HasSubstr("a list of 3 numbers"));
+  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    soft_iron_correction: [1, 0, 0, 0, 1, 0, 0, 0, 0]"),
+              HasSubstr("a determinant above 0"));
+  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron: [1, 2, 3]"), HasSubstr("did you mean 'hard_iron_ut'"));
   EXPECT_THAT(message_of<InputError>([] { load_platform("absent.yaml"); }), HasSubstr("no such file"));
 }
 

@@ -6,7 +6,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace lodestone::testing {
 
@@ -45,6 +47,20 @@ class TemporaryFolder {
 };
 
 inline void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+/// The numbers of a file without a header, row by row; lines that begin with '#' are comments.
+inline std::vector<std::vector<double>> read_csv(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::vector<double> row;
+    std::stringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
 
 /// The message of the exception of type Error that `call` throws; fails the test where it throws none.
 template <class Error, class Call>

@@ -1,0 +1,119 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+
+#include "frontends/readers/platform.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tests/estimators/calibration/simulated_array.h"
+#include "tests/tools/program_runner.h"
+#include "tools/report/json_file.h"
+
+namespace lodestone {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::SimulatedArray;
+
+/// A log of CSV files of an array that was turned by hand, and its platform file.
+class CalibrateCommand : public ::testing::Test {
+ protected:
+  CalibrateCommand() : array_(2), log_(folder_ / "log"), platform_(folder_ / "platform.yaml") {
+    array_.motion = testing::tumbling;
+    array_.field = testing::uniform_field;
+    array_.duration_s = 25.0;
+    array_.truth[0].hard_iron_ut = Vector3(12.0, -7.0, 4.0);
+    array_.truth[1].hard_iron_ut = Vector3(-3.0, 9.0, -15.0);
+    array_.truth[1].distortion(0, 1) = 0.04;
+    array_.run();
+    std::filesystem::create_directories(log_);
+    write_log();
+    Platform platform = load_platform(std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_os32.yaml");
+    platform.imu.topic = "/imu";
+    platform.suite.magnetometers = array_.suite.magnetometers;
+    platform.magnetometers = {{"/m0"}, {"/m1"}};
+    save_platform(platform, platform_.string());
+  }
+
+  void write_log() const {
+    std::ofstream imu(log_ / "imu.csv");
+    imu << "time_ns,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,accelerometer_y_m_s2,"
+           "accelerometer_z_m_s2\n" << std::setprecision(9);
+    const Time begin = from_seconds(1000.0);
+    for (const ImuSample& sample : array_.imu) {
+      const Vector3& w = sample.angular_velocity;
+      imu << begin + sample.time << "," << w.x() << "," << w.y() << "," << w.z() << ",0,0,9.8\n";
+    }
+    for (std::size_t j = 0; j < 2; ++j) {
+      std::ofstream file(log_ / ("m" + std::to_string(j) + ".csv"));
+      file << "time_ns,field_x_ut,field_y_ut,field_z_ut\n" << std::setprecision(9);
+      for (const MagneticArraySample& sample : array_.samples) {
+        const Vector3& field = *sample.field_ut[j];
+        file << begin + sample.time << "," << field.x() << "," << field.y() << "," << field.z() << "\n";
+      }
+    }
+  }
+
+  std::string call(const std::string& rest) const {
+    return "calibrate magnetometers " + log_.string() + " --platform " + platform_.string() + " " + rest;
+  }
+
+  TemporaryFolder folder_;
+  SimulatedArray array_;
+  std::filesystem::path log_, platform_;
+};
+
+TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
+  const std::filesystem::path out = folder_ / "calibrated" / "platform.yaml";
+  const ProgramResult first = run_lodestone(call("--set max_moments=300 --out " + out.string()));
+  ASSERT_EQ(first.code, 0) << first.errors;
+  EXPECT_THAT(first.output, HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
+  const Platform calibrated = load_platform(out.string());
+  for (std::size_t j = 0; j < 2; ++j) {
+    EXPECT_LT((calibrated.magnetometers[j].hard_iron_ut - array_.truth[j].hard_iron_ut).cwiseAbs().maxCoeff(), 0.3);
+  }
+  const nlohmann::ordered_json json = read_json(out.parent_path() / "calibration.json");
+  EXPECT_EQ(json["reference"], "array");
+  EXPECT_EQ(json["held"].size(), 1U);
+  EXPECT_GT(json["magnetometers"][0]["residual_before_ut"], 5.0);
+  EXPECT_LT(json["magnetometers"][0]["residual_after_ut"], 1.0);
+  EXPECT_EQ(json["magnetometers"][1]["parameters"].size(), 12U);
+
+  // The reader takes the calibration off: a second one, of the same log, begins where this one ended.
+  const std::filesystem::path again = folder_ / "again" / "platform.yaml";
+  const ProgramResult second = run_lodestone("calibrate magnetometers " + log_.string() + " --platform " + out.string() +
+                                             " --set max_moments=300 --out " + again.string());
+  ASSERT_EQ(second.code, 0) << second.errors;
+  const nlohmann::ordered_json after = read_json(again.parent_path() / "calibration.json");
+  EXPECT_NEAR(after["magnetometers"][0]["residual_before_ut"], json["magnetometers"][0]["residual_after_ut"], 0.05);
+  const Platform twice = load_platform(again.string());
+  for (std::size_t j = 0; j < 2; ++j) {
+    EXPECT_LT((twice.magnetometers[j].hard_iron_ut - calibrated.magnetometers[j].hard_iron_ut).norm(), 0.1);
+  }
+}
+
+TEST_F(CalibrateCommand, TheSameLogGivesTheSameBytes) {
+  for (const char* name : {"first", "second"}) {
+    const std::string out = (folder_ / name / "platform.yaml").string();
+    ASSERT_EQ(run_lodestone(call("--set max_moments=100 --out " + out)).code, 0);
+  }
+  EXPECT_EQ(content_of(folder_ / "first" / "platform.yaml"), content_of(folder_ / "second" / "platform.yaml"));
+  EXPECT_EQ(content_of(folder_ / "first" / "calibration.json"), content_of(folder_ / "second" / "calibration.json"));
+}
+
+TEST_F(CalibrateCommand, EachMistakeIsOneLineAndCodeTwo) {
+  expect_refused(call("--magnetic field.yaml"), "--trajectory");
+  expect_refused(call("--trajectory truth.tum"), "--magnetic");
+  expect_refused(call("--out platform.txt"), ".yaml");
+  expect_refused(call("--set hard_iron_sigma_t=3"), "did you mean 'hard_iron_sigma_ut'");
+  expect_refused(call("--set min_gain=2"), "min_gain");
+  expect_refused("calibrate magnetometers " + (folder_ / "absent").string() + " --platform " + platform_.string(), "absent");
+  expect_refused(call("--magnetic " + (folder_ / "absent.yaml").string() + " --trajectory " + (folder_ / "absent.tum").string()),
+                 "absent.tum");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibrated"));
+}
+
+}  // namespace
+}  // namespace lodestone

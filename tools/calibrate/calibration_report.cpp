@@ -1,0 +1,157 @@
+#include "tools/calibrate/calibration_report.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "tools/table.h"
+
+namespace lodestone {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kMostlyHidden = 0.5;
+constexpr std::array<const char*, 12> kParameters{"hard_iron_x_ut", "hard_iron_y_ut", "hard_iron_z_ut", "scale_x",
+                                                  "scale_y",        "scale_z",        "shear_xy",       "shear_xz",
+                                                  "shear_yz",       "turn_x_rad",     "turn_y_rad",     "turn_z_rad"};
+
+Json to_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+Json rows_of(const Matrix3& matrix) {
+  Json rows = Json::array();
+  for (int i = 0; i < 3; ++i) rows.push_back(to_json(matrix.row(i)));
+  return rows;
+}
+
+/// "-12.31 ± 0.12"; in brackets where it was held.
+std::string with_sigma(double value, double sigma, bool held, int digits) {
+  const std::string text = fmt::format("{:.{}f} ± {:.{}f}", value, digits, sigma, digits);
+  return held ? "(" + text + ")" : text;
+}
+
+std::string residual_table(const Platform& platform, const MagnetometerCalibrationResult& result) {
+  Table table({"magnetometer", "moments", "before, uT", "after, uT", "beside the usual field: x, uT", "y, uT", "z, uT"});
+  for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
+    const CalibratedMagnetometer& one = result.magnetometers[j];
+    std::vector<std::string> cells{platform.suite.magnetometers[j].name, std::to_string(one.readings)};
+    if (one.readings > 0) {
+      cells.insert(cells.end(), {fixed(one.before_ut, 2), fixed(one.after_ut, 2)});
+      for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(one.usual_error_ut[i], one.usual_error_sigma_ut[i], false, 2));
+    }
+    table.add(cells);
+  }
+  return table.to_string();
+}
+
+std::string parameter_table(const Platform& platform, const MagnetometerCalibrationResult& result) {
+  Table table({"magnetometer", "hard iron: x, uT", "y, uT", "z, uT", "scale: x, %", "y, %", "z, %", "turn: x, deg", "y, deg",
+               "z, deg"});
+  for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
+    const CalibratedMagnetometer& one = result.magnetometers[j];
+    if (one.readings == 0) continue;
+    const auto held = [&one](int parameter) { return one.hidden_share[parameter] >= kMostlyHidden; };
+    const Distortion distortion = distortion_of(one.calibration.distortion);
+    const Vector3 turn = kDegrees * misalignment_of(one.calibration.distortion);
+    std::vector<std::string> cells{platform.suite.magnetometers[j].name};
+    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(one.calibration.hard_iron_ut[i], one.sigma[i], held(i), 2));
+    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(100.0 * distortion[i], 100.0 * one.sigma[3 + i], held(3 + i), 1));
+    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(turn[i], kDegrees * one.sigma[9 + i], held(9 + i), 1));
+    table.add(cells);
+  }
+  return table.to_string();
+}
+
+MagnetometerCalibration given_of(const MagnetometerMessageLayout& layout) {
+  return {layout.hard_iron_ut, layout.soft_iron_correction.inverse()};
+}
+
+}  // namespace
+
+Platform calibrated_platform(const Platform& given, const MagnetometerCalibrationResult& result) {
+  Platform platform = given;
+  for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
+    if (result.magnetometers[j].readings == 0) continue;
+    MagnetometerMessageLayout& layout = platform.magnetometers[j];
+    const MagnetometerCalibration whole = result.magnetometers[j].calibration.after(given_of(layout));
+    layout.hard_iron_ut = whole.hard_iron_ut;
+    layout.soft_iron_correction = whole.correction();
+  }
+  return platform;
+}
+
+std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, bool mapped) {
+  std::string text = fmt::format("{} moments over {:.1f} s, turned by {:.0f} deg in all; {} rounds\n", result.moments,
+                                 result.duration_s, result.turned_deg, result.rounds);
+  if (mapped) {
+    text += fmt::format("reference: the map at each magnetometer's pose; its error {:.2f} times its sigma\n", result.process.map_scale);
+  } else {
+    const Vector3& bias = result.gyroscope_bias_rad_s;
+    text += fmt::format("reference: what all read together; the field walks by {:.2f} uT a root of a second, its slope is {:.1f} "
+                        "uT/m; gyroscope bias ({:.5f} {:.5f} {:.5f}) rad/s\n",
+                        result.process.step_ut_sqrt_s, result.process.slope_ut_m, bias.x(), bias.y(), bias.z());
+    if (result.offsets_only) {
+      text += "offsets alone: so close to steel the field's curvature looks as distortions do (max_walk_ut_sqrt_s)\n";
+    }
+  }
+  text += "\nresiduals against the reference (rms of a component), and what is read beside it where the field is usual\n" +
+          residual_table(platform, result);
+  text += "\nparameters against the given platform file; in brackets: held at the prior\n" + parameter_table(platform, result);
+  if (!result.held.empty()) text += "\n";
+  for (const std::string& line : result.held) text += line + "\n";
+  return text;
+}
+
+std::string calibration_json(const CalibrationSources& sources, const Platform& platform, const MagnetometerCalibrationResult& result,
+                             const CalibrationOptions& options) {
+  const bool mapped = !sources.magnetic.empty();
+  Json json{{"log", sources.log}, {"platform", sources.platform}, {"reference", mapped ? "map" : "array"}};
+  if (mapped) {
+    json["magnetic"] = sources.magnetic;
+    json["trajectory"] = sources.trajectory;
+    json["map_error_over_sigma"] = result.process.map_scale;
+  } else {
+    json["field_walk_ut_sqrt_s"] = result.process.step_ut_sqrt_s;
+    json["field_slope_ut_m"] = result.process.slope_ut_m;
+    json["offsets_only"] = result.offsets_only;
+    json["gyroscope_bias_rad_s"] = to_json(result.gyroscope_bias_rad_s);
+  }
+  json["moments"] = result.moments;
+  json["duration_s"] = result.duration_s;
+  json["turned_deg"] = result.turned_deg;
+  json["min_gain"] = options.min_gain;
+  json["held"] = result.held;
+  json["magnetometers"] = Json::array();
+  for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
+    const CalibratedMagnetometer& one = result.magnetometers[j];
+    const MagnetometerMessageLayout& layout = platform.magnetometers[j];
+    const Distortion distortion = distortion_of(one.calibration.distortion);
+    Json entry{{"name", platform.suite.magnetometers[j].name},
+               {"readings", one.readings},
+               {"hard_iron_ut", to_json(layout.hard_iron_ut)},
+               {"soft_iron_correction", rows_of(layout.soft_iron_correction)},
+               {"residual_before_ut", one.before_ut},
+               {"residual_after_ut", one.after_ut},
+               {"scatter_over_noise", one.sigma_scale},
+               {"usual_field_ut", to_json(one.usual_field_ut)},
+               {"beside_usual_field_ut", to_json(one.usual_error_ut)},
+               {"beside_usual_field_sigma_ut", to_json(one.usual_error_sigma_ut)}};
+    Json parameters = Json::object();
+    for (int i = 0; i < 12; ++i) {
+      const double value = i < 3 ? one.calibration.hard_iron_ut[i] : distortion[i - 3];
+      parameters[kParameters[static_cast<std::size_t>(i)]] = {{"change", value},
+                                                              {"sigma", one.sigma[i]},
+                                                              {"held_share", one.hidden_share[i]}};
+    }
+    entry["parameters"] = parameters;
+    json["magnetometers"].push_back(entry);
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace lodestone

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "estimators/calibration/magnetometer_calibrator.h"
+#include "frontends/readers/platform.h"
+
+namespace lodestone {
+
+/// What a calibration was made from, for its report.
+struct CalibrationSources {
+  std::string log, platform, magnetic, trajectory;  ///< as given; the last two empty without a map
+};
+
+/// The platform with the calibration written in: what the log's reader then takes off.
+Platform calibrated_platform(const Platform& given, const MagnetometerCalibrationResult& result);
+
+/// For the terminal: residuals before and after, parameters with their sigmas, what was held.
+std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, bool mapped);
+
+/// The same in full digits, as JSON. `platform`: the calibrated one.
+std::string calibration_json(const CalibrationSources& sources, const Platform& platform, const MagnetometerCalibrationResult& result,
+                             const CalibrationOptions& options);
+
+}  // namespace lodestone
