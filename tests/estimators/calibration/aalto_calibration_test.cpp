@@ -154,7 +154,7 @@ TEST_F(AaltoCalibration, AgainstAMapOfEarlierRunsTheDriftedSensorComesBackToItsF
   map_options.held_out_block_s = 0.0;
   const MagneticMap map = build_magnetic_map(survey, map_options).map;
   CalibrationOptions options;
-  options.max_moments = 800;  // each costs time
+  options.max_moments = 500;  // each costs time
   const std::size_t half = array_.samples.size() / 2;
   const CalibrationLog first = mapped_log(array_.readings(0, half), array_.trajectory, map, array_.suite, options);
   const CalibrationLog second = mapped_log(array_.readings(half, array_.samples.size()), array_.trajectory, map, array_.suite, options);
@@ -173,7 +173,7 @@ TEST_F(AaltoCalibration, AgainstAMapOfEarlierRunsTheDriftedSensorComesBackToItsF
 
 TEST_F(AaltoCalibration, WithoutAMapItComesBackToThemToo) {
   CalibrationOptions options;
-  options.max_moments = 800;  // each costs time
+  options.max_moments = 500;  // each costs time
   const CalibrationLog log = turning_log(array_.readings(0, array_.samples.size()), array_.imu, array_.suite, options);
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
   std::printf("walk %.2f uT/sqrt(s), slope %.1f uT/m\n", result.process.step_ut_sqrt_s, result.process.slope_ut_m);
