@@ -18,6 +18,7 @@ constexpr int interrupted = 130;
 /// Commands throw InputError for wrong input; main turns that into one line and exit code 2.
 void add_simulate_command(CLI::App& app, int* code);
 void add_convert_command(CLI::App& app, int* code);
+void add_check_command(CLI::App& app, int* code);
 void add_map_command(CLI::App& app, int* code);
 void add_calibrate_command(CLI::App& app, int* code);
 void add_run_command(CLI::App& app, int* code);

@@ -180,6 +180,12 @@ Trajectory read_trajectory(const std::string& path) {
   return line.find(',') != std::string_view::npos ? parse_euroc(path, text) : parse_tum(path, text);
 }
 
+std::string pose_text(const Pose& pose) {
+  const Vector3& p = pose.position;
+  const Quaternion& q = pose.rotation;
+  return fmt::format("{:.3f} {:.3f} {:.3f} {:.5f} {:.5f} {:.5f} {:.5f}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+}
+
 std::string format_tum(const StampedPose& pose) {
   const Vector3& p = pose.pose.position;
   const Quaternion& q = pose.pose.rotation;

@@ -25,6 +25,9 @@ Trajectory read_euroc(const std::string& path);
 /// Either of these, told apart by the commas.
 Trajectory read_trajectory(const std::string& path);
 
+/// "x y z qx qy qz qw" as --initial-pose takes it.
+std::string pose_text(const Pose& pose);
+
 /// One line of a TUM file, without its end: stamp with nine decimals, nine significant digits.
 std::string format_tum(const StampedPose& pose);
 

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "frontends/readers/trajectory_file.h"
 
 namespace lodestone {
 
@@ -32,12 +33,6 @@ std::string candidates_text(const FoundStart& found) {
 }
 
 }  // namespace
-
-std::string pose_text(const Pose& pose) {
-  const Vector3& p = pose.position;
-  const Quaternion& q = pose.rotation;
-  return fmt::format("{:.3f} {:.3f} {:.3f} {:.5f} {:.5f} {:.5f} {:.5f}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
-}
 
 AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput& input,
                                     const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {

@@ -19,7 +19,4 @@ struct AutomaticStart {
 AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput& input,
                                     const std::function<bool(ScanBundle&)>& next, WarningLog& warnings);
 
-/// "x y z qx qy qz qw" as --initial-pose takes it.
-std::string pose_text(const Pose& pose);
-
 }  // namespace lodestone

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/geometry/trajectory.h"
+#include "frontends/checks/finding.h"
+#include "frontends/checks/log_sample.h"
+
+namespace lodestone {
+
+/// The accelerometer held against the way that the robot went: a bias beyond what an estimator expects, and a step of it.
+/// `poses`: T_map_imu at scan ends. The second difference of positions half a second apart is that of the twice integrated
+/// specific force and gravity; what is left is the bias.
+Findings check_acceleration_along(const Trajectory& poses, const LogSample& sample, const Platform& platform);
+
+}  // namespace lodestone

@@ -1,0 +1,183 @@
+#include "frontends/checks/start_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/maps/plane_map.h"
+#include "frontends/localization/scan_registration.h"
+#include "frontends/localization/start_scan.h"
+#include "frontends/readers/trajectory_file.h"
+
+namespace lodestone {
+namespace {
+
+constexpr double degrees = 180.0 / std::numbers::pi;
+constexpr double good_share = 0.6;
+constexpr double poor_share = 0.4;
+constexpr double clearly_better = 0.15;   // share by which one T_imu_lidar must beat the other
+constexpr double cost_ratio = 0.5;
+constexpr double near_m = 0.25;           // a start further off spoils the first scans
+constexpr double near_deg = 2.0;
+constexpr double tilt_deg = 2.5;          // accelerometer bias and motion are within
+constexpr double floor_tilt_deg = 2.0;
+constexpr double gravity_span_s = 5.0;
+
+/// Against gravity, imu frame at the first sample.
+Vector3 up_at_begin(const LogSample& sample) {
+  std::size_t count = 0;
+  while (count < sample.imu.size() && to_seconds(sample.imu[count].time - sample.imu.front().time) < gravity_span_s) ++count;
+  return mean_up(std::span(sample.imu).first(count));
+}
+
+double tilt_between_deg(const Vector3& a, const Vector3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * degrees; }
+
+/// The first scan on the map with one T_imu_lidar.
+struct Fit {
+  ScanAgreement at_start;
+  ScanAgreement registered;
+  Pose T_map_imu;
+  double moved_m = 0.0;
+  double turned_deg = 0.0;
+};
+
+class StartCheck {
+ public:
+  explicit StartCheck(const StartMaterial& material)
+      : material_(material),
+        map_(material.map.around(material.start.position)),
+        file_(material.platform.file.empty() ? "the platform file" : material.platform.file) {}
+
+  Findings run() {
+    const Pose& T_imu_lidar = material_.platform.suite.lidar.T_imu_lidar;
+    const Fit given = fit_with(T_imu_lidar);
+    const Fit inverse = fit_with(T_imu_lidar.inverse());
+    const bool inverse_fits = inverse.registered.share > poor_share &&
+                              (inverse.registered.share > given.registered.share + clearly_better ||
+                               inverse.registered.cost < cost_ratio * given.registered.cost) &&
+                              inverse.moved_m < 1.5 * near_m;
+    if (inverse_fits) {
+      add(Severity::error, "extrinsic.inverse",
+          fmt::format("{:.0f} % of the first scan lie on the map with T_imu_lidar as given, {:.0f} % with its inverse",
+                      100.0 * given.registered.share, 100.0 * inverse.registered.share),
+          "invert lidar.T_imu_lidar in " + file_ + " (T_imu_lidar takes points of the LiDAR to the IMU)");
+      return findings_;
+    }
+    if (given.registered.share < good_share) {
+      poor(given);
+    } else {
+      add(Severity::note, "start.overlap",
+          fmt::format("{:.0f} % of the first scan lie on the map, {:.2f} m and {:.1f} deg from the given start",
+                      100.0 * given.registered.share, given.moved_m, given.turned_deg), "");
+      if (given.moved_m > near_m || given.turned_deg > near_deg) {
+        add(Severity::warning, "start.off",
+            fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start", given.moved_m, given.turned_deg),
+            fmt::format("--initial-pose \"{}\"", pose_text(given.T_map_imu)));
+      }
+    }
+    if (given.registered.share > poor_share) upright(given.T_map_imu);
+    return findings_;
+  }
+
+ private:
+  void add(Severity severity, const std::string& kind, const std::string& seen, const std::string& change) {
+    findings_.push_back({severity, kind, seen, change, material_.odometry.poses.front().time});
+  }
+
+  Fit fit_with(const Pose& T_imu_lidar) const {
+    LidarModel lidar = material_.platform.suite.lidar;
+    lidar.T_imu_lidar = T_imu_lidar;
+    std::vector<Eigen::Vector3f> points;
+    for (const Eigen::Vector3f& point : material_.odometry.points.front()) {
+      points.push_back((T_imu_lidar * point.cast<double>()).cast<float>());
+    }
+    Fit fit;
+    fit.at_start = agreement(points, material_.start, *map_);
+    fit.T_map_imu = register_scan(points, material_.start, *map_, lidar, AssociationOptions{}).T_map_imu;
+    fit.registered = agreement(points, fit.T_map_imu, *map_);
+    if (fit.registered.cost > fit.at_start.cost) {
+      fit.T_map_imu = material_.start;
+      fit.registered = fit.at_start;
+    }
+    const Vector6 step = fit.T_map_imu.boxminus(material_.start);
+    fit.turned_deg = step.head<3>().norm() * degrees;
+    fit.moved_m = step.tail<3>().norm();
+    return fit;
+  }
+
+  void poor(const Fit& given) {
+    const std::string seen = fmt::format("only {:.0f} % of the first scan lie on the map at the given start ({:.2f} {:.2f} {:.2f})",
+                                         100.0 * given.registered.share, material_.start.position.x(),
+                                         material_.start.position.y(), material_.start.position.z());
+    const Severity severity = given.registered.share < poor_share ? Severity::error : Severity::warning;
+    const std::optional<PlaceOnMap> place = material_.find_anywhere ? material_.find_anywhere() : std::nullopt;
+    if (place && place->share > given.registered.share + clearly_better) {
+      const Vector6 step = place->T_map_imu.boxminus(material_.start);
+      add(severity, "start.wrong",
+          fmt::format("{}; {:.0f} % do {:.2f} m and {:.1f} deg from it{}", seen, 100.0 * place->share, step.tail<3>().norm(),
+                      step.head<3>().norm() * degrees, place->sure ? "" : ", and perhaps elsewhere"),
+          fmt::format("--initial-pose \"{}\", or the map's frame where the start is right", pose_text(place->T_map_imu)));
+      return;
+    }
+    add(severity, "start.no_overlap", seen + ", and no other place was found where more do",
+        "--cloud: the map of this site and its frame (metres, z up), --initial-pose, or lidar.T_imu_lidar in " + file_);
+  }
+
+  void upright(const Pose& T_map_imu) {
+    if (material_.sample.imu.empty()) return;
+    const double tilt = tilt_between_deg(T_map_imu.rotation * up_at_begin(material_.sample), Vector3::UnitZ());
+    if (tilt > 90.0) {
+      add(Severity::error, "imu.upside_down", fmt::format("gravity points up ({:.0f} deg from the map's down)", tilt),
+          "imu: acceleration must read +g upwards at rest; or the IMU's axes in lidar.T_imu_lidar");
+    } else if (tilt > tilt_deg) {
+      add(Severity::error, "start.tilt",
+          fmt::format("where the scan fits the map, gravity stands {:.1f} deg from the map's vertical", tilt),
+          "--cloud: a map that is level; or the rotation of lidar.T_imu_lidar in " + file_);
+    }
+  }
+
+  const StartMaterial& material_;
+  std::shared_ptr<const PlaneMap> map_;
+  std::string file_;
+  Findings findings_;
+};
+
+}  // namespace
+
+Findings check_start(const StartMaterial& material) {
+  if (material.odometry.points.empty()) return {};
+  return StartCheck(material).run();
+}
+
+Findings check_floor(const LogSample& sample, const Platform& platform, const ScanOdometry& odometry) {
+  if (sample.imu.empty() || odometry.points.empty()) return {};
+  const Vector3 up = up_at_begin(sample);
+  const Quaternion& R_imu_lidar = platform.suite.lidar.T_imu_lidar.rotation;
+  struct Floor {
+    int points = 0;
+    double tilt_deg = 180.0;
+  };
+  std::array<Floor, 2> floors;
+  const std::array<Quaternion, 2> turns{R_imu_lidar, R_imu_lidar.conjugate()};
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const Vector3 up_lidar = turns[i].conjugate() * up;
+    const auto ground = find_ground(odometry.points.front(), up_lidar);
+    if (ground) floors[i] = {ground->points, tilt_between_deg(ground->normal, up_lidar)};
+  }
+  const auto& [given, inverse] = floors;
+  const bool inverse_is_level = inverse.points > 0 && inverse.tilt_deg < 0.5 * floor_tilt_deg;
+  const bool given_is_level = given.points > inverse.points / 3 && given.tilt_deg < floor_tilt_deg;
+  if (given_is_level || !inverse_is_level) return {};
+  return {{Severity::error, "extrinsic.inverse",
+           fmt::format("the floor in the first scan is {} with T_imu_lidar as given, and {:.1f} deg from level ({} points) with "
+                       "its inverse", given.points > 0 ? fmt::format("{:.1f} deg from level ({} points)", given.tilt_deg, given.points)
+                                                       : "not found",
+                       inverse.tilt_deg, inverse.points),
+           "invert lidar.T_imu_lidar in " + (platform.file.empty() ? std::string("the platform file") : platform.file),
+           odometry.poses.front().time}};
+}
+
+}  // namespace lodestone

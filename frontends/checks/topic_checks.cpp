@@ -1,0 +1,82 @@
+#include "frontends/checks/topic_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "frontends/configuration/nearest_name.h"
+#include "frontends/readers/logs/known_types.h"
+
+namespace lodestone {
+namespace {
+
+const char* message_of(SensorKind sensor) {
+  switch (sensor) {
+    case SensorKind::imu:
+      return "sensor_msgs/Imu";
+    case SensorKind::lidar:
+      return "sensor_msgs/PointCloud2 or livox_ros_driver2/CustomMsg";
+    case SensorKind::magnetometer:
+      break;
+  }
+  return "sensor_msgs/MagneticField";
+}
+
+bool is_named(const LogSample& sample, const std::string& topic) {
+  return std::any_of(sample.streams.begin(), sample.streams.end(),
+                     [&](const StreamSample& stream) { return stream.topic == topic; });
+}
+
+/// Topics of a type that fits; those that the platform does not name for something else first.
+std::vector<std::string> candidates(const LogSample& sample, SensorKind sensor) {
+  std::vector<std::string> free;
+  std::vector<std::string> taken;
+  for (const TopicInfo& topic : sample.topics) {
+    if (!is_message_of(sensor, topic.type) || topic.messages == 0) continue;
+    (is_named(sample, topic.name) ? taken : free).push_back(topic.name);
+  }
+  // Another magnetometer's topic cannot be this one's.
+  return free.empty() && sensor != SensorKind::magnetometer ? taken : free;
+}
+
+Finding missing(const LogSample& sample, const StreamSample& stream, const std::string& file) {
+  const auto there = std::find_if(sample.topics.begin(), sample.topics.end(),
+                                  [&](const TopicInfo& topic) { return topic.name == stream.topic; });
+  std::string seen = there == sample.topics.end() ? fmt::format("{}: the log has no such topic", stream.topic)
+                     : there->messages == 0       ? fmt::format("{}: the topic has no message", stream.topic)
+                                                  : fmt::format("{}: is a {}; expected {}", stream.topic, there->type,
+                                                                message_of(stream.sensor));
+  const std::vector<std::string> fitting = candidates(sample, stream.sensor);
+  std::string change;
+  if (!fitting.empty()) {
+    change = fmt::format("{}: {} in {}", stream.key, nearest_name(stream.topic, fitting), file);
+    if (fitting.size() > 1) change += fmt::format(" (of {})", join_names(fitting));
+  } else if (stream.sensor == SensorKind::magnetometer) {
+    change = fmt::format("take magnetometers[{}] out of {}: it was silent, and no other topic fits", stream.magnetometer, file);
+  } else {
+    seen += fmt::format(", and none with a {}", message_of(stream.sensor));
+    change = "record this sensor";
+  }
+  return {Severity::error, "topic.missing", seen, change};
+}
+
+}  // namespace
+
+Findings check_topics(const LogSample& sample, const Platform& platform) {
+  Findings findings;
+  const std::string file = platform.file.empty() ? "the platform file" : platform.file;
+  for (const StreamSample& stream : sample.streams) {
+    if (!stream.info) findings.push_back(missing(sample, stream, file));
+  }
+  for (const InputError& error : sample.refused) findings.push_back(error_finding("topic.message", error));
+  for (const TopicInfo& topic : sample.topics) {
+    if (message_type(topic.type) == MessageType::other || is_named(sample, topic.name) || topic.messages == 0) continue;
+    findings.push_back({Severity::note, "topic.unused",
+                        fmt::format("{} ({}, {} messages) is in the log and not in the platform file", topic.name, topic.type,
+                                    topic.messages),
+                        ""});
+  }
+  return findings;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "frontends/checks/finding.h"
+#include "frontends/checks/log_sample.h"
+
+namespace lodestone {
+
+/// Topics of the platform that the log has not, or has with another type, each with the topic of the log that fits best;
+/// topics of known types that the platform does not name; messages that cannot be decoded.
+Findings check_topics(const LogSample& sample, const Platform& platform);
+
+}  // namespace lodestone

@@ -1,0 +1,163 @@
+#include "tools/check/check_call.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "frontends/checks/imu_checks.h"
+#include "frontends/checks/magnetometer_checks.h"
+#include "frontends/checks/rotation_checks.h"
+#include "frontends/checks/scan_checks.h"
+#include "frontends/checks/scan_odometry.h"
+#include "frontends/checks/stamp_checks.h"
+#include "frontends/checks/start_checks.h"
+#include "frontends/checks/topic_checks.h"
+#include "frontends/maps/plane_map_loader.h"
+#include "frontends/readers/bag_source.h"
+#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/readers/trajectory_file.h"
+#include "tools/check/check_drive.h"
+#include "tools/check/check_report.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+#include "tools/run/initial_pose.h"
+#include "tools/run/resources.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::size_t kFewestScans = 3;
+
+bool has_error(const Findings& findings) {
+  return std::any_of(findings.begin(), findings.end(), [](const Finding& one) { return one.severity == Severity::error; });
+}
+
+bool has(const Findings& findings, const std::string& kind, Severity at_least) {
+  return std::any_of(findings.begin(), findings.end(),
+                     [&](const Finding& one) { return one.kind == kind && one.severity <= at_least; });
+}
+
+void check_call(const CheckCall& call) {
+  if (!(call.seconds > 0.0)) throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
+  if (call.threads && *call.threads < 1) throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
+  if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
+  const bool maps = !call.cloud.empty() || !call.magnetic.empty();
+  if (maps && call.platform.empty()) throw InputError("--cloud and --magnetic: a map needs --platform too");
+  if (!call.initial_pose.empty() && call.initial_pose != "auto") parse_initial_pose(call.initial_pose);
+  if (call.initial_pose == "auto" && call.cloud.empty()) throw InputError("--initial-pose auto: it needs --cloud");
+}
+
+/// What needs the log and the platform alone.
+void check_sensors(const CheckCall& call, const Platform& platform, const ScanOdometry& odometry, CheckResult& result) {
+  const LogSample& sample = result.sample;
+  Findings& findings = result.findings;
+  append(findings, check_topics(sample, platform));
+  append(findings, check_stamps(sample, platform));
+  append(findings, check_scans(sample, platform));
+  append(findings, check_imu(sample, platform));
+  append(findings, check_magnetometers(sample, platform));
+  append(findings, check_rotation(fit_rotation(odometry.poses, sample.imu, platform.suite.lidar.T_imu_lidar.rotation), platform));
+  if (call.cloud.empty()) append(findings, check_floor(sample, platform, odometry));
+}
+
+/// What a run would say, should nothing else have said it.
+bool run_would_start(const CheckCall& call, const Platform& platform, Findings& findings) {
+  try {
+    WarningLog unheard;
+    const BagSource source(call.log, platform, unheard);
+  } catch (const InputError& error) {
+    if (!has_error(findings)) findings.push_back(error_finding("run.refuses", error));
+    return false;
+  }
+  return true;
+}
+
+std::optional<Pose> given_start(const CheckCall& call, Time time) {
+  if (!call.initial_pose_from.empty()) return initial_pose_from(read_trajectory(call.initial_pose_from), call.initial_pose_from, time);
+  if (!call.initial_pose.empty() && call.initial_pose != "auto") return parse_initial_pose(call.initial_pose);
+  return std::nullopt;
+}
+
+void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOdometry& odometry, CheckResult& result) {
+  Findings& findings = result.findings;
+  CheckDrive drive;
+  drive.log = call.log;
+  drive.platform = platform;
+  drive.seconds = call.seconds;
+  WarningLog warnings;
+  if (!call.cloud.empty()) {
+    drive.planes = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidar,
+                               std::filesystem::temp_directory_path().string(), warnings).source;
+  }
+  if (!call.magnetic.empty()) {
+    drive.field = std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, drive.options.magnetic.map.max_bytes()));
+  }
+  if (odometry.poses.empty()) return;
+  const LidarScan& first = result.sample.scans.front();
+  std::optional<Pose> start = given_start(call, first.start);
+  if (call.initial_pose == "auto") start = drive.find_start(findings);
+  if (!start) {
+    if (call.initial_pose.empty()) {
+      findings.push_back({Severity::note, "start.not_given", "no start is given: nothing is held against the maps",
+                          "--initial-pose, --initial-pose-from, or --initial-pose auto"});
+    }
+    return;
+  }
+  if (drive.planes != nullptr) {
+    // The trajectory knows where the first scan ends; a given pose is that of a robot that stands.
+    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, first.end);
+    append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_end, [&]() { return drive.find_anywhere(); }}));
+  }
+  if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning)) {
+    findings.push_back({Severity::note, "drive.left_out", "the drive is not held against the maps: that would only repeat what is "
+                        "said above", "mend that and check again"});
+    return;
+  }
+  append(findings, drive.check(*start, result.sample));
+}
+
+}  // namespace
+
+CheckResult check_log(const CheckCall& call) {
+  check_call(call);
+  CheckResult result;
+  WarningLog warnings;
+  const Platform platform = call.platform.empty() ? Platform{} : load_platform(call.platform);
+  result.sample = read_log_sample(call.log, platform, call.seconds, warnings);
+  for (const auto& [kind, entry] : warnings.entries()) {
+    result.findings.push_back({Severity::warning, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), ""});
+  }
+  if (call.platform.empty()) {
+    result.findings.push_back({Severity::note, "platform.none", "no platform file: topics are listed, nothing is held against them",
+                               "--platform: write one from config/platforms/"});
+    return result;
+  }
+  const ScanOdometry odometry = follow_scans(result.sample.scans, platform.suite.lidar);
+  check_sensors(call, platform, odometry, result);
+  const bool maps = !call.cloud.empty() || !call.magnetic.empty();
+  if (run_would_start(call, platform, result.findings) && maps && result.sample.scans.size() >= kFewestScans) {
+    check_on_maps(call, platform, odometry, result);
+  }
+  std::stable_sort(result.findings.begin(), result.findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity < b.severity; });
+  return result;
+}
+
+int execute(const CheckCall& call) {
+  catch_interrupts();
+  const ThreadLimit limit(call.threads.value_or(0));
+  const CheckResult result = check_log(call);
+  std::fputs(check_text(result).c_str(), stdout);
+  if (!call.out.empty()) write_check_json(call.out, result);
+  const auto errors = std::count_if(result.findings.begin(), result.findings.end(),
+                                    [](const Finding& one) { return one.severity == Severity::error; });
+  if (errors == 0) return exit_code::done;
+  std::fflush(stdout);
+  std::fprintf(stderr, "lodestone: %s: %s\n", call.log.c_str(), summary_of(result.findings).c_str());
+  return exit_code::input_error;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,124 @@
+#include "tools/check/check_drive.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/evaluation/statistics.h"
+#include "frontends/checks/acceleration_checks.h"
+#include "frontends/checks/field_checks.h"
+#include "frontends/readers/bag_source.h"
+#include "frontends/synchronizer/synchronizer.h"
+#include "tools/progress.h"
+#include "tools/run/automatic_start.h"
+#include "tools/run/estimate_record.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kGoodShare = 0.4;  // of a scan's points that find their plane
+
+/// The bundles of the log's begin.
+class Bundles {
+ public:
+  Bundles(const CheckDrive& drive, double seconds)
+      : sensors_{drive.planes != nullptr, true, drive.field != nullptr},
+        source_(drive.log, drive.platform, warnings_, sensors_),
+        synchronizer_(source_, drive.platform.suite, warnings_, sensors_),
+        end_(source_.begin_time() + from_seconds(seconds)) {}
+
+  bool next(ScanBundle& bundle) { return synchronizer_.next(bundle) && bundle.scan.end <= end_; }
+
+ private:
+  WarningLog warnings_;
+  SensorChoice sensors_;
+  BagSource source_;
+  Synchronizer synchronizer_;
+  Time end_;
+};
+
+Findings check_record(const EstimateRecord& record) {
+  Findings findings;
+  std::vector<double> shares;
+  for (const EstimateRecord::Step& step : record.steps()) {
+    if (step.health == Health::lost) {
+      findings.push_back({Severity::error, "drive.lost", "the smoother loses track here",
+                          "start, extrinsics, maps and noise: all that is said above and below", step.time});
+      break;
+    }
+    if (step.diagnostics.points > 0) shares.push_back(step.diagnostics.inlier_share);
+  }
+  if (shares.empty()) return findings;
+  const double share = summarize(shares).median;
+  findings.push_back({share < kGoodShare ? Severity::warning : Severity::note, "drive.overlap",
+                      fmt::format("along the drive {:.0f} % of a scan's points find their plane (median)", 100.0 * share),
+                      share < kGoodShare ? "--cloud: has the site changed? or lidar.T_imu_lidar" : "", record.steps().front().time});
+  return findings;
+}
+
+}  // namespace
+
+EstimatorInput CheckDrive::input(const Pose& start, WarningLog* warnings) const {
+  return {platform.suite, planes, field, start, Vector3::Zero(), options, warnings, nullptr, {}};
+}
+
+std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
+  Bundles bundles(*this, seconds);
+  WarningLog warnings;
+  try {
+    return find_automatic_start(log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings).T_map_imu;
+  } catch (const InputError& error) {
+    findings.push_back(error_finding("start.not_found", error));
+    return std::nullopt;
+  }
+}
+
+std::optional<PlaceOnMap> CheckDrive::find_anywhere() const {
+  Bundles source(*this, std::min(seconds, options.search.data_s));
+  std::vector<ScanBundle> bundles;
+  for (ScanBundle bundle; source.next(bundle);) bundles.push_back(bundle);
+  if (bundles.empty()) return std::nullopt;
+  try {
+    const FoundStart found = StartFinder(input({}, nullptr)).find(bundles);
+    if (found.best.empty()) return std::nullopt;
+    const StartHypothesis& best = found.best.front();
+    return PlaceOnMap{best.T_map_imu, best.lidar.share, found.sure};
+  } catch (const InputError&) {
+    return std::nullopt;  // the map shows no floor
+  }
+}
+
+Findings CheckDrive::check(const Pose& start, const LogSample& sample) const {
+  WarningLog warnings;
+  Bundles bundles(*this, seconds);
+  EstimateRecord record;
+  ArrayLog readings(platform.suite.magnetometers.size());
+  const auto estimator = make_estimator("smoother", input(start, &warnings));
+  for (ScanBundle bundle; bundles.next(bundle);) {
+    estimator->process(bundle, record);
+    readings.add(bundle.magnetic);
+    throw_if_interrupted();
+  }
+  estimator->finish(record);
+  Findings findings = check_record(record);
+  if (record.best().size() < 3) return findings;
+  if (planes != nullptr) append(findings, check_acceleration_along(record.best(), sample, platform));
+  if (field != nullptr) {
+    FieldComparison comparison{readings, platform.suite, record.best(), record.covariances(), {}, {}};
+    comparison.map = [&](const Vector3& position) { return field->query(position, options.magnetic.interpolation); };
+    const std::vector<double>& heights = field->grid().heights_m;
+    if (heights.size() == 1) comparison.only_height_m = heights.front();
+    comparison.map_sigma_floor_ut = options.magnetic.map_sigma_floor_ut;
+    for (const EstimateRecord::Step& step : record.steps()) {
+      if (step.health == Health::lost) comparison.trusted_until = std::min(comparison.trusted_until, step.time);
+    }
+    append(findings, check_field_along(comparison, platform));
+  }
+  for (const auto& [kind, entry] : warnings.entries()) {
+    findings.push_back({Severity::note, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), "", entry.first_time});
+  }
+  return findings;
+}
+
+}  // namespace lodestone
