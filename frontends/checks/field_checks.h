@@ -1,13 +1,17 @@
 #pragma once
 
+#include <set>
+
 #include "core/evaluation/field_comparison.h"
 #include "frontends/checks/finding.h"
 #include "frontends/readers/platform.h"
 
 namespace lodestone {
 
-/// The magnetometers against the magnetic map along a drive: hard iron, a turned or stretched sensor, drift, late stamps,
-/// steel that passes, and a map that does not fit at all.
-Findings check_field_along(const FieldComparison& comparison, const Platform& platform);
+/// The magnetometers against the magnetic map along a drive: hard iron, a turned or stretched sensor, drift, late
+/// stamps, steel that passes, and a map that does not fit at all. Magnetometers in `known` are known to be broken: left
+/// out.
+Findings check_field_along(const FieldComparison& comparison, const Platform& platform,
+                           const std::set<std::size_t>& known);
 
 }  // namespace lodestone

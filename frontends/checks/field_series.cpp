@@ -12,12 +12,12 @@
 namespace lodestone {
 namespace {
 
-constexpr double correlation_m = 0.5;      // over which the errors of a map are alike
+constexpr double correlation_m = 0.5;  // over which the errors of a map are alike
 constexpr double largest_delay_s = 1.0;
 constexpr double coarse_delay_s = 0.02;
 constexpr double fine_delay_s = 0.002;
 constexpr Time largest_hole = 200'000'000;
-constexpr double matrix_sigma = 0.3;       // what a sensor's matrix may be off by at all
+constexpr double matrix_sigma = 0.3;  // what a sensor's matrix may be off by at all
 constexpr double offset_sigma_ut = 100.0;
 
 /// The root of the median of squares, brought to that of a mean for a normal vector: outliers have no say.
@@ -43,17 +43,21 @@ std::vector<Vector3> without(std::vector<Vector3> vectors, const Vector3& offset
   return vectors;
 }
 
-double independent_readings(const FieldSeries& series) { return 1.0 + series.way_m / correlation_m; }
+double independent_readings(const FieldSeries& series) {
+  return 1.0 + series.way_m / correlation_m;
+}
 
 void fit_turn(const FieldSeries& series, FieldModels& models) {
   Matrix3 cross = Matrix3::Zero();
-  for (std::size_t i = 0; i < series.times.size(); ++i) cross += series.measured_ut[i] * series.expected_ut[i].transpose();
+  for (std::size_t i = 0; i < series.times.size(); ++i)
+    cross += series.measured_ut[i] * series.expected_ut[i].transpose();
   const Eigen::JacobiSVD<Matrix3> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
   const Matrix3 turn = svd.matrixU() * Vector3(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
   models.turn_rad = Eigen::AngleAxisd(turn).angle();
   std::vector<Vector3> left;
-  for (std::size_t i = 0; i < series.times.size(); ++i) left.push_back(series.measured_ut[i] - turn * series.expected_ut[i]);
+  for (std::size_t i = 0; i < series.times.size(); ++i)
+    left.push_back(series.measured_ut[i] - turn * series.expected_ut[i]);
   models.rms_turned_ut = robust_rms(left);
 }
 
@@ -68,9 +72,9 @@ void fit_linear(const FieldSeries& series, FieldModels& models) {
   }
   const double variance = std::max(0.1, models.rms_offset_ut * models.rms_offset_ut / 3.0) *
                           static_cast<double>(series.times.size()) / independent_readings(series);
-  normal.diagonal() += variance * Eigen::Vector4d(1.0 / (matrix_sigma * matrix_sigma), 1.0 / (matrix_sigma * matrix_sigma),
-                                                  1.0 / (matrix_sigma * matrix_sigma),
-                                                  1.0 / (offset_sigma_ut * offset_sigma_ut));
+  normal.diagonal() +=
+      variance * Eigen::Vector4d(1.0 / (matrix_sigma * matrix_sigma), 1.0 / (matrix_sigma * matrix_sigma),
+                                 1.0 / (matrix_sigma * matrix_sigma), 1.0 / (offset_sigma_ut * offset_sigma_ut));
   const Eigen::Matrix<double, 4, 3> solution = normal.ldlt().solve(right);
   const Matrix3 matrix = Matrix3::Identity() + solution.topRows<3>().transpose();
   const Eigen::JacobiSVD<Matrix3> svd(matrix);
@@ -82,28 +86,28 @@ void fit_linear(const FieldSeries& series, FieldModels& models) {
   models.rms_linear_ut = robust_rms(left);
 }
 
-std::optional<Vector3> measured_at(const FieldSeries& series, Time time) {
+/// Between two readings the map's field hardly bends; the readings' noise would average out and favour any delay.
+std::optional<Vector3> expected_at(const FieldSeries& series, Time time) {
   const auto after = std::upper_bound(series.times.begin(), series.times.end(), time);
   if (after == series.times.begin() || after == series.times.end()) return std::nullopt;
   const auto i = static_cast<std::size_t>(after - series.times.begin());
   if (series.times[i] - series.times[i - 1] > largest_hole) return std::nullopt;
   const double share = to_seconds(time - series.times[i - 1]) / to_seconds(series.times[i] - series.times[i - 1]);
-  return series.measured_ut[i - 1] + share * (series.measured_ut[i] - series.measured_ut[i - 1]);
+  return series.expected_ut[i - 1] + share * (series.expected_ut[i] - series.expected_ut[i - 1]);
 }
 
-/// What the map explains less of, its own median taken off.
+/// What the map does not explain, the median taken off.
 double rms_delayed(const FieldSeries& series, double delay_s) {
   std::vector<Vector3> left;
   for (std::size_t i = 0; i < series.times.size(); ++i) {
-    const auto measured = measured_at(series, series.times[i] + from_seconds(delay_s));
-    if (measured) left.push_back(*measured - series.expected_ut[i]);
+    const auto expected = expected_at(series, series.times[i] - from_seconds(delay_s));
+    if (expected) left.push_back(series.measured_ut[i] - *expected);
   }
   if (3 * left.size() < 2 * series.times.size()) return 1e9;
   return robust_rms(without(left, median_of(left)));
 }
 
 void fit_delay(const FieldSeries& series, FieldModels& models) {
-  // Between two readings noise averages out: the shift of none is held to the same.
   models.rms_undelayed_ut = rms_delayed(series, 0.0);
   const auto look = [&](double from_s, double until_s, double step_s) {
     for (double delay_s = from_s; delay_s <= until_s + 1e-9; delay_s += step_s) {
@@ -117,13 +121,21 @@ void fit_delay(const FieldSeries& series, FieldModels& models) {
   look(models.delay_s - coarse_delay_s, models.delay_s + coarse_delay_s, fine_delay_s);
 }
 
-void fit_drift(const std::vector<Vector3>& differences, FieldModels& models) {
+void fit_drift(const FieldSeries& series, const std::vector<Vector3>& differences, FieldModels& models) {
   const std::size_t third = differences.size() / 3;
   if (third == 0) return;
   const std::vector<Vector3> first(differences.begin(), differences.begin() + static_cast<std::ptrdiff_t>(third));
   const std::vector<Vector3> last(differences.end() - static_cast<std::ptrdiff_t>(third), differences.end());
   models.drift_ut = median_of(last) - median_of(first);
   models.drift_sigma_ut = std::sqrt(6.0) * models.offset_sigma_ut;
+  const double lasted_s = to_seconds(series.times.back() - series.times.front());
+  std::vector<Vector3> left;
+  for (std::size_t i = 0; i < differences.size(); ++i) {
+    // From the middle of the first third to that of the last: two thirds of the span.
+    const double share = to_seconds(series.times[i] - series.times.front()) / std::max(lasted_s, 1e-9);
+    left.push_back(differences[i] - 1.5 * share * models.drift_ut);
+  }
+  models.rms_drift_ut = robust_rms(without(left, median_of(left)));
 }
 
 }  // namespace
@@ -163,13 +175,12 @@ FieldModels fit_models(const FieldSeries& series) {
   models.offset_ut = median_of(differences);
   models.rms_ut = robust_rms(differences);
   models.rms_offset_ut = robust_rms(without(differences, models.offset_ut));
-  models.offset_sigma_ut =
-      std::sqrt(summarize(series.variance_ut2).mean / independent_readings(series) +
-                summarize(series.noise_ut2).mean / static_cast<double>(series.times.size()));
+  models.offset_sigma_ut = std::sqrt(summarize(series.variance_ut2).mean / independent_readings(series) +
+                                     summarize(series.noise_ut2).mean / static_cast<double>(series.times.size()));
   fit_turn(series, models);
   fit_linear(series, models);
   fit_delay(series, models);
-  fit_drift(differences, models);
+  fit_drift(series, differences, models);
   return models;
 }
 

@@ -30,8 +30,9 @@ struct FieldModels {
   double rms_linear_ut = 0.0;           ///< with a matrix and an offset taken off
   double delay_s = 0.0;                 ///< of its stamps, that explains them best, offset taken off
   double rms_undelayed_ut = 0.0;
-  Vector3 drift_ut = Vector3::Zero();   ///< mean difference of the last third less that of the first
+  Vector3 drift_ut = Vector3::Zero();  ///< mean difference of the last third less that of the first
   double drift_sigma_ut = 0.0;
+  double rms_drift_ut = 0.0;  ///< with an even drift and an offset taken off
 };
 
 /// One series a magnetometer, in the order of the suite.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,15 +21,18 @@ enum class Severity {
 /// One thing that a check saw.
 struct Finding {
   Severity severity = Severity::note;
-  std::string kind;    ///< a short stable name in the form part.what, for example "imu.gap"
-  std::string seen;    ///< one line: topic, numbers with their units
-  std::string change;  ///< the line of the configuration to change, or what else to do; empty where nothing is to be done
-  std::optional<Time> time = std::nullopt;  ///< when it was seen first
+  std::string kind;  ///< a short stable name in the form part.what, for example "imu.gap"
+  std::string seen;  ///< one line: topic, numbers with their units
+  std::string
+      change;  ///< the line of the configuration to change, or what else to do; empty where nothing is to be done
+  std::optional<Time> time = std::nullopt;                 ///< when it was seen first
+  std::optional<std::size_t> magnetometer = std::nullopt;  ///< index, where it concerns but one
 };
 
 using Findings = std::vector<Finding>;
 
-/// What another part of the house refuses, as a finding: an InputError ends with what to change, after its last semicolon.
+/// What another part of the house refuses, as a finding: an InputError ends with what to change, after its last
+/// semicolon.
 inline Finding error_finding(const std::string& kind, const InputError& error) {
   const std::string text = error.what();
   const std::size_t cut = text.rfind("; ");

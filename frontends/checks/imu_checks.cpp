@@ -14,12 +14,12 @@ namespace lodestone {
 namespace {
 
 constexpr Time rest_length = 500'000'000;
-constexpr double rest_shaking_m_s2 = 0.6;      // more is motion, whatever the noise
-constexpr double gravity_tolerance = 0.03;     // of gravity: a good accelerometer is within a hundredth
-constexpr double largest_bias_rad_s = 0.05;    // 3 °/s: more than any gyroscope that serves here
-constexpr double noise_factor = 8.0;           // times what the platform says
+constexpr double rest_shaking_m_s2 = 0.6;    // more is motion, whatever the noise
+constexpr double gravity_tolerance = 0.03;   // of gravity: a good accelerometer is within a hundredth
+constexpr double largest_bias_rad_s = 0.05;  // 3 °/s: more than any gyroscope that serves here
+constexpr double noise_factor = 8.0;         // times what the platform says
 constexpr double degrees = 180.0 / std::numbers::pi;
-constexpr double normal_sigma = 1.4826;        // of a normal distribution over its median absolute deviation
+constexpr double normal_sigma = 1.4826;  // of a normal distribution over its median absolute deviation
 
 /// One sigma of white noise from the differences of neighbours, which motion hardly touches; robust to steps.
 double white_noise(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Vector3 ImuSample::*value) {
@@ -61,7 +61,8 @@ class ImuCheck {
   Findings run() {
     const std::optional<RestSpan> rest = calmest_span(sample_.imu);
     if (!rest) return findings_;
-    if (!unit()) gravity(*rest);
+    if (unit()) return findings_;
+    gravity(*rest);
     if (rest->at_rest) bias(*rest);
     noise(*rest);
     add(Severity::note, rest->at_rest ? "rest" : "no_rest",
@@ -69,7 +70,8 @@ class ImuCheck {
             ? fmt::format("at rest from {:.2f} s on for {:.2f} s: specific force {:.3f} m/s2, turn rate {:.3f} deg/s",
                           to_seconds(rest->begin - sample_.imu.front().time), to_seconds(rest->end - rest->begin),
                           rest->linear_acceleration.norm(), rest->angular_velocity.norm() * degrees)
-            : "the robot never stands still in this span: gravity and biases are told less well", "", rest->begin);
+            : "the robot never stands still in this span: gravity and biases are told less well",
+        "", rest->begin);
     return findings_;
   }
 
@@ -110,7 +112,8 @@ class ImuCheck {
     add(Severity::warning, "gyroscope_bias",
         fmt::format("a robot at rest reads a turn of {:.3f} rad/s ({:.1f} deg/s)", rate, rate * degrees),
         rate > 0.2 ? "are these degrees per second? an Imu message holds rad/s: convert them before recording"
-                   : "let the driver calibrate the gyroscope at rest", rest.begin);
+                   : "let the driver calibrate the gyroscope at rest",
+        rest.begin);
   }
 
   void noise(const RestSpan& rest) {
@@ -125,14 +128,16 @@ class ImuCheck {
                       rest.gyroscope_noise, gyroscope),
           fmt::format("{}imu.gyroscope_noise_density_rad_s_sqrt_hz: {:.2g} in {}",
                       in_degrees ? "are these degrees per second? an Imu message holds rad/s; else " : "",
-                      rest.gyroscope_noise / root_rate, file_), rest.begin);
+                      rest.gyroscope_noise / root_rate, file_),
+          rest.begin);
     }
     if (accelerometer > noise_factor) {
       add(Severity::warning, "accelerometer_noise",
           fmt::format("the acceleration's noise is {:.2g} m/s2 a sample, {:.1f} times what the platform says",
                       rest.accelerometer_noise, accelerometer),
-          fmt::format("imu.accelerometer_noise_density_m_s2_sqrt_hz: {:.2g} in {}", rest.accelerometer_noise / root_rate,
-                      file_), rest.begin);
+          fmt::format("imu.accelerometer_noise_density_m_s2_sqrt_hz: {:.2g} in {}",
+                      rest.accelerometer_noise / root_rate, file_),
+          rest.begin);
     }
   }
 

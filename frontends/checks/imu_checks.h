@@ -22,8 +22,8 @@ struct RestSpan {
 /// Nothing where there are fewer than half a second's samples.
 std::optional<RestSpan> calmest_span(const std::vector<ImuSample>& imu);
 
-/// Units of acceleration and turn rate, gravity's size, whether a robot at rest reads a turn, and noise against what the
-/// platform says.
+/// Units of acceleration and turn rate, gravity's size, whether a robot at rest reads a turn, and noise against what
+/// the platform says.
 Findings check_imu(const LogSample& sample, const Platform& platform);
 
 }  // namespace lodestone

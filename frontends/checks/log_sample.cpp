@@ -25,25 +25,37 @@ std::vector<StreamSample> make_streams(const Platform& platform, const std::vect
   streams.push_back({SensorKind::imu, 0, platform.imu.topic, "imu.topic", {}, {}, {}});
   streams.push_back({SensorKind::lidar, 0, platform.lidar.topic, "lidar.topic", {}, {}, {}});
   for (std::size_t j = 0; j < platform.magnetometers.size(); ++j) {
-    streams.push_back({SensorKind::magnetometer, j, platform.magnetometers[j].topic,
-                       fmt::format("magnetometers[{}].topic", j), {}, {}, {}});
+    streams.push_back({SensorKind::magnetometer,
+                       j,
+                       platform.magnetometers[j].topic,
+                       fmt::format("magnetometers[{}].topic", j),
+                       {},
+                       {},
+                       {}});
   }
   for (StreamSample& stream : streams) {
     for (const TopicInfo& topic : topics) {
-      if (topic.name == stream.topic && is_message_of(stream.sensor, topic.type) && topic.messages > 0) stream.info = topic;
+      if (topic.name == stream.topic && is_message_of(stream.sensor, topic.type) && topic.messages > 0)
+        stream.info = topic;
     }
   }
   return streams;
 }
 
-bool may_follow(Time stamp, Time last, bool first) { return first || (stamp > last && stamp - last < largest_leap); }
+bool may_follow(Time stamp, Time last, bool first) {
+  return first || (stamp > last && stamp - last < largest_leap);
+}
 
 /// Fills a sample message by message.
 class Collector {
  public:
   Collector(LogSample& sample, const Platform& platform, std::vector<std::size_t> order)
-      : sample_(sample), platform_(platform), order_(std::move(order)), messages_(sample.path),
-        clouds_(sample.path, platform, unheard_), refused_(sample.streams.size(), false) {}
+      : sample_(sample),
+        platform_(platform),
+        order_(std::move(order)),
+        messages_(sample.path),
+        clouds_(sample.path, platform, unheard_),
+        refused_(sample.streams.size(), false) {}
 
   void add(const RawMessage& raw) {
     const std::size_t index = order_[raw.topic];

@@ -17,12 +17,12 @@ enum class SensorKind { imu, lidar, magnetometer };
 /// What a log holds of one sensor of the platform.
 struct StreamSample {
   SensorKind sensor = SensorKind::imu;
-  std::size_t magnetometer = 0;        ///< index, of a magnetometer
-  std::string topic;                   ///< as the platform names it
-  std::string key;                     ///< where the platform file names it
-  std::optional<TopicInfo> info;       ///< nothing: no topic of that name and a fitting type
-  std::vector<Time> stamps;            ///< of every message, in order of recording
-  std::vector<Time> record_times;      ///< of the same messages
+  std::size_t magnetometer = 0;    ///< index, of a magnetometer
+  std::string topic;               ///< as the platform names it
+  std::string key;                 ///< where the platform file names it
+  std::optional<TopicInfo> info;   ///< nothing: no topic of that name and a fitting type
+  std::vector<Time> stamps;        ///< of every message, in order of recording
+  std::vector<Time> record_times;  ///< of the same messages
 };
 
 /// A cloud as it was recorded, with its bytes.
@@ -48,14 +48,14 @@ struct LogSample {
   Time first_empty_scan = 0;
   std::vector<int> not_finite;  ///< messages with values that are no numbers, one count a stream
 
-  std::optional<InputError> refused_cloud;    ///< why the first cloud that cannot be read cannot
-  std::optional<RawCloud> cloud;              ///< the first cloud with points (none of a CustomMsg)
+  std::optional<InputError> refused_cloud;  ///< why the first cloud that cannot be read cannot
+  std::optional<RawCloud> cloud;            ///< the first cloud with points (none of a CustomMsg)
   std::vector<std::string> fields_of_cloud() const;
-  std::vector<InputError> refused;            ///< the first message of a topic that cannot be decoded at all
+  std::vector<InputError> refused;  ///< the first message of a topic that cannot be decoded at all
 };
 
-/// Reads `seconds` from the log's begin. A sensor whose topic is missing has an empty stream. Throws InputError where the
-/// file is no log. `warnings` gets what the reader of the file has to say.
+/// Reads `seconds` from the log's begin. A sensor whose topic is missing has an empty stream. Throws InputError where
+/// the file is no log. `warnings` gets what the reader of the file has to say.
 LogSample read_log_sample(const std::string& path, const Platform& platform, double seconds, WarningLog& warnings);
 
 /// What the platform calls this type of sensor's messages.

@@ -11,15 +11,16 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t bundle = 20;          // readings that the monitor looks at together
-constexpr std::int64_t few = 3;             // spikes or readings at a limit that chance alone may bring
+constexpr std::size_t bundle = 20;  // readings that the monitor looks at together
+constexpr std::int64_t few = 3;     // spikes or readings at a limit that chance alone may bring
 constexpr double zero_ut = 1e-6;
 
 /// What a run refuses; true where it does.
 bool check_unit(const LogSample& sample, const Platform& platform, std::size_t magnetometer, Findings& findings) {
   FirstReadings readings;
   const std::vector<MagneticSample>& list = sample.fields[magnetometer];
-  for (std::size_t i = 0; i < std::min<std::size_t>(200, list.size()); ++i) readings.add(list[i].time, list[i].field_ut.norm());
+  for (std::size_t i = 0; i < std::min<std::size_t>(200, list.size()); ++i)
+    readings.add(list[i].time, list[i].field_ut.norm());
   try {
     check_field(sample.path, platform, magnetometer, readings);
   } catch (const InputError& error) {
@@ -77,7 +78,7 @@ Findings check_magnetometers(const LogSample& sample, const Platform& platform) 
                           std::string("magnetometer.") + symptom.name,
                           fmt::format("{} ({}): {} of {} readings: {}", model.name, platform.magnetometers[j].topic,
                                       entry.count, sample.fields[j].size(), entry.first_detail),
-                          symptom.change, entry.first_time});
+                          symptom.change, entry.first_time, j});
     }
   }
   return findings;

@@ -11,7 +11,7 @@
 namespace lodestone {
 namespace {
 
-constexpr double span_tolerance = 0.4;     // of the period: a scan may be cut off, not stretched
+constexpr double span_tolerance = 0.4;  // of the period: a scan may be cut off, not stretched
 constexpr std::size_t fewest_points = 100;
 
 bool sounds_like_time(const std::string& name) {
@@ -23,7 +23,8 @@ std::vector<std::string> readable_times(const LogSample& sample, const Platform&
   std::vector<std::string> found;
   if (!sample.cloud) return found;
   std::vector<std::string> names = sample.fields_of_cloud();
-  std::stable_partition(names.begin(), names.end(), [&](const std::string& name) { return name == platform.lidar.time_field; });
+  std::stable_partition(names.begin(), names.end(),
+                        [&](const std::string& name) { return name == platform.lidar.time_field; });
   for (const std::string& name : names) {
     if (!sounds_like_time(name) && name != platform.lidar.time_field) continue;
     for (const auto& [unit, unit_name] : enum_names(PointTimeUnit::seconds)) {
@@ -38,7 +39,8 @@ std::vector<std::string> readable_times(const LogSample& sample, const Platform&
         continue;
       }
       // Units beside the right one give spans that pass the reader and are no scan all the same.
-      if (std::abs(to_seconds(scan.end - scan.start) / platform.suite.lidar.scan_period_s - 1.0) > span_tolerance) continue;
+      if (std::abs(to_seconds(scan.end - scan.start) / platform.suite.lidar.scan_period_s - 1.0) > span_tolerance)
+        continue;
       found.push_back(fmt::format("lidar.fields.time: {}, lidar.time_unit: {}", name, unit_name));
     }
   }
@@ -47,8 +49,8 @@ std::vector<std::string> readable_times(const LogSample& sample, const Platform&
 
 Findings check_refused(const LogSample& sample, const Platform& platform) {
   Finding finding = error_finding("lidar.point_time", *sample.refused_cloud);
-  if (finding.seen.find("points' times") == std::string::npos && finding.seen.find("latest point") == std::string::npos &&
-      finding.seen.find("time") == std::string::npos) {
+  if (finding.seen.find("points' times") == std::string::npos &&
+      finding.seen.find("latest point") == std::string::npos && finding.seen.find("time") == std::string::npos) {
     finding.kind = "lidar.cloud";
     return {finding};
   }
@@ -76,16 +78,18 @@ Findings check_spans(const LogSample& sample, const Platform& platform) {
   if (span_s <= 0.0) {
     findings.push_back({Severity::error, "lidar.point_time",
                         topic + ": all points of a scan have the same time: the scan cannot be undistorted",
-                        "lidar.fields.time: the field with each point's own time; record the driver's full points", first});
+                        "lidar.fields.time: the field with each point's own time; record the driver's full points",
+                        first});
   } else if (std::abs(span_s / period_s - 1.0) > span_tolerance) {
-    findings.push_back({Severity::warning, "lidar.point_time",
-                        fmt::format("{}: the points of a scan span {:.4f} s; its period is {:g} s", topic, span_s, period_s),
-                        "lidar.time_unit, lidar.fields.time or lidar.scan_period_s", first});
+    findings.push_back(
+        {Severity::warning, "lidar.point_time",
+         fmt::format("{}: the points of a scan span {:.4f} s; its period is {:g} s", topic, span_s, period_s),
+         "lidar.time_unit, lidar.fields.time or lidar.scan_period_s", first});
   }
   if (sparse > 0) {
     findings.push_back({Severity::warning, "lidar.sparse",
-                        fmt::format("{}: {} of {} scans have fewer than {} points between {:g} and {:g} m", topic, sparse,
-                                    sample.scans.size(), fewest_points, platform.suite.lidar.min_range_m,
+                        fmt::format("{}: {} of {} scans have fewer than {} points between {:g} and {:g} m", topic,
+                                    sparse, sample.scans.size(), fewest_points, platform.suite.lidar.min_range_m,
                                     platform.suite.lidar.max_range_m),
                         "lidar.min_range_m and lidar.max_range_m; are x, y, z metres?", first});
   }

@@ -17,6 +17,10 @@ constexpr double keyframe_m = 0.25;
 constexpr double keyframe_rad = 0.12;
 constexpr double longest_step_s = 1.0;  // over longer outages nothing is predicted
 constexpr int rounds = 2;               // of deskewing and registering
+// What no robot does from one scan to the next: the way is lost from there on.
+constexpr double largest_turn_step_rad_s = 2.0;
+constexpr double largest_velocity_step_m_s = 3.0;
+constexpr double least_share = 0.25;
 
 PlaneMapOptions local_planes() {
   PlaneMapOptions options;
@@ -114,13 +118,21 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
     const double step_s = to_seconds(scan.end - before.time);
     if (step_s > longest_step_s) twist = Twist{};
     Pose pose = before.pose * twist.over(step_s);
+    const Twist predicted = twist;
     std::vector<Eigen::Vector3f> points;
     for (int round = 0; round < rounds; ++round) {
       points = deskew_at(scan, twist);
       pose = register_scan(points, pose, map.planes(), own, AssociationOptions{}).T_map_imu;
       if (step_s <= longest_step_s) twist = twist_between(before.pose, pose, step_s);
     }
-    result.share.push_back(agreement(points, pose, map.planes()).share);
+    const double share = agreement(points, pose, map.planes()).share;
+    const bool leaps = (twist.turn_rad_s - predicted.turn_rad_s).norm() > largest_turn_step_rad_s ||
+                       (twist.velocity_m_s - predicted.velocity_m_s).norm() > largest_velocity_step_m_s;
+    if (share < least_share || leaps) {
+      result.lost = true;
+      break;
+    }
+    result.share.push_back(share);
     result.poses.push_back({scan.end, pose});
     map.add(pose, points);
     result.points.push_back(std::move(points));

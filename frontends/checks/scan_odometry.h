@@ -11,14 +11,16 @@ namespace lodestone {
 
 /// How the LiDAR moved by its scans alone.
 struct ScanOdometry {
-  Trajectory poses;           ///< T_start_lidar at each scan's end: the lidar frame then, in that at the first scan's end
-  std::vector<double> share;  ///< of a scan's points that lie on the surfaces seen before it
+  Trajectory poses;  ///< T_start_lidar at each scan's end: the lidar frame then, in that at the first scan's end
+  std::vector<double> share;                         ///< of a scan's points that lie on the surfaces seen before it
   std::vector<std::vector<Eigen::Vector3f>> points;  ///< each scan, deskewed, lidar frame at its end, metres
+  bool lost = false;  ///< the scans could not be followed to their end: what is here ends before
 };
 
-/// Follows scan after scan on planes fitted to those before it, with a constant velocity to deskew and to predict. It uses
-/// nothing of the platform but ranges and noise, no IMU, no extrinsics and no map: what these say can be held against it.
-/// Drifts; a direction that the scans do not see (a tunnel's axis) goes on at its last velocity. Empty scans are passed over.
+/// Follows scan after scan on planes fitted to those before it, with a constant velocity to deskew and to predict. It
+/// uses nothing of the platform but ranges and noise, no IMU, no extrinsics and no map: what these say can be held
+/// against it. Drifts; a direction that the scans do not see (a tunnel's axis) goes on at its last velocity. Empty
+/// scans are passed over.
 ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& lidar);
 
 }  // namespace lodestone

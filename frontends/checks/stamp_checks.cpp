@@ -10,12 +10,12 @@
 namespace lodestone {
 namespace {
 
-constexpr double rate_tolerance = 0.1;       // of the nominal rate
-constexpr double sensor_gap_periods = 5.0;   // a lost packet or two are no gap
-constexpr double scan_gap_periods = 1.7;     // every scan counts
-constexpr double silent_s = 0.5;             // at the begin or the end of the sample, and two periods
+constexpr double rate_tolerance = 0.1;      // of the nominal rate
+constexpr double sensor_gap_periods = 5.0;  // a lost packet or two are no gap
+constexpr double scan_gap_periods = 1.7;    // every scan counts
+constexpr double silent_s = 0.5;            // at the begin or the end of the sample, and two periods
 constexpr double leap_s = 10.0;
-constexpr double foreign_clock_s = 1.0;      // from the recorder's clock: worth a note
+constexpr double foreign_clock_s = 1.0;  // from the recorder's clock: worth a note
 
 const char* part_of(SensorKind sensor) {
   switch (sensor) {
@@ -29,7 +29,9 @@ const char* part_of(SensorKind sensor) {
   return "magnetometer";
 }
 
-double median_s(std::vector<double> values) { return values.empty() ? 0.0 : summarize(values).median; }
+double median_s(std::vector<double> values) {
+  return values.empty() ? 0.0 : summarize(values).median;
+}
 
 /// One sensor's stamps against what is expected of them.
 class StreamCheck {
@@ -96,8 +98,10 @@ class StreamCheck {
     }
     if (back + repeated + leaps == 0) return;
     add(Severity::warning, "stamp_order",
-        fmt::format("{} stamps go back, {} repeat, {} leap by more than {:g} s; the furthest by {:.3f} s; those messages are "
-                    "dropped", back, repeated, leaps, leap_s, furthest_s),
+        fmt::format(
+            "{} stamps go back, {} repeat, {} leap by more than {:g} s; the furthest by {:.3f} s; those messages are "
+            "dropped",
+            back, repeated, leaps, leap_s, furthest_s),
         "let the driver stamp with one steady clock", first);
   }
 
@@ -138,14 +142,17 @@ class StreamCheck {
     add(Severity::warning, "silent", fmt::format("no message {} ({:.2f} s)", where, to_seconds(until - from)),
         stream_.sensor == SensorKind::magnetometer
             ? fmt::format("check the sensor, or take magnetometers[{}] out of {}", stream_.magnetometer, file())
-            : "check the sensor and its driver", from);
+            : "check the sensor and its driver",
+        from);
   }
 
   /// By record times: stamps may be of another clock.
   void edges() {
     const Time least = from_seconds(std::max(silent_s, 2.0 * period_s_));
-    if (stream_.record_times.front() - sample_.begin > least) silence(sample_.begin, stream_.record_times.front(), "at the begin");
-    if (sample_.end - stream_.record_times.back() > least) silence(stream_.record_times.back(), sample_.end, "at the end");
+    if (stream_.record_times.front() - sample_.begin > least)
+      silence(sample_.begin, stream_.record_times.front(), "at the begin");
+    if (sample_.end - stream_.record_times.back() > least)
+      silence(stream_.record_times.back(), sample_.end, "at the end");
   }
 
   void recorder() {
@@ -155,8 +162,8 @@ class StreamCheck {
     }
     const double lag_s = median_s(lags);
     if (std::abs(lag_s) < foreign_clock_s) return;
-    add(Severity::note, "clock", fmt::format("stamps lie {:.3f} s {} the recorder's clock", std::abs(lag_s),
-                                             lag_s > 0.0 ? "behind" : "before"),
+    add(Severity::note, "clock",
+        fmt::format("stamps lie {:.3f} s {} the recorder's clock", std::abs(lag_s), lag_s > 0.0 ? "behind" : "before"),
         "", stream_.stamps.front());
   }
 
@@ -183,8 +190,8 @@ Findings check_common_clock(const LogSample& sample) {
     const double apart_s = to_seconds(stream.stamps.front() - reference->stamps.front());
     if (std::abs(apart_s) <= sample.log_duration_s + 1.0) continue;
     findings.push_back({Severity::error, "clock.foreign",
-                        fmt::format("{} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: two clocks", stream.topic,
-                                    apart_s, reference->topic, sample.log_duration_s),
+                        fmt::format("{} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: two clocks",
+                                    stream.topic, apart_s, reference->topic, sample.log_duration_s),
                         "stamp both with one clock (PTP, or the host's time on arrival)", stream.stamps.front()});
   }
   return findings;
@@ -196,8 +203,8 @@ Findings check_values(const LogSample& sample) {
     if (sample.not_finite[i] == 0) continue;
     const StreamSample& stream = sample.streams[i];
     findings.push_back({Severity::warning, std::string(part_of(stream.sensor)) + ".not_finite",
-                        fmt::format("{}: {} of {} messages hold values that are no numbers", stream.topic, sample.not_finite[i],
-                                    stream.stamps.size()),
+                        fmt::format("{}: {} of {} messages hold values that are no numbers", stream.topic,
+                                    sample.not_finite[i], stream.stamps.size()),
                         "check the driver; they are dropped"});
   }
   return findings;

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/maps/plane_map.h"
+#include "frontends/checks/imu_checks.h"
 #include "frontends/localization/scan_registration.h"
 #include "frontends/localization/start_scan.h"
 #include "frontends/readers/trajectory_file.h"
@@ -16,28 +17,38 @@ namespace lodestone {
 namespace {
 
 constexpr double degrees = 180.0 / std::numbers::pi;
-constexpr double good_share = 0.6;
-constexpr double poor_share = 0.4;
-constexpr double clearly_better = 0.15;   // share by which one T_imu_lidar must beat the other
+constexpr double good_share = 0.6;  // below, another place may fit better: edges and furniture fit nowhere
+constexpr double low_share = 0.38;
+constexpr double poor_share = 0.28;
+constexpr double clearly_better = 0.15;  // share by which one T_imu_lidar must beat the other
 constexpr double cost_ratio = 0.5;
-constexpr double near_m = 0.25;           // a start further off spoils the first scans
+constexpr double clearly_lower = 0.9;  // cost of a fit further off, for it to win
+constexpr double search_step_m = 0.35;
+constexpr int search_places = 5;  // a side
+constexpr double near_m = 0.25;   // a start further off spoils the first scans
 constexpr double near_deg = 2.0;
-constexpr double tilt_deg = 2.5;          // accelerometer bias and motion are within
+constexpr double tilt_deg = 2.5;  // accelerometer bias and motion are within
 constexpr double floor_tilt_deg = 2.0;
-constexpr double gravity_span_s = 5.0;
+constexpr double gravity_span_s = 5.0;  // of a robot that does not rest at the begin
+constexpr double rest_within_s = 2.0;
 
 /// Against gravity, imu frame at the first sample.
 Vector3 up_at_begin(const LogSample& sample) {
+  const Time begin = sample.imu.front().time;
+  const std::optional<RestSpan> rest = calmest_span(sample.imu);
+  if (rest && rest->at_rest && to_seconds(rest->begin - begin) < rest_within_s)
+    return rest->linear_acceleration.normalized();
   std::size_t count = 0;
-  while (count < sample.imu.size() && to_seconds(sample.imu[count].time - sample.imu.front().time) < gravity_span_s) ++count;
+  while (count < sample.imu.size() && to_seconds(sample.imu[count].time - begin) < gravity_span_s) ++count;
   return mean_up(std::span(sample.imu).first(count));
 }
 
-double tilt_between_deg(const Vector3& a, const Vector3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * degrees; }
+double tilt_between_deg(const Vector3& a, const Vector3& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * degrees;
+}
 
 /// The first scan on the map with one T_imu_lidar.
 struct Fit {
-  ScanAgreement at_start;
   ScanAgreement registered;
   Pose T_map_imu;
   double moved_m = 0.0;
@@ -66,12 +77,17 @@ class StartCheck {
           "invert lidar.T_imu_lidar in " + file_ + " (T_imu_lidar takes points of the LiDAR to the IMU)");
       return findings_;
     }
-    if (given.registered.share < good_share) {
-      poor(given);
+    if (given.registered.share < good_share && elsewhere(given)) return findings_;
+    if (given.registered.share < low_share) {
+      add(given.registered.share < poor_share ? Severity::error : Severity::warning, "start.no_overlap",
+          seen_of(given) + ", and no place was found where clearly more do",
+          "--cloud: the map of this site and its frame (metres, z up), --initial-pose, or lidar.T_imu_lidar in " +
+              file_);
     } else {
       add(Severity::note, "start.overlap",
           fmt::format("{:.0f} % of the first scan lie on the map, {:.2f} m and {:.1f} deg from the given start",
-                      100.0 * given.registered.share, given.moved_m, given.turned_deg), "");
+                      100.0 * given.registered.share, given.moved_m, given.turned_deg),
+          "");
       if (given.moved_m > near_m || given.turned_deg > near_deg) {
         add(Severity::warning, "start.off",
             fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start", given.moved_m, given.turned_deg),
@@ -95,12 +111,20 @@ class StartCheck {
       points.push_back((T_imu_lidar * point.cast<double>()).cast<float>());
     }
     Fit fit;
-    fit.at_start = agreement(points, material_.start, *map_);
-    fit.T_map_imu = register_scan(points, material_.start, *map_, lidar, AssociationOptions{}).T_map_imu;
-    fit.registered = agreement(points, fit.T_map_imu, *map_);
-    if (fit.registered.cost > fit.at_start.cost) {
-      fit.T_map_imu = material_.start;
-      fit.registered = fit.at_start;
+    fit.T_map_imu = material_.start;
+    fit.registered = agreement(points, material_.start, *map_);
+    // A scan finds its planes from a third of a metre off; a start is wrong by more now and then.
+    // The start itself first, then round it.
+    for (int i = 0; i < search_places * search_places; ++i) {
+      const int place = (i + search_places * search_places / 2) % (search_places * search_places);
+      Pose from = material_.start;
+      from.position += search_step_m * Vector3(place % search_places - search_places / 2,
+                                               place / search_places - search_places / 2, 0.0);
+      const Pose pose = register_scan(points, from, *map_, lidar, AssociationOptions{}).T_map_imu;
+      const ScanAgreement found = agreement(points, pose, *map_);
+      if (found.cost > (i == 0 ? 1.0 : clearly_lower) * fit.registered.cost) continue;
+      fit.T_map_imu = pose;
+      fit.registered = found;
     }
     const Vector6 step = fit.T_map_imu.boxminus(material_.start);
     fit.turned_deg = step.head<3>().norm() * degrees;
@@ -108,22 +132,23 @@ class StartCheck {
     return fit;
   }
 
-  void poor(const Fit& given) {
-    const std::string seen = fmt::format("only {:.0f} % of the first scan lie on the map at the given start ({:.2f} {:.2f} {:.2f})",
-                                         100.0 * given.registered.share, material_.start.position.x(),
-                                         material_.start.position.y(), material_.start.position.z());
-    const Severity severity = given.registered.share < poor_share ? Severity::error : Severity::warning;
+  std::string seen_of(const Fit& given) const {
+    return fmt::format("only {:.0f} % of the first scan lie on the map at the given start ({:.2f} {:.2f} {:.2f})",
+                       100.0 * given.registered.share, material_.start.position.x(), material_.start.position.y(),
+                       material_.start.position.z());
+  }
+
+  /// Whether the scan fits clearly better at another place.
+  bool elsewhere(const Fit& given) {
     const std::optional<PlaceOnMap> place = material_.find_anywhere ? material_.find_anywhere() : std::nullopt;
-    if (place && place->share > given.registered.share + clearly_better) {
-      const Vector6 step = place->T_map_imu.boxminus(material_.start);
-      add(severity, "start.wrong",
-          fmt::format("{}; {:.0f} % do {:.2f} m and {:.1f} deg from it{}", seen, 100.0 * place->share, step.tail<3>().norm(),
-                      step.head<3>().norm() * degrees, place->sure ? "" : ", and perhaps elsewhere"),
-          fmt::format("--initial-pose \"{}\", or the map's frame where the start is right", pose_text(place->T_map_imu)));
-      return;
-    }
-    add(severity, "start.no_overlap", seen + ", and no other place was found where more do",
-        "--cloud: the map of this site and its frame (metres, z up), --initial-pose, or lidar.T_imu_lidar in " + file_);
+    if (!place || place->share < given.registered.share + clearly_better || place->share < low_share) return false;
+    const Vector6 step = place->T_map_imu.boxminus(material_.start);
+    add(Severity::error, "start.wrong",
+        fmt::format("{}; {:.0f} % do {:.2f} m and {:.1f} deg from it{}", seen_of(given), 100.0 * place->share,
+                    step.tail<3>().norm(), step.head<3>().norm() * degrees,
+                    place->sure ? "" : ", and perhaps elsewhere"),
+        fmt::format("--initial-pose \"{}\", or the map's frame where the start is right", pose_text(place->T_map_imu)));
+    return true;
   }
 
   void upright(const Pose& T_map_imu) {
@@ -171,13 +196,16 @@ Findings check_floor(const LogSample& sample, const Platform& platform, const Sc
   const bool inverse_is_level = inverse.points > 0 && inverse.tilt_deg < 0.5 * floor_tilt_deg;
   const bool given_is_level = given.points > inverse.points / 3 && given.tilt_deg < floor_tilt_deg;
   if (given_is_level || !inverse_is_level) return {};
-  return {{Severity::error, "extrinsic.inverse",
-           fmt::format("the floor in the first scan is {} with T_imu_lidar as given, and {:.1f} deg from level ({} points) with "
-                       "its inverse", given.points > 0 ? fmt::format("{:.1f} deg from level ({} points)", given.tilt_deg, given.points)
-                                                       : "not found",
-                       inverse.tilt_deg, inverse.points),
-           "invert lidar.T_imu_lidar in " + (platform.file.empty() ? std::string("the platform file") : platform.file),
-           odometry.poses.front().time}};
+  return {
+      {Severity::error, "extrinsic.inverse",
+       fmt::format(
+           "the floor in the first scan is {} with T_imu_lidar as given, and {:.1f} deg from level ({} points) with "
+           "its inverse",
+           given.points > 0 ? fmt::format("{:.1f} deg from level ({} points)", given.tilt_deg, given.points)
+                            : "not found",
+           inverse.tilt_deg, inverse.points),
+       "invert lidar.T_imu_lidar in " + (platform.file.empty() ? std::string("the platform file") : platform.file),
+       odometry.poses.front().time}};
 }
 
 }  // namespace lodestone

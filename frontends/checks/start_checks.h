@@ -23,12 +23,13 @@ struct StartMaterial {
   const Platform& platform;
   const ScanOdometry& odometry;
   const PlaneMapSource& map;
-  Pose start;  ///< T_map_imu as given, at the first scan
+  Pose start;                                                ///< T_map_imu as given, at the first scan
   std::function<std::optional<PlaceOnMap>()> find_anywhere;  ///< takes seconds; asked only where the start does not fit
 };
 
-/// Lays the first scan on the map at the start: how much of it fits, how far off the start is, whether T_imu_lidar fits as
-/// given or as its inverse, whether gravity stands upright on the map. Where nothing fits, what would: another start.
+/// Lays the first scan on the map at the start: how much of it fits, how far off the start is, whether T_imu_lidar fits
+/// as given or as its inverse, whether gravity stands upright on the map. Where nothing fits, what would: another
+/// start.
 Findings check_start(const StartMaterial& material);
 
 /// Without a map: the floor that the first scan shows against gravity, with T_imu_lidar as given and as its inverse.

@@ -52,7 +52,8 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
     change = fmt::format("{}: {} in {}", stream.key, nearest_name(stream.topic, fitting), file);
     if (fitting.size() > 1) change += fmt::format(" (of {})", join_names(fitting));
   } else if (stream.sensor == SensorKind::magnetometer) {
-    change = fmt::format("take magnetometers[{}] out of {}: it was silent, and no other topic fits", stream.magnetometer, file);
+    change = fmt::format("take magnetometers[{}] out of {}: it was silent, and no other topic fits",
+                         stream.magnetometer, file);
   } else {
     seen += fmt::format(", and none with a {}", message_of(stream.sensor));
     change = "record this sensor";
@@ -62,18 +63,23 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
 
 }  // namespace
 
-Findings check_topics(const LogSample& sample, const Platform& platform) {
+Findings check_topics(const LogSample& sample, const Platform& platform, SensorChoice needed) {
   Findings findings;
   const std::string file = platform.file.empty() ? "the platform file" : platform.file;
   for (const StreamSample& stream : sample.streams) {
-    if (!stream.info) findings.push_back(missing(sample, stream, file));
+    if (stream.info) continue;
+    findings.push_back(missing(sample, stream, file));
+    const bool is_needed = stream.sensor == SensorKind::lidar          ? needed.lidar
+                           : stream.sensor == SensorKind::magnetometer ? needed.magnetometers
+                                                                       : needed.imu;
+    if (!is_needed) findings.back().severity = Severity::note;
   }
   for (const InputError& error : sample.refused) findings.push_back(error_finding("topic.message", error));
   for (const TopicInfo& topic : sample.topics) {
     if (message_type(topic.type) == MessageType::other || is_named(sample, topic.name) || topic.messages == 0) continue;
     findings.push_back({Severity::note, "topic.unused",
-                        fmt::format("{} ({}, {} messages) is in the log and not in the platform file", topic.name, topic.type,
-                                    topic.messages),
+                        fmt::format("{} ({}, {} messages) is in the log and not in the platform file", topic.name,
+                                    topic.type, topic.messages),
                         ""});
   }
   return findings;

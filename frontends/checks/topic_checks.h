@@ -2,11 +2,13 @@
 
 #include "frontends/checks/finding.h"
 #include "frontends/checks/log_sample.h"
+#include "frontends/readers/sensor_choice.h"
 
 namespace lodestone {
 
-/// Topics of the platform that the log has not, or has with another type, each with the topic of the log that fits best;
-/// topics of known types that the platform does not name; messages that cannot be decoded.
-Findings check_topics(const LogSample& sample, const Platform& platform);
+/// Topics of the platform that the log has not, or has with another type, each with the topic of the log that fits
+/// best; topics of known types that the platform does not name; messages that cannot be decoded. What `needed` leaves out may be
+/// missing: that is a note.
+Findings check_topics(const LogSample& sample, const Platform& platform, SensorChoice needed = {});
 
 }  // namespace lodestone

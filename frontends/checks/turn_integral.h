@@ -7,8 +7,8 @@
 
 namespace lodestone {
 
-/// The gyroscope's readings summed over time, so that the turn over any interval is a difference. Over a tenth of a second
-/// the order of turns about different axes does not matter here.
+/// The gyroscope's readings summed over time, so that the turn over any interval is a difference. Over a tenth of a
+/// second the order of turns about different axes does not matter here.
 class TurnIntegral {
  public:
   /// `imu`: strictly increasing stamps.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "frontends/checks/acceleration_checks.h"
 #include "frontends/checks/imu_checks.h"
 #include "frontends/checks/magnetometer_checks.h"
 #include "frontends/checks/rotation_checks.h"
@@ -32,7 +33,8 @@ namespace {
 constexpr std::size_t kFewestScans = 3;
 
 bool has_error(const Findings& findings) {
-  return std::any_of(findings.begin(), findings.end(), [](const Finding& one) { return one.severity == Severity::error; });
+  return std::any_of(findings.begin(), findings.end(),
+                     [](const Finding& one) { return one.severity == Severity::error; });
 }
 
 bool has(const Findings& findings, const std::string& kind, Severity at_least) {
@@ -41,8 +43,10 @@ bool has(const Findings& findings, const std::string& kind, Severity at_least) {
 }
 
 void check_call(const CheckCall& call) {
-  if (!(call.seconds > 0.0)) throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
-  if (call.threads && *call.threads < 1) throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
+  if (!(call.seconds > 0.0))
+    throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
+  if (call.threads && *call.threads < 1)
+    throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
   const bool maps = !call.cloud.empty() || !call.magnetic.empty();
   if (maps && call.platform.empty()) throw InputError("--cloud and --magnetic: a map needs --platform too");
@@ -50,16 +54,33 @@ void check_call(const CheckCall& call) {
   if (call.initial_pose == "auto" && call.cloud.empty()) throw InputError("--initial-pose auto: it needs --cloud");
 }
 
+/// Those that a run with these maps would read; without maps all of them.
+SensorChoice needed_sensors(const CheckCall& call) {
+  return {!call.cloud.empty() || call.magnetic.empty(), true, !call.magnetic.empty() || call.cloud.empty()};
+}
+
 /// What needs the log and the platform alone.
 void check_sensors(const CheckCall& call, const Platform& platform, const ScanOdometry& odometry, CheckResult& result) {
   const LogSample& sample = result.sample;
   Findings& findings = result.findings;
-  append(findings, check_topics(sample, platform));
+  append(findings, check_topics(sample, platform, needed_sensors(call)));
   append(findings, check_stamps(sample, platform));
   append(findings, check_scans(sample, platform));
   append(findings, check_imu(sample, platform));
   append(findings, check_magnetometers(sample, platform));
-  append(findings, check_rotation(fit_rotation(odometry.poses, sample.imu, platform.suite.lidar.T_imu_lidar.rotation), platform));
+  const auto rotation = fit_rotation(odometry.poses, sample.imu, platform.suite.lidar.T_imu_lidar.rotation);
+  if (odometry.lost) {
+    findings.push_back({Severity::note, "lidar.motion",
+                        fmt::format("the scans by themselves could be followed for {:.1f} s only: they see "
+                                    "too little there",
+                                    to_seconds(odometry.poses.back().time - odometry.poses.front().time)),
+                        "", odometry.poses.back().time});
+  }
+  append(findings, check_rotation(rotation, platform));
+  // Stamps that differ make accelerations that differ, too.
+  if (!has(findings, "clock.lidar_imu", Severity::warning) && !has_error(findings)) {
+    append(findings, check_heading(odometry.poses, sample, platform));
+  }
   if (call.cloud.empty()) append(findings, check_floor(sample, platform, odometry));
 }
 
@@ -67,7 +88,7 @@ void check_sensors(const CheckCall& call, const Platform& platform, const ScanOd
 bool run_would_start(const CheckCall& call, const Platform& platform, Findings& findings) {
   try {
     WarningLog unheard;
-    const BagSource source(call.log, platform, unheard);
+    const BagSource source(call.log, platform, unheard, needed_sensors(call));
   } catch (const InputError& error) {
     if (!has_error(findings)) findings.push_back(error_finding("run.refuses", error));
     return false;
@@ -76,7 +97,8 @@ bool run_would_start(const CheckCall& call, const Platform& platform, Findings& 
 }
 
 std::optional<Pose> given_start(const CheckCall& call, Time time) {
-  if (!call.initial_pose_from.empty()) return initial_pose_from(read_trajectory(call.initial_pose_from), call.initial_pose_from, time);
+  if (!call.initial_pose_from.empty())
+    return initial_pose_from(read_trajectory(call.initial_pose_from), call.initial_pose_from, time);
   if (!call.initial_pose.empty() && call.initial_pose != "auto") return parse_initial_pose(call.initial_pose);
   return std::nullopt;
 }
@@ -90,14 +112,17 @@ void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOd
   WarningLog warnings;
   if (!call.cloud.empty()) {
     drive.planes = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidar,
-                               std::filesystem::temp_directory_path().string(), warnings).source;
+                               std::filesystem::temp_directory_path().string(), warnings)
+                       .source;
   }
   if (!call.magnetic.empty()) {
-    drive.field = std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, drive.options.magnetic.map.max_bytes()));
+    drive.field =
+        std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, drive.options.magnetic.map.max_bytes()));
   }
-  if (odometry.poses.empty()) return;
-  const LidarScan& first = result.sample.scans.front();
-  std::optional<Pose> start = given_start(call, first.start);
+  const bool scans = result.sample.scans.size() >= kFewestScans;
+  if (result.sample.imu.empty() || (drive.planes != nullptr && !scans)) return;
+  const Time begin = scans ? result.sample.scans.front().start : result.sample.imu.front().time;
+  std::optional<Pose> start = given_start(call, begin);
   if (call.initial_pose == "auto") start = drive.find_start(findings);
   if (!start) {
     if (call.initial_pose.empty()) {
@@ -108,15 +133,19 @@ void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOd
   }
   if (drive.planes != nullptr) {
     // The trajectory knows where the first scan ends; a given pose is that of a robot that stands.
-    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, first.end);
-    append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_end, [&]() { return drive.find_anywhere(); }}));
+    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, result.sample.scans.front().end);
+    append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_end,
+                                  [&]() { return drive.find_anywhere(); }}));
   }
-  if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning)) {
-    findings.push_back({Severity::note, "drive.left_out", "the drive is not held against the maps: that would only repeat what is "
-                        "said above", "mend that and check again"});
+  if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning) ||
+      has(findings, "start.off", Severity::warning)) {
+    findings.push_back({Severity::note, "drive.left_out",
+                        "the drive is not held against the maps: that would only repeat what is "
+                        "said above",
+                        "mend that and check again"});
     return;
   }
-  append(findings, drive.check(*start, result.sample));
+  append(findings, drive.check(*start, result.sample, findings));
 }
 
 }  // namespace
@@ -125,21 +154,36 @@ CheckResult check_log(const CheckCall& call) {
   check_call(call);
   CheckResult result;
   WarningLog warnings;
-  const Platform platform = call.platform.empty() ? Platform{} : load_platform(call.platform);
+  Platform platform;
+  if (call.platform.empty()) {
+    platform.imu.topic = platform.lidar.topic = "";
+  } else {
+    platform = load_platform(call.platform);
+  }
   result.sample = read_log_sample(call.log, platform, call.seconds, warnings);
   for (const auto& [kind, entry] : warnings.entries()) {
     result.findings.push_back({Severity::warning, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), ""});
   }
+  if (std::none_of(result.sample.topics.begin(), result.sample.topics.end(),
+                   [](const TopicInfo& topic) { return topic.messages > 0; })) {
+    result.findings.push_back({Severity::error, "log.empty", "the log holds no messages", "record again"});
+    return result;
+  }
   if (call.platform.empty()) {
-    result.findings.push_back({Severity::note, "platform.none", "no platform file: topics are listed, nothing is held against them",
+    result.findings.push_back({Severity::note, "platform.none",
+                               "no platform file: topics are listed, nothing is held against them",
                                "--platform: write one from config/platforms/"});
     return result;
   }
   const ScanOdometry odometry = follow_scans(result.sample.scans, platform.suite.lidar);
   check_sensors(call, platform, odometry, result);
   const bool maps = !call.cloud.empty() || !call.magnetic.empty();
-  if (run_would_start(call, platform, result.findings) && maps && result.sample.scans.size() >= kFewestScans) {
+  if (run_would_start(call, platform, result.findings) && maps) {
     check_on_maps(call, platform, odometry, result);
+  }
+  for (Finding& one : result.findings) {
+    const std::string prefix = call.log + ": ";
+    if (one.seen.rfind(prefix, 0) == 0) one.seen.erase(0, prefix.size());
   }
   std::stable_sort(result.findings.begin(), result.findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity < b.severity; });

@@ -27,7 +27,8 @@ struct CheckResult {
   Findings findings;
 };
 
-/// Looks at a log's begin. Throws InputError where the call, the platform file or a map is wrong, or the file is no log.
+/// Looks at a log's begin. Throws InputError where the call, the platform file or a map is wrong, or the file is no
+/// log.
 CheckResult check_log(const CheckCall& call);
 
 /// check_log, printed and written to call.out. Returns the exit code: 2 where something is an error.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "core/evaluation/statistics.h"
 #include "frontends/checks/acceleration_checks.h"
@@ -38,6 +39,15 @@ class Bundles {
   Time end_;
 };
 
+std::set<std::size_t> broken_magnetometers(const Findings& findings) {
+  std::set<std::size_t> broken;
+  for (const Finding& one : findings) {
+    if (one.magnetometer && (one.kind == "magnetometer.stuck" || one.kind == "magnetometer.limit"))
+      broken.insert(*one.magnetometer);
+  }
+  return broken;
+}
+
 Findings check_record(const EstimateRecord& record) {
   Findings findings;
   std::vector<double> shares;
@@ -51,9 +61,10 @@ Findings check_record(const EstimateRecord& record) {
   }
   if (shares.empty()) return findings;
   const double share = summarize(shares).median;
-  findings.push_back({share < kGoodShare ? Severity::warning : Severity::note, "drive.overlap",
-                      fmt::format("along the drive {:.0f} % of a scan's points find their plane (median)", 100.0 * share),
-                      share < kGoodShare ? "--cloud: has the site changed? or lidar.T_imu_lidar" : "", record.steps().front().time});
+  findings.push_back(
+      {share < kGoodShare ? Severity::warning : Severity::note, "drive.overlap",
+       fmt::format("along the drive {:.0f} % of a scan's points find their plane (median)", 100.0 * share),
+       share < kGoodShare ? "--cloud: has the site changed? or lidar.T_imu_lidar" : "", record.steps().front().time});
   return findings;
 }
 
@@ -67,7 +78,9 @@ std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
   Bundles bundles(*this, seconds);
   WarningLog warnings;
   try {
-    return find_automatic_start(log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings).T_map_imu;
+    return find_automatic_start(
+               log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings)
+        .T_map_imu;
   } catch (const InputError& error) {
     findings.push_back(error_finding("start.not_found", error));
     return std::nullopt;
@@ -89,7 +102,7 @@ std::optional<PlaceOnMap> CheckDrive::find_anywhere() const {
   }
 }
 
-Findings CheckDrive::check(const Pose& start, const LogSample& sample) const {
+Findings CheckDrive::check(const Pose& start, const LogSample& sample, const Findings& before) const {
   WarningLog warnings;
   Bundles bundles(*this, seconds);
   EstimateRecord record;
@@ -113,10 +126,12 @@ Findings CheckDrive::check(const Pose& start, const LogSample& sample) const {
     for (const EstimateRecord::Step& step : record.steps()) {
       if (step.health == Health::lost) comparison.trusted_until = std::min(comparison.trusted_until, step.time);
     }
-    append(findings, check_field_along(comparison, platform));
+    append(findings, check_field_along(comparison, platform, broken_magnetometers(before)));
   }
   for (const auto& [kind, entry] : warnings.entries()) {
-    findings.push_back({Severity::note, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), "", entry.first_time});
+    if (kind.rfind("magnetometer.", 0) == 0) continue;  // said before
+    findings.push_back(
+        {Severity::note, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), "", entry.first_time});
   }
   return findings;
 }

@@ -27,9 +27,9 @@ struct CheckDrive {
   /// Looks for the first scans all over the cloud map.
   std::optional<PlaceOnMap> find_anywhere() const;
 
-  /// Runs the smoother from `start` and looks at what it says: lost or not, how much of the scans fits, how accelerometer
-  /// and magnetometers go with the way driven.
-  Findings check(const Pose& start, const LogSample& sample) const;
+  /// Runs the smoother from `start` and looks at what it says: lost or not, how much of the scans fits, how
+  /// accelerometer and magnetometers go with the way driven. `before`: what was found already.
+  Findings check(const Pose& start, const LogSample& sample, const Findings& before) const;
 
  private:
   EstimatorInput input(const Pose& start, WarningLog* warnings) const;

@@ -34,7 +34,8 @@ double rate_of(const TopicInfo& topic) {
 Time first_stamp(const LogSample& sample) {
   std::optional<Time> first;
   for (const StreamSample& stream : sample.streams) {
-    if (!stream.stamps.empty() && stream.stamps.front() != 0 && (!first || stream.stamps.front() < *first)) first = stream.stamps.front();
+    if (!stream.stamps.empty() && stream.stamps.front() != 0 && (!first || stream.stamps.front() < *first))
+      first = stream.stamps.front();
   }
   return first.value_or(sample.begin);
 }
@@ -51,7 +52,8 @@ const char* used_as(const LogSample& sample, const TopicInfo& topic) {
 std::string summary_of(const Findings& findings) {
   std::string text;
   for (const Severity severity : {Severity::error, Severity::warning, Severity::note}) {
-    const auto count = std::count_if(findings.begin(), findings.end(), [&](const Finding& one) { return one.severity == severity; });
+    const auto count =
+        std::count_if(findings.begin(), findings.end(), [&](const Finding& one) { return one.severity == severity; });
     text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, name_of(severity), count == 1 ? "" : "s");
   }
   return text;
@@ -61,7 +63,8 @@ std::string check_text(const CheckResult& result) {
   const LogSample& sample = result.sample;
   Table table({"topic", "type", "messages", "per second", "platform"});
   for (const TopicInfo& topic : sample.topics) {
-    table.add({topic.name, topic.type, std::to_string(topic.messages), fixed(rate_of(topic), 1), used_as(sample, topic)});
+    table.add(
+        {topic.name, topic.type, std::to_string(topic.messages), fixed(rate_of(topic), 1), used_as(sample, topic)});
   }
   std::string text = table.to_string() + "\n";
   if (sample.end > sample.begin) {
@@ -88,14 +91,19 @@ void write_check_json(const std::filesystem::path& path, const CheckResult& resu
   json["summary"] = summary_of(result.findings);
   json["topics"] = Json::array();
   for (const TopicInfo& topic : sample.topics) {
-    Json one{{"topic", topic.name}, {"type", topic.type}, {"messages", topic.messages}, {"platform", used_as(sample, topic)}};
+    Json one{{"topic", topic.name},
+             {"type", topic.type},
+             {"messages", topic.messages},
+             {"platform", used_as(sample, topic)}};
     const double rate = rate_of(topic);
     one["rate_hz"] = std::isfinite(rate) ? Json(rate) : Json(nullptr);
     json["topics"].push_back(one);
   }
   json["findings"] = Json::array();
   for (const Finding& finding : result.findings) {
-    json["findings"].push_back({{"severity", name_of(finding.severity)}, {"kind", finding.kind}, {"seen", finding.seen},
+    json["findings"].push_back({{"severity", name_of(finding.severity)},
+                                {"kind", finding.kind},
+                                {"seen", finding.seen},
                                 {"change", finding.change},
                                 {"time_s", finding.time ? Json(to_seconds(*finding.time - zero)) : Json(nullptr)}});
   }
