@@ -43,9 +43,16 @@ class LogChecks : public ::testing::Test {
     return kinds;
   }
 
-  /// A healthy robot: its field is noisy, or the monitor would call it stuck.
+  /// A healthy robot: it sees a wall, and its field is noisy, or the monitor would call it stuck.
   static SyntheticLog healthy() {
     SyntheticLog log;
+    log.on_scan = [](int, ros1::PointCloudMessage&, std::vector<std::uint8_t>& data) {
+      for (std::size_t i = 0; i * SyntheticLog::point_step < data.size(); ++i) {
+        const float along = 0.01F * static_cast<float>(i) - 10.0F;
+        std::memcpy(data.data() + i * SyntheticLog::point_step + 4, &along, 4);
+      }
+      return true;
+    };
     log.on_field = [](int i, int k, ros1::MagneticFieldMessage& field) {
       for (int axis = 0; axis < 3; ++axis) field.field_tesla[static_cast<std::size_t>(axis)] += 1e-6 * std::sin(12.9898 * i + 78.2 * axis + k);
       return true;
