@@ -16,7 +16,7 @@ namespace lodestone {
 namespace {
 
 constexpr double standard_gravity = 9.80665;
-constexpr ScanSamplingOptions thinning{0.2, 4000};
+constexpr ScanSamplingOptions thinning{0.2, 4000};  // voxel, m; most points
 /// Stamps that leap further than this from one message to the next are broken ones: their readings would fill hours.
 constexpr Time largest_leap = 100'000'000'000;
 

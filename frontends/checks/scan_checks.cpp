@@ -88,7 +88,7 @@ Findings check_spans(const LogSample& sample, const Platform& platform) {
   }
   if (sparse > 0) {
     findings.push_back({Severity::warning, "lidar.sparse",
-                        fmt::format("{}: {} of {} scans have points in fewer than {} voxels of 0.2 m between {:g} and {:g} m", topic,
+                        fmt::format("{}: {} of {} scans have fewer than {} points, thinned to 0.2 m, between {:g} and {:g} m", topic,
                                     sparse, sample.scans.size(), fewest_points, platform.suite.lidar.min_range_m,
                                     platform.suite.lidar.max_range_m),
                         "lidar.min_range_m and lidar.max_range_m; are x, y, z metres?", first});
