@@ -157,6 +157,8 @@ void SqliteSource::Implementation::read_rows() {
       statement.reset();
       statement.bind(1, from);
       while (statement.step()) {
+        // Pages of a damaged file may refer to each other in a circle, and then the same rows come for ever.
+        if (statement.integer(0) < from) throw SqliteError(SQLITE_CORRUPT, "rows out of order");
         take_row(statement);
         from = statement.integer(0) + 1;
         stride = 1;
