@@ -70,7 +70,9 @@ ConfigurationNode ConfigurationNode::parse(const std::string& text, const std::s
     return YamlReader(name).read(YAML::Load(text), "");
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
-    throw InputError(name + line + ": is no valid YAML (" + error.msg + ")");
+    std::string what = error.msg;  // may quote a line's end
+    std::replace_if(what.begin(), what.end(), [](unsigned char letter) { return letter < ' '; }, ' ');
+    throw InputError(name + line + ": is no valid YAML (" + what + ")");
   }
 }
 

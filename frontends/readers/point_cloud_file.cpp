@@ -14,10 +14,14 @@
 
 #include "core/error.h"
 #include "frontends/configuration/nearest_name.h"
+#include "frontends/readers/pcd_check.h"
 #include "frontends/readers/pcd_layout.h"
 
 namespace lodestone {
 namespace {
+
+/// Of a cloud that PCL reads in one piece; larger ones are written uncompressed, as binary PCD, and streamed.
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 34;
 
 enum class Format { pcd, ply };
 
@@ -156,6 +160,7 @@ void read_by_pcl(const std::string& path, Format format, PositionStream& positio
   pcl::PCLPointCloud2 cloud;
   int result = -1;
   std::string reason = kMalformed;
+  if (format == Format::pcd) check_pcd(path, kMostBytes, "write it again");
   try {
     result = format == Format::pcd ? pcl::PCDReader().read(path, cloud) : pcl::PLYReader().read(path, cloud);
   } catch (const std::exception& error) {

@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "frontends/readers/csv/csv_log.h"
-#include "frontends/readers/csv/pcd_check.h"
+#include "frontends/readers/pcd_check.h"
 #include "frontends/readers/logs/wire_ros1.h"
 #include "frontends/readers/trajectory_file.h"
 
@@ -79,7 +79,7 @@ class CloudStream : public CsvLog::Stream {
 
  private:
   static pcl::PCLPointCloud2 load(const std::string& path) {
-    check_pcd(path);
+    check_pcd(path, std::uint64_t{1} << 30, "take it out of the folder");
     pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // errors are told by InputError
     pcl::PCLPointCloud2 cloud;
     int result = -1;

@@ -1,4 +1,4 @@
-#include "frontends/readers/csv/pcd_check.h"
+#include "frontends/readers/pcd_check.h"
 
 #include <fmt/format.h>
 
@@ -16,17 +16,16 @@
 namespace lodestone {
 namespace {
 
-constexpr std::uint64_t largest_cloud = 1ULL << 30;  // bytes
 constexpr std::uint64_t largest_number = 1ULL << 31;
 
 /// The header's lines by their first word.
 struct Header {
-  std::string path;
+  std::string path, advice;
   std::map<std::string, std::vector<std::string>> lines;
   std::uint64_t data_offset = 0;
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: is no PCD file, or is cut off or damaged: {}; take it out of the folder", path, what));
+    throw InputError(fmt::format("{}: is no PCD file, or is cut off or damaged: {}; {}", path, what, advice));
   }
   const std::vector<std::string>& words(const char* key, std::size_t count) const {
     const auto found = lines.find(key);
@@ -36,6 +35,7 @@ struct Header {
     }
     return found->second;
   }
+  bool has(const char* key) const { return lines.count(key) > 0; }
   std::uint64_t number(const char* key, std::size_t count, std::size_t index) const {
     const std::string& word = words(key, count)[index];
     std::uint64_t value = 0;
@@ -47,9 +47,10 @@ struct Header {
   }
 };
 
-Header read_header(const std::string& path) {
+Header read_header(const std::string& path, const std::string& advice) {
   Header header;
   header.path = path;
+  header.advice = advice;
   std::ifstream stream(path, std::ios::binary);
   std::string line;
   for (int number = 0; number < 100 && std::getline(stream, line); ++number) {
@@ -69,31 +70,31 @@ Header read_header(const std::string& path) {
 
 }  // namespace
 
-void check_pcd(const std::string& path) {
-  const Header header = read_header(path);
+void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::string& advice) {
+  const Header header = read_header(path, advice);
   static const std::vector<std::string> known{"VERSION", "FIELDS", "SIZE",   "TYPE", "COUNT",
                                               "WIDTH",   "HEIGHT", "POINTS", "DATA", "VIEWPOINT"};
   for (const auto& [key, words] : header.lines) {
     if (std::find(known.begin(), known.end(), key) == known.end()) header.fail(fmt::format("an unknown line '{}'", key));
   }
-  header.words("VERSION", 1);
-  header.words("VIEWPOINT", 7);
+  if (header.has("VERSION")) header.words("VERSION", 1);
+  if (header.has("VIEWPOINT")) header.words("VIEWPOINT", 7);
   const auto named = header.lines.find("FIELDS");
   if (named == header.lines.end() || named->second.empty()) header.fail("it names no fields");
   const std::size_t fields = named->second.size();
   std::uint64_t point_bytes = 0, values = 0;
   for (std::size_t i = 0; i < fields; ++i) {
-    const std::uint64_t size = header.number("SIZE", fields, i), count = header.number("COUNT", fields, i);
+    const std::uint64_t size = header.number("SIZE", fields, i), count = header.has("COUNT") ? header.number("COUNT", fields, i) : 1;
     const std::string& type = header.words("TYPE", fields)[i];
     const bool floating = type == "F" && (size == 4 || size == 8);
     const bool integer = (type == "I" || type == "U") && (size == 1 || size == 2 || size == 4 || size == 8);
     if ((!floating && !integer) || count == 0) header.fail(fmt::format("a field of {} values of kind {} and {} bytes", count, type, size));
-    point_bytes = std::min(point_bytes + size * count, largest_cloud);
-    values = std::min(values + count, largest_cloud);
+    point_bytes = std::min(point_bytes + size * count, most_bytes);
+    values = std::min(values + count, most_bytes);
   }
   const std::uint64_t points = header.number("POINTS", 1, 0);
   if (header.number("WIDTH", 1, 0) * header.number("HEIGHT", 1, 0) != points) header.fail("WIDTH x HEIGHT is not POINTS");
-  if (points > largest_cloud / point_bytes) header.fail(fmt::format("{} points of {} bytes", points, point_bytes));
+  if (points > most_bytes / point_bytes) header.fail(fmt::format("{} points of {} bytes", points, point_bytes));
   const FileBytes file(path);
   const std::uint64_t there = file.size() - header.data_offset;
   const std::uint64_t bytes = points * point_bytes;
