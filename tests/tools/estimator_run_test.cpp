@@ -140,7 +140,7 @@ TEST_F(EstimatorRunTest, SummaryHasTheContractsKeys) {
   const nlohmann::json json = summary();
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_THAT(keys, testing::UnorderedElementsAre("estimator", "scans", "duration_s", "wall_s", "real_time_factor",
+  EXPECT_THAT(keys, testing::UnorderedElementsAre("estimator", "scans", "duration_s", "wall_s", "refine_s", "real_time_factor",
                                                   "peak_rss_mb", "degenerate_scans", "magnetic_rejected", "warnings",
                                                   "ate_m", "ate_se3_m", "max_error_m", "heading_rmse_deg", "nees_pose",
                                                   "success", "stages"));
