@@ -176,7 +176,7 @@ TEST_P(AblationTest, EverySwitchStillLocalizes) {
   GetParam().set(input.options);
   const Collector changed = run("smoother", input, drive.bundles, 70);
   EXPECT_LT(accuracy(changed.best_estimates, drive.truth).max_m, 0.15);
-  const Collector standard = run("smoother", drive.input(), drive.bundles, 70);
+  static const Collector standard = run("smoother", drive.input(), drive.bundles, 70);
   double difference = 0.0;
   for (std::size_t i = 0; i < 70; ++i) {
     difference += changed.best_estimates[i].state.T_map_imu.boxminus(standard.best_estimates[i].state.T_map_imu).norm();
