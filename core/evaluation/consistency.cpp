@@ -7,6 +7,9 @@
 #include <optional>
 #include <stdexcept>
 
+#include "core/evaluation/paired_ratio.h"
+#include "core/evaluation/statistics.h"
+
 namespace lodestone {
 
 namespace {
@@ -30,10 +33,9 @@ std::optional<double> squared_mahalanobis(const Eigen::Matrix<double, size, 1>& 
   return whitened.squaredNorm();
 }
 
-/// Mean ± Student's 97.5 % quantile of 19 degrees of freedom × the standard error of the means of 20 stretches.
+/// Mean ± Student's 97.5 % quantile × the standard error of the means of 20 stretches.
 void bound_mean(const std::vector<double>& values, double& low, double& high) {
   constexpr std::size_t stretches = 20;
-  constexpr double quantile = 2.093;
   if (values.size() < 2 * stretches) return;
   std::vector<double> means;
   for (std::size_t k = 0; k < stretches; ++k) {
@@ -41,12 +43,10 @@ void bound_mean(const std::vector<double>& values, double& low, double& high) {
     const auto end = values.begin() + static_cast<std::ptrdiff_t>((k + 1) * values.size() / stretches);
     means.push_back(std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin));
   }
-  const double mean = std::accumulate(means.begin(), means.end(), 0.0) / stretches;
-  double squares = 0.0;
-  for (const double one : means) squares += (one - mean) * (one - mean);
-  const double half = quantile * std::sqrt(squares / (stretches * (stretches - 1)));
-  low = std::max(0.0, mean - half);
-  high = mean + half;
+  const ErrorStatistics found = summarize(means);
+  const double half = student_t_quantile(stretches - 1, 0.975) * found.standard_deviation / std::sqrt(stretches - 1.0);
+  low = std::max(0.0, found.mean - half);
+  high = found.mean + half;
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, c
            "the inverse of T_imu_lidar {:.0f} deg",
            given.turn_rad * degrees, given.correlation, inverse.turn_rad * degrees),
        fmt::format("{} lidar.T_imu_lidar in {}", inverse_fits ? "invert" : "turn",
-                   platform.file.empty() ? "the platform file" : platform.file)}};
+                   platform.file_name())}};
 }
 
 }  // namespace lodestone

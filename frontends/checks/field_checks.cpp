@@ -44,7 +44,7 @@ struct Sensor {
 class FieldCheck {
  public:
   FieldCheck(const FieldComparison& comparison, const Platform& platform, const std::set<std::size_t>& known)
-      : platform_(platform), file_(platform.file.empty() ? "the platform file" : platform.file) {
+      : platform_(platform), file_(platform.file_name()) {
     std::vector<FieldSeries> all = field_series(comparison);
     for (std::size_t j = 0; j < all.size(); ++j) {
       if (all[j].times.size() < fewest_readings || known.count(j) > 0) continue;

@@ -56,7 +56,7 @@ RestSpan describe(const std::vector<ImuSample>& imu, std::size_t begin, std::siz
 class ImuCheck {
  public:
   ImuCheck(const LogSample& sample, const Platform& platform)
-      : sample_(sample), platform_(platform), file_(platform.file.empty() ? "the platform file" : platform.file) {}
+      : sample_(sample), platform_(platform), file_(platform.file_name()) {}
 
   Findings run() {
     const std::optional<RestSpan> rest = calmest_span(sample_.imu);

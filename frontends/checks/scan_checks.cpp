@@ -56,7 +56,7 @@ Findings check_refused(const LogSample& sample, const Platform& platform) {
   }
   const std::vector<std::string> keys = readable_times(sample, platform);
   if (!keys.empty()) {
-    finding.change = keys.front() + " in " + (platform.file.empty() ? "the platform file" : platform.file);
+    finding.change = keys.front() + " in " + platform.file_name();
     for (std::size_t i = 1; i < keys.size(); ++i) finding.change += "; or " + keys[i];
   }
   return {finding};

@@ -59,7 +59,7 @@ class StreamCheck {
     findings_.push_back({severity, part_ + "." + what, stream_.topic + ": " + seen, change, time});
   }
 
-  std::string file() const { return platform_.file.empty() ? "the platform file" : platform_.file; }
+  std::string file() const { return platform_.file_name(); }
 
   /// A platform says nothing of a magnetometer's rate.
   double nominal_s() const {

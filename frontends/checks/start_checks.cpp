@@ -60,7 +60,7 @@ class StartCheck {
   explicit StartCheck(const StartMaterial& material)
       : material_(material),
         map_(material.map.around(material.start.position)),
-        file_(material.platform.file.empty() ? "the platform file" : material.platform.file) {}
+        file_(material.platform.file_name()) {}
 
   Findings run() {
     const Pose& T_imu_lidar = material_.platform.suite.lidar.T_imu_lidar;

@@ -65,7 +65,7 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
 
 Findings check_topics(const LogSample& sample, const Platform& platform, SensorChoice needed) {
   Findings findings;
-  const std::string file = platform.file.empty() ? "the platform file" : platform.file;
+  const std::string file = platform.file_name();
   for (const StreamSample& stream : sample.streams) {
     if (stream.info) continue;
     findings.push_back(missing(sample, stream, file));

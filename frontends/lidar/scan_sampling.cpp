@@ -4,22 +4,17 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <unordered_map>
+
+#include "core/bit_mix.h"
+#include "core/maps/voxel_planes.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr int kKeyBits = 21;  // an axis: any range of a LiDAR at any sensible voxel
 constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
-
-std::uint64_t scramble(std::uint64_t value) {
-  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9ULL;
-  value = (value ^ (value >> 27)) * 0x94D049BB133111EBULL;
-  return value ^ (value >> 31);
-}
 
 /// How many points each voxel of a scan holds.
 class VoxelCounts {
@@ -32,8 +27,9 @@ class VoxelCounts {
 
   /// Adds a point; returns its voxel's slot.
   std::size_t add(const Eigen::Vector3f& point) {
-    const std::size_t slot = find(key_of(point));
-    slots_[slot].key = key_of(point);
+    const std::uint64_t key = voxel_key(voxel_of(point, inverse_voxel_));
+    const std::size_t slot = find(key);
+    slots_[slot].key = key;
     ++slots_[slot].count;
     return slot;
   }
@@ -56,29 +52,18 @@ class VoxelCounts {
     int surroundings;
   };
 
-  std::uint64_t key_of(const Eigen::Vector3f& point) const {
-    std::uint64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto index = static_cast<std::int64_t>(std::floor(point[axis] * inverse_voxel_)) + (1 << (kKeyBits - 1));
-      key = key << kKeyBits | (static_cast<std::uint64_t>(index) & ((1U << kKeyBits) - 1U));
-    }
-    return key;
-  }
-
   std::size_t find(std::uint64_t key) const {
-    std::size_t slot = scramble(key) & (slots_.size() - 1);
+    std::size_t slot = mix(key) & (slots_.size() - 1);
     while (slots_[slot].key != kEmpty && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
     return slot;
   }
 
   int surroundings_of(std::uint64_t key) const {
+    const Eigen::Vector3i centre = voxel_of_key(key);
     int sum = 0;
-    for (std::int64_t x = -1; x <= 1; ++x) {
-      for (std::int64_t y = -1; y <= 1; ++y) {
-        for (std::int64_t z = -1; z <= 1; ++z) {
-          const std::int64_t step = x * (std::int64_t{1} << 2 * kKeyBits) + y * (std::int64_t{1} << kKeyBits) + z;
-          sum += slots_[find(key + static_cast<std::uint64_t>(step))].count;
-        }
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int z = -1; z <= 1; ++z) sum += slots_[find(voxel_key(centre + Eigen::Vector3i(x, y, z)))].count;
       }
     }
     return sum;
@@ -104,7 +89,7 @@ class StratifiedDraw {
 
  private:
   double place() const {
-    return static_cast<double>(stratum_) + static_cast<double>(scramble(seed_ << 32 | stratum_) >> 11) * 0x1.0p-53;
+    return static_cast<double>(stratum_) + static_cast<double>(mix(seed_ << 32 | stratum_) >> 11) * 0x1.0p-53;
   }
 
   std::uint64_t seed_;

@@ -7,11 +7,6 @@
 #include "core/error.h"
 
 namespace lodestone {
-namespace {
-
-std::string file_of(const Platform& platform) { return platform.file.empty() ? "the platform file" : platform.file; }
-
-}  // namespace
 
 std::string fitting_field_unit(double value_as_written) {
   constexpr double earth_ut = 45.0;
@@ -34,14 +29,14 @@ void check_acceleration(const std::string& source, const Platform& platform, con
                                         source, platform.imu.topic, mean, gravity);
   const bool read_as_g = platform.imu.acceleration_unit == AccelerationUnit::standard_gravity;
   if (!read_as_g && std::abs(mean - 1.0) < 0.3) {
-    throw InputError(found + "; the IMU is in g: set imu.acceleration_unit: g in " + file_of(platform));
+    throw InputError(found + "; the IMU is in g: set imu.acceleration_unit: g in " + platform.file_name());
   }
   if (read_as_g && mean > 5.0 * gravity) {
-    throw InputError(found + "; the IMU is in m/s2: set imu.acceleration_unit: m/s2 in " + file_of(platform));
+    throw InputError(found + "; the IMU is in m/s2: set imu.acceleration_unit: m/s2 in " + platform.file_name());
   }
   if (mean < 0.5 * gravity || mean > 2.0 * gravity) {
     throw InputError(found + "; a log needs the specific force with gravity in it, in the unit that " +
-                     file_of(platform) + " names as imu.acceleration_unit");
+                     platform.file_name() + " names as imu.acceleration_unit");
   }
 }
 
@@ -66,13 +61,13 @@ void check_field(const std::string& source, const Platform& platform, std::size_
           : fmt::format("it looks like {0}: set magnetometers[{1}].unit: {0}", fitting, magnetometer);
   if (mean_ut < smallest_ut || mean_ut > largest_ut) {
     throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}; expected 10 to 1000 microtesla; {} in {}",
-                                 source, layout.topic, as_written, unit_name, change, file_of(platform)));
+                                 source, layout.topic, as_written, unit_name, change, platform.file_name()));
   }
   // Steel and hard iron make strange fields; only what another unit explains better is worth a word.
   if (warnings == nullptr || fitting.empty() || fitting == unit_name || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
   warnings->add("magnetometer.magnitude",
                fmt::format("{}: the field's mean magnitude is {:.4g} {}; 20 to 70 microtesla are usual; {} in {}, if it is",
-                           layout.topic, as_written, unit_name, change, file_of(platform)),
+                           layout.topic, as_written, unit_name, change, platform.file_name()),
                readings.first_stamp);
 }
 

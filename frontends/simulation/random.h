@@ -5,16 +5,10 @@
 #include <numbers>
 #include <string_view>
 
+#include "core/bit_mix.h"
 #include "core/geometry/so3.h"
 
 namespace lodestone::simulation {
-
-/// The finalizer of SplitMix64: a bijection of 64 bits in which every input bit moves every output bit.
-constexpr std::uint64_t mix(std::uint64_t value) {
-  value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  value = (value ^ (value >> 27)) * 0x94d049bb133111ebULL;
-  return value ^ (value >> 31);
-}
 
 /// A stream of random numbers named by a seed, a purpose and an index. Streams do not depend on one another, so that a
 /// scan, a rod or a sensor has its own numbers whichever thread comes to it first. Source: Steele et al. 2014
