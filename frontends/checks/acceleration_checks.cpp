@@ -7,6 +7,7 @@
 
 #include "frontends/checks/acceleration_pairs.h"
 #include "frontends/checks/step_search.h"
+#include "frontends/readers/platform_lidars.h"
 
 namespace lodestone {
 namespace {
@@ -49,8 +50,9 @@ Findings check_acceleration_along(const Trajectory& poses, const LogSample& samp
   return findings;
 }
 
-Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, const Platform& platform) {
-  const Pose& T_imu_lidar = platform.suite.lidar.T_imu_lidar;
+Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, const Platform& platform,
+                       std::size_t lidar) {
+  const Pose& T_imu_lidar = model_of(platform, lidar).T_imu_lidar;
   const HeadingFit given = fit_heading(lidar_poses, sample.imu, T_imu_lidar.rotation);
   if (!given.tells() || std::abs(given.turn_rad) < telling_turn_rad) return {};
   const HeadingFit inverse = fit_heading(lidar_poses, sample.imu, T_imu_lidar.rotation.conjugate());
@@ -61,8 +63,7 @@ Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, c
            "the accelerations of IMU and LiDAR point {:.0f} deg apart about the vertical (correlation {:.2f}); with "
            "the inverse of T_imu_lidar {:.0f} deg",
            given.turn_rad * degrees, given.correlation, inverse.turn_rad * degrees),
-       fmt::format("{} lidar.T_imu_lidar in {}", inverse_fits ? "invert" : "turn",
-                   platform.file_name())}};
+       fmt::format("{} {}.T_imu_lidar in {}", inverse_fits ? "invert" : "turn", lidar_key(lidar), platform.file_name())}};
 }
 
 }  // namespace lodestone

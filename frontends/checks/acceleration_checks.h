@@ -13,7 +13,8 @@ Findings check_acceleration_along(const Trajectory& poses, const LogSample& samp
 
 /// Whether T_imu_lidar is right about the vertical, which turning on a floor does not show: the directions in which IMU
 /// and LiDAR speed up, held against each other. `lidar_poses`: of follow_scans. Says nothing where too little speeds
-/// up.
-Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, const Platform& platform);
+/// up. `lidar`: the index of the LiDAR whose poses they are.
+Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, const Platform& platform,
+                       std::size_t lidar = 0);
 
 }  // namespace lodestone

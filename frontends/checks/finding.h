@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <iterator>
 #include <optional>
@@ -38,6 +39,17 @@ inline Finding error_finding(const std::string& kind, const InputError& error) {
   const std::size_t cut = text.rfind("; ");
   if (cut == std::string::npos) return {Severity::error, kind, text, ""};
   return {Severity::error, kind, text.substr(0, cut), text.substr(cut + 2)};
+}
+
+inline bool has_error(const Findings& findings) {
+  return std::any_of(findings.begin(), findings.end(),
+                     [](const Finding& one) { return one.severity == Severity::error; });
+}
+
+/// Whether there is a finding of this kind, at least so severe.
+inline bool has(const Findings& findings, const std::string& kind, Severity at_least) {
+  return std::any_of(findings.begin(), findings.end(),
+                     [&](const Finding& one) { return one.kind == kind && one.severity <= at_least; });
 }
 
 inline void append(Findings& findings, Findings more) {

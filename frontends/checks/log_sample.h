@@ -6,29 +6,36 @@
 
 #include "core/measurements.h"
 #include "core/warnings.h"
-#include "frontends/readers/logs/message_source.h"
+#include "frontends/readers/bag_streams.h"
 #include "frontends/readers/platform.h"
 #include "frontends/readers/ros1/messages.h"
+#include "frontends/readers/sensor_choice.h"
 
 namespace lodestone {
 
-enum class SensorKind { imu, lidar, magnetometer };
-
-/// What a log holds of one sensor of the platform.
-struct StreamSample {
-  SensorKind sensor = SensorKind::imu;
-  std::size_t magnetometer = 0;    ///< index, of a magnetometer
-  std::string topic;               ///< as the platform names it
-  std::string key;                 ///< where the platform file names it
-  std::optional<TopicInfo> info;   ///< nothing: no topic of that name and a fitting type
+/// What a log holds of one sensor of the platform. Without info: no topic of that name that
+/// can be read.
+struct StreamSample : SensorStream {
   std::vector<Time> stamps;        ///< of every message, in order of recording
   std::vector<Time> record_times;  ///< of the same messages
+  int not_finite = 0;              ///< messages with values that are no numbers
+  bool refused = false;            ///< its paths are none of the topic's type
 };
 
 /// A cloud as it was recorded, with its bytes.
 struct RawCloud {
   ros1::PointCloudMessage message;  ///< its data points into `bytes`
   std::vector<std::uint8_t> bytes;
+};
+
+/// What one LiDAR saw.
+struct LidarSample {
+  std::vector<LidarScan> scans;  ///< with strictly increasing ends, thinned to some thousand points
+  int empty_scans = 0;
+  Time first_empty_scan = 0;
+  std::optional<InputError> refused_cloud;  ///< why the first cloud that cannot be read cannot
+  std::optional<RawCloud> cloud;            ///< the first cloud with points (none of a CustomMsg)
+  std::vector<std::string> fields_of_cloud() const;
 };
 
 /// The begin of a log as it is, read without refusing anything: what checks look at.
@@ -42,23 +49,16 @@ struct LogSample {
 
   /// Finite, with strictly increasing stamps, in the units that the platform makes of them.
   std::vector<ImuSample> imu;
-  std::vector<std::vector<MagneticSample>> fields;  ///< one list a magnetometer
-  std::vector<LidarScan> scans;                     ///< thinned to some thousand points
-  int empty_scans = 0;
-  Time first_empty_scan = 0;
-  std::vector<int> not_finite;  ///< messages with values that are no numbers, one count a stream
+  std::vector<std::vector<MagneticSample>> fields;  ///< one list a magnetometer, without its calibration
+  std::vector<LidarSample> lidars;                  ///< one a LiDAR: they are not merged, as a run merges them
+  const std::vector<LidarScan>& scans() const { return lidars.front().scans; }
 
-  std::optional<InputError> refused_cloud;  ///< why the first cloud that cannot be read cannot
-  std::optional<RawCloud> cloud;            ///< the first cloud with points (none of a CustomMsg)
-  std::vector<std::string> fields_of_cloud() const;
-  std::vector<InputError> refused;  ///< the first message of a topic that cannot be decoded at all
+  std::vector<InputError> refused;  ///< paths that a topic's type has not; the first message that cannot be decoded at all
 };
 
-/// Reads `seconds` from the log's begin. A sensor whose topic is missing has an empty stream. Throws InputError where
+/// Reads `seconds` of the chosen sensors from the log's begin. A sensor whose topic is missing has an empty stream. Throws InputError where
 /// the file is no log. `warnings` gets what the reader of the file has to say.
-LogSample read_log_sample(const std::string& path, const Platform& platform, double seconds, WarningLog& warnings);
-
-/// What the platform calls this type of sensor's messages.
-bool is_message_of(SensorKind sensor, const std::string& type);
+LogSample read_log_sample(const std::string& path, const Platform& platform, double seconds, WarningLog& warnings,
+                          SensorChoice choice = {});
 
 }  // namespace lodestone

@@ -7,6 +7,7 @@
 
 #include "frontends/magnetometer/magnetometer_monitor.h"
 #include "frontends/readers/sensor_checks.h"
+#include "frontends/readers/stream_decoder.h"
 
 namespace lodestone {
 namespace {
@@ -35,15 +36,16 @@ bool check_unit(const LogSample& sample, const Platform& platform, std::size_t m
   return true;
 }
 
-/// The estimators' own monitor, on the readings of one magnetometer.
-WarningLog monitored(const std::vector<MagneticSample>& list, const MagnetometerModel& model) {
+/// The estimators' own monitor, on what they get of one magnetometer.
+WarningLog monitored(const std::vector<MagneticSample>& list, const MagnetometerMessageLayout& layout,
+                     const MagnetometerModel& model) {
   WarningLog warnings;
   SensorSuite suite;
   suite.magnetometers = {model};
   MagnetometerMonitor monitor(suite, &warnings);
   std::vector<MagneticArraySample> samples;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    samples.push_back({list[i].time, {list[i].field_ut}});
+    samples.push_back({list[i].time, {calibrated(layout, list[i].field_ut)}});
     if (samples.size() < bundle && i + 1 < list.size()) continue;
     monitor.without_unhealthy(samples, samples.back().time);
     samples.clear();
@@ -69,7 +71,7 @@ Findings check_magnetometers(const LogSample& sample, const Platform& platform) 
   for (std::size_t j = 0; j < sample.fields.size(); ++j) {
     if (sample.fields[j].empty() || check_unit(sample, platform, j, findings)) continue;
     const MagnetometerModel& model = platform.suite.magnetometers[j];
-    const WarningLog warnings = monitored(sample.fields[j], model);
+    const WarningLog warnings = monitored(sample.fields[j], platform.magnetometers[j], model);
     for (const Symptom& symptom : symptoms) {
       const auto found = warnings.entries().find(fmt::format("magnetometer.{}.{}", symptom.name, model.name));
       if (found == warnings.entries().end()) continue;

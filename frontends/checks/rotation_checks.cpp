@@ -11,6 +11,7 @@
 #include "core/evaluation/statistics.h"
 #include "frontends/checks/step_search.h"
 #include "frontends/checks/turn_integral.h"
+#include "frontends/readers/platform_lidars.h"
 
 namespace lodestone {
 namespace {
@@ -141,25 +142,61 @@ void find_step(const std::vector<Pair>& pairs, const Quaternion& R_imu_lidar, do
   fit.bias_step_time = pairs[step.index].time;
 }
 
-std::string extrinsic_line(const Platform& platform) {
-  return "lidar.T_imu_lidar in " + (platform.file.empty() ? std::string("the platform file") : platform.file);
-}
-
-Finding clock_finding(const RotationFit& fit, const Platform& platform) {
-  const double period_s = platform.suite.lidar.scan_period_s;
+/// What concerns the clocks of the IMU and one LiDAR.
+Finding clock_finding(const RotationFit& fit, const Platform& platform, std::size_t lidar) {
+  const std::string name = lidar == 0 ? "the LiDAR" : lidar_key(lidar);
+  const double unexplained = 1.0 - fit.correlation * fit.correlation;
+  const double unexplained_unshifted = 1.0 - fit.correlation_unshifted * fit.correlation_unshifted;
+  if (std::abs(fit.offset_s) <= telling_offset_s || unexplained_unshifted <= better_by * unexplained) {
+    return {Severity::note, "clock.lidar_imu",
+            fmt::format("{} and the IMU turn together (correlation {:.3f}), the IMU's stamps {:+.3f} s from the LiDAR's", name,
+                        fit.correlation, fit.offset_s),
+            ""};
+  }
+  const double period_s = model_of(platform, lidar).scan_period_s;
   std::string change =
       fmt::format("let one clock stamp both, or shift one sensor's stamps by {:.3f} s", std::abs(fit.offset_s));
-  const bool at_start = platform.lidar.stamp == ScanStamp::start;
+  const bool at_start = layout_of(platform, lidar).stamp == ScanStamp::start;
   if (std::abs(fit.offset_s + (at_start ? period_s : -period_s)) < 0.3 * period_s) {
-    change = fmt::format("lidar.stamp: {}; else ", at_start ? "end" : "start") + change;
+    change = fmt::format("{}.stamp: {}; else ", lidar_key(lidar), at_start ? "end" : "start") + change;
   }
   return {
       Severity::warning, "clock.lidar_imu",
       fmt::format(
-          "the IMU's stamps are {:.3f} s {} than the LiDAR's: their turns agree to {:.3f} there and to {:.3f} as "
+          "the IMU's stamps are {:.3f} s {} than those of {}: their turns agree to {:.3f} there and to {:.3f} as "
           "stamped (correlation)",
-          std::abs(fit.offset_s), fit.offset_s > 0.0 ? "later" : "earlier", fit.correlation, fit.correlation_unshifted),
+          std::abs(fit.offset_s), fit.offset_s > 0.0 ? "later" : "earlier", name, fit.correlation,
+          fit.correlation_unshifted),
       change};
+}
+
+Findings check_scale(const RotationFit& fit, const Platform& platform) {
+  if (std::abs(fit.scale - 1.0) <= scale_tolerance) return {};
+  const bool in_degrees = std::abs(fit.scale / degrees - 1.0) < 0.2;
+  return {{in_degrees ? Severity::error : Severity::warning, "imu.gyroscope_unit",
+           fmt::format("{}: the gyroscope's turns are {:.3f} times those of the LiDAR{}", platform.imu.topic, fit.scale,
+                       in_degrees ? ": degrees per second" : ""),
+           "an Imu message holds rad/s: convert or calibrate before recording"}};
+}
+
+Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_t lidar) {
+  if (fit.axis_error_rad <= axis_tolerance_rad) return {};
+  const bool inverse = fit.axis_error_inverse_rad < axis_tolerance_rad;
+  return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
+           fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and {}; with "
+                       "the inverse of T_imu_lidar by {:.1f} deg",
+                       fit.axis_error_rad * degrees, lidar == 0 ? "LiDAR" : lidar_key(lidar),
+                       fit.axis_error_inverse_rad * degrees),
+           fmt::format("{} {}.T_imu_lidar in {}", inverse ? "invert" : "correct", lidar_key(lidar), platform.file_name())}};
+}
+
+Findings check_step(const RotationFit& fit, const Platform& platform) {
+  if (fit.bias_step_rad_s <= std::max(telling_step_rad_s, step_sigmas * fit.bias_step_sigma_rad_s)) return {};
+  if (fit.tells() && fit.axis_error_rad >= axis_tolerance_rad) return {};
+  return {{Severity::warning, "imu.gyroscope_step",
+           fmt::format("{}: the gyroscope's bias steps by {:.4f} rad/s against the LiDAR's turns", platform.imu.topic,
+                       fit.bias_step_rad_s),
+           "check the IMU (shocks, temperature, power)", fit.bias_step_time}};
 }
 
 }  // namespace
@@ -192,7 +229,7 @@ std::optional<RotationFit> fit_rotation(const Trajectory& lidar_poses, const std
   return fit;
 }
 
-Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform) {
+Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar) {
   Findings findings;
   if (!fit || !fit->tells()) {
     findings.push_back(
@@ -203,43 +240,11 @@ Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& p
              : "too few scans and IMU samples together to compare their turns",
          "--seconds: a longer span, with a turn in it"});
   } else {
-    const double unexplained = 1.0 - fit->correlation * fit->correlation;
-    const double unexplained_unshifted = 1.0 - fit->correlation_unshifted * fit->correlation_unshifted;
-    const bool shifted = std::abs(fit->offset_s) > telling_offset_s && unexplained_unshifted > better_by * unexplained;
-    if (shifted) {
-      findings.push_back(clock_finding(*fit, platform));
-    } else {
-      findings.push_back(
-          {Severity::note, "clock.lidar_imu",
-           fmt::format("LiDAR and IMU turn together (correlation {:.3f}), the IMU's stamps {:+.3f} s from the "
-                       "LiDAR's",
-                       fit->correlation, fit->offset_s),
-           ""});
-    }
-    if (std::abs(fit->scale - 1.0) > scale_tolerance) {
-      const bool in_degrees = std::abs(fit->scale / degrees - 1.0) < 0.2;
-      findings.push_back({in_degrees ? Severity::error : Severity::warning, "imu.gyroscope_unit",
-                          fmt::format("{}: the gyroscope's turns are {:.3f} times those of the LiDAR{}",
-                                      platform.imu.topic, fit->scale, in_degrees ? ": degrees per second" : ""),
-                          "an Imu message holds rad/s: convert or calibrate before recording"});
-    }
-    if (fit->axis_error_rad > axis_tolerance_rad) {
-      const bool inverse = fit->axis_error_inverse_rad < axis_tolerance_rad;
-      findings.push_back(
-          {Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
-           fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and LiDAR; with "
-                       "the inverse of T_imu_lidar by {:.1f} deg",
-                       fit->axis_error_rad * degrees, fit->axis_error_inverse_rad * degrees),
-           (inverse ? "invert " : "correct ") + extrinsic_line(platform)});
-    }
+    findings.push_back(clock_finding(*fit, platform, lidar));
+    if (lidar == 0) append(findings, check_scale(*fit, platform));
+    append(findings, check_axis(*fit, platform, lidar));
   }
-  if (fit && fit->bias_step_rad_s > std::max(telling_step_rad_s, step_sigmas * fit->bias_step_sigma_rad_s) &&
-      (!fit->tells() || fit->axis_error_rad < axis_tolerance_rad)) {
-    findings.push_back({Severity::warning, "imu.gyroscope_step",
-                        fmt::format("{}: the gyroscope's bias steps by {:.4f} rad/s against the LiDAR's turns",
-                                    platform.imu.topic, fit->bias_step_rad_s),
-                        "check the IMU (shocks, temperature, power)", fit->bias_step_time});
-  }
+  if (fit && lidar == 0) append(findings, check_step(*fit, platform));
   return findings;
 }
 

@@ -31,7 +31,8 @@ struct RotationFit {
 std::optional<RotationFit> fit_rotation(const Trajectory& lidar_poses, const std::vector<ImuSample>& imu,
                                         const Quaternion& R_imu_lidar);
 
-/// Offset of clocks, unit of the turn rate, direction of T_imu_lidar, a step of the gyroscope's bias.
-Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform);
+/// Offset of clocks, unit of the turn rate, direction of T_imu_lidar, a step of the gyroscope's bias. Of a further LiDAR (its
+/// index above 0) what concerns itself alone.
+Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar = 0);
 
 }  // namespace lodestone

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/evaluation/statistics.h"
+#include "frontends/readers/platform_lidars.h"
 
 namespace lodestone {
 namespace {
@@ -16,18 +17,6 @@ constexpr double scan_gap_periods = 1.7;    // every scan counts
 constexpr double silent_s = 0.5;            // at the begin or the end of the sample, and two periods
 constexpr double leap_s = 10.0;
 constexpr double foreign_clock_s = 1.0;  // from the recorder's clock: worth a note
-
-const char* part_of(SensorKind sensor) {
-  switch (sensor) {
-    case SensorKind::imu:
-      return "imu";
-    case SensorKind::lidar:
-      return "lidar";
-    case SensorKind::magnetometer:
-      break;
-  }
-  return "magnetometer";
-}
 
 double median_s(std::vector<double> values) {
   return values.empty() ? 0.0 : summarize(values).median;
@@ -63,8 +52,8 @@ class StreamCheck {
 
   /// A platform says nothing of a magnetometer's rate.
   double nominal_s() const {
-    if (stream_.sensor == SensorKind::imu) return 1.0 / platform_.suite.imu.rate_hz;
-    return stream_.sensor == SensorKind::lidar ? platform_.suite.lidar.scan_period_s : 0.0;
+    if (stream_.sensor == Sensor::imu) return 1.0 / platform_.suite.imu.rate_hz;
+    return stream_.sensor == Sensor::lidar ? model_of(platform_, stream_.index).scan_period_s : 0.0;
   }
 
   bool zero_stamps() {
@@ -110,17 +99,17 @@ class StreamCheck {
     const double nominal = nominal_s();
     if (nominal <= 0.0 || period_s_ <= 0.0 || intervals_.size() < 5) return;
     if (std::abs(period_s_ / nominal - 1.0) < rate_tolerance) return;
-    const bool imu = stream_.sensor == SensorKind::imu;
+    const bool imu = stream_.sensor == Sensor::imu;
     add(Severity::warning, imu ? "rate" : "period",
         imu ? fmt::format("{:.1f} samples a second; the platform says {:g}", 1.0 / period_s_, 1.0 / nominal)
             : fmt::format("a scan every {:.4f} s; the platform says {:g} s", period_s_, nominal),
         imu ? fmt::format("imu.rate_hz: {:.1f} in {}", 1.0 / period_s_, file())
-            : fmt::format("lidar.scan_period_s: {:.4g} in {}", period_s_, file()),
+            : fmt::format("{}.scan_period_s: {:.4g} in {}", lidar_key(stream_.index), period_s_, file()),
         stream_.stamps.front());
   }
 
   void gaps() {
-    const double periods = stream_.sensor == SensorKind::lidar ? scan_gap_periods : sensor_gap_periods;
+    const double periods = stream_.sensor == Sensor::lidar ? scan_gap_periods : sensor_gap_periods;
     int count = 0;
     double longest_s = 0.0, total_s = 0.0;
     Time first = 0;
@@ -131,7 +120,7 @@ class StreamCheck {
       total_s += intervals_[i];
     }
     if (count == 0) return;
-    const bool lidar = stream_.sensor == SensorKind::lidar;
+    const bool lidar = stream_.sensor == Sensor::lidar;
     add(Severity::warning, lidar ? "outage" : "gap",
         fmt::format("{} gap{} without a {}, {:.3f} s in all, the longest {:.3f} s; expected one every {:.4g} s", count,
                     count == 1 ? "" : "s", lidar ? "scan" : "sample", total_s, longest_s, period_s_),
@@ -140,8 +129,8 @@ class StreamCheck {
 
   void silence(Time from, Time until, const char* where) {
     add(Severity::warning, "silent", fmt::format("no message {} ({:.2f} s)", where, to_seconds(until - from)),
-        stream_.sensor == SensorKind::magnetometer
-            ? fmt::format("check the sensor, or take magnetometers[{}] out of {}", stream_.magnetometer, file())
+        stream_.sensor == Sensor::magnetometer
+            ? fmt::format("check the sensor, or take magnetometers[{}] out of {}", stream_.index, file())
             : "check the sensor and its driver",
         from);
   }
@@ -199,12 +188,11 @@ Findings check_common_clock(const LogSample& sample) {
 
 Findings check_values(const LogSample& sample) {
   Findings findings;
-  for (std::size_t i = 0; i < sample.streams.size(); ++i) {
-    if (sample.not_finite[i] == 0) continue;
-    const StreamSample& stream = sample.streams[i];
+  for (const StreamSample& stream : sample.streams) {
+    if (stream.not_finite == 0) continue;
     findings.push_back({Severity::warning, std::string(part_of(stream.sensor)) + ".not_finite",
                         fmt::format("{}: {} of {} messages hold values that are no numbers", stream.topic,
-                                    sample.not_finite[i], stream.stamps.size()),
+                                    stream.not_finite, stream.stamps.size()),
                         "check the driver; they are dropped"});
   }
   return findings;

@@ -204,7 +204,7 @@ Findings check_floor(const LogSample& sample, const Platform& platform, const Sc
            given.points > 0 ? fmt::format("{:.1f} deg from level ({} points)", given.tilt_deg, given.points)
                             : "not found",
            inverse.tilt_deg, inverse.points),
-       "invert lidar.T_imu_lidar in " + (platform.file.empty() ? std::string("the platform file") : platform.file),
+       "invert lidar.T_imu_lidar in " + platform.file_name(),
        odometry.poses.front().time}};
 }
 

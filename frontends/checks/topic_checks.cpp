@@ -10,33 +10,21 @@
 namespace lodestone {
 namespace {
 
-const char* message_of(SensorKind sensor) {
-  switch (sensor) {
-    case SensorKind::imu:
-      return "sensor_msgs/Imu";
-    case SensorKind::lidar:
-      return "sensor_msgs/PointCloud2 or livox_ros_driver2/CustomMsg";
-    case SensorKind::magnetometer:
-      break;
-  }
-  return "sensor_msgs/MagneticField";
-}
-
 bool is_named(const LogSample& sample, const std::string& topic) {
   return std::any_of(sample.streams.begin(), sample.streams.end(),
                      [&](const StreamSample& stream) { return stream.topic == topic; });
 }
 
 /// Topics of a type that fits; those that the platform does not name for something else first.
-std::vector<std::string> candidates(const LogSample& sample, SensorKind sensor) {
+std::vector<std::string> candidates(const LogSample& sample, Sensor sensor) {
   std::vector<std::string> free;
   std::vector<std::string> taken;
   for (const TopicInfo& topic : sample.topics) {
-    if (!is_message_of(sensor, topic.type) || topic.messages == 0) continue;
+    if (!is_type_of(sensor, topic.type) || topic.messages == 0) continue;
     (is_named(sample, topic.name) ? taken : free).push_back(topic.name);
   }
   // Another magnetometer's topic cannot be this one's.
-  return free.empty() && sensor != SensorKind::magnetometer ? taken : free;
+  return free.empty() && sensor != Sensor::magnetometer ? taken : free;
 }
 
 Finding missing(const LogSample& sample, const StreamSample& stream, const std::string& file) {
@@ -45,17 +33,22 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
   std::string seen = there == sample.topics.end() ? fmt::format("{}: the log has no such topic", stream.topic)
                      : there->messages == 0       ? fmt::format("{}: the topic has no message", stream.topic)
                                                   : fmt::format("{}: is a {}; expected {}", stream.topic, there->type,
-                                                                message_of(stream.sensor));
+                                                                types_of(stream));
   const std::vector<std::string> fitting = candidates(sample, stream.sensor);
   std::string change;
   if (!fitting.empty()) {
     change = fmt::format("{}: {} in {}", stream.key, nearest_name(stream.topic, fitting), file);
     if (fitting.size() > 1) change += fmt::format(" (of {})", join_names(fitting));
-  } else if (stream.sensor == SensorKind::magnetometer) {
+  } else if (there != sample.topics.end() && there->messages > 0 && stream.sensor != Sensor::lidar) {
+    change = fmt::format("{} in {}, or another {}",
+                         stream.sensor == Sensor::imu ? "imu.angular_velocity and imu.linear_acceleration"
+                                                      : fmt::format("magnetometers[{}].values", stream.index),
+                         file, stream.key);
+  } else if (stream.sensor == Sensor::magnetometer) {
     change = fmt::format("take magnetometers[{}] out of {}: it was silent, and no other topic fits",
-                         stream.magnetometer, file);
+                         stream.index, file);
   } else {
-    seen += fmt::format(", and none with a {}", message_of(stream.sensor));
+    seen += fmt::format(", and none with a {}", type_of(stream.sensor));
     change = "record this sensor";
   }
   return {Severity::error, "topic.missing", seen, change};
@@ -67,10 +60,10 @@ Findings check_topics(const LogSample& sample, const Platform& platform, SensorC
   Findings findings;
   const std::string file = platform.file_name();
   for (const StreamSample& stream : sample.streams) {
-    if (stream.info) continue;
+    if (stream.info || stream.refused) continue;
     findings.push_back(missing(sample, stream, file));
-    const bool is_needed = stream.sensor == SensorKind::lidar          ? needed.lidar
-                           : stream.sensor == SensorKind::magnetometer ? needed.magnetometers
+    const bool is_needed = stream.sensor == Sensor::lidar          ? needed.lidar
+                           : stream.sensor == Sensor::magnetometer ? needed.magnetometers
                                                                        : needed.imu;
     if (!is_needed) findings.back().severity = Severity::note;
   }

@@ -9,7 +9,6 @@
 #include "frontends/readers/logs/known_types.h"
 
 namespace lodestone {
-namespace {
 
 const char* type_of(Sensor sensor) {
   switch (sensor) {
@@ -27,20 +26,18 @@ bool is_type_of(Sensor sensor, const std::string& type) {
   return type == type_of(sensor) || (sensor == Sensor::lidar && message_type(type) == MessageType::livox);
 }
 
-/// How to say where the values stand in a message of another type.
-std::string path_hint(const SensorStream& stream) {
+std::string types_of(const SensorStream& stream) {
+  const std::string own = type_of(stream.sensor);
   switch (stream.sensor) {
     case Sensor::lidar:
-      return " or livox_ros_driver2/CustomMsg";
+      return own + " or livox_ros_driver2/CustomMsg";
     case Sensor::imu:
-      return ", or imu.angular_velocity and imu.linear_acceleration that say where a message of another type has them";
+      return own + ", or imu.angular_velocity and imu.linear_acceleration that say where a message of another type has them";
     case Sensor::magnetometer:
       break;
   }
-  return fmt::format(", or magnetometers[{}].values that says where a message of another type has them", stream.index);
+  return fmt::format("{}, or magnetometers[{}].values that says where a message of another type has them", own, stream.index);
 }
-
-}  // namespace
 
 const char* part_of(Sensor sensor) {
   switch (sensor) {
@@ -87,6 +84,19 @@ std::vector<SensorStream> make_streams(const Platform& platform, SensorChoice ch
   return streams;
 }
 
+void bind_paths(const std::string& path, const std::vector<SensorStream>& streams, SensorStream& stream) {
+  if (stream.paths.empty()) return;
+  const auto other = std::find_if(streams.begin(), streams.end(), [&stream](const SensorStream& each) {
+    return each.reader != nullptr && each.topic == stream.topic;
+  });
+  const auto reader = other == streams.end() ? std::make_shared<MessagePaths>(path, *stream.info) : other->reader;
+  for (std::size_t i = 0; i < stream.paths.size(); ++i) {
+    const std::size_t place = reader->add(stream.paths[i], stream.path_keys[i]);
+    if (i == 0) stream.first_vector = place;
+  }
+  stream.reader = reader;
+}
+
 std::vector<std::string> find_topics(const std::string& path, const Platform& platform,
                                      const std::vector<TopicInfo>& topics, std::vector<SensorStream>& streams) {
   if (streams.empty()) throw InputError(path + ": no sensor of the platform is chosen");
@@ -109,12 +119,12 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
       throw InputError(fmt::format("{}: there is no topic {}; {}; set {}{}; the log has {}", path, stream.topic, hint, key,
                                    silent, list));
     }
-    if (!stream.paths.empty()) {
-      stream.reader = std::make_shared<MessagePaths>(path, *found, stream.paths, stream.path_keys);
-    } else if (!is_type_of(stream.sensor, found->type)) {
-      throw InputError(fmt::format("{}: topic {} is a {}; expected a {}{}; set {}; the log has {}", path, stream.topic,
-                                   found->type, type_of(stream.sensor), path_hint(stream), key, list));
+    stream.info = *found;
+    if (stream.paths.empty() && !is_type_of(stream.sensor, found->type)) {
+      throw InputError(fmt::format("{}: topic {} is a {}; expected a {}; set {}; the log has {}", path, stream.topic,
+                                   found->type, types_of(stream), key, list));
     }
+    bind_paths(path, streams, stream);
     const auto place = std::find(chosen.begin(), chosen.end(), stream.topic);
     stream.topic_index = static_cast<std::size_t>(place - chosen.begin());
     if (place == chosen.end()) chosen.push_back(stream.topic);

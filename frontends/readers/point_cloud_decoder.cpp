@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "frontends/readers/platform_lidars.h"
 
 namespace lodestone {
 namespace {
@@ -22,14 +23,6 @@ bool same_fields(const std::vector<PointField>& a, const std::vector<PointField>
 
 bool is_return(const Eigen::Vector3f& position) { return position.allFinite() && !position.isZero(0.0F); }
 
-const LidarMessageLayout& layout_of(const Platform& platform, std::size_t lidar) {
-  return lidar == 0 ? platform.lidar : platform.further_lidars.at(lidar - 1).layout;
-}
-
-const LidarModel& model_of(const Platform& platform, std::size_t lidar) {
-  return lidar == 0 ? platform.suite.lidar : platform.further_lidars.at(lidar - 1).model;
-}
-
 /// A longer scan than this is none, in periods.
 constexpr double longest_scan = 5.0;
 
@@ -42,7 +35,7 @@ PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platfor
     : source_(std::move(source)),
       layout_(layout_of(platform, lidar)),
       platform_file_(platform.file_name()),
-      keys_(lidar == 0 ? "lidar" : fmt::format("further_lidars[{}]", lidar - 1)),
+      keys_(lidar_key(lidar)),
       period_ns_(from_seconds(model_of(platform, lidar).scan_period_s)),
       warnings_(warnings) {}
 

@@ -6,15 +6,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "frontends/checks/acceleration_checks.h"
-#include "frontends/checks/imu_checks.h"
-#include "frontends/checks/magnetometer_checks.h"
-#include "frontends/checks/rotation_checks.h"
-#include "frontends/checks/scan_checks.h"
-#include "frontends/checks/scan_odometry.h"
-#include "frontends/checks/stamp_checks.h"
+#include "frontends/checks/log_checks.h"
 #include "frontends/checks/start_checks.h"
-#include "frontends/checks/topic_checks.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/readers/bag_source.h"
 #include "frontends/readers/magnetic_map_file.h"
@@ -32,16 +25,6 @@ namespace {
 
 constexpr std::size_t kFewestScans = 3;
 
-bool has_error(const Findings& findings) {
-  return std::any_of(findings.begin(), findings.end(),
-                     [](const Finding& one) { return one.severity == Severity::error; });
-}
-
-bool has(const Findings& findings, const std::string& kind, Severity at_least) {
-  return std::any_of(findings.begin(), findings.end(),
-                     [&](const Finding& one) { return one.kind == kind && one.severity <= at_least; });
-}
-
 void check_call(const CheckCall& call) {
   if (!(call.seconds > 0.0))
     throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
@@ -57,34 +40,6 @@ void check_call(const CheckCall& call) {
 /// Those that a run with these maps would read; without maps all of them.
 SensorChoice needed_sensors(const CheckCall& call) {
   return {!call.cloud.empty() || call.magnetic.empty(), true, !call.magnetic.empty() || call.cloud.empty()};
-}
-
-/// What needs the log and the platform alone.
-void check_sensors(const CheckCall& call, const Platform& platform, const ScanOdometry& odometry, CheckResult& result) {
-  const LogSample& sample = result.sample;
-  Findings& findings = result.findings;
-  append(findings, check_topics(sample, platform, needed_sensors(call)));
-  append(findings, check_stamps(sample, platform));
-  append(findings, check_scans(sample, platform));
-  append(findings, check_imu(sample, platform));
-  append(findings, check_magnetometers(sample, platform));
-  const auto rotation = fit_rotation(odometry.poses, sample.imu, platform.suite.lidar.T_imu_lidar.rotation);
-  if (odometry.lost) {
-    findings.push_back({Severity::note, "lidar.motion",
-                        fmt::format("the scans by themselves could be followed for {:.1f} s only: they see "
-                                    "too little there",
-                                    to_seconds(odometry.poses.back().time - odometry.poses.front().time)),
-                        "", odometry.poses.back().time});
-  }
-  append(findings, check_rotation(rotation, platform));
-  // Stamps that differ make accelerations that differ, too.
-  if (!has(findings, "clock.lidar_imu", Severity::warning) && !has_error(findings)) {
-const Findings heading = check_heading(odometry.poses, sample, platform);
-    // Turns about axes that are taken for others look like a bias.
-    if (!heading.empty()) std::erase_if(findings, [](const Finding& one) { return one.kind == "imu.gyroscope_step"; });
-    append(findings, heading);
-  }
-  if (call.cloud.empty()) append(findings, check_floor(sample, platform, odometry));
 }
 
 /// What a run would say, should nothing else have said it.
@@ -122,9 +77,9 @@ void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOd
     drive.field =
         std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, drive.options.magnetic.map.max_bytes()));
   }
-  const bool scans = result.sample.scans.size() >= kFewestScans;
+  const bool scans = result.sample.scans().size() >= kFewestScans;
   if (result.sample.imu.empty() || (drive.planes != nullptr && !scans)) return;
-  const Time begin = scans ? result.sample.scans.front().start : result.sample.imu.front().time;
+  const Time begin = scans ? result.sample.scans().front().start : result.sample.imu.front().time;
   std::optional<Pose> start = given_start(call, begin);
   if (call.initial_pose == "auto") start = drive.find_start(findings);
   if (!start) {
@@ -136,7 +91,7 @@ void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOd
   }
   if (drive.planes != nullptr) {
     // The trajectory knows where the first scan ends; a given pose is that of a robot that stands.
-    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, result.sample.scans.front().end);
+    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, result.sample.scans().front().end);
     append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_end,
                                   [&]() { return drive.find_anywhere(); }}));
   }
@@ -178,11 +133,13 @@ CheckResult check_log(const CheckCall& call) {
                                "--platform: write one from config/platforms/"});
     return result;
   }
-  const ScanOdometry odometry = follow_scans(result.sample.scans, platform.suite.lidar);
-  check_sensors(call, platform, odometry, result);
+  const std::vector<ScanOdometry> odometry = follow_all_scans(result.sample, platform);
+  append(result.findings, check_sensors(result.sample, platform, needed_sensors(call)));
+  check_motion(result.sample, platform, odometry, result.findings);
+  if (call.cloud.empty()) append(result.findings, check_floor(result.sample, platform, odometry.front()));
   const bool maps = !call.cloud.empty() || !call.magnetic.empty();
   if (run_would_start(call, platform, result.findings) && maps) {
-    check_on_maps(call, platform, odometry, result);
+    check_on_maps(call, platform, odometry.front(), result);
   }
   for (Finding& one : result.findings) {
     const std::string prefix = call.log + ": ";

@@ -40,11 +40,19 @@ Time first_stamp(const LogSample& sample) {
   return first.value_or(sample.begin);
 }
 
-const char* used_as(const LogSample& sample, const TopicInfo& topic) {
+/// The key of the sensor that lies in the topic, and how many more do.
+std::string used_as(const LogSample& sample, const TopicInfo& topic) {
+  std::string key;
+  int more = 0;
   for (const StreamSample& stream : sample.streams) {
-    if (stream.topic == topic.name && stream.info) return stream.key.c_str();
+    if (stream.topic != topic.name || !stream.info) continue;
+    if (key.empty()) {
+      key = stream.key;
+    } else {
+      ++more;
+    }
   }
-  return "";
+  return more == 0 ? key : fmt::format("{} and {} more", key, more);
 }
 
 }  // namespace

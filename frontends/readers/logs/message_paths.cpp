@@ -114,11 +114,8 @@ struct Walk {
 
 }  // namespace
 
-MessagePaths::MessagePaths(std::string source, const TopicInfo& topic, const std::vector<std::string>& paths,
-                           const std::vector<std::string>& keys)
-    : source_(std::move(source)), topic_(topic) {
+MessagePaths::MessagePaths(std::string source, const TopicInfo& topic) : source_(std::move(source)), topic_(topic) {
   parse(topic);
-  for (std::size_t i = 0; i < paths.size(); ++i) add(paths[i], keys.at(i));
 }
 
 void MessagePaths::parse(const TopicInfo& topic) {
@@ -154,7 +151,7 @@ const Field* MessagePaths::field_at(const std::vector<Step>& steps, bool& in_lis
   return found;
 }
 
-void MessagePaths::add(const std::string& path, const std::string& key) {
+std::size_t MessagePaths::add(const std::string& path, const std::string& key) {
   const std::vector<Step> steps = steps_of(path);
   bool in_list = false;
   const Field* field = steps.empty() ? nullptr : field_at(steps, in_list);
@@ -163,6 +160,7 @@ void MessagePaths::add(const std::string& path, const std::string& key) {
   const std::string where =
       fmt::format("{}: {}: '{}' is no vector of a {}, which has {}", source_, key, path, topic_.type, join_names(names));
   if (field == nullptr) throw InputError(where + "; expected a path like data[0] or field.vector");
+  std::vector<Target> targets;
   for (std::size_t component = 0; component < 3; ++component) {
     Target target{steps, vectors_, component};
     if (size_of_number(field->type) > 0 && in_list) {
@@ -175,9 +173,10 @@ void MessagePaths::add(const std::string& path, const std::string& key) {
         throw InputError(where + "; it needs components x, y and z, or to be the first of three numbers in a list");
       }
     }
-    targets_.push_back(std::move(target));
+    targets.push_back(std::move(target));
   }
-  ++vectors_;
+  targets_.insert(targets_.end(), targets.begin(), targets.end());
+  return vectors_++;
 }
 
 void MessagePaths::read(const RawMessage& raw, std::vector<Vector>& vectors) const {

@@ -23,12 +23,14 @@ class MessagePaths {
     Time stamp = 0;
   };
 
-  /// `source` names the log in messages, `keys` where each path was given. Throws InputError where the topic has no
-  /// definition, or one without such a path (with the fields that are there).
-  MessagePaths(std::string source, const TopicInfo& topic, const std::vector<std::string>& paths,
-               const std::vector<std::string>& keys);
+  /// `source` names the log in messages. Throws InputError where the topic has no definition.
+  MessagePaths(std::string source, const TopicInfo& topic);
 
-  /// One vector a path. Throws InputError, with topic and time, where the message contradicts its definition or a list is
+  /// The place of the vector at `path` in what read() gives. `key` is where the path was given. Throws InputError where the
+  /// definition has no such path (with the fields that are there); paths that were added before are read all the same.
+  std::size_t add(const std::string& path, const std::string& key);
+
+  /// One vector a path, all in one walk through the message. Throws InputError, with topic and time, where the message contradicts its definition or a list is
   /// shorter than a path asks for.
   void read(const RawMessage& raw, std::vector<Vector>& vectors) const;
 
@@ -49,7 +51,6 @@ class MessagePaths {
 
  private:
   void parse(const TopicInfo& topic);
-  void add(const std::string& path, const std::string& key);
   const Field* field_at(const std::vector<Step>& steps, bool& in_list) const;
 
   std::string source_;

@@ -193,7 +193,9 @@ void read_defined_message(const fs::path& folder) {
   topic.definition = read_text_file((folder / "definition").string());
   const std::string text = read_text_file((folder / "bytes").string());
   const std::vector<std::uint8_t> bytes(text.begin(), text.end());
-  const MessagePaths paths("log", topic, {"readings[1].field", "rate[0]"}, {"magnetometers[0].values", "imu.angular_velocity"});
+  MessagePaths paths("log", topic);
+  paths.add("readings[1].field", "magnetometers[0].values");
+  paths.add("rate[0]", "imu.angular_velocity");
   std::vector<MessagePaths::Vector> vectors;
   paths.read({0, 0, bytes.data(), bytes.size()}, vectors);
 }

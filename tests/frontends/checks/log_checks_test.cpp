@@ -6,11 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "frontends/checks/imu_checks.h"
-#include "frontends/checks/magnetometer_checks.h"
-#include "frontends/checks/scan_checks.h"
-#include "frontends/checks/stamp_checks.h"
-#include "frontends/checks/topic_checks.h"
+#include "frontends/checks/log_checks.h"
 #include "tests/frontends/readers/synthetic_log.h"
 #include "tests/frontends/readers/test_files.h"
 
@@ -27,12 +23,7 @@ class LogChecks : public ::testing::Test {
     log.write(folder_ / "log.bag");
     WarningLog warnings;
     const LogSample sample = read_log_sample(folder_ / "log.bag", platform, 30.0, warnings);
-    Findings findings = check_topics(sample, platform);
-    append(findings, check_stamps(sample, platform));
-    append(findings, check_scans(sample, platform));
-    append(findings, check_imu(sample, platform));
-    append(findings, check_magnetometers(sample, platform));
-    return findings;
+    return check_sensors(sample, platform);
   }
 
   std::vector<std::string> alarms(const SyntheticLog& log, const Platform& platform) {

@@ -71,7 +71,8 @@ TopicInfo board_topic(Encoding encoding) {
 
 std::vector<MessagePaths::Vector> read(const TopicInfo& topic, const std::vector<std::uint8_t>& bytes,
                                        const std::vector<std::string>& paths) {
-  const MessagePaths reader("log", topic, paths, std::vector<std::string>(paths.size(), "the key"));
+  MessagePaths reader("log", topic);
+  for (const std::string& path : paths) reader.add(path, "the key");
   std::vector<MessagePaths::Vector> vectors;
   reader.read({42, 0, bytes.data(), bytes.size()}, vectors);
   return vectors;

@@ -157,6 +157,22 @@ TEST(CheckFaults, ATurnedLidarIsToldWithoutAMap) {
   const double quarter = 1.5707963267948966;
   EXPECT_THAT(alone(site().call_with(turn(so3::exp(Vector3(quarter, 0, 0))))), Contains("extrinsic.rotation"));
   EXPECT_THAT(alone(site().call_with(turn(so3::exp(Vector3(0, 0, 2 * quarter))))), UnorderedElementsAre("extrinsic.heading"));
+
+  // The same messages as those of a second LiDAR: right, and then rolled.
+  const auto second = [&](double roll) {
+    return site().call_with([roll](Platform& platform) {
+      platform.further_lidars.push_back({platform.lidar, platform.suite.lidar});
+      Quaternion& rotation = platform.further_lidars[0].model.T_imu_lidar.rotation;
+      rotation = rotation * so3::exp(Vector3(roll, 0, 0));
+    });
+  };
+  EXPECT_THAT(alone(second(0.0)), IsEmpty());
+  CheckCall rolled = second(quarter);
+  rolled.cloud = rolled.magnetic = rolled.initial_pose_from = "";
+  const CheckResult result = check_log(rolled);
+  const Finding* finding = find(result, "extrinsic.rotation");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_THAT(finding->change, HasSubstr("correct further_lidars[0].T_imu_lidar"));
 }
 
 TEST(CheckFaults, AWrongStartOrMap) {
