@@ -4,7 +4,6 @@
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
-#include <pcl/io/ply_io.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -16,6 +15,7 @@
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/readers/pcd_check.h"
 #include "frontends/readers/pcd_layout.h"
+#include "frontends/readers/ply_vertices.h"
 
 namespace lodestone {
 namespace {
@@ -106,14 +106,17 @@ class PositionStream {
 
   void add(const PositionLayout& layout, const std::uint8_t* points, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i) {
-      const Eigen::Vector3f position = layout.position(points + i * layout.bytes);
-      if (!position.allFinite()) {
-        ++dropped_;
-        continue;
-      }
-      piece_.push_back(position);
-      if (piece_.size() == kPointsAPiece) flush();
+      add(layout.position(points + i * layout.bytes));
     }
+  }
+
+  void add(const Eigen::Vector3f& position) {
+    if (!position.allFinite()) {
+      ++dropped_;
+      return;
+    }
+    piece_.push_back(position);
+    if (piece_.size() == kPointsAPiece) flush();
   }
 
   void finish(const std::string& path, WarningLog& warnings) {
@@ -154,15 +157,21 @@ void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionSt
   }
 }
 
-/// Everything else goes through PCL, in one piece.
-void read_by_pcl(const std::string& path, Format format, PositionStream& positions) {
+void stream_ply(const std::string& path, PositionStream& positions) {
+  PlyVertices vertices(path);
+  if (vertices.count() == 0) fail_empty(path);
+  for (std::uint64_t i = 0; i < vertices.count(); ++i) positions.add(vertices.next());
+}
+
+/// PCD as text or packed goes through PCL, in one piece.
+void read_by_pcl(const std::string& path, PositionStream& positions) {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // its complaints are ours to word
   pcl::PCLPointCloud2 cloud;
   int result = -1;
   std::string reason = kMalformed;
-  if (format == Format::pcd) check_pcd(path, kMostBytes, "write it again");
+  check_pcd(path, kMostBytes, "write it again");
   try {
-    result = format == Format::pcd ? pcl::PCDReader().read(path, cloud) : pcl::PLYReader().read(path, cloud);
+    result = pcl::PCDReader().read(path, cloud);
   } catch (const std::exception& error) {
     reason = error.what();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
@@ -182,12 +191,13 @@ void read_by_pcl(const std::string& path, Format format, PositionStream& positio
 
 void stream_point_cloud(const std::string& path, WarningLog& warnings, const PointSink& sink) {
   const Format format = format_of(path);
-  const auto pcd = format == Format::pcd ? read_binary_pcd_layout(path) : std::nullopt;
   PositionStream positions(sink);
-  if (pcd) {
+  if (format == Format::ply) {
+    stream_ply(path, positions);
+  } else if (const auto pcd = read_binary_pcd_layout(path)) {
     stream_binary_pcd(path, *pcd, positions);
   } else {
-    read_by_pcl(path, format, positions);
+    read_by_pcl(path, positions);
   }
   positions.finish(path, warnings);
 }

@@ -146,6 +146,32 @@ void read_cloud(const fs::path& folder) {
   read_point_cloud((folder / "cloud.pcd").string(), warnings);
 }
 
+/// Faces stand before the vertices, and each vertex has a list of its own: what a reader must pass over.
+std::string ply_header(const char* format) {
+  return std::string("ply\nformat ") + format +
+         " 1.0\ncomment of a map\nelement face 4\nproperty list uchar int vertex_index\nelement vertex 16\n"
+         "property uchar red\nproperty float x\nproperty double y\nproperty float z\nproperty list uchar short seen\nend_header\n";
+}
+
+void write_ascii_ply(const fs::path& folder) {
+  std::string text = ply_header("ascii");
+  for (int i = 0; i < 4; ++i) text += "3 0 1 2\n";
+  for (int i = 0; i < 16; ++i) text += "7 " + std::to_string(i) + " 0.5 -1e-2 2 5 6\n";
+  write_text(folder / "cloud.ply", text);
+}
+
+void write_binary_ply(const fs::path& folder) {
+  std::string text = ply_header("binary_little_endian");
+  for (int i = 0; i < 4; ++i) text += '\3' + std::string(3 * 4, '\1');
+  for (int i = 0; i < 16; ++i) text += '\7' + std::string(4 + 8 + 4, '?') + '\2' + std::string(2 * 2, '\1');
+  write_text(folder / "cloud.ply", text);
+}
+
+void read_ply(const fs::path& folder) {
+  WarningLog warnings;
+  read_point_cloud((folder / "cloud.ply").string(), warnings);
+}
+
 void write_field(const fs::path& folder) {
   FieldGrid grid;
   grid.resolution_m = 0.5;
@@ -247,6 +273,8 @@ const std::vector<Boundary>& boundaries() {
       {"message_cdr", "message", write_message<Encoding::cdr>, read_message<Encoding::cdr>},
       {"cloud_ascii", "cloud.pcd", write_ascii_cloud, read_cloud},
       {"cloud_binary", "cloud.pcd", write_binary_cloud, read_cloud},
+      {"cloud_ply_ascii", "cloud.ply", write_ascii_ply, read_ply},
+      {"cloud_ply_binary", "cloud.ply", write_binary_ply, read_ply},
       {"field_yaml", "field.yaml", write_field, read_field},
       {"field_raster", "field.tif", write_field, read_field},
       {"field_table", "table.csv", write_table, read_table},

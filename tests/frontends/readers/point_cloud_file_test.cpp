@@ -144,6 +144,11 @@ TEST(PointCloudFile, SaysWhatIsWrong) {
   EXPECT_THAT(error_of(folder / "cut.pcd"), HasSubstr("cannot be read"));
   write_text(folder / "cut.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n");
   EXPECT_THAT(error_of(folder / "cut.ply"), HasSubstr("cannot be read"));
+  const std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty float x\nproperty float y\n";
+  write_text(folder / "huge.ply", header + "property float z\nend_header\n" + std::string(1200, '?'));
+  EXPECT_THAT(error_of(folder / "huge.ply"), HasSubstr("ends too early"));
+  write_text(folder / "flat.ply", header + "property uchar red\nend_header\n");
+  EXPECT_THAT(error_of(folder / "flat.ply"), HasSubstr("no field 'z'; the file has x, y, red"));
 }
 
 TEST(PointCloudFile, ReadsRealMaps) {

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace lodestone {
+
+/// The positions of a PLY file's vertices, one after the other: text or binary of either byte order, coordinates as float or
+/// double, whatever other properties and elements lie beside them. What the header announces is not believed: memory is
+/// taken for one vertex, and the bytes must be there.
+class PlyVertices {
+ public:
+  /// Reads the header. Throws InputError where it is none, or has no vertices with x, y and z.
+  explicit PlyVertices(const std::string& path);
+
+  std::uint64_t count() const { return elements_[vertex_].count; }
+
+  /// The next of count(). Throws InputError where the file ends before, or holds no number where one belongs.
+  Eigen::Vector3f next();
+
+ private:
+  enum class Encoding { text, little_endian, big_endian };
+  struct Property {
+    std::string name;
+    char type = 'F';     ///< F, I or U
+    int size = 4;        ///< bytes
+    int count_size = 0;  ///< bytes of a list's count; 0: no list
+  };
+  struct Element {
+    std::string name;
+    std::uint64_t count = 0;
+    std::vector<Property> properties;
+  };
+
+  [[noreturn]] void fail(const std::string& what) const;
+  bool header_line(std::string& line);
+  void read_header();
+  void take_format(const std::string& kind);
+  void take_property(std::istream& words);
+  Property number_type(const std::string& name) const;
+  void find_coordinates();
+  void skip(const Element& element);
+  void skip_bytes(std::uint64_t count);
+  void read_bytes(std::uint8_t* bytes, int count);
+  std::uint64_t list_bytes(const Property& list);
+  Eigen::Vector3f next_binary();
+  Eigen::Vector3f next_text();
+
+  std::string path_;
+  std::ifstream stream_;
+  std::uint64_t size_ = 0;  ///< of the file, bytes
+  Encoding encoding_ = Encoding::text;
+  std::vector<Element> elements_;
+  std::size_t vertex_ = 0;                     ///< among the elements
+  std::array<std::size_t, 3> coordinates_{};   ///< among the vertex' properties
+  std::string line_;
+};
+
+}  // namespace lodestone
