@@ -50,6 +50,10 @@ void add_run_command(CLI::App& app, int* code) {
   command->add_option("--refine", call->refine, "batch: solve the whole log together at its end (smoother, magnetic)")
       ->check(CLI::IsMember({"none", "batch"}));
   command->add_flag("--bound", call->bound, "with --truth: the least error that the sensors allow (Cramér-Rao), and ATE / bound");
+  command->add_option("--check-seconds", call->check_seconds,
+                      "look at so many seconds of the log's begin first, as `lodestone check` does; refuse what makes the run "
+                      "wrong (0: do not look)")
+      ->capture_default_str();
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures");
   command->add_flag_callback(

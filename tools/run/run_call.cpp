@@ -26,6 +26,7 @@
 #include "tools/run/automatic_start.h"
 #include "tools/run/bound_run.h"
 #include "tools/run/estimator_run.h"
+#include "tools/run/first_seconds.h"
 #include "tools/run/initial_pose.h"
 #include "tools/run/picture_series.h"
 #include "tools/run/resources.h"
@@ -67,6 +68,9 @@ void check_call(const RunCall& call) {
   if (call.threads && *call.threads < 1) {
     throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
   }
+  if (!(call.check_seconds >= 0.0)) {
+    throw InputError(fmt::format("--check-seconds: expected seconds, or 0 for none, found {}", call.check_seconds));
+  }
   if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
   if (is_automatic(call) && call.cloud.empty()) {
     throw InputError("--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; "
@@ -106,6 +110,17 @@ RunMaterial load(const RunCall& call, WarningLog& warnings) {
     std::printf("no --magnetic: magnetometers are left out, the run is LiDAR-inertial\n");
   }
   return material;
+}
+
+/// `lodestone check` in small, on the log's begin.
+void check_begin(const RunCall& call, const RunMaterial& material, WarningLog& warnings) {
+  if (call.check_seconds == 0.0) return;
+  const auto start_at = [&](Time time) -> std::optional<Pose> {
+    if (is_automatic(call) || (call.initial_pose.empty() && call.initial_pose_from.empty())) return std::nullopt;
+    if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
+    return initial_pose_from(material.start, call.initial_pose_from, time);
+  };
+  check_first_seconds({call.log, material.platform, material.sensors, call.check_seconds, material.planes, start_at}, warnings);
 }
 
 /// A start that no map reaches can only fail: better said at once.
@@ -254,6 +269,7 @@ int execute(const RunCall& call) {
   write_text_file((out / "config.yaml").string(),
                   "# Every option of this run; --config takes it again.\n" + save_options(material.options));
 
+  check_begin(call, material, shared);
   if (is_automatic(call)) find_start_anywhere(call, material, shared);
   const std::optional<Bound> bound = find_bound(call, material);
   std::vector<RunSummary> summaries;

@@ -22,6 +22,7 @@ struct RunCall {
   std::optional<int> threads;         ///< nothing: as many as the machine has
   std::string truth;
   bool bound = false;  ///< what accuracy the sensors allow, too
+  double check_seconds = 5.0;  ///< of the log's begin are looked at beforehand; 0: none
   std::string refine;  ///< none or batch; empty: as the configuration says
 };
 

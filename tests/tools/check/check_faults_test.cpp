@@ -17,11 +17,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
-CheckSite& site() {
-  static CheckSite the_site;
-  return the_site;
-}
-
 /// The kinds of all warnings and errors.
 std::vector<std::string> alarms(const CheckCall& call) {
   std::vector<std::string> kinds;

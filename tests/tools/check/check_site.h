@@ -119,4 +119,10 @@ sequences:
   int edits_ = 0;
 };
 
+/// The one of all tests of a process.
+inline CheckSite& site() {
+  static CheckSite the_site;
+  return the_site;
+}
+
 }  // namespace lodestone
