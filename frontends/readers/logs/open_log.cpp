@@ -13,10 +13,12 @@
 #include "frontends/readers/logs/compression.h"
 #include "frontends/readers/logs/file_bytes.h"
 #include "frontends/readers/logs/merged_source.h"
-#include "frontends/readers/mcap/mcap_source.h"
+#include "frontends/readers/logs/segment_source.h"
+#include "frontends/readers/mcap/mcap_index.h"
 #include "frontends/readers/ros2/bag_metadata.h"
 #include "frontends/readers/ros2/sqlite_source.h"
 #include "frontends/readers/rosbag/checked_bag.h"
+#include "frontends/readers/rosbag/cut_bag.h"
 
 namespace lodestone {
 namespace {
@@ -76,14 +78,22 @@ class UnpackedSource : public MessageSource {
   Source source_;
 };
 
+Source open_bag(const std::string& path, WarningLog& warnings) {
+  try {
+    return std::make_unique<CheckedBag>(path);
+  } catch (const BagCutOff&) {
+    return std::make_unique<SegmentSource>(std::make_unique<CutBag>(path, warnings), warnings);
+  }
+}
+
 Source open_file(const std::string& path, WarningLog& warnings) {
   switch (kind_of(path)) {
     case FileKind::ros1_bag:
-      return std::make_unique<CheckedBag>(path);
+      return open_bag(path, warnings);
     case FileKind::sqlite:
       return std::make_unique<SqliteSource>(path, warnings);
     case FileKind::mcap:
-      return std::make_unique<McapSource>(path, warnings);
+      return std::make_unique<SegmentSource>(std::make_unique<mcap::McapIndex>(path, warnings), warnings);
     case FileKind::zstd:
       return std::make_unique<UnpackedSource>(path, warnings);
     case FileKind::other:

@@ -19,19 +19,13 @@ constexpr std::uint64_t chunk_header_bytes = 128;         // enough for the fiel
 
 }  // namespace
 
-void McapIndex::Count::add(Time time) {
-  begin = messages == 0 ? time : std::min(begin, time);
-  end = messages == 0 ? time : std::max(end, time);
-  ++messages;
-}
-
 McapIndex::McapIndex(const std::string& path, WarningLog& warnings) : file_(path), warnings_(warnings) {
   file_.read(0, std::min<std::size_t>(magic.size(), file_.size()), buffer_);
   if (buffer_.size() < magic.size() || !std::equal(magic.begin(), magic.end(), reinterpret_cast<const char*>(buffer_.data()))) {
     throw InputError(path + ": is no MCAP file (it does not start with its eight magic bytes)");
   }
   walk();
-  collect_topics();
+  name_topics();
   std::stable_sort(segments_.begin(), segments_.end(), [](const Segment& a, const Segment& b) { return a.begin < b.begin; });
 }
 
@@ -112,7 +106,7 @@ void McapIndex::take_message_index(std::uint64_t offset, std::uint64_t size) {
   if (size > largest_index) throw RecordError(fmt::format("a message index of {} bytes", size));
   file_.read(offset, size, buffer_);
   RecordCursor cursor(buffer_);
-  Count& count = chunk_counts_[cursor.number<std::uint16_t>()];
+  MessageCount& count = chunk_counts_[cursor.number<std::uint16_t>()];
   RecordCursor entries(cursor.bytes(cursor.number<std::uint32_t>()));
   while (entries.left() > 0) {
     count.add(entries.time());
@@ -134,15 +128,10 @@ void McapIndex::close_chunk() {
     chunk_counts_.clear();
     for (const SegmentEntry& entry : loaded.entries) chunk_counts_[entry.channel].add(entry.time);
   }
-  Count all;
+  MessageCount all;
   for (const auto& [channel, count] : chunk_counts_) {
-    if (count.messages == 0) continue;
-    Count& total = counts_[channel];
-    for (Count* sum : {&total, &all}) {
-      sum->begin = sum->messages == 0 ? count.begin : std::min(sum->begin, count.begin);
-      sum->end = sum->messages == 0 ? count.end : std::max(sum->end, count.end);
-      sum->messages += count.messages;
-    }
+    counts_[channel].add(count);
+    all.add(count);
   }
   chunk_counts_.clear();
   if (all.messages == 0) {
@@ -163,44 +152,23 @@ void McapIndex::define(std::uint8_t opcode, std::span<const std::uint8_t> conten
   }
 }
 
-void McapIndex::collect_topics() {
-  std::map<std::string, TopicInfo> found;
-  std::vector<std::uint16_t> taken;
+void McapIndex::name_topics() {
+  std::map<std::uint32_t, TopicInfo> infos;
   for (const auto& [id, channel] : channels_) {
-    const auto schema = schemas_.find(channel.schema);
-    TopicInfo info;
+    TopicInfo& info = infos[id];
     info.name = channel.topic;
     info.encoding = encoding_named(channel.encoding);
-    if (schema != schemas_.end()) {
-      info.type = ros1_type_name(schema->second.name);
-      info.definition = schema->second.data;
-    }
-    const TopicInfo& topic = found.try_emplace(channel.topic, info).first->second;
-    if (topic.type != info.type || topic.encoding != info.encoding) {
-      warnings_.add("log.mixed_topic",
-                    fmt::format("{}: {} holds messages of two types; those of {} are left out", path(), channel.topic,
-                                info.type.empty() ? "an unknown one" : info.type), 0);
-      continue;
-    }
-    taken.push_back(id);
+    const auto schema = schemas_.find(channel.schema);
+    if (schema == schemas_.end()) continue;
+    info.type = ros1_type_name(schema->second.name);
+    info.definition = schema->second.data;
   }
-  std::map<std::string, int> place;
-  for (const std::uint16_t id : taken) {
-    TopicInfo& topic = found.at(channels_.at(id).topic);
-    const auto count = counts_.find(id);
-    if (count == counts_.end()) continue;
-    add_messages(topic, count->second.begin, count->second.end, count->second.messages);
-  }
-  for (auto& [name, topic] : found) {
-    place[name] = static_cast<int>(topics_.size());
-    topics_.push_back(std::move(topic));
-  }
-  for (const std::uint16_t id : taken) topic_of_channel_[id] = place.at(channels_.at(id).topic);
+  topics_ = collect_topics(path(), infos, counts_, warnings_);
 }
 
-int McapIndex::topic_of(std::uint16_t channel) const {
-  const auto found = topic_of_channel_.find(channel);
-  return found == topic_of_channel_.end() ? -1 : found->second;
+int McapIndex::topic_of(std::uint32_t channel) const {
+  const auto found = topics_.topic_of.find(channel);
+  return found == topics_.topic_of.end() ? -1 : found->second;
 }
 
 void McapIndex::lose(const Segment& segment, const std::string& what) {

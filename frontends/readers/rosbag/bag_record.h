@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "frontends/readers/logs/compression.h"
 #include "frontends/readers/logs/file_bytes.h"
 
 /// The records of a ROS 1 bag: a header of named fields and content, each behind its length.
@@ -17,6 +18,18 @@ class BagRecordError : public std::runtime_error {
  public:
   explicit BagRecordError(const std::string& what) : std::runtime_error(what) {}
 };
+
+constexpr std::uint32_t largest_bag_header = 1U << 24;  // a connection's header holds its message's definition
+constexpr std::uint32_t largest_bag_chunk = 1U << 30;
+constexpr std::size_t bag_index_entry_bytes = 12;  // seconds, nanoseconds, offset in the chunk
+
+/// Of a chunk, as its header names it.
+inline Codec bag_codec(const std::string& name) {
+  if (name == "none") return Codec::none;
+  if (name == "lz4") return Codec::lz4;
+  if (name == "bz2") return Codec::bz2;
+  throw BagRecordError("the compression '" + name + "' is unknown; expected none, lz4 or bz2");
+}
 
 enum class BagOperation : std::uint8_t { message = 2, file_header = 3, index = 4, chunk = 5, chunk_info = 6, connection = 7 };
 

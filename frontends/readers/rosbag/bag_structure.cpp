@@ -8,24 +8,12 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "frontends/readers/logs/compression.h"
 #include "frontends/readers/rosbag/bag_record.h"
 
 namespace lodestone {
 namespace {
 
 constexpr std::string_view magic = "#ROSBAG V2.0\n";
-constexpr std::uint32_t largest_header = 1U << 24;  // a connection's header holds its message's definition
-constexpr std::uint32_t largest_chunk = 1U << 30;
-constexpr std::size_t index_entry_bytes = 12;  // seconds, nanoseconds, offset in the chunk
-
-Codec codec_named(const std::string& name) {
-  if (name == "none") return Codec::none;
-  if (name == "lz4") return Codec::lz4;
-  if (name == "bz2") return Codec::bz2;
-  throw BagRecordError("the compression '" + name + "' is unknown; expected none, lz4 or bz2");
-}
-
 }  // namespace
 
 /// One record of the file. Only its header is read.
@@ -44,7 +32,7 @@ void BagStructure::fail(std::uint64_t byte, const std::string& what) const {
 }
 
 void BagStructure::fail_truncated(const std::string& what) const {
-  throw InputError(fmt::format("{}: the bag is truncated or was not closed by its recorder ({}); repair it with 'rosbag "
+  throw BagCutOff(fmt::format("{}: the bag is truncated or was not closed by its recorder ({}); repair it with 'rosbag "
                                "reindex' or record it again",
                                file_.path(), what));
 }
@@ -72,7 +60,7 @@ BagStructure::Record BagStructure::read_record(std::uint64_t offset) const {
     return little_endian<std::uint32_t>(bytes);
   };
   const std::uint32_t header_size = number_at(offset);
-  if (header_size > largest_header) fail(offset, fmt::format("a record's header of {} bytes", header_size));
+  if (header_size > largest_bag_header) fail(offset, fmt::format("a record's header of {} bytes", header_size));
   record.size = number_at(offset + 4 + header_size);
   record.data = offset + 8 + header_size;
   if (record.end() > file_.size()) {
@@ -152,9 +140,9 @@ void BagStructure::add_chunk(const Record& record) {
   chunk.packed = record.size;
   chunk.size = record.header.number<std::uint32_t>("size");
   chunk.compression = record.header.text("compression");
-  codec_named(chunk.compression);
+  bag_codec(chunk.compression);
   chunk.begin = std::numeric_limits<Time>::max();
-  if (chunk.size > largest_chunk) fail(record.offset, fmt::format("a chunk of {} bytes", chunk.size));
+  if (chunk.size > largest_bag_chunk) fail(record.offset, fmt::format("a chunk of {} bytes", chunk.size));
   chunks_.push_back(std::move(chunk));
 }
 
@@ -164,16 +152,16 @@ void BagStructure::add_index(const Record& record) {
   if (record.header.number<std::uint32_t>("ver") != 1) fail(record.offset, "an index of another version than 1");
   const IndexRecord index{record.header.number<std::uint32_t>("conn"), record.header.number<std::uint32_t>("count"),
                           record.data};
-  if (std::uint64_t{index.count} * index_entry_bytes != record.size) {
+  if (std::uint64_t{index.count} * bag_index_entry_bytes != record.size) {
     fail(record.offset, fmt::format("an index of {} messages in {} bytes", index.count, record.size));
   }
   file_.read(index.offset, record.size, entries_);
   for (std::size_t i = 0; i < index.count; ++i) {
-    const std::uint8_t* entry = entries_.data() + i * index_entry_bytes;
+    const std::uint8_t* entry = entries_.data() + i * bag_index_entry_bytes;
     const Time time = Time{little_endian<std::uint32_t>(entry)} * 1'000'000'000 + little_endian<std::uint32_t>(entry + 4);
     chunk.begin = std::min(chunk.begin, time);
     if (little_endian<std::uint32_t>(entry + 8) >= chunk.size) {
-      fail(index.offset + i * index_entry_bytes, "an index points beyond its chunk");
+      fail(index.offset + i * bag_index_entry_bytes, "an index points beyond its chunk");
     }
   }
   chunk.indexes.push_back(index);
@@ -182,7 +170,7 @@ void BagStructure::add_index(const Record& record) {
 void BagStructure::check_connection(const Record& record) const {
   record.header.number<std::uint32_t>("conn");
   record.header.text("topic");
-  if (record.size > largest_header) fail(record.offset, fmt::format("a connection of {} bytes", record.size));
+  if (record.size > largest_bag_header) fail(record.offset, fmt::format("a connection of {} bytes", record.size));
   std::vector<std::uint8_t> bytes;
   file_.read(record.data, record.size, bytes);
   const BagHeader description(bytes);
@@ -217,7 +205,7 @@ void BagStructure::check_until(Time time) {
 
 void BagStructure::check_chunk(const Chunk& chunk) {
   file_.read(chunk.data, chunk.packed, packed_);
-  unpack(codec_named(chunk.compression), packed_, chunk.size, UnpackedSize::exact, content_);
+  unpack(bag_codec(chunk.compression), packed_, chunk.size, UnpackedSize::exact, content_);
   struct Start {
     std::uint32_t offset;
     std::int64_t connection;  // of a message; -1 for the description of a connection
@@ -233,9 +221,9 @@ void BagStructure::check_chunk(const Chunk& chunk) {
     offset = record.end;
   }
   for (const IndexRecord& index : chunk.indexes) {
-    file_.read(index.offset, index.count * index_entry_bytes, entries_);
+    file_.read(index.offset, index.count * bag_index_entry_bytes, entries_);
     for (std::size_t i = 0; i < index.count; ++i) {
-      const auto offset = little_endian<std::uint32_t>(entries_.data() + i * index_entry_bytes + 8);
+      const auto offset = little_endian<std::uint32_t>(entries_.data() + i * bag_index_entry_bytes + 8);
       const auto found = std::lower_bound(starts.begin(), starts.end(), offset,
                                           [](const Start& start, std::uint32_t value) { return start.offset < value; });
       if (found == starts.end() || found->offset != offset ||

@@ -4,10 +4,17 @@
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "core/time.h"
 #include "frontends/readers/logs/file_bytes.h"
 
 namespace lodestone {
+
+/// The file ends before its index does: what lies ahead can be read (cut_bag.h).
+class BagCutOff : public InputError {
+ public:
+  explicit BagCutOff(const std::string& message) : InputError(message) {}
+};
 
 /// Holds the lengths and offsets that a ROS 1 bag says of itself against its bytes, for rosbag_storage believes them: of a
 /// bag with a few altered bytes it may read far outside its buffers.
@@ -15,7 +22,7 @@ namespace lodestone {
 /// The constructor walks the records of the file; a chunk's content is looked at when the reader comes to its time.
 class BagStructure {
  public:
-  /// Throws InputError, with the byte, where the file is missing, no ROS 1 bag of version 2.0, cut off, or contradicts
+  /// Throws BagCutOff; InputError, with the byte, where the file is missing, no ROS 1 bag of version 2.0, or contradicts
   /// itself.
   explicit BagStructure(const std::string& path);
 

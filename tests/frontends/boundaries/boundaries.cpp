@@ -38,6 +38,11 @@ void write_bag(const fs::path& folder) {
   small_log(compression).write((folder / "log").string());
 }
 
+void write_cut_bag(const fs::path& folder) {
+  write_bag<ros1::Compression::none>(folder);
+  fs::resize_file(folder / "log", 2 * fs::file_size(folder / "log") / 3);
+}
+
 template <LogFormat format, Codec codec>
 void write_converted(const fs::path& folder) {
   const fs::path bag = folder / "bag";
@@ -263,6 +268,7 @@ const std::vector<Boundary>& boundaries() {
   static const std::vector<Boundary> all{
       {"rosbag", "log", write_bag<ros1::Compression::none>, read_log_file},
       {"rosbag_lz4", "log", write_bag<ros1::Compression::lz4>, read_log_file},
+      {"rosbag_cut", "log", write_cut_bag, read_log_file},
       {"mcap", "log", write_converted<LogFormat::mcap, Codec::none>, read_log_file},
       {"mcap_zstd", "log", write_converted<LogFormat::mcap, Codec::zstd>, read_log_file},
       {"mcap_lz4", "log", write_converted<LogFormat::mcap, Codec::lz4>, read_log_file},

@@ -77,12 +77,21 @@ TEST_F(BagSourceTest, TheCalibrationOfAMagnetometerIsTakenOff) {
   EXPECT_LT((first_field(after, 1) - layout.soft_iron_correction * (first_field(before, 1) - layout.hard_iron_ut)).norm(), 1e-12);
 }
 
-TEST_F(BagSourceTest, MissingAndTruncatedFiles) {
+TEST_F(BagSourceTest, MissingAndCutOffFiles) {
   EXPECT_THAT(message_of<InputError>([this] { read_all(folder / "absent.bag", platform()); }),
               HasSubstr("absent.bag: there is no such file"));
+  log.compression = ros1::Compression::none;
   log.write(path);
+  const Contents whole = read_all(path, platform());
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
-  EXPECT_THAT(message_of<InputError>([this] { read_all(path, platform()); }), HasSubstr("truncated"));
+  const Contents half = read_all(path, platform());
+  EXPECT_EQ(half.warnings.count("log.cut_off"), 1);
+  EXPECT_NEAR(static_cast<double>(half.scans.size()), 10.0, 3.0);
+  ASSERT_GT(half.imu.size(), 100U);
+  ASSERT_LT(half.imu.size(), whole.imu.size());
+  for (std::size_t i = 0; i < half.imu.size(); ++i) EXPECT_EQ(half.imu[i].time, whole.imu[i].time);
+  std::filesystem::resize_file(path, 4200);
+  EXPECT_THAT(message_of<InputError>([this] { read_all(path, platform()); }), HasSubstr("no message ahead of that"));
 }
 
 TEST_F(BagSourceTest, ATopicThatIsNotThereIsNamedWithThoseThatAre) {

@@ -1,4 +1,4 @@
-#include "frontends/readers/mcap/mcap_source.h"
+#include "frontends/readers/logs/segment_source.h"
 
 #include <fmt/format.h>
 
@@ -10,14 +10,15 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t largest_overlap = std::size_t{1} << 30;  // bytes in chunks that overlap in time
+constexpr std::size_t largest_overlap = std::size_t{1} << 30;  // bytes in segments that overlap in time
 
 }  // namespace
 
-McapSource::McapSource(const std::string& path, WarningLog& warnings) : index_(path, warnings), warnings_(warnings) {}
+SegmentSource::SegmentSource(std::unique_ptr<SegmentIndex> index, WarningLog& warnings)
+    : index_(std::move(index)), warnings_(warnings) {}
 
-void McapSource::select(const std::vector<std::string>& names) {
-  selection_ = selection_of(topics(), names, index_.path());
+void SegmentSource::select(const std::vector<std::string>& names) {
+  selection_ = selection_of(topics(), names, index_->path());
   active_.clear();
   spent_.reset();
   next_segment_ = 0;
@@ -26,22 +27,22 @@ void McapSource::select(const std::vector<std::string>& names) {
 }
 
 /// The order of the heap, whose front is the earliest.
-bool McapSource::later(const std::unique_ptr<Active>& a, const std::unique_ptr<Active>& b) {
+bool SegmentSource::later(const std::unique_ptr<Active>& a, const std::unique_ptr<Active>& b) {
   return a->time() != b->time() ? a->time() > b->time() : a->segment > b->segment;
 }
 
-void McapSource::load_segment(std::size_t segment) {
+void SegmentSource::load_segment(std::size_t segment) {
   auto active = spent_ != nullptr ? std::move(spent_) : std::make_unique<Active>();
   active->at = 0;
   active->segment = segment;
-  mcap::LoadedSegment& loaded = active->loaded;
-  index_.load(index_.segments()[segment], loaded);
-  const auto unwanted = [this, segment](const mcap::SegmentEntry& entry) {
-    const int topic = index_.topic_of(entry.channel);
+  LoadedSegment& loaded = active->loaded;
+  index_->load(segment, loaded);
+  const auto unwanted = [this, segment](const SegmentEntry& entry) {
+    const int topic = index_->topic_of(entry.channel);
     if (topic < 0 && segment >= counted_segments_) {
       warnings_.add("log.unknown_channel",
                     fmt::format("{}: messages of a channel without a definition, or of another type than their topic's, are "
-                                "left out", index_.path()),
+                                "left out", index_->path()),
                     entry.time);
     }
     return topic < 0 || selection_[static_cast<std::size_t>(topic)] < 0;
@@ -54,7 +55,7 @@ void McapSource::load_segment(std::size_t segment) {
   }
   loaded_bytes_ += loaded.bytes.size();
   if (loaded_bytes_ > largest_overlap) {
-    throw InputError(fmt::format("{}: more than {} MB of its chunks overlap in time; sort it with 'mcap sort'", index_.path(),
+    throw InputError(fmt::format("{}: more than {} MB of its chunks overlap in time; sort it by time ('mcap sort')", index_->path(),
                                  largest_overlap >> 20));
   }
   active_.push_back(std::move(active));
@@ -62,7 +63,7 @@ void McapSource::load_segment(std::size_t segment) {
 }
 
 /// Past the entry that was given last.
-void McapSource::advance() {
+void SegmentSource::advance() {
   if (!given_) return;
   given_ = false;
   std::pop_heap(active_.begin(), active_.end(), later);
@@ -76,19 +77,18 @@ void McapSource::advance() {
   active_.pop_back();
 }
 
-bool McapSource::next(RawMessage& message) {
+bool SegmentSource::next(RawMessage& message) {
   if (selection_.empty()) return false;
   advance();
-  const std::vector<mcap::Segment>& segments = index_.segments();
-  while (next_segment_ < segments.size() &&
-         (active_.empty() || segments[next_segment_].begin <= active_.front()->time())) {
+  while (next_segment_ < index_->segment_count() &&
+         (active_.empty() || index_->begin_of(next_segment_) <= active_.front()->time())) {
     load_segment(next_segment_++);
   }
   if (active_.empty()) return false;
   const Active& front = *active_.front();
-  const mcap::SegmentEntry& entry = front.loaded.entries[front.at];
+  const SegmentEntry& entry = front.loaded.entries[front.at];
   message.record_time = entry.time;
-  message.topic = static_cast<std::size_t>(selection_[static_cast<std::size_t>(index_.topic_of(entry.channel))]);
+  message.topic = static_cast<std::size_t>(selection_[static_cast<std::size_t>(index_->topic_of(entry.channel))]);
   message.data = front.loaded.bytes.data() + entry.offset;
   message.size = entry.size;
   given_ = true;

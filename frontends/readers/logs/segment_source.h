@@ -6,27 +6,26 @@
 
 #include "core/warnings.h"
 #include "frontends/readers/logs/message_source.h"
-#include "frontends/readers/mcap/mcap_index.h"
+#include "frontends/readers/logs/segment_index.h"
 
 namespace lodestone {
 
-/// Streams an MCAP file: chunks packed by lz4, zstd or not at all, messages in no chunk, with or without indexes and a
-/// summary; a file that a crash cut off gives what it holds. In memory are the chunks whose times overlap: one or two,
-/// as recorders write them.
-class McapSource : public MessageSource {
+/// Streams a file of segments in order of record time. In memory are the segments whose times overlap: one or two, as
+/// recorders write them.
+class SegmentSource : public MessageSource {
  public:
-  /// Throws as McapIndex; counts in `warnings` what it does, and log.unknown_channel. `warnings` must outlive this.
-  McapSource(const std::string& path, WarningLog& warnings);
+  /// Counts log.unknown_channel in `warnings`, which must outlive this.
+  SegmentSource(std::unique_ptr<SegmentIndex> index, WarningLog& warnings);
 
-  const std::vector<TopicInfo>& topics() const override { return index_.topics(); }
+  const std::vector<TopicInfo>& topics() const override { return index_->topics(); }
   void select(const std::vector<std::string>& names) override;
 
-  /// Throws InputError where so many chunks overlap in time that they do not fit in memory.
+  /// Throws InputError where so many segments overlap in time that they do not fit in memory.
   bool next(RawMessage& message) override;
 
  private:
   struct Active {
-    mcap::LoadedSegment loaded;
+    LoadedSegment loaded;
     std::size_t at = 0;       ///< its next entry
     std::size_t segment = 0;  ///< its number: at equal times the earlier in the file comes first
     Time time() const { return loaded.entries[at].time; }
@@ -35,7 +34,7 @@ class McapSource : public MessageSource {
   void load_segment(std::size_t segment);
   void advance();
 
-  mcap::McapIndex index_;
+  std::unique_ptr<SegmentIndex> index_;
   WarningLog& warnings_;
   std::vector<int> selection_;                   ///< of each topic: index into the list given to select(), or -1
   std::vector<std::unique_ptr<Active>> active_;  ///< a heap, the earliest in front
