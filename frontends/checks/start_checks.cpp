@@ -80,7 +80,7 @@ class StartCheck {
     if (given.registered.share < good_share && elsewhere(given)) return findings_;
     if (given.registered.share < low_share) {
       add(given.registered.share < poor_share ? Severity::error : Severity::warning, "start.no_overlap",
-          seen_of(given) + ", and no place was found where clearly more do",
+          seen_of(given) + (material_.find_anywhere ? ", and no place was found where clearly more do" : ""),
           "--cloud: the map of this site and its frame (metres, z up), --initial-pose, or lidar.T_imu_lidar in " +
               file_);
     } else {
