@@ -27,6 +27,9 @@ constexpr double search_step_m = 0.35;
 constexpr int search_places = 5;  // a side
 constexpr double near_m = 0.25;   // a start further off spoils the first scans
 constexpr double near_deg = 2.0;
+constexpr double same_share = 0.05;  // two fits so near to each other are as good
+constexpr double exact_m = 0.08;     // a start so near is the right one
+constexpr double exact_deg = 0.7;
 constexpr double tilt_deg = 2.5;  // accelerometer bias and motion are within
 constexpr double floor_tilt_deg = 2.0;
 constexpr double gravity_span_s = 5.0;  // of a robot that does not rest at the begin
@@ -88,7 +91,16 @@ class StartCheck {
           fmt::format("{:.0f} % of the first scan lie on the map, {:.2f} m and {:.1f} deg from the given start",
                       100.0 * given.registered.share, given.moved_m, given.turned_deg),
           "");
-      if (given.moved_m > near_m || given.turned_deg > near_deg) {
+      if ((given.moved_m > near_m || given.turned_deg > near_deg) && fits_at_start(inverse, given)) {
+        // Where the start is exactly so far off by chance, it is the start: no error.
+        add(Severity::warning, "extrinsic.inverse",
+            fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start with T_imu_lidar as given, {:.2f} m and "
+                        "{:.1f} deg from it with its inverse",
+                        given.moved_m, given.turned_deg, inverse.moved_m, inverse.turned_deg),
+            fmt::format("invert lidar.T_imu_lidar in {} (T_imu_lidar takes points of the LiDAR to the IMU); or, should it be "
+                        "right, --initial-pose \"{}\"",
+                        file_, pose_text(given.T_map_imu)));
+      } else if (given.moved_m > near_m || given.turned_deg > near_deg) {
         add(Severity::warning, "start.off",
             fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start", given.moved_m, given.turned_deg),
             fmt::format("--initial-pose \"{}\"", pose_text(given.T_map_imu)));
@@ -130,6 +142,10 @@ class StartCheck {
     fit.turned_deg = step.head<3>().norm() * degrees;
     fit.moved_m = step.tail<3>().norm();
     return fit;
+  }
+
+  static bool fits_at_start(const Fit& fit, const Fit& other) {
+    return fit.registered.share > other.registered.share - same_share && fit.moved_m < exact_m && fit.turned_deg < exact_deg;
   }
 
   std::string seen_of(const Fit& given) const {

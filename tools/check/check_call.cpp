@@ -96,7 +96,7 @@ void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOd
                                   [&]() { return drive.find_anywhere(); }}));
   }
   if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning) ||
-      has(findings, "start.off", Severity::warning)) {
+      has(findings, "start.off", Severity::warning) || has(findings, "extrinsic.inverse", Severity::warning)) {
     findings.push_back({Severity::note, "drive.left_out",
                         "the drive is not held against the maps: that would only repeat what is "
                         "said above",

@@ -22,11 +22,12 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::message_of;
 
-/// A call with the map and the true start, moved by `offset_m`.
+/// A call with the map and the true start, moved by `offset_m` in the map and by `T_start` from there.
 struct Begin {
   Platform platform = site().platform();
   std::string log = site().log("");
   Vector3 offset_m = Vector3::Zero();
+  Pose T_start;
 
   std::vector<std::string> warnings() const {
     WarningLog counted;
@@ -34,7 +35,7 @@ struct Begin {
     const auto start_at = [&](Time time) -> std::optional<Pose> {
       Pose start = initial_pose_from(truth, "truth", time);
       start.position += offset_m;
-      return start;
+      return start * T_start;
     };
     static const std::shared_ptr<const PlaneMapSource> planes =
         load_planes(site().file("cloud.pcd"), RunOptions{}.lidar.map, platform.suite.lidar, site().file(""), counted).source;
@@ -59,6 +60,19 @@ TEST(CheckFirstSeconds, RefuseWhatMakesARunWrong) {
   silent.platform.imu.topic = "/imu";
   EXPECT_THAT(silent.error(), AllOf(HasSubstr("there is no topic /imu"), Not(HasSubstr("--check-seconds"))))
       << "the reader refuses it whatever is checked";
+}
+
+/// Both T_imu_lidar and its inverse lie on the map somewhere: the start says which.
+TEST(CheckFirstSeconds, AnInverseIsToldByTheStart) {
+  Begin begin;
+  Pose& T_imu_lidar = begin.platform.suite.lidar.T_imu_lidar;
+  const Pose inverse{Quaternion::Identity(), Vector3(-0.3, 0.0, 0.0)};
+  begin.T_start = T_imu_lidar * inverse;  // so that the true one would be the inverse of `inverse`
+  T_imu_lidar = inverse;
+  EXPECT_THAT(begin.warnings(), ElementsAre(AllOf(HasSubstr("check.extrinsic.inverse: the scan fits 0.60 m"),
+                                                  HasSubstr("invert lidar.T_imu_lidar in "), HasSubstr("--initial-pose \""))));
+  T_imu_lidar = inverse.inverse();
+  EXPECT_THAT(begin.warnings(), IsEmpty());
 }
 
 TEST(CheckFirstSeconds, WarnOfWhatARunSurvives) {
