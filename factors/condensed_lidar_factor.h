@@ -23,6 +23,12 @@ class CondensedLidarFactor final : public ceres::SizedCostFunction<13, 7> {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
+  /// For checkpoints.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(cost_, root_, mask_);
+  }
+
  private:
   CondensedCost cost_;
   Matrix13 root_ = Matrix13::Zero();

@@ -41,6 +41,7 @@ class FieldFactor final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   const std::vector<FieldReading>& readings() const { return readings_; }
+  const PoseMask& mask() const { return mask_; }
 
   /// New weights (one a reading) and mask; the readings stay.
   void renew(std::vector<FieldReading> readings, const PoseMask& mask);

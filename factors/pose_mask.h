@@ -33,6 +33,12 @@ class PoseMask {
     return reference_.boxplus(seen);
   }
 
+  /// For checkpoints.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(active_, projector_, reference_);
+  }
+
  private:
   bool active_ = false;
   Matrix6 projector_ = Matrix6::Identity();

@@ -51,6 +51,12 @@ class RandomWalkFactor final : public ceres::CostFunction {
     return true;
   }
 
+  /// For checkpoints.
+  template <class Archive>
+  void serialize(Archive& archive) {
+    archive(size_, group_, sigma_, whitening_);
+  }
+
  private:
   int size_;
   int group_;

@@ -1,6 +1,7 @@
 #include "factors/sliding_window.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "factors/condensed_lidar_factor.h"
@@ -22,8 +23,7 @@ void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
 
 }  // namespace
 
-SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
-                             const ImuNoise& noise, const SlidingWindowOptions& options)
+SlidingWindow::SlidingWindow(int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options)
     : options_(options),
       noise_(noise),
       magnetometers_(magnetometers),
@@ -34,7 +34,11 @@ SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& c
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_options.disable_all_safety_checks = true;
   problem_ = std::make_unique<ceres::Problem>(problem_options);
+}
 
+SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
+                             const ImuNoise& noise, const SlidingWindowOptions& options)
+    : SlidingWindow(magnetometers, noise, options) {
   gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}, {}};
   add_block(gravity_);
   auto keyframe = std::make_unique<Keyframe>();
@@ -60,6 +64,14 @@ void SlidingWindow::add_block(WindowBlock& block) {
                               : block.kind == BlockKind::gravity ? gravity_manifold_.get()
                                                                  : nullptr;
   problem_->AddParameterBlock(block.values.data(), static_cast<int>(block.values.size()), manifold);
+  blocks_.push_back(&block);
+}
+
+void SlidingWindow::remove_block(WindowBlock& block) {
+  problem_->RemoveParameterBlock(block.values.data());
+  // With fast removal the last takes its place.
+  *std::find(blocks_.begin(), blocks_.end(), &block) = blocks_.back();
+  blocks_.pop_back();
 }
 
 WindowFactor SlidingWindow::add_factor(std::unique_ptr<ceres::CostFunction> function,
@@ -230,11 +242,11 @@ void SlidingWindow::marginalize_oldest() {
   if (leaving != nullptr) {
     remove_factor(leaving->walk);
     remove_factor(epochs_[1]->walk);
-    problem_->RemoveParameterBlock(leaving->biases.values.data());
+    remove_block(leaving->biases);
   }
   if (oldest.epoch != nullptr) --oldest.epoch->keyframes;
-  problem_->RemoveParameterBlock(oldest.pose.values.data());
-  problem_->RemoveParameterBlock(oldest.motion.values.data());
+  remove_block(oldest.pose);
+  remove_block(oldest.motion);
   keyframes_.pop_front();
   if (leaving != nullptr) epochs_.pop_front();
   set_prior(std::move(prior));

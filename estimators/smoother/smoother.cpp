@@ -23,10 +23,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   const RunOptions& options = input_.options;
   const bool solved = input_.linearize_at == nullptr;  // else only covariances are asked for
   auto keyframe = std::make_unique<Keyframe>();
-  keyframe->scan_start = bundle.scan.start;
-  keyframe->imu = bundle.imu;
-  keyframe->magnetic = bundle.magnetic;
-  if (input_.planes != nullptr) keyframe->points = sample_scan(bundle.scan, input_.suite.lidar, options.lidar.sampling);
+  take_measurements(*keyframe, bundle);
 
   if (window_ == nullptr) {
     InitialState start =
@@ -90,10 +87,20 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     hand_out(0, covariances[1], sink);
     window_->marginalize_oldest();
     keyframes_.pop_front();
+    ++left_;
   }
   causal.diagnostics.step_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   sink.causal(causal);
+}
+
+void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const {
+  keyframe.scan_start = bundle.scan.start;
+  keyframe.imu = bundle.imu;
+  keyframe.magnetic = bundle.magnetic;
+  if (input_.planes != nullptr) {
+    keyframe.points = sample_scan(bundle.scan, input_.suite.lidar, input_.options.lidar.sampling);
+  }
 }
 
 /// Where LiDAR misses a direction the field alone holds it, and a wrong place keeps a small covariance.

@@ -20,8 +20,12 @@ class Smoother final : public Estimator {
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
+  void save(StateWriter& state, StateWriter& lasting) override;
+  void load(StateReader& state, StateReader& lasting) override;
+  void recall(const ScanBundle& bundle) override;
 
  private:
+  void take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const;
   void find_again();
   void judge_field(Keyframe& keyframe);
   void tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
@@ -35,6 +39,8 @@ class Smoother final : public Estimator {
   FieldAgreement agreement_;  // judged only where LiDAR does not see all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
+  std::size_t left_ = 0;      // keyframes that have left the window
+  std::size_t recalled_ = 0;  // bundles
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
 };
 
