@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "estimators/serialization.h"
 #include "frontends/readers/trajectory_file.h"
 #include "tests/tools/program_runner.h"
 #include "tools/progress.h"
@@ -61,6 +62,10 @@ class StandIn : public Estimator {
     for (const Estimate& estimate : window_) sink.best(estimate);
     window_.clear();
   }
+
+  void save(StateWriter& state, StateWriter&) override { state(count_, window_); }
+  void load(StateReader& state, StateReader&) override { state(count_, window_); }
+  void recall(const ScanBundle&) override {}
 
  private:
   int count_ = 0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -19,26 +20,22 @@ namespace lodestone {
 
 namespace {
 
-/// Hands every estimate to the files and to the record.
-class BothSinks : public EstimateSink {
+/// Hands every estimate to several.
+class ManySinks : public EstimateSink {
  public:
-  BothSinks(EstimateSink& first, EstimateSink& second) : first_(first), second_(second) {}
+  explicit ManySinks(std::vector<EstimateSink*> sinks) : sinks_(std::move(sinks)) {}
   void causal(const Estimate& estimate) override {
-    first_.causal(estimate);
-    second_.causal(estimate);
+    for (EstimateSink* sink : sinks_) sink->causal(estimate);
   }
   void best(const Estimate& estimate) override {
-    first_.best(estimate);
-    second_.best(estimate);
+    for (EstimateSink* sink : sinks_) sink->best(estimate);
   }
   void smoothed(const Estimate& estimate) override {
-    first_.smoothed(estimate);
-    second_.smoothed(estimate);
+    for (EstimateSink* sink : sinks_) sink->smoothed(estimate);
   }
 
  private:
-  EstimateSink& first_;
-  EstimateSink& second_;
+  std::vector<EstimateSink*> sinks_;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
@@ -100,53 +97,134 @@ void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const
   write_errors(path, error_rows(pairs, covariances));
 }
 
+/// One pass: reads bundle after bundle and feeds the estimator. What it is made of is what crosses from one to the next.
+class Pass {
+ public:
+  Pass(const EstimatorRun& run, OpenedLog log, EstimateSink& results, WarningLog& warnings)
+      : run_(run),
+        log_(std::move(log)),
+        results_(results),
+        warnings_(warnings),
+        readings_(run.field.map != nullptr ? run.field.suite->magnetometers.size() : 0) {}
+
+  /// Goes on from the checkpoint: the log is read again, which is quick beside estimating, up to where the pass stood.
+  void take_up() {
+    before_ = run_.checkpoint->read();
+    ScanBundle bundle;
+    Progress progress(run_.name + ", reading again", log_.begin, before_.last_end);
+    while (scans_ < before_.scans) {
+      throw_if_interrupted();
+      if (!read(bundle)) throw InputError(fmt::format("the log has {} scans, {} were there before", scans_, before_.scans));
+      if (scans_ == 0) run_.checkpoint->restore(*estimator_, results_);
+      estimator_->recall(bundle);
+      count(bundle);
+      progress.update(last_end_);
+    }
+    warnings_ = before_.warnings;  // those of log and estimator, which told them once more
+  }
+
+  /// Works off the rest. Whether a signal ended that.
+  bool work_off() {
+    ManySinks sinks({&results_});
+    if (run_.checkpoint != nullptr) sinks = ManySinks({&results_, run_.checkpoint});
+    Progress progress(run_.name, log_.begin, log_.end);
+    ScanBundle bundle;
+    while (read(bundle)) {
+      estimator_->process(bundle, sinks);
+      count(bundle);
+      progress.update(last_end_);
+      const bool ends = interrupt_requested();
+      if (run_.checkpoint != nullptr && (ends || run_.checkpoint->due())) keep();
+      if (ends) return true;
+    }
+    if (!estimator_) throw InputError("the log holds no scan between its first and last IMU sample; nothing to estimate");
+    // What comes now may take long, and other estimators may follow.
+    if (run_.checkpoint != nullptr && (run_.refines || run_.checkpoint->exists())) keep();
+    return false;
+  }
+
+  void finish() { estimator_->finish(results_); }
+
+  bool began() const { return estimator_ != nullptr; }
+  std::int64_t scans() const { return scans_; }
+  Time first_start() const { return first_start_; }
+  Time last_end() const { return last_end_; }
+  const ArrayLog& readings() const { return readings_; }
+  const PassState& before() const { return before_; }
+  double wall_s() const { return before_.wall_s + seconds_since(start_); }
+  double peak_rss_mb() const { return std::max(before_.peak_rss_mb, peak_memory_mb()); }
+
+ private:
+  bool read(ScanBundle& bundle) {
+    if (!log_.next(bundle)) return false;
+    if (!estimator_) {
+      estimator_ = run_.make_estimator(bundle);
+      first_start_ = bundle.scan.start;
+    }
+    return true;
+  }
+
+  void count(const ScanBundle& bundle) {
+    if (run_.field.map != nullptr) readings_.add(bundle.magnetic);
+    ++scans_;
+    last_end_ = bundle.scan.end;
+  }
+
+  /// A checkpoint that cannot be written ends no run: it only cannot be resumed from there.
+  void keep() {
+    if (failed_) return;
+    try {
+      run_.checkpoint->write(*estimator_, {scans_, last_end_, wall_s(), peak_rss_mb(), warnings_});
+    } catch (const InputError& error) {
+      failed_ = true;
+      warnings_.add("run.checkpoint", fmt::format("none is written any more: {}", error.what()), last_end_);
+    }
+  }
+
+  const EstimatorRun& run_;
+  OpenedLog log_;
+  EstimateSink& results_;
+  WarningLog& warnings_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::unique_ptr<Estimator> estimator_;
+  ArrayLog readings_;
+  std::int64_t scans_ = 0;
+  Time first_start_ = 0;
+  Time last_end_ = 0;
+  PassState before_;
+  bool failed_ = false;
+};
+
 }  // namespace
 
 EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   reset_peak_memory();
-  const auto start = std::chrono::steady_clock::now();
   EstimatorOutcome outcome;
   RunSummary& summary = outcome.summary;
   summary.estimator = run.name;
-  const OpenedLog log = run.open();
+  OpenedLog log = run.open();
   outcome.log_begin = log.begin;
+  const Time log_end = log.end;
   EstimateFiles files(run.folder);
-  BothSinks sinks(files, outcome.record);
-  std::unique_ptr<Estimator> estimator;
+  ManySinks sinks({&files, &outcome.record});
   std::optional<InputError> failure;
-  ArrayLog readings(run.field.map != nullptr ? run.field.suite->magnetometers.size() : 0);
-  Time first_start = 0;
-  Time last_end = 0;
-  {
-    Progress progress(run.name, log.begin, log.end);
-    try {
-      ScanBundle bundle;
-      while (log.next(bundle)) {
-        if (!estimator) {
-          estimator = run.make_estimator(bundle);
-          first_start = bundle.scan.start;
-        }
-        estimator->process(bundle, sinks);
-        if (run.field.map != nullptr) readings.add(bundle.magnetic);
-        ++summary.scans;
-        last_end = bundle.scan.end;
-        progress.update(last_end);
-        if (interrupt_requested()) {
-          summary.status = RunStatus::interrupted;
-          break;
-        }
-      }
-      if (!estimator) throw InputError("the log holds no scan between its first and last IMU sample; nothing to estimate");
-    } catch (const InputError& error) {
-      if (!estimator) throw;
-      failure = error;
-      summary.status = RunStatus::stopped;
-    }
-    const auto log_end = std::chrono::steady_clock::now();
-    estimator->finish(sinks);
-    summary.refine_s = seconds_since(log_end);
+  Pass pass(run, std::move(log), sinks, warnings);
+  if (run.resume && run.checkpoint != nullptr && run.checkpoint->exists()) pass.take_up();
+  try {
+    if (pass.work_off()) summary.status = RunStatus::interrupted;
+  } catch (const InputError& error) {
+    if (!pass.began()) throw;
+    failure = error;
+    summary.status = RunStatus::stopped;
   }
-  summary.duration_s = to_seconds(last_end - first_start);
+  const auto worked_off = std::chrono::steady_clock::now();
+  pass.finish();
+  summary.refine_s = seconds_since(worked_off);
+  // A signal ends a refinement, too.
+  if (summary.status == RunStatus::done && run.refines && interrupt_requested()) summary.status = RunStatus::interrupted;
+  summary.scans = pass.scans();
+  const Time last_end = pass.last_end();
+  summary.duration_s = to_seconds(last_end - pass.first_start());
   count_steps(outcome.record, summary, warnings);
   tell_clock(outcome.record, summary, warnings);
   warn_of_uncertainty(outcome.record, warnings);
@@ -156,20 +234,20 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   std::string mark;
   if (summary.status != RunStatus::done) {
-    mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(log.end));
+    mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(log_end));
     if (failure) mark += fmt::format(": {}", failure->what());
     if (summary.status != RunStatus::lost) warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
   }
   files.finish(mark);
   if (run.field.map != nullptr) {
-    FieldReport report = report_field(run.field, readings, outcome.record, warnings);
+    FieldReport report = report_field(run.field, pass.readings(), outcome.record, warnings);
     write_field_report(run.folder, report);
     summary.stale_map = std::move(report.stale);
     outcome.field_rows = std::move(report.rows);
   }
-  summary.wall_s = seconds_since(start);
-  summary.peak_rss_mb = peak_memory_mb();
-  if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log.end, summary.status);
+  summary.wall_s = pass.wall_s();
+  summary.peak_rss_mb = pass.peak_rss_mb();
+  if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log_end, summary.status);
   if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth);
   for (StageFigures& stage : summary.stages) {
     const Bound::Stage* least = run.bound == nullptr ? nullptr : run.bound->find(stage.name);

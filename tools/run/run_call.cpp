@@ -30,6 +30,7 @@
 #include "tools/run/initial_pose.h"
 #include "tools/run/picture_series.h"
 #include "tools/run/resources.h"
+#include "tools/run/resumption.h"
 
 namespace lodestone {
 
@@ -197,8 +198,12 @@ std::optional<Bound> find_bound(const RunCall& call, const RunMaterial& material
 }
 
 EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunMaterial& material, const Bound* bound,
-                         WarningLog warnings) {
+                         const RunIdentity& identity, WarningLog warnings) {
+  RunCheckpoint checkpoint(checkpoint_folder(call), name, call.checkpoint_interval_s, identity);
   EstimatorRun run;
+  run.checkpoint = &checkpoint;
+  run.resume = call.resume;
+  run.refines = material.options.smoother.refine == Refinement::batch;
   run.bound = bound;
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
@@ -230,11 +235,13 @@ void find_start_anywhere(const RunCall& call, RunMaterial& material, WarningLog&
   material.found = find_automatic_start(call.log, input, log.next, warnings);
 }
 
-std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunMaterial& material) {
+std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunMaterial& material,
+                                                           const RunIdentity& identity) {
   return {{"lodestone", LODESTONE_VERSION}, {"log", call.log},     {"platform", call.platform}, {"cloud", call.cloud},
           {"magnetic", call.magnetic},      {"truth", call.truth}, {"initial_pose", call.initial_pose},
           {"initial_pose_from", call.initial_pose_from},
-          {"initial_pose_found", material.found ? pose_text(material.found->T_map_imu) : ""}};
+          {"initial_pose_found", material.found ? pose_text(material.found->T_map_imu) : ""},
+          {"identity", digest(identity)}};
 }
 
 int exit_code_of(const std::vector<RunSummary>& runs) {
@@ -262,14 +269,16 @@ int execute(const RunCall& call) {
   const ThreadLimit limit(call.threads.value_or(0));
   WarningLog shared;
   RunMaterial material = load(call, shared);
+  check_begin(call, material, shared);
   const std::filesystem::path out = call.out;
   std::error_code error;
   std::filesystem::create_directories(out, error);
   if (error) throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", call.out, error.message()));
+  const RunIdentity identity = identify(call, material.options);
+  if (const auto code = begin_or_go_on(call, identity)) return *code;
   write_text_file((out / "config.yaml").string(),
                   "# Every option of this run; --config takes it again.\n" + save_options(material.options));
 
-  check_begin(call, material, shared);
   if (is_automatic(call)) find_start_anywhere(call, material, shared);
   const std::optional<Bound> bound = find_bound(call, material);
   std::vector<RunSummary> summaries;
@@ -277,12 +286,12 @@ int execute(const RunCall& call) {
   std::vector<EstimatorOutcome> outcomes;
   Time log_begin = 0;
   for (const std::string& name : call.estimators) {
-    EstimatorOutcome outcome = run_one(name, call, material, bound ? &*bound : nullptr, shared);
+    EstimatorOutcome outcome = run_one(name, call, material, bound ? &*bound : nullptr, identity, shared);
     series.push_back(picture_series(outcome));
     log_begin = outcome.log_begin;
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
-    write_text_file((out / "summary.json").string(), to_json(inputs_of(call, material), summaries, bound));
+    write_text_file((out / "summary.json").string(), to_json(inputs_of(call, material, identity), summaries, bound));
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
@@ -296,7 +305,9 @@ int execute(const RunCall& call) {
   }
   if (material.field != nullptr || !call.truth.empty()) std::printf("pictures: %s\n", (out / "pictures").c_str());
   keep_overview(call, material, log_begin, series);
-  return exit_code_of(summaries);
+  const int code = exit_code_of(summaries);
+  if (code != exit_code::interrupted) forget_checkpoints(call);
+  return code;
 }
 
 }  // namespace lodestone

@@ -1,0 +1,79 @@
+#include "tools/run/resumption.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "frontends/readers/text_file.h"
+#include "tools/commands.h"
+#include "tools/run/run_checkpoint.h"
+
+namespace lodestone {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The exit code of a call of this identity that ended whole.
+std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity& identity) {
+  const fs::path summary = fs::path(call.out) / "summary.json";
+  if (fs::exists(checkpoint_folder(call)) || !fs::exists(summary)) return std::nullopt;
+  const auto json = nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
+  if (!json.is_object() || json.value("identity", "") != digest(identity)) return std::nullopt;
+  const std::string status = json.value("status", "");
+  if (status == "done") return exit_code::done;
+  if (status == "lost") return exit_code::track_lost;
+  return std::nullopt;
+}
+
+/// What a killed process had written aside.
+void remove_leftovers(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (entry.path().filename().string().find(".partial-") != std::string::npos) fs::remove(entry.path(), ignored);
+  }
+}
+
+}  // namespace
+
+fs::path checkpoint_folder(const RunCall& call) { return fs::path(call.out) / "checkpoint"; }
+
+std::optional<int> begin_or_go_on(const RunCall& call, const RunIdentity& identity) {
+  const fs::path folder = checkpoint_folder(call);
+  if (call.resume) {
+    if (const auto code = code_of_whole_results(call, identity)) {
+      std::printf("%s: the results are whole already; nothing is left to resume\n", call.out.c_str());
+      return code;
+    }
+    bool any = false;
+    for (const std::string& name : call.estimators) {
+      RunCheckpoint checkpoint(folder, name, 0.0, identity);
+      if (checkpoint.exists()) {
+        const PassState pass = checkpoint.read();
+        std::printf("%s: goes on after %lld scans\n", name.c_str(), static_cast<long long>(pass.scans));
+        any = true;
+      }
+      remove_leftovers(fs::path(call.out) / name);
+    }
+    remove_leftovers(folder);
+    if (!any) std::printf("%s: no checkpoint to resume from; the run begins anew\n", call.out.c_str());
+  } else {
+    forget_checkpoints(call);
+  }
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
+  return std::nullopt;
+}
+
+void forget_checkpoints(const RunCall& call) {
+  std::error_code error;
+  fs::remove_all(checkpoint_folder(call), error);
+  if (error) {
+    throw InputError(fmt::format("{}: cannot be removed: {}", checkpoint_folder(call).string(), error.message()));
+  }
+}
+
+}  // namespace lodestone

@@ -1,0 +1,101 @@
+#include "tools/run/run_identity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "frontends/configuration/options.h"
+#include "frontends/readers/text_file.h"
+#include "tools/run/growing_file.h"
+
+namespace lodestone {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Every option as one part.
+class Flattener {
+ public:
+  Flattener(std::string prefix, RunIdentity& parts) : prefix_(std::move(prefix)), parts_(parts) {}
+
+  template <class Value>
+  void field(std::string_view name, const Value& value, std::string_view) {
+    parts_.emplace_back(prefix_ + std::string(name), options_detail::write_value(value));
+  }
+
+  template <class Options>
+  void section(std::string_view name, Options& options) {
+    Flattener inner(prefix_ + std::string(name) + ".", parts_);
+    options.visit(inner);
+  }
+
+ private:
+  std::string prefix_;
+  RunIdentity& parts_;
+};
+
+std::string mark_of_file(const fs::path& path) {
+  return fmt::format("{} bytes changed at {}", fs::file_size(path), fs::last_write_time(path).time_since_epoch().count());
+}
+
+/// Of a file, or of all in a folder.
+std::string mark(const std::string& path) {
+  if (path.empty()) return "none";
+  if (!fs::is_directory(path)) return mark_of_file(path);
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+    if (entry.is_regular_file()) files.push_back(entry.path().string() + ": " + mark_of_file(entry.path()));
+  }
+  std::sort(files.begin(), files.end());
+  std::uint64_t hash = FileExtent{}.hash;
+  for (const std::string& file : files) hash = hash_of(file + "\n", hash);
+  return fmt::format("{} files, {:016x}", files.size(), hash);
+}
+
+std::string content_mark(const std::string& path) {
+  return path.empty() ? "none" : fmt::format("{:016x}", hash_of(read_text_file(path)));
+}
+
+}  // namespace
+
+RunIdentity identify(const RunCall& call, const RunOptions& options) {
+  const std::string raster = call.magnetic.empty() ? "" : fs::path(call.magnetic).replace_extension(".tif").string();
+  std::string estimators;
+  for (const std::string& name : call.estimators) estimators += (estimators.empty() ? "" : ",") + name;
+  RunIdentity parts{{"the program", std::string(LODESTONE_VERSION) + " " + content_mark("/proc/self/exe")},
+                    {"the log", mark(call.log)},
+                    {"--platform", content_mark(call.platform)},
+                    {"--cloud", mark(call.cloud)},
+                    {"--magnetic", content_mark(call.magnetic)},
+                    {"the image of --magnetic", fs::exists(raster) ? mark(raster) : "none"},
+                    {"--estimator", estimators},
+                    {"--initial-pose", call.initial_pose},
+                    {"--initial-pose-from", content_mark(call.initial_pose_from)},
+                    {"--max-range", call.max_range_m ? fmt::format("{}", *call.max_range_m) : "none"},
+                    {"--truth", content_mark(call.truth)},
+                    {"--bound", call.bound ? "yes" : "no"}};
+  RunOptions visited = options;
+  Flattener flattener("", parts);
+  visited.visit(flattener);
+  return parts;
+}
+
+std::string digest(const RunIdentity& identity) {
+  std::uint64_t hash = FileExtent{}.hash;
+  for (const auto& [name, value] : identity) hash = hash_of(fmt::format("{}:{}{}:{}", name.size(), name, value.size(), value), hash);
+  return fmt::format("{:016x}", hash);
+}
+
+std::string difference_between(const RunIdentity& written, const RunIdentity& now) {
+  for (std::size_t i = 0; i < std::max(written.size(), now.size()); ++i) {
+    if (i >= written.size() || i >= now.size() || written[i].first != now[i].first) return "it has other options";
+    if (written[i].second != now[i].second) {
+      return fmt::format("{} was {} and is {} now", written[i].first, written[i].second, now[i].second);
+    }
+  }
+  return {};
+}
+
+}  // namespace lodestone
