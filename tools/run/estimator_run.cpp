@@ -38,9 +38,9 @@ class ManySinks : public EstimateSink {
   std::vector<EstimateSink*> sinks_;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
   double innovations = 0.0;
@@ -100,8 +100,9 @@ void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const
 /// One pass: reads bundle after bundle and feeds the estimator. What it is made of is what crosses from one to the next.
 class Pass {
  public:
-  Pass(const EstimatorRun& run, OpenedLog log, EstimateSink& results, WarningLog& warnings)
+  Pass(const EstimatorRun& run, Clock::time_point start, OpenedLog log, EstimateSink& results, WarningLog& warnings)
       : run_(run),
+        start_(start),
         log_(std::move(log)),
         results_(results),
         warnings_(warnings),
@@ -150,7 +151,6 @@ class Pass {
   Time first_start() const { return first_start_; }
   Time last_end() const { return last_end_; }
   const ArrayLog& readings() const { return readings_; }
-  const PassState& before() const { return before_; }
   double wall_s() const { return before_.wall_s + seconds_since(start_); }
   double peak_rss_mb() const { return std::max(before_.peak_rss_mb, peak_memory_mb()); }
 
@@ -182,10 +182,10 @@ class Pass {
   }
 
   const EstimatorRun& run_;
+  Clock::time_point start_;
   OpenedLog log_;
   EstimateSink& results_;
   WarningLog& warnings_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::unique_ptr<Estimator> estimator_;
   ArrayLog readings_;
   std::int64_t scans_ = 0;
@@ -199,6 +199,7 @@ class Pass {
 
 EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   reset_peak_memory();
+  const auto start = Clock::now();
   EstimatorOutcome outcome;
   RunSummary& summary = outcome.summary;
   summary.estimator = run.name;
@@ -208,7 +209,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   EstimateFiles files(run.folder);
   ManySinks sinks({&files, &outcome.record});
   std::optional<InputError> failure;
-  Pass pass(run, std::move(log), sinks, warnings);
+  Pass pass(run, start, std::move(log), sinks, warnings);
   if (run.resume && run.checkpoint != nullptr && run.checkpoint->exists()) pass.take_up();
   try {
     if (pass.work_off()) summary.status = RunStatus::interrupted;
@@ -217,7 +218,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
     failure = error;
     summary.status = RunStatus::stopped;
   }
-  const auto worked_off = std::chrono::steady_clock::now();
+  const auto worked_off = Clock::now();
   pass.finish();
   summary.refine_s = seconds_since(worked_off);
   // A signal ends a refinement, too.
