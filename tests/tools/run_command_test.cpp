@@ -149,6 +149,7 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused(call("--initial-pose auto"), "not sure of the start");  // the bare room looks the same turned by half
   expect_refused(call("--max-range -3"), "--max-range");
   expect_refused(call("--threads 0"), "--threads");
+  expect_refused(call("--checkpoint-interval -3"), "--checkpoint-interval");
   const std::string rest = " --platform " + path("platform.yaml") + " --out " + path("out");
   expect_refused("run " + path("nowhere.bag") + rest + " --cloud " + path("cloud.pcd"), "nowhere.bag");
   expect_refused("run " + path("truth.tum") + rest + " --cloud " + path("cloud.pcd"), "truth.tum");

@@ -57,7 +57,6 @@ void add_run_command(CLI::App& app, int* code) {
       ->capture_default_str();
   command->add_flag("--resume", call->resume, "go on where a killed or interrupted call of the same words stood last; ends with the same bytes");
   command->add_option("--checkpoint-interval", call->checkpoint_interval_s, "seconds between the states kept for --resume")
-      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures");

@@ -72,6 +72,9 @@ void check_call(const RunCall& call) {
   if (!(call.check_seconds >= 0.0)) {
     throw InputError(fmt::format("--check-seconds: expected seconds, or 0 for none, found {}", call.check_seconds));
   }
+  if (!(call.checkpoint_interval_s >= 0.0)) {
+    throw InputError(fmt::format("--checkpoint-interval: expected seconds, 0 or more, found {}", call.checkpoint_interval_s));
+  }
   if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
   if (is_automatic(call) && call.cloud.empty()) {
     throw InputError("--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; "
