@@ -36,6 +36,19 @@ function(lodestone_precompile target)
   endif()
 endfunction()
 
+# Sources of a target compiled together, so many at a time: what they all include is read once. For whoever builds everything;
+# whoever changes single files waits longer for each. Two files of a target must then not use one name, in anonymous
+# namespaces either.
+option(LODESTONE_UNITY "Compile sources of a target together" OFF)
+set(LODESTONE_UNITY_SIZE 12 CACHE STRING "So many sources together")
+function(lodestone_unity target)
+  if(LODESTONE_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${LODESTONE_UNITY_SIZE})
+    # A .cpp file is then an included one, whose anonymous namespaces g++ takes for a header's.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
+endfunction()
+
 # lodestone_floor(NAME): a static library of every source below the current folder, known as lodestone::NAME.
 function(lodestone_floor name)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
@@ -48,4 +61,5 @@ function(lodestone_floor name)
   add_library(lodestone::${name} ALIAS lodestone_${name})
   target_link_libraries(lodestone_${name} PUBLIC lodestone_options ${ARGN})
   lodestone_precompile(lodestone_${name})
+  lodestone_unity(lodestone_${name})
 endfunction()

@@ -1,13 +1,10 @@
 #include "factors/calibrated_reading_factor.h"
 
+#include "factors/row_major.h"
+
 namespace lodestone {
 
 namespace {
-
-template <int rows, int columns>
-Eigen::Map<Eigen::Matrix<double, rows, columns, Eigen::RowMajor>> row_major(double* values) {
-  return Eigen::Map<Eigen::Matrix<double, rows, columns, Eigen::RowMajor>>(values);
-}
 
 Matrix3 slope_matrix(const FieldSlope& g) {
   Matrix3 slope;

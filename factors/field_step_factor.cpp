@@ -2,16 +2,9 @@
 
 #include <Eigen/LU>
 
+#include "factors/row_major.h"
+
 namespace lodestone {
-
-namespace {
-
-template <int rows, int columns>
-Eigen::Map<Eigen::Matrix<double, rows, columns, Eigen::RowMajor>> row_major(double* values) {
-  return Eigen::Map<Eigen::Matrix<double, rows, columns, Eigen::RowMajor>>(values);
-}
-
-}  // namespace
 
 bool FieldStepFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const Eigen::Map<const Vector3> before(parameters[0]);

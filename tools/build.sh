@@ -7,5 +7,9 @@ build=${LODESTONE_BUILD:-$root/build/release}
 # What ccache must overlook where headers are precompiled.
 export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
 
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLODESTONE_TESTS=ON >/dev/null
+# A first build compiles sources together, which takes less; a folder that is there stays as it was configured.
+unity=()
+[[ -e $build/CMakeCache.txt ]] || unity=(-DLODESTONE_UNITY="${LODESTONE_UNITY:-ON}")
+
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLODESTONE_TESTS=ON "${unity[@]}" >/dev/null
 ninja -C "$build" -j"$(nproc)" "$@"

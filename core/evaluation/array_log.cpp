@@ -6,7 +6,7 @@ namespace lodestone {
 
 namespace {
 
-float median(std::vector<float>& values) {
+float median_in_place(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
@@ -33,7 +33,7 @@ void ArrayLog::add(std::span<const MagneticArraySample> samples) {
           }
         }
         if (2 * values.size() < part.size() || values.empty()) break;
-        reading.field_ut[axis] = median(values);
+        reading.field_ut[axis] = median_in_place(values);
         reading.samples = static_cast<int>(values.size());
       }
       readings_.push_back(reading);

@@ -25,12 +25,12 @@ double median(std::vector<float> values) {
 }
 
 /// What one magnetometer read, in its own axes.
-struct Sample {
+struct OffsetSample {
   std::array<std::vector<float>, 3> differences;
   std::set<CellKey> cells;
 };
 
-MagnetometerOffset offset_of(const Sample& sample) {
+MagnetometerOffset offset_of(const OffsetSample& sample) {
   MagnetometerOffset result;
   result.cells = sample.cells.size();
   if (sample.differences[0].empty()) return result;
@@ -56,12 +56,12 @@ MagnetometerOffset offset_of(const Sample& sample) {
 
 std::vector<MagnetometerOffset> magnetometer_offsets(const FieldComparison& comparison, double cell_m,
                                                      const std::function<bool(const Vector3&)>& holds) {
-  std::vector<Sample> samples(comparison.suite.magnetometers.size());
+  std::vector<OffsetSample> samples(comparison.suite.magnetometers.size());
   compare_field(comparison, [&](const ComparedArray& array) {
     if (!array.moved) return;
     for (const FieldDifference& one : array.differences) {
       if (!holds(one.position)) continue;
-      Sample& sample = samples[static_cast<std::size_t>(one.magnetometer)];
+      OffsetSample& sample = samples[static_cast<std::size_t>(one.magnetometer)];
       const Vector3 own = one.R_map_mag.transpose() * one.difference_ut;
       for (int axis = 0; axis < 3; ++axis) sample.differences[static_cast<std::size_t>(axis)].push_back(static_cast<float>(own[axis]));
       sample.cells.insert(cell_of(one.position, cell_m));
@@ -69,7 +69,7 @@ std::vector<MagnetometerOffset> magnetometer_offsets(const FieldComparison& comp
   });
   std::vector<MagnetometerOffset> offsets;
   std::vector<float> spreads;
-  for (const Sample& sample : samples) {
+  for (const OffsetSample& sample : samples) {
     offsets.push_back(offset_of(sample));
     if (offsets.back().spread_ut > 0.0) spreads.push_back(static_cast<float>(offsets.back().spread_ut));
   }

@@ -55,7 +55,7 @@ Eigen::LLT<Eigen::MatrixXd> factorize(const GaussianProcessData& data, const Ker
   throw std::invalid_argument("a Gaussian process's covariance is not positive definite: are all values finite?");
 }
 
-void check(const GaussianProcessData& data) {
+void check_data(const GaussianProcessData& data) {
   if (data.values.size() == 0) throw std::invalid_argument("a Gaussian process needs a training point");
   if (data.positions.rows() != data.values.size() || data.variance.size() != data.values.size()) {
     throw std::invalid_argument("a Gaussian process needs as many positions and variances as values");
@@ -66,7 +66,7 @@ void check(const GaussianProcessData& data) {
 
 GaussianProcess::GaussianProcess(const GaussianProcessData& data, const KernelParameters& parameters)
     : positions_(data.positions), parameters_(parameters) {
-  check(data);
+  check_data(data);
   Eigen::MatrixXd kernel = squared_distances(positions_, positions_);
   to_lower_kernel(parameters_, kernel);
   cholesky_ = factorize(data, parameters_, kernel);
@@ -88,7 +88,7 @@ void GaussianProcess::predict(const Eigen::ArrayX3d& points, Eigen::VectorXd& me
 
 double log_marginal_likelihood(const GaussianProcessData& data, const KernelParameters& parameters,
                                Eigen::Vector3d* gradient) {
-  check(data);
+  check_data(data);
   const Eigen::Index size = data.values.size();
   const Eigen::MatrixXd distances = squared_distances(data.positions, data.positions);
   Eigen::MatrixXd kernel = distances;

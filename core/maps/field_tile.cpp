@@ -7,7 +7,7 @@
 namespace lodestone {
 namespace {
 
-constexpr float missing = std::numeric_limits<float>::quiet_NaN();
+constexpr float missing_value = std::numeric_limits<float>::quiet_NaN();
 
 /// Nodes round the tile's lowest that ghosts are made from.
 constexpr int reach = 3;
@@ -17,7 +17,7 @@ constexpr int side = FieldTile::cells + 2 * reach + 1;
 class Surroundings {
  public:
   Surroundings(const FieldGrid& grid, const FieldNodes& nodes, int layer, int row, int column)
-      : nodes_(static_cast<std::size_t>(side) * side, Eigen::Vector4f::Constant(missing)) {
+      : nodes_(static_cast<std::size_t>(side) * side, Eigen::Vector4f::Constant(missing_value)) {
     const int first_row = std::max(row - reach, 0);
     const int first_column = std::max(column - reach, 0);
     const int rows = std::min(row - reach + side, grid.rows) - first_row;
@@ -61,10 +61,10 @@ Eigen::Vector4f ghost(const Surroundings& around, int row, int column) {
     }
     if (count == 0) continue;
     Eigen::Vector4f value = sum / static_cast<float>(count);
-    value[3] = missing;
+    value[3] = missing_value;
     return value;
   }
-  return Eigen::Vector4f::Constant(missing);
+  return Eigen::Vector4f::Constant(missing_value);
 }
 
 }  // namespace

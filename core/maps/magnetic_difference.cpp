@@ -19,13 +19,13 @@ Vector3 node_position(const FieldGrid& grid, int layer, int row, int column) {
 }
 
 /// A map's field and sigma somewhere.
-struct Sample {
+struct MapSample {
   Vector3 field_ut;
   double sigma_ut;
 };
 
 /// At a node of the map its very value: interpolation at the edge of the field may ask for a neighbour that is not there.
-std::optional<Sample> sample(const MagneticMap& map, const Vector3& position) {
+std::optional<MapSample> sample(const MagneticMap& map, const Vector3& position) {
   const FieldGrid& grid = map.grid();
   const Eigen::Array2d place = (position.head<2>() - grid.origin).array() / grid.resolution_m;
   const Eigen::Array2d nearest = place.round();
@@ -36,11 +36,11 @@ std::optional<Sample> sample(const MagneticMap& map, const Vector3& position) {
     const auto layer = grid.heights_m.size() == 1 ? 0 : static_cast<int>(height - grid.heights_m.begin());
     const Eigen::Vector4f node = map.node(layer, static_cast<int>(nearest.y()), static_cast<int>(nearest.x()));
     if (!(node[3] <= map.max_sigma_ut())) return std::nullopt;
-    return Sample{node.head<3>().cast<double>(), node[3]};
+    return MapSample{node.head<3>().cast<double>(), node[3]};
   }
   const auto value = map.query(position, FieldInterpolation::bicubic);
   if (!value) return std::nullopt;
-  return Sample{value->field_ut, value->sigma_ut};
+  return MapSample{value->field_ut, value->sigma_ut};
 }
 
 /// One rectangle of a grid, and how many of its places have field in one map alone.

@@ -84,7 +84,7 @@ double bilinear_sigma(const Eigen::Vector4f* corner, double s, double t) {
   return lower + t * (upper - lower);
 }
 
-void check(const FieldGrid& grid) {
+void check_grid(const FieldGrid& grid) {
   if (grid.columns < 2 || grid.rows < 2) throw std::invalid_argument("a magnetic map needs two nodes a side");
   if (!(grid.resolution_m > 0.0)) throw std::invalid_argument("a magnetic map's resolution must be positive");
   if (grid.heights_m.empty()) throw std::invalid_argument("a magnetic map needs a height");
@@ -115,7 +115,7 @@ class ArrayNodes final : public FieldNodes {
 
 MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut)
     : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut) {
-  check(grid_);
+  check_grid(grid_);
   if (nodes.size() != static_cast<std::size_t>(grid_.columns) * grid_.rows * grid_.heights_m.size()) {
     throw std::invalid_argument("a magnetic map's nodes must be columns × rows × layers");
   }
@@ -124,7 +124,7 @@ MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nod
 
 MagneticMap::MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes)
     : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut) {
-  check(grid_);
+  check_grid(grid_);
   tiles_ = std::make_shared<FieldTileCache>(grid_, std::move(nodes), max_bytes);
 }
 

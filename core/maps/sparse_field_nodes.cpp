@@ -6,18 +6,18 @@
 namespace lodestone {
 namespace {
 
-const Eigen::Vector4f missing = Eigen::Vector4f::Constant(std::numeric_limits<float>::quiet_NaN());
+const Eigen::Vector4f missing_node = Eigen::Vector4f::Constant(std::numeric_limits<float>::quiet_NaN());
 
 }  // namespace
 
 void SparseFieldNodes::set(int layer, int row, int column, const Eigen::Vector4f& node) {
   std::vector<Eigen::Vector4f>& square = squares_[key(layer, row, column)];
-  if (square.empty()) square.assign(static_cast<std::size_t>(side) * side, missing);
+  if (square.empty()) square.assign(static_cast<std::size_t>(side) * side, missing_node);
   square[static_cast<std::size_t>(row % side) * side + static_cast<std::size_t>(column % side)] = node;
 }
 
 bool SparseFieldNodes::read(int layer, int row, int column, int rows, int columns, Eigen::Vector4f* nodes) const {
-  std::fill_n(nodes, static_cast<std::size_t>(rows) * columns, missing);
+  std::fill_n(nodes, static_cast<std::size_t>(rows) * columns, missing_node);
   bool any = false;
   for (int square_row = row / side; square_row * side < row + rows; ++square_row) {
     for (int square_column = column / side; square_column * side < column + columns; ++square_column) {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "core/angles.h"
 #include "frontends/checks/acceleration_pairs.h"
 #include "frontends/checks/step_search.h"
 #include "frontends/readers/platform_lidars.h"
@@ -17,7 +17,6 @@ constexpr double telling_bias_m_s2 = 0.4;
 constexpr double telling_step_m_s2 = 0.15;
 constexpr double step_sigmas = 8.0;
 constexpr double telling_turn_rad = 0.6;  // 35°: an odometry of seconds and a biased accelerometer allow no more
-constexpr double degrees = 180.0 / std::numbers::pi;
 
 }  // namespace
 
@@ -62,7 +61,7 @@ Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, c
        fmt::format(
            "the accelerations of IMU and LiDAR point {:.0f} deg apart about the vertical (correlation {:.2f}); with "
            "the inverse of T_imu_lidar {:.0f} deg",
-           given.turn_rad * degrees, given.correlation, inverse.turn_rad * degrees),
+           given.turn_rad * degrees_per_radian, given.correlation, inverse.turn_rad * degrees),
        fmt::format("{} {}.T_imu_lidar in {}", inverse_fits ? "invert" : "turn", lidar_key(lidar), platform.file_name())}};
 }
 

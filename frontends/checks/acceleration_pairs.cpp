@@ -11,7 +11,7 @@ constexpr std::size_t span = 5;  // poses from one to the next of a second diffe
 constexpr std::size_t stride = 3;
 constexpr double largest_span_s = 1.0;
 constexpr Time largest_gap = 500'000'000;
-constexpr std::size_t fewest = 6;
+constexpr std::size_t fewest_pairs = 6;
 
 /// The specific force, turned by the poses, integrated twice from rest.
 class TwiceIntegrated {
@@ -78,7 +78,7 @@ HeadingFit fit_heading(const Trajectory& lidar_poses, const std::vector<ImuSampl
       lidar_poses;  // of a frame with the IMU's axes where the LiDAR is: the arm between them counts little
   for (StampedPose& pose : poses) pose.pose.rotation = pose.pose.rotation * R_imu_lidar.conjugate();
   const std::vector<AccelerationPair> pairs = compare_accelerations(poses, imu);
-  if (pairs.size() < fewest) return {};
+  if (pairs.size() < fewest_pairs) return {};
   const auto count = static_cast<double>(pairs.size());
   Vector3 force = Vector3::Zero();
   Vector3 acceleration = Vector3::Zero();

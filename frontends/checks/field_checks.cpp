@@ -5,20 +5,19 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 
+#include "core/angles.h"
 #include "core/evaluation/statistics.h"
 #include "frontends/checks/field_series.h"
 
 namespace lodestone {
 namespace {
 
-constexpr double degrees = 180.0 / std::numbers::pi;
 constexpr double telling_ut = 3.0;  // smaller differences the estimators live with
 constexpr double telling_sigmas = 5.0;
 constexpr double explains = 0.7;            // of the rms that is left: a model that explains something
-constexpr double telling_turn_rad = 0.035;  // 2°
+constexpr double telling_array_turn_rad = 0.035;  // 2°
 constexpr double telling_scale = 0.04;
 constexpr double telling_delay_s = 0.012;
 constexpr double delay_explains = 0.85;
@@ -164,13 +163,13 @@ class FieldCheck {
     const bool evenly = drifts && models.rms_drift_ut < explains * models.rms_offset_ut;
     if (evenly && models.rms_drift_ut < std::min(models.rms_turned_ut, models.rms_linear_ut)) {
       add_drift(sensor);
-    } else if (models.turn_rad > telling_turn_rad && models.rms_turned_ut < explains * models.rms_offset_ut) {
+    } else if (models.turn_rad > telling_array_turn_rad && models.rms_turned_ut < explains * models.rms_offset_ut) {
       blame(
           "magnetometer.turned",
           fmt::format(
               "{}: sits {:.1f} deg from how the platform says it does: so turned it differs by {:.1f} uT from the map, "
               "with an offset by {:.1f} uT",
-              name_of(sensor), models.turn_rad * degrees, models.rms_turned_ut, models.rms_offset_ut),
+              name_of(sensor), models.turn_rad * degrees_per_radian, models.rms_turned_ut, models.rms_offset_ut),
           fmt::format("{}.T_imu_mag in {}", place, file_), begin);
     } else if (models.scale_error > telling_scale && models.rms_linear_ut < explains * models.rms_offset_ut) {
       blame("magnetometer.stretched",

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/angles.h"
 #include "core/evaluation/statistics.h"
 #include "frontends/readers/sensor_checks.h"
 
@@ -18,8 +19,7 @@ constexpr double rest_shaking_m_s2 = 0.6;    // more is motion, whatever the noi
 constexpr double gravity_tolerance = 0.03;   // of gravity: a good accelerometer is within a hundredth
 constexpr double largest_bias_rad_s = 0.05;  // 3 °/s: more than any gyroscope that serves here
 constexpr double noise_factor = 8.0;         // times what the platform says
-constexpr double degrees = 180.0 / std::numbers::pi;
-constexpr double normal_sigma = 1.4826;  // of a normal distribution over its median absolute deviation
+constexpr double normal_step_sigma = 1.4826;  // of a normal distribution over its median absolute deviation
 
 /// One sigma of white noise from the differences of neighbours, which motion hardly touches; robust to steps.
 double white_noise(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Vector3 ImuSample::*value) {
@@ -28,7 +28,7 @@ double white_noise(const std::vector<ImuSample>& imu, std::size_t begin, std::si
     const Vector3 step = imu[i].*value - imu[i - 1].*value;
     for (int axis = 0; axis < 3; ++axis) steps.push_back(std::abs(step[axis]));
   }
-  return steps.empty() ? 0.0 : normal_sigma * summarize(steps).median / std::numbers::sqrt2;
+  return steps.empty() ? 0.0 : normal_step_sigma * summarize(steps).median / std::numbers::sqrt2;
 }
 
 RestSpan describe(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end) {
@@ -69,7 +69,7 @@ class ImuCheck {
         rest->at_rest
             ? fmt::format("at rest from {:.2f} s on for {:.2f} s: specific force {:.3f} m/s2, turn rate {:.3f} deg/s",
                           to_seconds(rest->begin - sample_.imu.front().time), to_seconds(rest->end - rest->begin),
-                          rest->linear_acceleration.norm(), rest->angular_velocity.norm() * degrees)
+                          rest->linear_acceleration.norm(), rest->angular_velocity.norm() * degrees_per_radian)
             : "the robot never stands still in this span: gravity and biases are told less well",
         "", rest->begin);
     return findings_;
@@ -110,7 +110,7 @@ class ImuCheck {
     const double rate = rest.angular_velocity.norm();
     if (rate < largest_bias_rad_s) return;
     add(Severity::warning, "gyroscope_bias",
-        fmt::format("a robot at rest reads a turn of {:.3f} rad/s ({:.1f} deg/s)", rate, rate * degrees),
+        fmt::format("a robot at rest reads a turn of {:.3f} rad/s ({:.1f} deg/s)", rate, rate * degrees_per_radian),
         rate > 0.2 ? "are these degrees per second? an Imu message holds rad/s: convert them before recording"
                    : "let the driver calibrate the gyroscope at rest",
         rest.begin);
@@ -122,7 +122,7 @@ class ImuCheck {
     const double gyroscope = rest.gyroscope_noise / (model.gyroscope_noise_density * root_rate);
     const double accelerometer = rest.accelerometer_noise / (model.accelerometer_noise_density * root_rate);
     if (gyroscope > noise_factor) {
-      const bool in_degrees = gyroscope > 0.5 * degrees && gyroscope < 2.0 * degrees;
+      const bool in_degrees = gyroscope > 0.5 * degrees_per_radian && gyroscope < 2.0 * degrees_per_radian;
       add(Severity::warning, "gyroscope_noise",
           fmt::format("the turn rate's noise is {:.2g} rad/s a sample, {:.1f} times what the platform says",
                       rest.gyroscope_noise, gyroscope),

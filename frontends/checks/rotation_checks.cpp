@@ -6,8 +6,8 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/evaluation/statistics.h"
 #include "frontends/checks/step_search.h"
 #include "frontends/checks/turn_integral.h"
@@ -20,15 +20,14 @@ constexpr double largest_offset_s = 5.0;
 constexpr double coarse_step_s = 0.02;
 constexpr double fine_step_s = 0.002;
 constexpr double least_overlap = 0.6;  // of the intervals: a few that happen to agree are no evidence
-constexpr std::size_t fewest = 20;
+constexpr std::size_t fewest_turns = 20;
 constexpr double telling_offset_s = 0.015;
 constexpr double better_by = 1.5;  // times less unexplained variance at the offset than without
 constexpr double scale_tolerance = 0.05;
 constexpr double axis_tolerance_rad = 0.07;  // 4°: what a drifting odometry may be wrong by
-constexpr double step_sigmas = 8.0;
+constexpr double rotation_step_sigmas = 8.0;
 constexpr double telling_step_rad_s = 0.01;
-constexpr double degrees = 180.0 / std::numbers::pi;
-constexpr std::size_t least_side = 5;
+constexpr std::size_t least_rotation_side = 5;
 
 struct Turn {
   Time begin;
@@ -123,7 +122,7 @@ Quaternion compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, R
 void find_step(const std::vector<Pair>& pairs, const Quaternion& R_imu_lidar, double scale, RotationFit& fit) {
   std::vector<Vector3> differences;
   for (const Pair& pair : pairs) differences.push_back(pair.gyroscope / scale - R_imu_lidar * pair.lidar);
-  const LargestStep step = largest_step(differences, least_side);
+  const LargestStep step = largest_step(differences, least_rotation_side);
   if (step.index == 0) return;
   // A few turns that the odometry got wrong move a mean; a bias moves the median as much.
   const auto middle = [&](std::size_t begin, std::size_t end) {
@@ -172,7 +171,7 @@ Finding clock_finding(const RotationFit& fit, const Platform& platform, std::siz
 
 Findings check_scale(const RotationFit& fit, const Platform& platform) {
   if (std::abs(fit.scale - 1.0) <= scale_tolerance) return {};
-  const bool in_degrees = std::abs(fit.scale / degrees - 1.0) < 0.2;
+  const bool in_degrees = std::abs(fit.scale / degrees_per_radian - 1.0) < 0.2;
   return {{in_degrees ? Severity::error : Severity::warning, "imu.gyroscope_unit",
            fmt::format("{}: the gyroscope's turns are {:.3f} times those of the LiDAR{}", platform.imu.topic, fit.scale,
                        in_degrees ? ": degrees per second" : ""),
@@ -185,8 +184,8 @@ Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_
   return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
            fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and {}; with "
                        "the inverse of T_imu_lidar by {:.1f} deg",
-                       fit.axis_error_rad * degrees, lidar == 0 ? "LiDAR" : lidar_key(lidar),
-                       fit.axis_error_inverse_rad * degrees),
+                       fit.axis_error_rad * degrees_per_radian, lidar == 0 ? "LiDAR" : lidar_key(lidar),
+                       fit.axis_error_inverse_rad * degrees_per_radian),
            fmt::format("{} {}.T_imu_lidar in {}", inverse ? "invert" : "correct", lidar_key(lidar), platform.file_name())}};
 }
 
@@ -214,7 +213,7 @@ std::optional<RotationFit> fit_rotation(const Trajectory& lidar_poses, const std
         {before.time, after.time, so3::log(before.pose.rotation.conjugate() * after.pose.rotation) / step_s});
   }
   const TurnIntegral gyroscope(imu);
-  if (turns.size() < fewest || pairs_at(turns, gyroscope, 0.0).size() < fewest) return std::nullopt;
+  if (turns.size() < fewest_turns || pairs_at(turns, gyroscope, 0.0).size() < fewest_turns) return std::nullopt;
   RotationFit fit;
   fit.correlation_unshifted = correlation_at(turns, gyroscope, 0.0);
   fit.offset_s = best_offset(turns, gyroscope);

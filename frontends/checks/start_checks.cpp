@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/maps/plane_map.h"
 #include "frontends/checks/imu_checks.h"
 #include "frontends/localization/scan_registration.h"
@@ -16,7 +16,6 @@
 namespace lodestone {
 namespace {
 
-constexpr double degrees = 180.0 / std::numbers::pi;
 constexpr double good_share = 0.6;  // below, another place may fit better: edges and furniture fit nowhere
 constexpr double low_share = 0.38;
 constexpr double poor_share = 0.28;
@@ -47,7 +46,7 @@ Vector3 up_at_begin(const LogSample& sample) {
 }
 
 double tilt_between_deg(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * degrees;
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * degrees_per_radian;
 }
 
 /// The first scan on the map with one T_imu_lidar.
@@ -139,7 +138,7 @@ class StartCheck {
       fit.registered = found;
     }
     const Vector6 step = fit.T_map_imu.boxminus(material_.start);
-    fit.turned_deg = step.head<3>().norm() * degrees;
+    fit.turned_deg = step.head<3>().norm() * degrees_per_radian;
     fit.moved_m = step.tail<3>().norm();
     return fit;
   }
@@ -161,7 +160,7 @@ class StartCheck {
     const Vector6 step = place->T_map_imu.boxminus(material_.start);
     add(Severity::error, "start.wrong",
         fmt::format("{}; {:.0f} % do {:.2f} m and {:.1f} deg from it{}", seen_of(given), 100.0 * place->share,
-                    step.tail<3>().norm(), step.head<3>().norm() * degrees,
+                    step.tail<3>().norm(), step.head<3>().norm() * degrees_per_radian,
                     place->sure ? "" : ", and perhaps elsewhere"),
         fmt::format("--initial-pose \"{}\", or the map's frame where the start is right", pose_text(place->T_map_imu)));
     return true;

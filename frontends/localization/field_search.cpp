@@ -15,8 +15,8 @@ constexpr double kSigma_ut = 4.0;     // within half a step the field changes by
 constexpr double kWorstSquare = 16.0;  // of a reading, in sigmas: one broken sensor decides nothing
 constexpr double kCrowding = 3.0;     // readings that share one error of the map
 constexpr std::size_t kScored = 3000;  // of the places that fit the field best, so many are held against the cloud map
-constexpr double kApart_m = 0.3;
-constexpr double kApart_rad = 10.0 * std::numbers::pi / 180.0;
+constexpr double kPlacesApart_m = 0.3;
+constexpr double kPlacesApart_rad = 10.0 * std::numbers::pi / 180.0;
 
 struct FieldFit {
   Place place;
@@ -119,8 +119,8 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
     if (result.size() >= static_cast<std::size_t>(options.field_candidates)) break;
     const Place& place = places[i];
     const bool is_near = std::any_of(result.begin(), result.end(), [&](const Place& other) {
-      return other.level == place.level && (other.position_m - place.position_m).norm() < kApart_m &&
-             std::abs(std::remainder(other.yaw - place.yaw, 2.0 * std::numbers::pi)) < kApart_rad;
+      return other.level == place.level && (other.position_m - place.position_m).norm() < kPlacesApart_m &&
+             std::abs(std::remainder(other.yaw - place.yaw, 2.0 * std::numbers::pi)) < kPlacesApart_rad;
     });
     if (!is_near) result.push_back(place);
   }

@@ -6,15 +6,14 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/registration/condensed_cost.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// Near points first: they stay within reach of their planes while the heading is yet rough.
 struct Stage {

@@ -14,13 +14,13 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLevelCosine = 0.97;   // 14°: steeper is no floor
+constexpr double kFloorCosine = 0.97;   // 14°: steeper is no floor
 constexpr double kJoin_m = 0.5;         // floor cells so far apart belong together
 constexpr double kJoinSlope = 0.3;
 constexpr double kJoinStep_m = 0.06;
 constexpr double kStandBeyond_m = 1.0;  // holes in a survey's floor
 constexpr double kLeastArea_m2 = 4.0;
-constexpr double kLeastShare = 0.1;
+constexpr double kLeastLevelShare = 0.1;
 
 /// A level piece of surface.
 struct FloorPiece {
@@ -49,7 +49,7 @@ std::vector<FloorPiece> find_pieces(const PlaneMapSource& map, const CellOfVoxel
     const Eigen::Vector2i cell = cell_of(voxel);
     extent.low = extent.low.cwiseMin(cell);
     extent.high = extent.high.cwiseMax(cell);
-    if (plane == nullptr || std::abs(plane->normal.z()) < kLevelCosine) return;
+    if (plane == nullptr || std::abs(plane->normal.z()) < kFloorCosine) return;
     const Eigen::Vector2d offset = cell_of.center(voxel).head<2>() - plane->center.head<2>().cast<double>();
     const double slope = plane->normal.head<2>().cast<double>().dot(offset) / static_cast<double>(plane->normal.z());
     pieces.push_back({cell.x(), cell.y(), plane->center.z() - static_cast<float>(slope)});
@@ -126,7 +126,7 @@ std::vector<std::vector<FloorPiece>> part(const std::vector<FloorPiece>& pieces,
   }
   std::size_t most = 0;
   for (const auto& [key, level] : levels) most = std::max(most, level.size());
-  const double least = std::max(kLeastArea_m2 / (cell_m * cell_m), kLeastShare * static_cast<double>(most));
+  const double least = std::max(kLeastArea_m2 / (cell_m * cell_m), kLeastLevelShare * static_cast<double>(most));
   std::vector<std::vector<FloorPiece>> result;
   for (auto& [key, level] : levels) {
     if (static_cast<double>(level.size()) >= least) result.push_back(std::move(level));

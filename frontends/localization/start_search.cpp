@@ -5,8 +5,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/error.h"
 #include "frontends/localization/field_search.h"
 #include "frontends/magnetometer/localization.h"
@@ -15,13 +15,12 @@ namespace lodestone {
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double kFloorThickness_m = 0.15;
 constexpr double kNowhereShare = 0.5;      // of the scan that fits by chance where it was not taken
 constexpr std::size_t kJudgedPoints = 1500;
 constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, on each of some hundred places
 constexpr double kTilesTogether_m = 32.0;
-constexpr double kSame_m = 0.25;
+constexpr double kSamePlace_m = 0.25;
 constexpr double kSame_rad = 3.0 * degree;
 constexpr double kArrayCrowding = 3.0;     // readings that share one error of the map
 constexpr double kMapError_ut = 0.5;
@@ -36,7 +35,7 @@ std::vector<SiteLevel> levels_of(const PlaneMapSource& planes) {
 
 bool is_same(const Pose& a, const Pose& b) {
   const Vector6 difference = a.boxminus(b);
-  return difference.tail<3>().norm() < kSame_m && difference.head<3>().norm() < kSame_rad;
+  return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSame_rad;
 }
 
 std::vector<Eigen::Vector3f> thinned(std::vector<Eigen::Vector3f> points, std::size_t most) {

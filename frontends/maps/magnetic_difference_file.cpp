@@ -13,7 +13,7 @@
 namespace lodestone {
 namespace {
 
-constexpr int pages_per_layer = 4;
+constexpr int difference_pages = 4;
 constexpr int tile = 64;
 
 }  // namespace
@@ -36,8 +36,8 @@ void write_magnetic_difference(const MagneticDifference& difference, const std::
       const int last_column = std::min(piece.column + piece.columns, window.column + window.columns);
       for (int row = first_row; row < last_row; ++row) {
         for (int column = first_column; column < last_column; ++column) {
-          const Eigen::Vector4f& node = piece.at(page / pages_per_layer, row - piece.row, column - piece.column);
-          const int component = page % pages_per_layer;
+          const Eigen::Vector4f& node = piece.at(page / difference_pages, row - piece.row, column - piece.column);
+          const int component = page % difference_pages;
           values[static_cast<std::size_t>(row - window.row) * window.columns + (column - window.column)] =
               component < 3 ? node[component] : node.head<3>().norm();
           any = true;

@@ -12,7 +12,7 @@
 namespace lodestone {
 namespace {
 
-constexpr float missing = std::numeric_limits<float>::quiet_NaN();
+constexpr float unread = std::numeric_limits<float>::quiet_NaN();
 
 bool is_float_page(TIFF* file) {
   std::uint16_t bits = 1;
@@ -101,7 +101,7 @@ RasterFile::Block RasterFile::block(int page, std::uint32_t index) const {
     return found->second->second;
   }
   const Blocks& shape = blocks_[page];
-  const auto values = std::make_shared<std::vector<float>>(static_cast<std::size_t>(shape.columns) * shape.rows, missing);
+  const auto values = std::make_shared<std::vector<float>>(static_cast<std::size_t>(shape.columns) * shape.rows, unread);
   const auto bytes = static_cast<tmsize_t>(values->size() * sizeof(float));
   TIFF* file = files_[page].get();
   // GDAL leaves tiles without data out altogether: their size is 0.

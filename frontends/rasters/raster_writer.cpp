@@ -14,7 +14,7 @@
 namespace lodestone {
 namespace {
 
-constexpr float missing = std::numeric_limits<float>::quiet_NaN();
+constexpr float unwritten = std::numeric_limits<float>::quiet_NaN();
 
 bool set_tags(TIFF* file, const RasterLayout& layout, int tile, int page, int pages, const std::string& name) {
   const double scale[3] = {layout.pixel_m, layout.pixel_m, 0.0};
@@ -49,8 +49,8 @@ bool write_page(TIFF* file, const RasterLayout& layout, int tile, int page, cons
     for (int left = 0; left < layout.columns; left += tile) {
       const int height = std::min(tile, layout.rows - top);
       const RasterWindow window{left, layout.rows - top - height, std::min(tile, layout.columns - left), height};
-      values.assign(static_cast<std::size_t>(window.columns) * window.rows, missing);
-      image.assign(static_cast<std::size_t>(tile) * tile, missing);
+      values.assign(static_cast<std::size_t>(window.columns) * window.rows, unwritten);
+      image.assign(static_cast<std::size_t>(tile) * tile, unwritten);
       if (fill(page, window, values.data())) {
         for (int row = 0; row < window.rows; ++row) {
           std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(row) * window.columns, window.columns,

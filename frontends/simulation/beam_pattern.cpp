@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/angles.h"
+
 namespace lodestone::simulation {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double turn = 2.0 * std::numbers::pi;
 
 // The rosette's constants are read off the scan pattern that Livox publishes for the Mid-360 (livox_laser_simulation,

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/angles.h"
 #include "frontends/simulation/random.h"
 
 namespace lodestone::simulation {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr int order = 6;  // control points that act at one time
 
 /// Value, first and second derivative (by the share u of a knot interval) of the quintic basis.

@@ -14,7 +14,7 @@
 namespace lodestone {
 namespace {
 
-struct Poses final : EstimateSink {
+struct FieldPoses final : EstimateSink {
   std::vector<Estimate> all;
   void causal(const Estimate& estimate) override { all.push_back(estimate); }
   void best(const Estimate& estimate) override { all.push_back(estimate); }
@@ -44,7 +44,7 @@ class Sampled final : public FieldNodes {
   FieldGrid grid_;
 };
 
-bool same_bits(const Pose& a, const Pose& b) {
+bool same_pose(const Pose& a, const Pose& b) {
   return std::memcmp(a.position.data(), b.position.data(), sizeof(double) * 3) == 0 &&
          std::memcmp(a.rotation.coeffs().data(), b.rotation.coeffs().data(), sizeof(double) * 4) == 0;
 }
@@ -80,7 +80,7 @@ TEST_P(TiledField, TrajectoryHasTheSameBits) {
   const auto drive = [&](std::shared_ptr<const MagneticMap> map) {
     input.field = std::move(map);
     const auto estimator = make_estimator(GetParam(), input);
-    Poses poses;
+    FieldPoses poses;
     for (const ScanBundle& bundle : bundles) estimator->process(bundle, poses);
     estimator->finish(poses);
     return poses.all;
@@ -94,7 +94,7 @@ TEST_P(TiledField, TrajectoryHasTheSameBits) {
   ASSERT_EQ(expected.size(), found.size());
   EXPECT_GT((expected.back().state.T_map_imu.position - expected.front().state.T_map_imu.position).norm(), 3.0);
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    ASSERT_TRUE(same_bits(expected[i].state.T_map_imu, found[i].state.T_map_imu)) << i;
+    ASSERT_TRUE(same_pose(expected[i].state.T_map_imu, found[i].state.T_map_imu)) << i;
   }
 }
 

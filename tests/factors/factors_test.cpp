@@ -16,9 +16,9 @@
 namespace lodestone {
 namespace {
 
-class Random {
+class RandomStates {
  public:
-  explicit Random(std::uint64_t seed) : generator_(seed) {}
+  explicit RandomStates(std::uint64_t seed) : generator_(seed) {}
   double normal() { return normal_(generator_); }
   Vector3 vector(double scale = 1.0) { return scale * Vector3(normal(), normal(), normal()); }
   Pose pose(double position_scale = 1.0) { return {so3::exp(vector()), vector(position_scale)}; }
@@ -45,7 +45,7 @@ struct LidarScene {
 };
 
 LidarScene lidar_scene(std::uint64_t seed) {
-  Random random(seed);
+  RandomStates random(seed);
   LidarScene scene;
   scene.pose = random.pose(10.0);
   scene.planes.resize(200);
@@ -60,7 +60,7 @@ LidarScene lidar_scene(std::uint64_t seed) {
 }
 
 TEST(Manifolds, PoseKeepsTheInvariants) {
-  Random random(1);
+  RandomStates random(1);
   const PoseManifold manifold;
   for (int i = 0; i < 50; ++i) {
     const PoseBlock x = block_of(random.pose());
@@ -95,7 +95,7 @@ TEST(Manifolds, PoseKeepsTheInvariants) {
 }
 
 TEST(Manifolds, GravityKeepsTheInvariants) {
-  Random random(2);
+  RandomStates random(2);
   const GravityManifold manifold;
   for (int i = 0; i < 50; ++i) {
     const Vector3 x = 9.8 * random.vector().normalized();
@@ -115,7 +115,7 @@ TEST(Manifolds, GravityKeepsTheInvariants) {
 }
 
 TEST(PoseMask, HidesExactlyTheNullSpaceOfItsProjector) {
-  Random random(3);
+  RandomStates random(3);
   const Pose reference = random.pose(5.0);
   Vector6 diagonal;
   diagonal << 1, 1, 1, 0, 1, 1;
@@ -184,7 +184,7 @@ TEST(PointPlaneFactor, PassesTheGradientChecker) {
 }
 
 TEST(PreintegrationFactor, PassesTheGradientChecker) {
-  Random random(7);
+  RandomStates random(7);
   const PoseManifold pose_manifold;
   const GravityManifold gravity_manifold;
   const ceres::EuclideanManifold<9> motion_manifold;
@@ -214,7 +214,7 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
   }
 }
 
-std::shared_ptr<const MagneticMap> wavy_map() {
+std::shared_ptr<const MagneticMap> short_wavy_map() {
   FieldGrid grid;
   grid.resolution_m = 0.2;
   grid.origin = {-3.0, -3.0};
@@ -232,7 +232,7 @@ std::shared_ptr<const MagneticMap> wavy_map() {
 }
 
 TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
-  Random random(8);
+  RandomStates random(8);
   const PoseManifold pose_manifold;
   const ceres::EuclideanManifold<ceres::DYNAMIC> bias_manifold(6);
   for (int i = 0; i < 5; ++i) {
@@ -246,7 +246,7 @@ TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     for (double& bias : biases) bias = random.normal();
     for (const PoseMask& mask : {PoseMask{}, PoseMask(Matrix6::Identity() - corridor_projector(), pose)}) {
       // Bicubic is smooth; bilinear has kinks that differences may step over.
-      const FieldFactor factor(wavy_map(), FieldInterpolation::bicubic, 2, readings, mask);
+      const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 2, readings, mask);
       const PoseBlock block = block_of(pose.boxplus(0.02 * Vector6::Ones()));
       expect_gradients(factor, {&pose_manifold, &bias_manifold}, {block.data(), biases.data()}, 1e-5);
     }
@@ -254,7 +254,7 @@ TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
 }
 
 TEST(FieldFactor, OffTheMapItSaysNothing) {
-  const FieldFactor factor(wavy_map(), FieldInterpolation::bicubic, 1, {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}}, {});
+  const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 1, {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}}, {});
   const PoseBlock block = block_of({Quaternion::Identity(), Vector3(50, 0, 0)});
   const Vector3 bias = Vector3::Zero();
   const double* parameters[] = {block.data(), bias.data()};
@@ -267,7 +267,7 @@ TEST(FieldFactor, OffTheMapItSaysNothing) {
 }
 
 TEST(PriorFactor, PassesTheGradientChecker) {
-  Random random(9);
+  RandomStates random(9);
   const PoseManifold pose_manifold;
   const GravityManifold gravity_manifold;
   const ceres::EuclideanManifold<9> motion_manifold;
@@ -296,7 +296,7 @@ TEST(RandomWalkFactor, PassesTheGradientChecker) {
 }
 
 TEST(PoseFactor, GradientsWithAndWithoutMaskAndNothingAlongWhatWasNotSeen) {
-  Random random(31);
+  RandomStates random(31);
   const PoseManifold manifold;
   for (int i = 0; i < 20; ++i) {
     const Pose truth = random.pose(10.0);

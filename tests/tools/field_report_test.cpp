@@ -20,7 +20,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kHeight_m = 0.2;
-constexpr int kScans = 600;
+constexpr int kFieldScans = 600;
 
 Vector3 field_at(const Vector3& p) { return {18.0 + 4.0 * std::sin(0.8 * p.x()), -8.0 + 3.0 * std::cos(1.1 * p.x() + p.y()), -40.0}; }
 
@@ -53,7 +53,7 @@ class FieldReportTest : public testing::Test {
       model.T_imu_mag.position = {0.0, y, 0.0};
       suite_.magnetometers.push_back(model);
     }
-    for (int scan = 1; scan <= kScans; ++scan) {
+    for (int scan = 1; scan <= kFieldScans; ++scan) {
       std::vector<MagneticArraySample> samples;
       for (int k = 0; k < 10; ++k) {
         MagneticArraySample sample;
@@ -115,7 +115,7 @@ TEST_F(FieldReportTest, NamesThePlaceAndTheOffset) {
 
 TEST_F(FieldReportTest, WritesARowAScanAndARowAPlace) {
   const FieldReport found = report();
-  ASSERT_GE(found.rows.size(), static_cast<std::size_t>(kScans - 1));  // the first scan's readings are before any pose
+  ASSERT_GE(found.rows.size(), static_cast<std::size_t>(kFieldScans - 1));  // the first scan's readings are before any pose
   for (const FieldRow& row : found.rows) {
     const double t = to_seconds(row.time);
     EXPECT_LT((row.position - pose_at(t).position).norm(), 0.1);

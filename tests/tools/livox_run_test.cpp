@@ -8,7 +8,7 @@ namespace lodestone {
 namespace {
 
 /// Within 100 days of time's begin a double holds whole nanoseconds: a PointCloud2 then loses nothing against a CustomMsg.
-constexpr const char* office = R"(
+constexpr const char* livox_office = R"(
 name: office
 start_time_s: 1000000
 earth_field_ut: [20, 0, -40]
@@ -25,7 +25,7 @@ sequences:
 
 TEST(LivoxRun, BothMessagesGiveTheSameTrajectory) {
   const TemporaryFolder folder;
-  std::ofstream(folder / "office.yaml") << office;
+  std::ofstream(folder / "office.yaml") << livox_office;
   std::string trajectories[2];
   const std::string formats[2] = {"pointcloud2", "livox_custom"};
   for (int i = 0; i < 2; ++i) {

@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 
 /// 4 × 3 m of (20, 0, −40) µT; `bump` µT more of B_z within 0.25 m of (1, 1).
-void write_map(const std::filesystem::path& path, double x, float bump) {
+void write_bump_map(const std::filesystem::path& path, double x, float bump) {
   FieldGrid grid{0.1, {x, 0.0}, 41, 31, {0.1}};
   std::vector<Eigen::Vector4f> nodes;
   for (int row = 0; row < grid.rows; ++row) {
@@ -28,8 +28,8 @@ void write_map(const std::filesystem::path& path, double x, float bump) {
 
 TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
   const TemporaryFolder folder;
-  write_map(folder / "a.yaml", 0.0, 0.0F);
-  write_map(folder / "b.yaml", 0.0, 20.0F);
+  write_bump_map(folder / "a.yaml", 0.0, 0.0F);
+  write_bump_map(folder / "b.yaml", 0.0, 20.0F);
   const std::string out = (folder / "out").string();
   const ProgramResult result =
       run_lodestone("map diff " + (folder / "a.yaml").string() + " " + (folder / "b.yaml").string() + " --out " + out);
@@ -58,8 +58,8 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
 
 TEST(MapDiffCommand, EachMistakeIsOneLineAndCodeTwo) {
   const TemporaryFolder folder;
-  write_map(folder / "a.yaml", 0.0, 0.0F);
-  write_map(folder / "far.yaml", 50.0, 0.0F);
+  write_bump_map(folder / "a.yaml", 0.0, 0.0F);
+  write_bump_map(folder / "far.yaml", 50.0, 0.0F);
   const std::string a = (folder / "a.yaml").string();
   const std::string out = " --out " + (folder / "out").string();
   expect_refused("map diff " + a + " " + (folder / "far.yaml").string() + out, "no place in common");

@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <array>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
+#include "core/angles.h"
 #include "tools/table.h"
 
 namespace lodestone {
@@ -15,7 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kMostlyHidden = 0.5;
 constexpr std::array<const char*, 12> kParameters{"hard_iron_x_ut", "hard_iron_y_ut", "hard_iron_z_ut", "scale_x",
                                                   "scale_y",        "scale_z",        "shear_xy",       "shear_xz",
@@ -57,11 +56,11 @@ std::string parameter_table(const Platform& platform, const MagnetometerCalibrat
     if (one.readings == 0) continue;
     const auto held = [&one](int parameter) { return one.hidden_share[parameter] >= kMostlyHidden; };
     const Distortion distortion = distortion_of(one.calibration.distortion);
-    const Vector3 turn = kDegrees * misalignment_of(one.calibration.distortion);
+    const Vector3 turn = degrees_per_radian * misalignment_of(one.calibration.distortion);
     std::vector<std::string> cells{platform.suite.magnetometers[j].name};
     for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(one.calibration.hard_iron_ut[i], one.sigma[i], held(i), 2));
     for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(100.0 * distortion[i], 100.0 * one.sigma[3 + i], held(3 + i), 1));
-    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(turn[i], kDegrees * one.sigma[9 + i], held(9 + i), 1));
+    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(turn[i], degrees_per_radian * one.sigma[9 + i], held(9 + i), 1));
     table.add(cells);
   }
   return table.to_string();

@@ -9,7 +9,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kAblateExamples = R"(
 Examples:
   lodestone ablate degeneracy --list
   lodestone ablate degeneracy --quick --out /tmp/quick
@@ -24,7 +24,7 @@ docs/ablations.md says how to read the tables and how to write an ablation.)";
 void add_ablate_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand(
       "ablate", "Run the same drives with switches set differently, and compare pair by pair with a baseline");
-  command->footer(kExamples);
+  command->footer(kAblateExamples);
   const auto call = std::make_shared<reproduce::ExperimentCall>();
   add_experiment_options(*command,
                          {"ABLATION", "ablation", "ablations",

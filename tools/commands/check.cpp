@@ -8,7 +8,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kCheckExamples = R"(
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone map magnetic` write:
   lodestone check /tmp/tunnel/log.bag
   lodestone check /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml
@@ -22,7 +22,7 @@ Exit code: 0 where nothing worse than a warning was found, 2 where a run would b
 void add_check_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand(
       "check", "Look at a log's begin and say what is wrong with it, with the platform file, or with the maps");
-  command->footer(kExamples);
+  command->footer(kCheckExamples);
   const auto call = std::make_shared<CheckCall>();
   command->add_option("LOG", call->log, "a log as `lodestone run` takes it")->required();
   command->add_option("--platform", call->platform, "platform file (left out: topics are listed, no more)");

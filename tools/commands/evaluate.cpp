@@ -9,7 +9,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kEvaluateExamples = R"(
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone run` write:
   lodestone evaluate /tmp/tunnel/run/smoother/trajectory.tum /tmp/tunnel/truth.tum --interpolate
   lodestone evaluate /tmp/tunnel/run/smoother/trajectory.tum /tmp/tunnel/truth.tum --align se3 --relation rpe --delta 1 \
@@ -19,7 +19,7 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
 
 void add_evaluate_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand("evaluate", "Compare a trajectory with the truth: ATE, RPE, heading, NEES");
-  command->footer(kExamples);
+  command->footer(kEvaluateExamples);
   const auto call = std::make_shared<ComparisonCall>();
   const auto json = std::make_shared<bool>(false);
   command->add_option("ESTIMATE", call->estimate, "estimated trajectory, TUM")->required();

@@ -104,7 +104,7 @@ void print_figures(const MapDiffCall& call, const MagneticDifference& difference
   if (places.size() > most) fmt::print("  ... {} more in places.csv\n", places.size() - most);
 }
 
-void write(const std::filesystem::path& path, const std::string& text) {
+void write_result(const std::filesystem::path& path, const std::string& text) {
   OutputFile file(path);
   file.write(text);
   file.commit();
@@ -126,10 +126,10 @@ void map_diff(const MapDiffCall& call) {
   if (error) throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", call.out, error.message()));
   print_figures(call, difference, places);
   write_magnetic_difference(difference, call.first, call.second, (out / "difference.yaml").string());
-  write(out / "places.csv", to_csv(places));
+  write_result(out / "places.csv", to_csv(places));
   draw_difference_picture(out / "picture", difference, places,
                           fmt::format("Change of the field from {} to {}", call.first, call.second));
-  write(out / "diff.json", to_json(call, difference, places));
+  write_result(out / "diff.json", to_json(call, difference, places));
   fmt::print("wrote {}/: picture.png, .pdf and .svg, difference.yaml with difference.tif, places.csv, diff.json\n", call.out);
 }
 

@@ -13,7 +13,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kReportExamples = R"(
 Examples, on what `lodestone run ... --out /tmp/tunnel/run` writes (see lodestone run --help):
   lodestone report /tmp/tunnel/run
   lodestone report /tmp/tunnel/run --out /tmp/tunnel.html)";
@@ -27,7 +27,7 @@ struct ReportCall {
 
 void add_report_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand("report", "Write one HTML file, readable without a network, about a run");
-  command->footer(kExamples);
+  command->footer(kReportExamples);
   const auto call = std::make_shared<ReportCall>();
   command->add_option("DIR", call->folder, "folder that `lodestone run` or `lodestone reproduce` wrote")->required();
   command->add_option("--out", call->out, "the file to write (default: DIR/report.html)");

@@ -9,7 +9,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kReproduceExamples = R"(
 Examples:
   lodestone reproduce paper --list
   lodestone reproduce paper --quick --out /tmp/quick
@@ -23,7 +23,7 @@ What is done is skipped: a call that was stopped goes on where it was. docs/repr
 void add_reproduce_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand(
       "reproduce", "Run an experiment: simulate worlds, build maps, localize, and write tables, figures and a report");
-  command->footer(kExamples);
+  command->footer(kReproduceExamples);
   const auto call = std::make_shared<reproduce::ExperimentCall>();
   add_experiment_options(*command,
                          {"EXPERIMENT", "experiment", "experiments",

@@ -12,7 +12,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kRunExamples = R"(
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/field.yaml
@@ -31,7 +31,7 @@ A call that was killed or interrupted goes on with the same words and --resume.
 
 void add_run_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand("run", "Localize a log in prior maps with one estimator, or several side by side");
-  command->footer(kExamples);
+  command->footer(kRunExamples);
   const auto call = std::make_shared<RunCall>();
   command->add_option("LOG", call->log, "a bag of ROS 1 or ROS 2 (.bag, .mcap, .db3, its folder), or a folder of CSV and PCD files")->required();
   command->add_option("--platform", call->platform, "platform file: sensors, topics, extrinsics, noise")->required();

@@ -35,7 +35,7 @@ struct SimulateOptions {
   int threads = 0;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
+double seconds_from(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -67,7 +67,7 @@ void record(simulation::SimulationSource& source, const Platform& platform, simu
   progress.finish();
   fmt::print("{}: {:.1f} s of log, {:.0f} MB, written in {:.1f} s\n", path,
              to_seconds(source.end_time() - source.begin_time()),
-             static_cast<double>(std::filesystem::file_size(path)) * 1e-6, seconds_since(start));
+             static_cast<double>(std::filesystem::file_size(path)) * 1e-6, seconds_from(start));
 }
 
 void write_cloud(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment,

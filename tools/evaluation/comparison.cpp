@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <map>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/error.h"
 #include "core/evaluation/errors.h"
 #include "frontends/configuration/nearest_name.h"
@@ -18,7 +18,6 @@ namespace lodestone {
 namespace {
 
 const std::vector<std::string> kRelations{"translation", "angle", "heading", "rpe", "rpe-angle"};
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 void require_one_of(const std::string& option, const std::string& value, const std::vector<std::string>& names) {
   if (std::find(names.begin(), names.end(), value) != names.end()) return;
@@ -37,7 +36,7 @@ Alignment parse_alignment(const std::string& text) {
 }
 
 std::vector<double> in_degrees(std::vector<double> radians) {
-  for (double& value : radians) value *= kDegrees;
+  for (double& value : radians) value *= degrees_per_radian;
   return radians;
 }
 

@@ -5,18 +5,18 @@
 
 #include "tools/figures/error_scale.h"
 #include "tools/figures/method_style.h"
+#include "tools/figures/page.h"
 #include "tools/pictures/axes.h"
 
 namespace lodestone::figures {
 
 namespace {
 
-constexpr double kPageWidth = 1032.0;
 constexpr double kColumnWidth = 504.0;
-constexpr double kLeft = 76.0;
-constexpr double kRight = 14.0;
-constexpr double kGap = 24.0;
-constexpr double kPanelHeight = 210.0;
+constexpr double kDistributionLeft = 76.0;
+constexpr double kDistributionRight = 14.0;
+constexpr double kDistributionGap = 24.0;
+constexpr double kDistributionPanelHeight = 210.0;
 constexpr double kRowGap = 66.0;  // numbers of the axis above, and the title of the panel below
 
 /// The distribution's steps would only swell the file: at most so many of its points are drawn.
@@ -60,19 +60,19 @@ void draw_error_distributions(const std::filesystem::path& path, const std::vect
   const std::size_t columns = count == 4 ? 2 : std::min<std::size_t>(3, count);
   const std::size_t rows = (count + columns - 1) / columns;
   const double page = columns == 1 ? kColumnWidth : kPageWidth;
-  const double width = (page - kLeft - kRight - kGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
+  const double width = (page - kDistributionLeft - kDistributionRight - kDistributionGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
 
   std::vector<LegendEntry> legend;
   for (const MethodStyle& style : styles) legend.push_back({style.label, style.color, style.width + 0.5, false, style.stroke});
   Canvas measure(page, 100.0);
-  const double top = draw_legend(measure, {kLeft, 4.0}, page - kRight, legend) + 38.0;
-  Canvas canvas(page, top + static_cast<double>(rows) * (kPanelHeight + kRowGap) - kRowGap + 62.0);
-  draw_legend(canvas, {kLeft, 4.0}, page - kRight, legend);
+  const double top = draw_legend(measure, {kDistributionLeft, 4.0}, page - kDistributionRight, legend) + 38.0;
+  Canvas canvas(page, top + static_cast<double>(rows) * (kDistributionPanelHeight + kRowGap) - kRowGap + 62.0);
+  draw_legend(canvas, {kDistributionLeft, 4.0}, page - kDistributionRight, legend);
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const std::size_t column = i % columns;
-    const double left = kLeft + static_cast<double>(column) * (width + kGap);
-    const double upper = top + static_cast<double>(i / columns) * (kPanelHeight + kRowGap);
-    const CanvasBox box{left, upper, left + width, upper + kPanelHeight};
+    const double left = kDistributionLeft + static_cast<double>(column) * (width + kDistributionGap);
+    const double upper = top + static_cast<double>(i / columns) * (kDistributionPanelHeight + kRowGap);
+    const CanvasBox box{left, upper, left + width, upper + kDistributionPanelHeight};
     Axes axes(canvas, box, scale, {0.0, 1.0});
     axes.grid(5, 5);
     for (std::size_t k = methods.size(); k-- > 0;) {

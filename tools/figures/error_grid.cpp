@@ -7,6 +7,7 @@
 
 #include "tools/figures/error_scale.h"
 #include "tools/figures/method_style.h"
+#include "tools/figures/page.h"
 #include "tools/figures/window_statistics.h"
 #include "tools/pictures/axes.h"
 
@@ -14,11 +15,10 @@ namespace lodestone::figures {
 
 namespace {
 
-constexpr double kPageWidth = 1032.0;
-constexpr double kLeft = 88.0;
+constexpr double kGridLeft = 88.0;
 constexpr double kStrip = 30.0;  // the rows' headings, at the right
-constexpr double kPanelHeight = 216.0;
-constexpr double kGap = 22.0;
+constexpr double kGridPanelHeight = 216.0;
+constexpr double kGridGap = 22.0;
 constexpr int kTimeTicks = 6;
 constexpr int kErrorTicks = 5;
 
@@ -69,7 +69,7 @@ void draw_error_grid(const std::filesystem::path& path, const ErrorGrid& grid) {
   const Scale error = error_scale(means);
 
   const double right = kPageWidth - kStrip;
-  const double width = (right - kLeft - kGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
+  const double width = (right - kGridLeft - kGridGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
   std::vector<LegendEntry> legend;
   for (const MethodStyle& style : styles) legend.push_back({style.label, style.color, style.width + 0.5, false, style.stroke});
   if (!styles.empty()) legend.push_back({"± 1 σ in the window", {200, 213, 228}, 0.0, true});
@@ -77,15 +77,15 @@ void draw_error_grid(const std::filesystem::path& path, const ErrorGrid& grid) {
 
   // The legend may need a second row; its height is known only when it has been laid out.
   Canvas measure(kPageWidth, 100.0);
-  const double top = draw_legend(measure, {kLeft, 4.0}, right, legend) + 40.0;
-  Canvas canvas(kPageWidth, top + static_cast<double>(rows) * (kPanelHeight + kGap) - kGap + 62.0);
-  draw_legend(canvas, {kLeft, 4.0}, right, legend);
+  const double top = draw_legend(measure, {kGridLeft, 4.0}, right, legend) + 40.0;
+  Canvas canvas(kPageWidth, top + static_cast<double>(rows) * (kGridPanelHeight + kGridGap) - kGridGap + 62.0);
+  draw_legend(canvas, {kGridLeft, 4.0}, right, legend);
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const std::size_t row = i / columns;
     const std::size_t column = i % columns;
-    const double left = kLeft + static_cast<double>(column) * (width + kGap);
-    const double upper = top + static_cast<double>(row) * (kPanelHeight + kGap);
-    const CanvasBox box{left, upper, left + width, upper + kPanelHeight};
+    const double left = kGridLeft + static_cast<double>(column) * (width + kGridGap);
+    const double upper = top + static_cast<double>(row) * (kGridPanelHeight + kGridGap);
+    const CanvasBox box{left, upper, left + width, upper + kGridPanelHeight};
     Axes axes(canvas, box, {begin[column], end[column] > begin[column] ? end[column] : begin[column] + 1.0}, error);
     for (const auto& [from, to] : grid.panels[i].degenerate) axes.band(from, to, ink::shade, 0.22);
     axes.grid(kTimeTicks, kErrorTicks);

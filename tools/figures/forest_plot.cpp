@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/figures/page.h"
 #include "tools/pictures/axes.h"
 
 namespace lodestone::figures {
 
 namespace {
 
-constexpr double kPageWidth = 1032.0;
 constexpr double kRow = 40.0;
 constexpr double kTop = 34.0;
 constexpr double kBottom = 66.0;

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/figures/page.h"
 #include "tools/figures/plan_parts.h"
 
 namespace lodestone::figures {
 
 namespace {
 
-constexpr double kPageWidth = 1032.0;
 constexpr double kLeft = 66.0;
 constexpr double kBarSpace = 92.0;  // a colour bar with its numbers and title
 constexpr double kBarWidth = 16.0;

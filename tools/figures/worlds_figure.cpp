@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/figures/page.h"
 #include "tools/figures/plan_figures.h"
 #include "tools/figures/plan_parts.h"
 
@@ -8,12 +9,11 @@ namespace lodestone::figures {
 
 namespace {
 
-constexpr double kPageWidth = 1032.0;
-constexpr double kLeft = 58.0;       // of a cell: numbers and title of the y axis
-constexpr double kRight = 88.0;      // of a cell: colour bar
-constexpr double kTitle = 30.0;
+constexpr double kWorldLeft = 58.0;       // of a cell: numbers and title of the y axis
+constexpr double kWorldRight = 88.0;      // of a cell: colour bar
+constexpr double kWorldTitle = 30.0;
 constexpr double kBelow = 62.0;
-constexpr double kLeastHeight = 84.0;
+constexpr double kWorldLeastHeight = 84.0;
 constexpr double kMostHeight = 300.0;
 constexpr double kLong = 2.5;        // width over height from which on a world takes half a page
 constexpr int kUnits = 6;            // of a shelf: a long world takes 3, another 2
@@ -48,13 +48,13 @@ double place(const std::vector<WorldPanel>& panels, std::vector<Cell>& cells) {
       const std::size_t last = std::min(group.size(), first + a_shelf);
       for (std::size_t i = first; i < last; ++i) {
         const PlanStretch extent = extent_of_world(*group[i]);
-        Cell one{group[i], cell * static_cast<double>(i - first), top, cell - kLeft - kRight, 0.0};
-        one.height = std::clamp(one.width * extent.height() / extent.width(), kLeastHeight, kMostHeight);
+        Cell one{group[i], cell * static_cast<double>(i - first), top, cell - kWorldLeft - kWorldRight, 0.0};
+        one.height = std::clamp(one.width * extent.height() / extent.width(), kWorldLeastHeight, kMostHeight);
         highest = std::max(highest, one.height);
         cells.push_back(one);
       }
       for (std::size_t i = cells.size() - (last - first); i < cells.size(); ++i) cells[i].height = highest;
-      top += kTitle + highest + kBelow;
+      top += kWorldTitle + highest + kBelow;
     }
   }
   return top;
@@ -68,7 +68,7 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
   Canvas canvas(kPageWidth, std::max(60.0, height));
   for (const Cell& cell : cells) {
     const WorldPanel& panel = *cell.panel;
-    const CanvasBox box{cell.left + kLeft, cell.top + kTitle, cell.left + kLeft + cell.width, cell.top + kTitle + cell.height};
+    const CanvasBox box{cell.left + kWorldLeft, cell.top + kWorldTitle, cell.left + kWorldLeft + cell.width, cell.top + kWorldTitle + cell.height};
     const PlanStretch extent = extent_of_world(panel).filling(cell.width / cell.height);
     double low = panel.strength_ut.quantile(0.01);
     double high = panel.strength_ut.quantile(0.99);

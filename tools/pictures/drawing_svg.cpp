@@ -3,6 +3,7 @@
 
 #include <string_view>
 
+#include "tools/base64.h"
 #include "tools/pictures/drawing_files.h"
 
 namespace lodestone {
@@ -37,19 +38,6 @@ std::string escaped(std::string_view text) {
     }
   }
   return result;
-}
-
-std::string base64(std::string_view bytes) {
-  static constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : kDigits[group >> (18U - 6U * k) & 63U];
-  }
-  return text;
 }
 
 std::string path_of(const std::vector<CanvasPoint>& points, bool closed) {

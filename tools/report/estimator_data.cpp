@@ -6,8 +6,8 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/evaluation/errors.h"
 #include "core/evaluation/statistics.h"
 #include "frontends/readers/trajectory_file.h"
@@ -19,7 +19,6 @@ namespace lodestone {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kUnseen = 1e6;  // metres: what an infinite sigma is drawn as
 constexpr int kPositionDecimals = 3;
 
@@ -54,7 +53,7 @@ void add_sigmas(Json& json, const EstimatorFiles& files, const TimeBuckets& buck
     times.push_back(entry.time);
     position.push_back(std::sqrt(entry.covariance.bottomRightCorner<3, 3>().trace()));
     // A ground robot's turn about its own z axis is its heading's, to within its tilt.
-    heading.push_back(kDegrees * std::sqrt(entry.covariance(2, 2)));
+    heading.push_back(degrees_per_radian * std::sqrt(entry.covariance(2, 2)));
   }
   json["sigma"] = rounded(buckets.summarize(times, position, Summary::largest), 4, kUnseen);
   json["sigma_heading"] = rounded(buckets.summarize(times, heading, Summary::largest), 4, kUnseen);
@@ -67,7 +66,7 @@ void add_errors(Json& json, const EstimatorFiles& files, const Trajectory& truth
   for (const PosePair& pair : pairs) times.push_back(pair.time);
   const std::vector<double> errors = translation_errors(pairs);
   std::vector<double> heading = heading_errors(pairs);
-  for (double& value : heading) value = kDegrees * std::abs(value);
+  for (double& value : heading) value = degrees_per_radian * std::abs(value);
   json["error"] = rounded(buckets.summarize(times, errors, Summary::largest), 4);
   json["heading"] = rounded(buckets.summarize(times, heading, Summary::largest), 4);
   const ErrorDistribution distribution(errors);

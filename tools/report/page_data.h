@@ -14,8 +14,6 @@ nlohmann::ordered_json rounded(const std::vector<double>& values, int digits, do
 /// To `decimals` behind the point.
 nlohmann::ordered_json with_decimals(const std::vector<double>& values, int decimals);
 
-std::string base64(std::string_view bytes);
-
 /// bytes as a URI that needs no network: "data:image/png;base64,…".
 std::string data_uri(std::string_view media_type, std::string_view bytes);
 

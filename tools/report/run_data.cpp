@@ -12,6 +12,7 @@
 #include "frontends/readers/point_cloud_file.h"
 #include "frontends/readers/text_file.h"
 #include "frontends/readers/trajectory_file.h"
+#include "tools/base64.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/estimator_data.h"
 #include "tools/report/field_raster.h"

@@ -4,10 +4,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 #include <string>
 
+#include "core/angles.h"
 #include "core/evaluation/alignment.h"
 #include "core/evaluation/errors.h"
 #include "core/evaluation/statistics.h"
@@ -16,7 +16,6 @@ namespace lodestone {
 namespace {
 
 constexpr double kTolerance = 1e-6;
-constexpr double kRadianToDegree = 180.0 / std::numbers::pi;
 
 std::filesystem::path data_folder() {
   const char* folder = std::getenv("LODESTONE_DATA");
@@ -25,7 +24,7 @@ std::filesystem::path data_folder() {
 }
 
 /// TUM (t x y z qx qy qz qw) or, with commas, EuRoC (ns, x, y, z, qw, qx, qy, qz, …).
-Trajectory load(const std::string& name) {
+Trajectory load_trajectory(const std::string& name) {
   std::ifstream file(data_folder() / "trajectories" / name);
   Trajectory trajectory;
   for (std::string line; std::getline(file, line);) {
@@ -58,7 +57,7 @@ class Oracle : public testing::Test {
   }
 
   static PosePairs pairs(const std::string& estimate, const std::string& truth) {
-    return associate_nearest(load(estimate), load(truth));
+    return associate_nearest(load_trajectory(estimate), load_trajectory(truth));
   }
 
   static PosePairs aligned(const PosePairs& pairs, Alignment alignment) {
@@ -74,7 +73,7 @@ TEST_F(Oracle, AbsoluteErrorOfFr2Desk) {
   EXPECT_NEAR(ate(desk), 3.173994, kTolerance);
   const PosePairs moved = aligned(desk, Alignment::se3);
   EXPECT_NEAR(ate(moved), 0.008119, kTolerance);
-  EXPECT_NEAR(summarize(angle_errors(moved)).rmse * kRadianToDegree, 0.989036, kTolerance);
+  EXPECT_NEAR(summarize(angle_errors(moved)).rmse * degrees_per_radian, 0.989036, kTolerance);
 }
 
 TEST_F(Oracle, ScaleOfAMonocularEstimate) {
@@ -87,7 +86,7 @@ TEST_F(Oracle, RelativeErrorOfFr2Desk) {
   const PosePairs desk = pairs("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt");
   const auto over_one_frame = relative_errors(desk, stretches_by_count(desk.size(), 1, false));
   EXPECT_NEAR(summarize(translations_of(over_one_frame)).rmse, 0.003490, kTolerance);
-  EXPECT_NEAR(summarize(angles_of(over_one_frame)).rmse * kRadianToDegree, 0.280519, kTolerance);
+  EXPECT_NEAR(summarize(angles_of(over_one_frame)).rmse * degrees_per_radian, 0.280519, kTolerance);
   const auto over_one_metre = relative_errors(desk, stretches_by_distance(desk, 1.0));
   EXPECT_NEAR(summarize(translations_of(over_one_metre)).rmse, 0.011673, kTolerance);
 }

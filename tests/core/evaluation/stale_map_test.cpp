@@ -12,9 +12,9 @@ namespace lodestone {
 namespace {
 
 /// A smooth random field of unit variance a component: random Fourier features of a squared-exponential kernel.
-class RandomField {
+class PlaneWaves {
  public:
-  RandomField(std::mt19937_64& generator, double length_m, std::size_t waves) : waves_(waves) {
+  PlaneWaves(std::mt19937_64& generator, double length_m, std::size_t waves) : waves_(waves) {
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> phase(0.0, 2.0 * std::numbers::pi);
     for (Wave& wave : waves_) {
@@ -87,8 +87,8 @@ Drive drive(unsigned seed, const DriveOptions& options = {}) {
   }
   result.readings = ArrayLog(8);
 
-  const RandomField structure(generator, 0.6, 12);
-  const RandomField error(generator, 0.5, 60);
+  const PlaneWaves structure(generator, 0.6, 12);
+  const PlaneWaves error(generator, 0.5, 60);
   const auto truth = [&](const Vector3& p) -> Vector3 { return Vector3(18.0, -8.0, -40.0) + 6.0 * structure(p.x(), p.y()); };
   FieldGrid grid;
   grid.resolution_m = 0.1;

@@ -53,7 +53,7 @@ std::vector<Vector3> grid_points(const SlidingGpr& gpr) {
   return points;
 }
 
-bool same(const FieldPrediction& a, const FieldPrediction& b) {
+bool same_prediction(const FieldPrediction& a, const FieldPrediction& b) {
   return std::memcmp(a.field_ut.data(), b.field_ut.data(), 24) == 0 && std::memcmp(a.sigma_ut.data(), b.sigma_ut.data(), 24) == 0;
 }
 
@@ -80,7 +80,7 @@ TEST(GprSweep, RowByRowGivesTheBitsOfAllAtOnceInLittleMemory) {
     sweep.finish();
     EXPECT_EQ(emitted, points.size());
     EXPECT_LT(most, points.size() / 4);
-    for (std::size_t i = 0; i < points.size(); ++i) ASSERT_TRUE(same(found[i], all[i])) << every << " " << i;
+    for (std::size_t i = 0; i < points.size(); ++i) ASSERT_TRUE(same_prediction(found[i], all[i])) << every << " " << i;
   }
 }
 
@@ -90,7 +90,7 @@ TEST(GprSweep, TheSameOnOneThread) {
   const std::vector<FieldPrediction> many = gpr.predict(points);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   const std::vector<FieldPrediction> alone = gpr.predict(points);
-  for (std::size_t i = 0; i < points.size(); ++i) ASSERT_TRUE(same(many[i], alone[i])) << i;
+  for (std::size_t i = 0; i < points.size(); ++i) ASSERT_TRUE(same_prediction(many[i], alone[i])) << i;
 }
 
 }  // namespace

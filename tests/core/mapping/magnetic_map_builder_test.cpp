@@ -23,7 +23,7 @@ Vector3 dipoles(const Vector3& p) {
   return field;
 }
 
-std::vector<FieldObservation> survey(double noise, std::vector<bool>* in_block = nullptr) {
+std::vector<FieldObservation> dipole_survey(double noise, std::vector<bool>* in_block = nullptr) {
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;
   std::vector<FieldObservation> observations;
@@ -42,7 +42,7 @@ std::vector<FieldObservation> survey(double noise, std::vector<bool>* in_block =
 }
 
 TEST(MagneticMapBuilderTest, MapIsTheFieldWithinItsSigma) {
-  const MagneticMapResult result = build_magnetic_map(survey(1.0), MagneticMapOptions{});
+  const MagneticMapResult result = build_magnetic_map(dipole_survey(1.0), MagneticMapOptions{});
   std::mt19937_64 generator(4);
   const auto uniform = [&] { return static_cast<double>(generator() >> 11) * 0x1.0p-53; };
   int answered = 0;
@@ -70,7 +70,7 @@ TEST(MagneticMapBuilderTest, MapIsTheFieldWithinItsSigma) {
 
 TEST(MagneticMapBuilderTest, HeldOutScoreIsHonest) {
   std::vector<bool> in_block;
-  const auto all = survey(1.0, &in_block);
+  const auto all = dipole_survey(1.0, &in_block);
   std::vector<FieldObservation> training, held_out;
   for (std::size_t i = 0; i < all.size(); ++i) (in_block[i] ? held_out : training).push_back(all[i]);
   const SlidingGprOptions options;
@@ -84,12 +84,12 @@ TEST(MagneticMapBuilderTest, HeldOutScoreIsHonest) {
 }
 
 TEST(MagneticMapBuilderTest, RefusesAGridTooLarge) {
-  auto observations = survey(1.0);
+  auto observations = dipole_survey(1.0);
   observations.back().position.x() = 1e6;
   EXPECT_THROW(build_magnetic_map(observations, MagneticMapOptions{}), InputError);
   MagneticMapOptions options;
   options.resolution_m = -1.0;
-  EXPECT_THROW(build_magnetic_map(survey(1.0), options), InputError);
+  EXPECT_THROW(build_magnetic_map(dipole_survey(1.0), options), InputError);
 }
 
 }  // namespace

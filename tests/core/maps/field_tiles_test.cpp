@@ -58,7 +58,7 @@ bool same(const std::optional<FieldValue>& a, const std::optional<FieldValue>& b
                 std::memcmp(a->gradient.data(), b->gradient.data(), sizeof(double) * 9) == 0 && a->sigma_ut == b->sigma_ut);
 }
 
-std::vector<Vector3> places(int count) {
+std::vector<Vector3> tile_places(int count) {
   std::mt19937_64 generator(4);
   std::uniform_real_distribution<double> uniform(-0.02, 1.02);
   std::vector<Vector3> result;
@@ -72,7 +72,7 @@ TEST(FieldTiles, MapsOfAFewTilesGiveTheBitsOfTheWhole) {
   const MagneticMap some(Lanes::grid(), source, 0.45, 0);
   int found = 0;
   for (const FieldInterpolation interpolation : {FieldInterpolation::bilinear, FieldInterpolation::bicubic}) {
-    for (const Vector3& place : places(600)) {
+    for (const Vector3& place : tile_places(600)) {
       const auto expected = whole.query(place, interpolation);
       ASSERT_TRUE(same(some.query(place, interpolation), expected)) << place.transpose();
       found += expected.has_value();
@@ -89,7 +89,7 @@ TEST(FieldTiles, MapsOfAFewTilesGiveTheBitsOfTheWhole) {
 TEST(FieldTiles, TheSameOnAnyNumberOfThreads) {
   const MagneticMap whole(Lanes::grid(), all_nodes(), 0.45);
   const MagneticMap some(Lanes::grid(), std::make_shared<const Lanes>(), 0.45, 0);
-  const std::vector<Vector3> all = places(2000);
+  const std::vector<Vector3> all = tile_places(2000);
   std::atomic<int> different{0};
   tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
     if (!same(some.query(all[i], FieldInterpolation::bicubic), whole.query(all[i], FieldInterpolation::bicubic))) ++different;

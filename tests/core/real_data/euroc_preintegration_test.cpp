@@ -8,16 +8,15 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <string>
 #include <vector>
 
+#include "core/angles.h"
 #include "core/imu/preintegration.h"
 
 namespace lodestone {
 namespace {
 
-constexpr double kRadianToDegree = 180.0 / std::numbers::pi;
 
 std::filesystem::path imu_folder() {
   const char* folder = std::getenv("LODESTONE_DATA");
@@ -128,7 +127,7 @@ class EurocPreintegration : public testing::Test {
       const Preintegration preintegration(samples, start.state.gyroscope_bias, start.state.accelerometer_bias, {});
       const NavState predicted = preintegration.predict(start.state);
       const Vector17 error = predicted.boxminus(end.state);
-      rotation.push_back(kRadianToDegree * error.segment<3>(tangent::rotation).norm());
+      rotation.push_back(degrees_per_radian * error.segment<3>(tangent::rotation).norm());
       position.push_back(error.segment<3>(tangent::position).norm());
       velocity.push_back(error.segment<3>(tangent::velocity).norm());
     }

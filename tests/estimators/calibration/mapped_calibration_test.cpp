@@ -65,7 +65,7 @@ SimulatedArray drive(unsigned seed) {
   return array;
 }
 
-MagnetometerCalibrationResult calibrate(const SimulatedArray& array, const MagneticMap& map, CalibrationOptions options = {}) {
+MagnetometerCalibrationResult calibrate_in_map(const SimulatedArray& array, const MagneticMap& map, CalibrationOptions options = {}) {
   options.max_moments = 300;  // each costs time
   return calibrate_magnetometers(mapped_log(array.readings, array.trajectory, map, array.suite, options), options);
 }
@@ -90,7 +90,7 @@ class LevelDriveWithAMap : public ::testing::Test {
 // An offset and a tilt in a field that hardly changes do the same. What they do together is shown, each alone is not, and
 // the sigmas say so.
 TEST_F(LevelDriveWithAMap, ShowsWhatEachReadsBesideTheField) {
-  const MagnetometerCalibrationResult result = calibrate(array_, erring_map(7));
+  const MagnetometerCalibrationResult result = calibrate_in_map(array_, erring_map(7));
   for (std::size_t j = 0; j < 3; ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
     std::printf("%zu: before %.2f after %.2f; hard iron error %.3f (%.3f) %.3f (%.3f) %.3f (%.3f); beside the usual field (%.3f %.3f %.3f)\n", j,
@@ -108,7 +108,7 @@ TEST_F(LevelDriveWithAMap, ShowsAllOfTheHardIronWhereThereIsNothingElse) {
   CalibrationOptions options;
   options.soft_iron_sigma = 1e-3;
   options.misalignment_sigma_deg = 0.05;
-  const MagnetometerCalibrationResult result = calibrate(array_, erring_map(7), options);
+  const MagnetometerCalibrationResult result = calibrate_in_map(array_, erring_map(7), options);
   for (std::size_t j = 0; j < 3; ++j) EXPECT_LT(error(result, j).cwiseAbs().maxCoeff(), 0.3);
   for (const std::string& line : result.held) EXPECT_THAT(line, ::testing::Not(::testing::HasSubstr("offset")));
 }
@@ -120,7 +120,7 @@ TEST(CalibrateAgainstAMap, ErrorsAreWhatTheirSigmasSay) {
     SimulatedArray array = drive(seed);
     array.draw_truth(20.0, 0.05, 2.0 * std::numbers::pi / 180.0);
     array.run();
-    const MagnetometerCalibrationResult result = calibrate(array, erring_map(100 + seed));
+    const MagnetometerCalibrationResult result = calibrate_in_map(array, erring_map(100 + seed));
     for (std::size_t j = 0; j < 3; ++j) {
       const CalibratedMagnetometer& one = result.magnetometers[j];
       CalibrationParameters error;

@@ -10,7 +10,7 @@ namespace lodestone {
 namespace {
 
 /// The field that a magnetometer of a robot in a bend would read among steel, µT.
-Vector3 field_at(double seconds) {
+Vector3 turning_field(double seconds) {
   const double turn = 0.3 * seconds;
   return {20.0 * std::cos(turn) + 8.0 * std::sin(2.1 * seconds), -20.0 * std::sin(turn) + 6.0 * std::cos(1.7 * seconds),
           -40.0 + 9.0 * std::sin(1.1 * seconds)};
@@ -21,9 +21,9 @@ FieldSeries make_series(const std::function<Vector3(const Vector3& field, double
   for (int i = 0; i < 200; ++i) {
     const double seconds = 0.05 * i;
     series.times.push_back(from_seconds(seconds));
-    series.expected_ut.push_back(field_at(seconds));
+    series.expected_ut.push_back(turning_field(seconds));
     const double wobble = 0.2 * std::sin(37.0 * i);  // in place of noise
-    series.measured_ut.push_back(read(field_at(seconds - late_s), seconds) + Vector3(wobble, -wobble, wobble));
+    series.measured_ut.push_back(read(turning_field(seconds - late_s), seconds) + Vector3(wobble, -wobble, wobble));
     series.variance_ut2.push_back(0.04);
     series.noise_ut2.push_back(0.1);
   }

@@ -56,7 +56,7 @@ OuterOptions load_text(const std::string& text) {
   return options;
 }
 
-std::string error_of(const std::string& text) {
+std::string option_error(const std::string& text) {
   return message_of<InputError>([&] { load_text(text); });
 }
 
@@ -85,30 +85,30 @@ TEST(Options, ReadBackTheSameBits) {
 }
 
 TEST(Options, SuggestTheNearestKeyForAMisspeltOne) {
-  EXPECT_EQ(error_of("count: 2\ninner:\n  limt_m: 3\n"),
+  EXPECT_EQ(option_error("count: 2\ninner:\n  limt_m: 3\n"),
             "file.yaml:3: inner.limt_m: unknown key 'limt_m'; did you mean 'limit_m'?");
-  EXPECT_THAT(error_of("iner:\n  limit_m: 3\n"), HasSubstr("file.yaml:1: iner: unknown key 'iner'; did you mean 'inner'"));
+  EXPECT_THAT(option_error("iner:\n  limit_m: 3\n"), HasSubstr("file.yaml:1: iner: unknown key 'iner'; did you mean 'inner'"));
 }
 
 TEST(Options, SayWhatWasExpectedAndWhatCame) {
-  EXPECT_EQ(error_of("enabled: maybe\n"), "file.yaml:1: enabled: expected true or false, found 'maybe'");
-  EXPECT_THAT(error_of("count: 2.5\n"), HasSubstr("expected a whole number, found '2.5'"));
-  EXPECT_THAT(error_of("count: [1]\n"), HasSubstr("expected a whole number, found a list of 1"));
-  EXPECT_THAT(error_of("inner:\n  limit_m: 3 m\n"), HasSubstr("inner.limit_m: expected a number, found '3 m'"));
-  EXPECT_THAT(error_of("inner: 3\n"), HasSubstr("expected a map"));
-  EXPECT_THAT(error_of("weights: [1, two]\n"), HasSubstr("weights[1]: expected a number, found 'two'"));
-  EXPECT_THAT(error_of("inner:\n  shape: squar\n"),
+  EXPECT_EQ(option_error("enabled: maybe\n"), "file.yaml:1: enabled: expected true or false, found 'maybe'");
+  EXPECT_THAT(option_error("count: 2.5\n"), HasSubstr("expected a whole number, found '2.5'"));
+  EXPECT_THAT(option_error("count: [1]\n"), HasSubstr("expected a whole number, found a list of 1"));
+  EXPECT_THAT(option_error("inner:\n  limit_m: 3 m\n"), HasSubstr("inner.limit_m: expected a number, found '3 m'"));
+  EXPECT_THAT(option_error("inner: 3\n"), HasSubstr("expected a map"));
+  EXPECT_THAT(option_error("weights: [1, two]\n"), HasSubstr("weights[1]: expected a number, found 'two'"));
+  EXPECT_THAT(option_error("inner:\n  shape: squar\n"),
               AllOf(HasSubstr("one of round, square"), HasSubstr("did you mean 'square'")));
-  EXPECT_THAT(error_of("- 1\n"), HasSubstr("expected a map"));
+  EXPECT_THAT(option_error("- 1\n"), HasSubstr("expected a map"));
 }
 
 TEST(Options, NameTheFileWhereTheCheckRefusesAValue) {
-  EXPECT_THAT(error_of("inner:\n  limit_m: -1\n"), AllOf(HasSubstr("file.yaml:1: inner"), HasSubstr("above 0")));
+  EXPECT_THAT(option_error("inner:\n  limit_m: -1\n"), AllOf(HasSubstr("file.yaml:1: inner"), HasSubstr("above 0")));
 }
 
 TEST(Options, RefuseMalformedYamlAndKeysGivenTwice) {
-  EXPECT_THAT(error_of("inner: [1, 2\n"), HasSubstr("no valid YAML"));
-  EXPECT_THAT(error_of("count: 1\ncount: 2\n"), HasSubstr("file.yaml:2: count: the key is there twice"));
+  EXPECT_THAT(option_error("inner: [1, 2\n"), HasSubstr("no valid YAML"));
+  EXPECT_THAT(option_error("count: 1\ncount: 2\n"), HasSubstr("file.yaml:2: count: the key is there twice"));
 }
 
 TEST(Options, LaterFilesAndAssignmentsPrevail) {

@@ -19,7 +19,7 @@ SensorSuite suite_of_three(double noise_ut = 1.0) {
 }
 
 /// The field along a drive that begins to move at 2 s, among steel: up to 40 µT/m at 1 m/s.
-Vector3 field_at(double seconds) {
+Vector3 passing_field(double seconds) {
   const double way = std::max(0.0, seconds - 2.0);
   return {20.0 + 15.0 * std::sin(2.0 * way), -5.0 + 10.0 * std::cos(3.0 * way), -40.0 + 12.0 * std::sin(2.5 * way + 1.0)};
 }
@@ -52,7 +52,7 @@ Filtered filter(double seconds, const std::function<std::optional<Vector3>(int, 
     const double s = static_cast<double>(i) / kRate_hz;
     MagneticArraySample sample{from_seconds(s), std::vector<std::optional<Vector3>>(3)};
     for (int j = 0; j < 3; ++j) {
-      Vector3 reading = field_at(s) + Vector3(normal(generator), normal(generator), normal(generator));
+      Vector3 reading = passing_field(s) + Vector3(normal(generator), normal(generator), normal(generator));
       if (quantum_ut > 0.0) reading = (reading / quantum_ut).array().round() * quantum_ut;
       sample.field_ut[static_cast<std::size_t>(j)] = spoil(j, s, reading);
     }

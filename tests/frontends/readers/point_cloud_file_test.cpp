@@ -30,7 +30,7 @@ std::string pcd_header(const std::string& fields, int points) {
          "\nWIDTH " + n + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA ascii\n";
 }
 
-std::string error_of(const std::string& path) {
+std::string cloud_error(const std::string& path) {
   WarningLog warnings;
   return message_of<InputError>([&] { read_point_cloud(path, warnings); });
 }
@@ -114,7 +114,7 @@ TEST(PointCloudFile, ReadsBinaryPlyOfEitherByteOrderAndBothKindsOfNumbers) {
       WarningLog warnings;
       EXPECT_EQ(read_point_cloud(folder / "map.ply", warnings), expected);
       std::ofstream(folder / "cut.ply", std::ios::binary) << text.substr(0, text.size() - 30);
-      EXPECT_THAT(error_of(folder / "cut.ply"), HasSubstr("cannot be read"));
+      EXPECT_THAT(cloud_error(folder / "cut.ply"), HasSubstr("cannot be read"));
     }
   }
 }
@@ -122,33 +122,33 @@ TEST(PointCloudFile, ReadsBinaryPlyOfEitherByteOrderAndBothKindsOfNumbers) {
 TEST(PointCloudFile, ALasFileIsRefusedWithTheWayToAPly) {
   const TemporaryFolder folder;
   std::ofstream(folder / "map.laz", std::ios::binary) << "LASF" << std::string(20000, '\0');
-  EXPECT_THAT(error_of(folder / "map.laz"), HasSubstr("make a PLY of it: pdal translate map.laz map.ply"));
+  EXPECT_THAT(cloud_error(folder / "map.laz"), HasSubstr("make a PLY of it: pdal translate map.laz map.ply"));
 }
 
 TEST(PointCloudFile, SaysWhatIsWrong) {
   const TemporaryFolder folder;
-  EXPECT_THAT(error_of(folder / "absent.pcd"), HasSubstr("there is no such file"));
-  EXPECT_THAT(error_of(folder.path().string()), HasSubstr("expected a PCD or PLY file"));
+  EXPECT_THAT(cloud_error(folder / "absent.pcd"), HasSubstr("there is no such file"));
+  EXPECT_THAT(cloud_error(folder.path().string()), HasSubstr("expected a PCD or PLY file"));
   write_text(folder / "text.pcd", "hello\n");
-  EXPECT_THAT(error_of(folder / "text.pcd"), HasSubstr("neither a PCD nor a PLY"));
+  EXPECT_THAT(cloud_error(folder / "text.pcd"), HasSubstr("neither a PCD nor a PLY"));
   write_text(folder / "empty.pcd", pcd_header("x y z", 0));
-  EXPECT_THAT(error_of(folder / "empty.pcd"), HasSubstr("has no points"));
+  EXPECT_THAT(cloud_error(folder / "empty.pcd"), HasSubstr("has no points"));
   write_point_cloud(folder / "none.pcd", {});
-  EXPECT_THAT(error_of(folder / "none.pcd"), HasSubstr("has no points"));
+  EXPECT_THAT(cloud_error(folder / "none.pcd"), HasSubstr("has no points"));
   write_text(folder / "nan.pcd", pcd_header("x y z", 1) + "nan nan nan\n");
-  EXPECT_THAT(error_of(folder / "nan.pcd"), HasSubstr("no finite points"));
+  EXPECT_THAT(cloud_error(folder / "nan.pcd"), HasSubstr("no finite points"));
   write_text(folder / "flat.pcd", pcd_header("x y", 1) + "1 2\n");
-  EXPECT_THAT(error_of(folder / "flat.pcd"), HasSubstr("no field 'z'; the file has x, y"));
+  EXPECT_THAT(cloud_error(folder / "flat.pcd"), HasSubstr("no field 'z'; the file has x, y"));
   write_point_cloud(folder / "cut.pcd", std::vector<Eigen::Vector3f>(1000, Eigen::Vector3f::Ones()));
   std::filesystem::resize_file(folder / "cut.pcd", 2000);
-  EXPECT_THAT(error_of(folder / "cut.pcd"), HasSubstr("cannot be read"));
+  EXPECT_THAT(cloud_error(folder / "cut.pcd"), HasSubstr("cannot be read"));
   write_text(folder / "cut.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n");
-  EXPECT_THAT(error_of(folder / "cut.ply"), HasSubstr("cannot be read"));
+  EXPECT_THAT(cloud_error(folder / "cut.ply"), HasSubstr("cannot be read"));
   const std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty float x\nproperty float y\n";
   write_text(folder / "huge.ply", header + "property float z\nend_header\n" + std::string(1200, '?'));
-  EXPECT_THAT(error_of(folder / "huge.ply"), HasSubstr("ends too early"));
+  EXPECT_THAT(cloud_error(folder / "huge.ply"), HasSubstr("ends too early"));
   write_text(folder / "flat.ply", header + "property uchar red\nend_header\n");
-  EXPECT_THAT(error_of(folder / "flat.ply"), HasSubstr("no field 'z'; the file has x, y, red"));
+  EXPECT_THAT(cloud_error(folder / "flat.ply"), HasSubstr("no field 'z'; the file has x, y, red"));
 }
 
 TEST(PointCloudFile, ReadsRealMaps) {

@@ -187,7 +187,7 @@ TEST(PointLayouts, TheWordSaysWhatIsTakenAndHowToSayItOtherwise) {
                     HasSubstr("lidar.fields.time, time_unit, time_zero and stamp in robot.yaml")));
 }
 
-std::string error_of(const CloudLayout& cloud, const LidarMessageLayout& layout) {
+std::string layout_error(const CloudLayout& cloud, const LidarMessageLayout& layout) {
   const Platform platform = platform_of(layout);
   return message_of<InputError>([&] {
     WarningLog warnings;
@@ -201,22 +201,22 @@ std::string error_of(const CloudLayout& cloud, const LidarMessageLayout& layout)
 TEST(PointLayouts, WhatFitsNoReadingIsOneLine) {
   // Absolute seconds in a float: steps of 128 s.
   const CloudLayout coarse{"time", Field::float32, s, PointTimeZero::epoch};
-  EXPECT_THAT(error_of(coarse, untold(std::nullopt)),
+  EXPECT_THAT(layout_error(coarse, untold(std::nullopt)),
               AllOf(HasSubstr("log.bag: /points at 1700000000"), HasSubstr("'time' (float32) spans"),
                     HasSubstr("set lidar.fields.time and time_unit, or scan_period_s, in robot.yaml")));
   LidarMessageLayout in_seconds = untold(std::nullopt);
   in_seconds.time_unit = s;
-  EXPECT_THAT(error_of(coarse, in_seconds), AllOf(HasSubstr("in steps of"), HasSubstr("record it as float64")));
+  EXPECT_THAT(layout_error(coarse, in_seconds), AllOf(HasSubstr("in steps of"), HasSubstr("record it as float64")));
   // Microseconds in 16 bits start anew after 66 ms.
-  EXPECT_THAT(error_of({"t", Field::uint16, us}, untold(std::nullopt)),
+  EXPECT_THAT(layout_error({"t", Field::uint16, us}, untold(std::nullopt)),
               AllOf(HasSubstr("'t' (uint16) comes up to 65"), HasSubstr("record it as uint32")));
   // A unit that is wrong is told which would be right.
   LidarMessageLayout wrong = told({"t", Field::uint32, ns});
   wrong.time_zero.reset();
   wrong.time_unit = us;
-  EXPECT_THAT(error_of({"t", Field::uint32, ns}, wrong), AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
+  EXPECT_THAT(layout_error({"t", Field::uint32, ns}, wrong), AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
   // No field is called like a time.
-  EXPECT_THAT(error_of({"range", Field::uint32, ns}, untold(std::nullopt)),
+  EXPECT_THAT(layout_error({"range", Field::uint32, ns}, untold(std::nullopt)),
               AllOf(HasSubstr("none is called like one; the message has x, y, z, intensity, ring, range"),
                     HasSubstr("set lidar.fields.time")));
 }

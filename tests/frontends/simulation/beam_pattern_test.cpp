@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/error.h"
 
 namespace lodestone::simulation {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 
 double elevation_deg(const Vector3& beam) { return std::asin(beam.z()) / degree; }
 double azimuth_deg(const Vector3& beam) { return std::atan2(beam.y(), beam.x()) / degree; }

@@ -21,7 +21,7 @@ using ::lodestone::testing::TemporaryFolder;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr const char* hall = R"(
+constexpr const char* long_hall = R"(
 name: hall
 earth_field_ut: [20, 0, -40]
 sensors:
@@ -34,7 +34,7 @@ sequences:
 
 class LivoxMessages : public ::testing::Test {
  protected:
-  void SetUp() override { write_text_file(folder_ / "hall.yaml", hall); }
+  void SetUp() override { write_text_file(folder_ / "hall.yaml", long_hall); }
 
   /// Two seconds of log that begins at `start_s`, recorded in `format`; the scans as they were simulated.
   std::vector<LidarScan> record(ScanFormat format, double start_s) const {
