@@ -61,7 +61,7 @@ Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, c
        fmt::format(
            "the accelerations of IMU and LiDAR point {:.0f} deg apart about the vertical (correlation {:.2f}); with "
            "the inverse of T_imu_lidar {:.0f} deg",
-           given.turn_rad * degrees_per_radian, given.correlation, inverse.turn_rad * degrees),
+           given.turn_rad * degrees_per_radian, given.correlation, inverse.turn_rad * degrees_per_radian),
        fmt::format("{} {}.T_imu_lidar in {}", inverse_fits ? "invert" : "turn", lidar_key(lidar), platform.file_name())}};
 }
 

@@ -87,13 +87,13 @@ TEST(BatchRefinement, KeepsWhatTheWindowGaveWhenItIsStopped) {
 }
 
 TEST(BatchRefinement, RefinesARunWithoutLidarAndOneWithoutMagnetometers) {
-  const Drive& drive = shared_drive();
+  const std::vector<ScanBundle> bundles(shared_drive().bundles.begin(), shared_drive().bundles.begin() + 100);
   EstimatorInput input = batch_input();
   input.planes = nullptr;
-  EXPECT_LT(accuracy(run_stages(input, drive.bundles).best_estimates, drive.truth).max_m, 0.1);
+  EXPECT_LT(accuracy(run_stages(input, bundles).best_estimates, shared_drive().truth).max_m, 0.1);
   input = batch_input();
   input.field = nullptr;
-  EXPECT_EQ(run_stages(input, drive.bundles).best_estimates.size(), drive.bundles.size());
+  EXPECT_EQ(run_stages(input, bundles).best_estimates.size(), bundles.size());
 }
 
 TEST(Bound, FallsWithEveryStageAndIsMetByTheSmoother) {
