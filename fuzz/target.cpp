@@ -1,7 +1,9 @@
-// One fuzzer: libFuzzer's bytes take the place of a boundary's file. Its boundary is LODESTONE_BOUNDARY.
+// The fuzzer: libFuzzer's bytes take the place of a boundary's file. The environment's LODESTONE_BOUNDARY names the boundary.
 #include <unistd.h>
 
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -14,7 +16,7 @@ namespace fs = std::filesystem;
 using lodestone::testing::Boundary;
 
 struct Scratch {
-  Scratch() : wanted(lodestone::testing::boundary(LODESTONE_BOUNDARY)) {
+  explicit Scratch(const std::string& name) : wanted(lodestone::testing::boundary(name)) {
     // Memory where there is a file system of it: every input is written once.
     const fs::path parent = fs::exists("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path();
     folder = parent / ("lodestone-fuzz-" + std::to_string(getpid()));
@@ -31,8 +33,14 @@ struct Scratch {
 
 }  // namespace
 
+extern "C" int LLVMFuzzerInitialize(int* /*count*/, char*** /*arguments*/) {
+  if (std::getenv("LODESTONE_BOUNDARY") != nullptr) return 0;
+  std::fprintf(stderr, "set LODESTONE_BOUNDARY to a boundary's name; tools/fuzz.sh does\n");
+  std::exit(2);
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const Scratch scratch;
+  static const Scratch scratch(std::getenv("LODESTONE_BOUNDARY"));
   std::ofstream(scratch.folder / scratch.wanted.file, std::ios::binary)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   try {

@@ -7,21 +7,27 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LODESTONE_BUILD:-$root/build/fuzz}
 seconds=${1:-60}
 shift || true
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ \
-  -DLODESTONE_TESTS=OFF -DLODESTONE_FUZZERS=ON -DLODESTONE_PRECOMPILED_HEADERS=OFF \
+runtime=$(clang --print-file-name=libclang_rt.fuzzer-x86_64.a 2>/dev/null || true)
+if ! command -v clang++ >/dev/null || [[ ! -e $runtime ]]; then
+  echo "fuzz: clang and its runtime are missing: apt-get install clang libclang-rt-14-dev" >&2
+  exit 2
+fi
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ \
+  -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -gline-tables-only" \
+  -DLODESTONE_TESTS=OFF -DLODESTONE_FUZZERS=ON -DLODESTONE_PRECOMPILED_HEADERS=OFF -DLODESTONE_UNITY=ON \
   -DLODESTONE_SANITIZER=fuzzer-no-link,address,undefined >/dev/null
-ninja -C "$build" -j"${LODESTONE_JOBS:-$(nproc)}" lodestone_fuzzers
+ninja -C "$build" -j"${LODESTONE_JOBS:-$(nproc)}" lodestone_fuzz lodestone_fuzz_seeds
 "$build"/fuzz/bin/lodestone_fuzz_seeds "$build/corpus"
 mkdir -p "$build/found"
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 failed=0
-for fuzzer in "$build"/fuzz/bin/lodestone_fuzz_*; do
-  name=${fuzzer##*/lodestone_fuzz_}
-  [[ $name == seeds ]] && continue
+for corpus in "$build"/corpus/*; do
+  name=${corpus##*/}
   [[ $# -gt 0 && ! " $* " == *" $name "* ]] && continue
   log=$build/found/$name.log
-  if "$fuzzer" "$build/corpus/$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=1024 \
-      -max_len=65536 -artifact_prefix="$build/found/$name-" -verbosity=1 >"$log" 2>&1; then
-    echo "$name: $(grep -oE 'Done [0-9]+ runs in [0-9]+ second' "$log" | tail -1)s, $(ls "$build/corpus/$name" | wc -l) inputs kept"
+  if LODESTONE_BOUNDARY=$name "$build/fuzz/bin/lodestone_fuzz" "$corpus" -max_total_time="$seconds" -timeout=10 \
+      -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=65536 -artifact_prefix="$build/found/$name-" >"$log" 2>&1; then
+    echo "$name: $(grep -oE 'Done [0-9]+ runs in [0-9]+ second' "$log" | tail -1)s, $(ls "$corpus" | wc -l) inputs kept"
   else
     echo "$name: FAILED, see $log"
     failed=1

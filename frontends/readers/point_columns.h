@@ -61,11 +61,12 @@ void read_column_as(const std::uint8_t* data, std::size_t count, std::size_t ste
   }
 }
 
-/// `data`: of the first point. An absent column calls nothing.
+/// `data`: of the first point, null where there is none. An absent column calls nothing.
 template <class Sink>
 void read_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
                  const Sink& sink) {
   using Field = ros1::PointField;
+  if (count == 0) return;
   data += column.offset;
   switch (column.datatype) {
     case Field::int8:

@@ -76,5 +76,27 @@ TEST_P(EachBoundary, ReadsTheValidAndRefusesTheAlteredInOneLine) {
 INSTANTIATE_TEST_SUITE_P(Inputs, EachBoundary, ::testing::ValuesIn(testing::boundaries()),
                          [](const auto& info) { return info.param.name; });
 
+/// What fuzzers found, read again: what was wrong with it shows with the sanitizers.
+TEST(FoundInputs, AreReadOrRefusedInOneLine) {
+  struct Found {
+    std::string boundary;
+    std::string bytes;
+  };
+  std::string empty_livox(43, '\0');  // a Livox message without points: no first point to count offsets from
+  empty_livox[0] = static_cast<char>(0x95);
+  empty_livox[22] = static_cast<char>(0x80);
+  for (const Found& found : {Found{"message_cdr", empty_livox}}) {
+    const TemporaryFolder folder;
+    const Boundary& boundary = testing::boundary(found.boundary);
+    boundary.write(folder.path());
+    std::ofstream(folder / boundary.file, std::ios::binary) << found.bytes;
+    try {
+      boundary.read(folder.path());
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lodestone
