@@ -29,7 +29,7 @@ struct Log {
       scans.push_back(scan(pose, normals, kPlanes, 0.02, 5.0, 0.0, random));
       // Off by some centimetres and a degree, a poor prediction.
       guesses.push_back(truth.truth[i].boxplus(random.draw(start_covariance())));
-      costs.push_back(condense(scans.back().matches, guesses.back().T_map_imu));
+      costs.push_back(condense_scan(scans.back().matches, guesses.back().T_map_imu));
     }
   }
 
@@ -37,11 +37,11 @@ struct Log {
   Drive truth;
   std::vector<Scan> scans;
   std::vector<NavState> guesses;
-  std::vector<CondensedCost> costs;
+  std::vector<CondensedScan> costs;
 };
 
 void set_scan(SlidingWindow& window, const Log& log, std::size_t place, std::size_t k) {
-  window.set_lidar(place, log.costs[k], log.scans[k].matches, {}, Matrix6::Zero());
+  window.set_lidar(place, log.costs[k], log.scans[k].matches, {});
 }
 
 std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed, WindowSolver solver = WindowSolver::chain) {

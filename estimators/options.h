@@ -184,7 +184,6 @@ struct SmootherOptions {
   int reassociations = 1;
   double reassociate_moved_m = 0.01;
   double reassociate_turned_deg = 0.1;
-  double deskew_velocity_sigma_m_s = 0.02;
   Refinement refine = Refinement::none;
   BatchOptions batch;
   SlidingWindowOptions solver;
@@ -195,8 +194,6 @@ struct SmootherOptions {
     visitor.field("reassociations", reassociations, "how often a step looks for correspondences again after solving");
     visitor.field("reassociate_moved_m", reassociate_moved_m, "a keyframe that moved further gets new correspondences");
     visitor.field("reassociate_turned_deg", reassociate_turned_deg, "or that turned further");
-    visitor.field("deskew_velocity_sigma_m_s", deskew_velocity_sigma_m_s,
-                  "uncertainty of the velocity that a scan is deskewed with");
     visitor.field("refine", refine, "none or batch: solve the whole log together at its end (--refine)");
     visitor.section("batch", batch);
     visitor.section("solver", solver);
@@ -207,7 +204,6 @@ struct SmootherOptions {
     option_checks::within("reassociations", reassociations, 0, 20);
     option_checks::not_negative("reassociate_moved_m", reassociate_moved_m);
     option_checks::not_negative("reassociate_turned_deg", reassociate_turned_deg);
-    option_checks::not_negative("deskew_velocity_sigma_m_s", deskew_velocity_sigma_m_s);
   }
 };
 
@@ -218,6 +214,7 @@ struct FilterOptions {
   double converged_deg = 1e-2;
   FieldInterpolation interpolation = FieldInterpolation::bilinear;
   MagneticShrink shrink = MagneticShrink::residual;
+  double map_error_repeats = 30.0;
   DegeneracyOptions degeneracy = paper_degeneracy();
 
   static DegeneracyOptions paper_degeneracy() {
@@ -234,10 +231,13 @@ struct FilterOptions {
     visitor.field("converged_deg", converged_deg, "and turns less than this");
     visitor.field("interpolation", interpolation, "bilinear (the paper) or bicubic");
     visitor.field("shrink", shrink, "residual (the paper), information or none");
+    visitor.field("map_error_repeats", map_error_repeats,
+                  "in place of lidar.association.map_error_repeats: the filter takes every error for a scan's own");
     visitor.section("degeneracy", degeneracy);
   }
 
   void check() const {
+    option_checks::not_negative("map_error_repeats", map_error_repeats);
     option_checks::within("lidar_iterations", lidar_iterations, 1, 100);
     option_checks::within("magnetic_iterations", magnetic_iterations, 1, 100);
     option_checks::not_negative("converged_m", converged_m);

@@ -1,34 +1,56 @@
 #include "factors/condensed_lidar_factor.h"
 
-#include <Eigen/Cholesky>
-
 #include "factors/manifolds.h"
 
 namespace lodestone {
 
-void CondensedLidarFactor::set(const CondensedCost& cost, const PoseMask& mask) {
-  cost_ = cost;
-  root_ = cost.square_root();
+using Matrix19x3 = Eigen::Matrix<double, 19, 3>;
+using Matrix19x6 = Eigen::Matrix<double, 19, 6>;
+
+CondensedLidarFactor::CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, bool has_before) {
+  set_num_residuals(19);
+  *mutable_parameter_block_sizes() = {7, 9};
+  if (has_before) mutable_parameter_block_sizes()->push_back(7);
+  set(scan, mask);
+}
+
+void CondensedLidarFactor::set(const CondensedScan& scan, const PoseMask& mask) {
+  cost_ = scan.cost;
+  deskewing_ = scan.deskewing;
+  root_ = square_root(has_before() ? scan.swept.given_both : scan.swept.given_end);
   mask_ = mask;
 }
 
-void CondensedLidarFactor::set(const CondensedCost& cost, const PoseMask& mask, const Matrix6& common,
-                               const Pose& T_map_imu) {
-  set(cost, mask);
-  const Matrix13x6 jacobian = root_ * cost_.coordinates_jacobian(T_map_imu);
-  const Matrix13 covariance = Matrix13::Identity() + jacobian * common * jacobian.transpose();
-  root_ = covariance.llt().matrixL().solve(root_);
-}
-
 bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
-  Matrix6 seen_by_pose;
-  const bool derive = jacobians != nullptr && jacobians[0] != nullptr;
-  const Pose seen = mask_.apply(to_pose(parameters[0]), derive ? &seen_by_pose : nullptr);
-  Eigen::Map<Vector13>{residuals} = root_ * cost_.coordinates(seen);
-  if (derive) {
-    Matrix13x6 jacobian = root_ * cost_.coordinates_jacobian(seen);
-    if (mask_.active()) jacobian = (jacobian * seen_by_pose).eval();
-    to_ambient(parameters[0], jacobian, jacobians[0]);
+  const bool derive = jacobians != nullptr;
+  const Pose end = to_pose(parameters[0]);
+  const Pose before = has_before() ? to_pose(parameters[2]) : Pose{};
+  Deskewing::Jacobians by_states;
+  Matrix6 seen_by_end;
+  const Pose seen = mask_.apply(end, derive ? &seen_by_end : nullptr);
+  const Vector6 rates = deskewing_.rates(has_before() ? &before.rotation : nullptr, end.rotation, Vector3(parameters[1]),
+                                         derive ? &by_states : nullptr);
+  Vector19 coordinates;
+  coordinates << cost_.coordinates(seen), mask_.hide(rates);
+  Eigen::Map<Vector19>{residuals} = root_ * coordinates;
+  if (!derive) return true;
+
+  const Matrix19x6 by_rates = mask_.hide_from(root_.rightCols<6>());
+  if (jacobians[0] != nullptr) {
+    Matrix19x6 by_end = root_.leftCols<13>() * cost_.coordinates_jacobian(seen);
+    if (mask_.active()) by_end = (by_end * seen_by_end).eval();
+    by_end.leftCols<3>() += by_rates.leftCols<3>() * by_states.turn_by_end;
+    to_ambient(parameters[0], by_end, jacobians[0]);
+  }
+  if (jacobians[1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 19, 9, Eigen::RowMajor>> by_motion{jacobians[1]};
+    by_motion.setZero();
+    by_motion.leftCols<3>() = -by_rates.rightCols<3>();
+  }
+  if (has_before() && jacobians[2] != nullptr) {
+    Matrix19x6 by_before = Matrix19x6::Zero();
+    by_before.leftCols<3>() = by_rates.leftCols<3>() * by_states.turn_by_before;
+    to_ambient(parameters[2], by_before, jacobians[2]);
   }
   return true;
 }

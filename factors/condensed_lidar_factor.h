@@ -1,37 +1,37 @@
 #pragma once
 
-#include <ceres/sized_cost_function.h>
+#include <ceres/cost_function.h>
 
-#include "core/registration/condensed_cost.h"
+#include "core/registration/swept_cost.h"
 #include "factors/pose_mask.h"
 
 namespace lodestone {
 
-/// All point-to-plane residuals of a scan as thirteen: e = F ξ(x), Fᵀ F = M. Cost, gradient and Gauss-Newton Hessian are
-/// those of one residual a point, at every pose (docs/architecture.md). Parameter: pose (7).
+/// All point-to-plane residuals of a scan as nineteen: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost, gradient and Gauss-Newton
+/// Hessian are those of one residual a point whose place hangs on all states that deskewing leaned on
+/// (docs/architecture.md). The mask hides directions of the pose and of the rates alike.
+/// Parameters: pose (7) and motion (9: v, b_g, b_a) at the scan's end and, where a keyframe comes before, its pose (7).
 /// Its content may be renewed between solves, so that the Ceres problem persists.
-class CondensedLidarFactor final : public ceres::SizedCostFunction<13, 7> {
+class CondensedLidarFactor final : public ceres::CostFunction {
  public:
-  CondensedLidarFactor(const CondensedCost& cost, const PoseMask& mask) { set(cost, mask); }
+  CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, bool has_before);
 
-  void set(const CondensedCost& cost, const PoseMask& mask);
-
-  /// The same with an error common to all points of the scan, as deskewing by a noisy IMU leaves it: a pose error of
-  /// covariance `common` (6×6, φ, p) at `T_map_imu`. Its effect on the thirteen residuals is whitened away, which turns
-  /// the information H into H (I + common H)⁻¹.
-  void set(const CondensedCost& cost, const PoseMask& mask, const Matrix6& common, const Pose& T_map_imu);
+  void set(const CondensedScan& scan, const PoseMask& mask);
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   /// For checkpoints.
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(cost_, root_, mask_);
+    archive(cost_, deskewing_, root_, mask_);
   }
 
  private:
+  bool has_before() const { return parameter_block_sizes().size() > 2; }
+
   CondensedCost cost_;
-  Matrix13 root_ = Matrix13::Zero();
+  Deskewing deskewing_;
+  Matrix19 root_ = Matrix19::Zero();
   PoseMask mask_;
 };
 

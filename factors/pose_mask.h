@@ -39,6 +39,14 @@ class PoseMask {
     archive(active_, projector_, reference_);
   }
 
+  /// What of a small motion (φ, p) of the robot the factor sees, and of a derivative by one.
+  Vector6 hide(const Vector6& motion) const { return active_ ? (projector_ * motion).eval() : motion; }
+  template <class Derived>
+  Eigen::Matrix<double, Derived::RowsAtCompileTime, 6> hide_from(const Eigen::MatrixBase<Derived>& jacobian) const {
+    if (!active_) return jacobian;
+    return jacobian * projector_;
+  }
+
  private:
   bool active_ = false;
   Matrix6 projector_ = Matrix6::Identity();

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "factors/condensed_lidar_factor.h"
 #include "factors/manifolds.h"
 #include "factors/point_plane_factor.h"
 #include "factors/preintegration_factor.h"
@@ -110,22 +109,22 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
   keyframes_.push_back(std::move(keyframe));
 }
 
-void SlidingWindow::set_lidar(std::size_t k, const CondensedCost& cost,
-                              const std::vector<Correspondence>& correspondences, const PoseMask& mask,
-                              const Matrix6& common) {
+void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan, const std::vector<Correspondence>& correspondences,
+                              const PoseMask& mask) {
   Keyframe& keyframe = *keyframes_[k];
-  if (cost.count == 0) {
+  if (keyframe.lidar_in_prior) return;
+  if (scan.cost.count == 0) {
     remove_factor(keyframe.lidar);
   } else if (!options_.condensed) {
     remove_factor(keyframe.lidar);
     keyframe.lidar = add_factor(std::make_unique<PointPlaneFactor>(correspondences, mask), {&keyframe.pose});
-  } else {
-    if (!keyframe.lidar) {
-      keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(cost, mask), {&keyframe.pose});
-    }
+  } else if (keyframe.lidar) {
     // Owned by the problem, made by us: the problem persists, only the content is renewed.
-    static_cast<CondensedLidarFactor*>(const_cast<ceres::CostFunction*>(keyframe.lidar.function))
-        ->set(cost, mask, common, to_pose(keyframe.pose.values.data()));
+    static_cast<CondensedLidarFactor*>(const_cast<ceres::CostFunction*>(keyframe.lidar.function))->set(scan, mask);
+  } else {
+    std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.motion};
+    if (k > 0) blocks.push_back(&keyframes_[k - 1]->pose);
+    keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(scan, mask, k > 0), blocks);
   }
 }
 
@@ -205,6 +204,9 @@ void SlidingWindow::marginalize_oldest() {
   for (const WindowFactor& factor : {oldest.lidar, oldest.field, next.imu}) {
     if (factor) involved.push_back(factor);
   }
+  // The next scan's deskewing leans on the oldest pose: what it knows goes into the prior with it.
+  next.lidar_in_prior = next.lidar && next.lidar.blocks.back() == &oldest.pose;
+  if (next.lidar_in_prior) involved.push_back(next.lidar);
   std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
   // An epoch leaves with its last keyframe, once a later epoch has begun.
   BiasEpoch* leaving = nullptr;
@@ -239,6 +241,7 @@ void SlidingWindow::marginalize_oldest() {
   remove_factor(oldest.lidar);
   remove_factor(oldest.field);
   remove_factor(next.imu);
+  if (next.lidar_in_prior) remove_factor(next.lidar);
   if (leaving != nullptr) {
     remove_factor(leaving->walk);
     remove_factor(epochs_[1]->walk);

@@ -10,8 +10,8 @@
 #include "core/geometry/nav_state.h"
 #include "core/imu/preintegration.h"
 #include "core/observability/window_information.h"
-#include "core/registration/condensed_cost.h"
 #include "core/time.h"
+#include "factors/condensed_lidar_factor.h"
 #include "factors/field_factor.h"
 #include "factors/marginalization.h"
 #include "factors/pose_factor.h"
@@ -42,11 +42,11 @@ class SlidingWindow {
   /// A new keyframe, joined to the newest by the IMU.
   void add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples);
 
-  /// Sets or renews keyframe k's LiDAR factor; without correspondences the factor goes.
-  /// `correspondences` are used only where one residual a point is asked for. `common`: covariance (φ, p) of an error
-  /// that all points of the scan share (deskewing); one residual a point takes them as independent.
-  void set_lidar(std::size_t k, const CondensedCost& cost, const std::vector<Correspondence>& correspondences,
-                 const PoseMask& mask, const Matrix6& common);
+  /// Sets or renews keyframe k's LiDAR factor; without correspondences the factor goes. `correspondences` are used only where
+  /// one residual a point is asked for; these hang on the pose alone. A scan that leans on a keyframe which has left the
+  /// window is part of the prior for good: nothing happens.
+  void set_lidar(std::size_t k, const CondensedScan& scan, const std::vector<Correspondence>& correspondences,
+                 const PoseMask& mask);
 
   /// Sets or renews keyframe k's field factor; without readings it goes.
   void set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,

@@ -148,7 +148,7 @@ std::unique_ptr<ceres::CostFunction> SlidingWindow::load_factor(StateReader& sta
     }
     case FactorRole::lidar: {
       if (!options_.condensed) return load_points(state);
-      auto condensed = std::make_unique<CondensedLidarFactor>(CondensedCost{}, PoseMask{});
+      auto condensed = std::make_unique<CondensedLidarFactor>(CondensedScan{}, PoseMask{}, blocks.size() > 2);
       state(*condensed);
       return condensed;
     }
@@ -182,7 +182,7 @@ void SlidingWindow::save(StateWriter& state) const {
   }
   for (const auto& keyframe : keyframes_) {
     const auto epoch = std::find_if(epochs_.begin(), epochs_.end(), [&](const auto& one) { return one.get() == keyframe->epoch; });
-    state(keyframe->time, keyframe->samples, epoch - epochs_.begin());
+    state(keyframe->time, keyframe->samples, keyframe->lidar_in_prior, epoch - epochs_.begin());
     save_block(keyframe->pose);
     save_block(keyframe->motion);
   }
@@ -221,7 +221,7 @@ SlidingWindow::SlidingWindow(StateReader& state, std::shared_ptr<const MagneticM
   for (std::size_t k = 0; k < keyframes; ++k) {
     keyframes_.push_back(std::make_unique<Keyframe>());
     std::ptrdiff_t epoch = 0;
-    state(keyframes_[k]->time, keyframes_[k]->samples, epoch);
+    state(keyframes_[k]->time, keyframes_[k]->samples, keyframes_[k]->lidar_in_prior, epoch);
     if (epoch < std::ssize(epochs_)) keyframes_[k]->epoch = epochs_[static_cast<std::size_t>(epoch)].get();
     load_block(keyframes_[k]->pose);
     load_block(keyframes_[k]->motion);

@@ -22,6 +22,7 @@ struct SlidingWindow::Keyframe {
   std::vector<ImuSample> samples;  // from the keyframe before
   WindowFactor imu;                // to the keyframe before
   WindowFactor lidar;
+  bool lidar_in_prior = false;     // it leaned on a keyframe that is gone
   WindowFactor field;
   BiasEpoch* epoch = nullptr;
 };

@@ -146,6 +146,17 @@ Vector6 CondensedCost::gradient(const Pose& T_map_imu) const {
   return coordinates_jacobian(T_map_imu).transpose() * (moment * coordinates(T_map_imu));
 }
 
+Matrix6 CondensedCost::seen_share(const Pose& T_map_imu) const {
+  Matrix6 information = hessian(T_map_imu);
+  // Directions that no point sees at all: nothing there, but the factorization wants a little.
+  information.diagonal() *= 1.0 + 1e-9;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> shares(spurious_information, information);
+  if (shares.info() != Eigen::Success) return Matrix6::Identity();
+  const Vector6 seen = (1.0 - shares.eigenvalues().array()).cwiseMax(0.0).cwiseMin(1.0);
+  const Matrix6& directions = shares.eigenvectors();  // Vᵀ H V = I
+  return directions * seen.asDiagonal() * directions.transpose() * information;
+}
+
 Matrix13 CondensedCost::square_root() const {
   // M is often singular (a corridor, a plane) and nearly so by rounding: LDLᵀ with pivots, negative pivots are zero.
   const Eigen::LDLT<Matrix13> factor(moment);

@@ -38,6 +38,12 @@ struct CondensedCost {
   Matrix6 hessian(const Pose& T_map_imu) const;
   Vector6 gradient(const Pose& T_map_imu) const;
 
+  /// P = I − H⁻¹ S with S the spurious information, within what is between nothing and all. A wrong normal makes the Jacobian
+  /// wrong and its square too large: the scan pretends to see what it does not, and draws the estimate to where it is
+  /// linearized. Looking at a motion through P gives back both, the information (H − S) H⁻¹ (H − S) and the step
+  /// −(H − S)⁻¹ g, the corrected least squares of errors in variables (Fuller 1987).
+  Matrix6 seen_share(const Pose& T_map_imu) const;
+
   /// Upper-triangular-like square root: 13×13 F with Fᵀ F = M, from a rank-revealing factorization.
   Matrix13 square_root() const;
 };

@@ -13,6 +13,7 @@ struct Correspondence {
   const Plane* plane;       ///< n = plane->normal, q = plane->center, map frame; owned by the map
   float variance;           ///< m², of r: sensor and plane together
   float robust_weight = 1.0F;  ///< in (0, 1], frozen with the correspondence
+  float age_s = 0.0F;          ///< how long before the scan's end the point was taken
 
   float weight() const { return robust_weight / variance; }
 };

@@ -24,7 +24,10 @@ struct IteratedFilter::Scan {
   Pose predicted;
 };
 
-IteratedFilter::IteratedFilter(EstimatorInput input) : input_(std::move(input)) {}
+IteratedFilter::IteratedFilter(EstimatorInput input)
+    : input_(std::move(input)), association_(input_.options.lidar.association) {
+  association_.map_error_repeats = input_.options.ieskf.map_error_repeats;
+}
 
 void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
   const auto begin = std::chrono::steady_clock::now();
@@ -50,7 +53,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     scan.planes = input_.planes->around(scan.predicted.position);
     scan.correspondences =
         associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes, input_.suite.lidar,
-                  options.lidar.association);
+                  association_);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
   }
@@ -170,7 +173,7 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
       const auto planes = input_.planes->around(state.T_map_imu.position);
       const auto correspondences =
           associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes, input_.suite.lidar,
-                    options.lidar.association);
+                    association_);
       cost = condense(correspondences, state.T_map_imu);
       associated = state.T_map_imu;
     }

@@ -30,6 +30,7 @@ class IteratedFilter final : public Estimator {
   void update_by_lidar(const Scan& scan, const Degeneracy& degeneracy, Diagnostics& diagnostics);
 
   EstimatorInput input_;
+  AssociationOptions association_;  // with the filter's own map_error_repeats
   bool started_ = false;
   NavState state_;
   Matrix17 covariance_ = Matrix17::Identity();

@@ -7,8 +7,8 @@
 #include "core/maps/plane_map.h"
 #include "core/measurements.h"
 #include "core/observability/degeneracy.h"
-#include "core/registration/condensed_cost.h"
 #include "estimators/estimate.h"
+#include "factors/condensed_lidar_factor.h"
 
 namespace lodestone {
 
@@ -22,7 +22,7 @@ struct Keyframe {
   Matrix6 predicted_covariance = Matrix6::Identity();  ///< of it, before this scan's measurements (φ, p)
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
-  CondensedCost cost;
+  CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with weight one on metres; only of the paper's rule
   Degeneracy degeneracy;

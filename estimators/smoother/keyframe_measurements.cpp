@@ -17,16 +17,6 @@ namespace {
 /// Well below what a window of scans adds up to, so that no information worth having is lost.
 constexpr double kUnseenGain = 1e-3;
 
-/// What an IMU's noise within a scan does to all its points together, seen from the scan's end: the mean over the scan
-/// of white noise integrated from each point's time to the end has a third of the variance of the whole. The velocity's
-/// error acts over half the scan.
-Matrix6 deskew_covariance(const SensorSuite& suite, const SmootherOptions& options, double duration_s) {
-  Vector6 variance;
-  variance.head<3>().setConstant(std::pow(suite.imu.gyroscope_noise_density, 2) * duration_s / 3.0);
-  variance.tail<3>().setConstant(std::pow(0.5 * duration_s * options.deskew_velocity_sigma_m_s, 2));
-  return variance.asDiagonal();
-}
-
 }  // namespace
 
 KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
@@ -47,22 +37,27 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   keyframe.associated = state.T_map_imu;
   if (input_.planes == nullptr) {
     hold_height(keyframe);
-    keyframe.cost = condense(keyframe.correspondences, keyframe.associated);
+    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
     return;
   }
   const ScanMotion motion(state, keyframe.imu);
   const std::vector<Eigen::Vector3f> points =
       deskew(keyframe.points, keyframe.scan_start, motion, input_.suite.lidar.T_imu_lidar);
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
+  std::vector<float> ages_s(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - keyframe.scan_start - keyframe.points[i].offset_ns));
+  }
   keyframe.correspondences = associate(points, state.T_map_imu, keyframe.predicted_covariance, *planes,
-                                       input_.suite.lidar, options.lidar.association);
+                                       input_.suite.lidar, options.lidar.association, ages_s);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
   // An outage, of a robot that was at the layer's height before.
   if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
-  keyframe.cost = condense(keyframe.correspondences, keyframe.associated);
-  keyframe.lidar_information = keyframe.cost.hessian(state.T_map_imu) -
-                               options.degeneracy.normal_noise_margin * keyframe.cost.spurious_information;
+  keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated,
+                                 matched == 0 ? Deskewing{} : Deskewing(state, motion, input_.suite.imu));
+  keyframe.lidar_information = keyframe.lidar.cost.hessian(state.T_map_imu) -
+                               options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
   }
@@ -100,7 +95,7 @@ Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavStat
   if (options.rule == DegeneracyRule::paper) {
     return analyse_by_eigenvalue(keyframe.unit_hessian, options);
   }
-  const double lever_arm_m = std::max(keyframe.cost.range_rms_m, 1.0);
+  const double lever_arm_m = std::max(keyframe.lidar.cost.range_rms_m, 1.0);
   const Vector3 up = state.T_map_imu.rotation.conjugate() * -state.gravity.normalized();
   if (options.rule == DegeneracyRule::probabilistic) {
     const Matrix6 once = known(1.0);
@@ -122,20 +117,17 @@ void KeyframeMeasurements::decide(Keyframe& keyframe, const Degeneracy& analysed
   diagnostics.direction_weight = keyframe.degeneracy.kept;
   diagnostics.degenerate_directions = keyframe.degeneracy.degenerate_directions;
   diagnostics.lidar_rmse_m =
-      keyframe.cost.count == 0
+      keyframe.lidar.cost.count == 0
           ? 0.0
-          : std::sqrt(std::max(0.0, keyframe.cost.cost(keyframe.associated)) / keyframe.cost.weight_sum);
+          : std::sqrt(std::max(0.0, keyframe.lidar.cost.cost(keyframe.associated)) / keyframe.lidar.cost.weight_sum);
 }
 
 void KeyframeMeasurements::set_lidar(const Keyframe& keyframe, std::size_t k, SlidingWindow& window) const {
-  if (input_.planes == nullptr) {
-    window.set_lidar(k, keyframe.cost, keyframe.correspondences, {}, Matrix6::Zero());
-    return;
-  }
-  window.set_lidar(k, keyframe.cost, keyframe.correspondences,
-                   PoseMask(keyframe.degeneracy.lidar_projector(), keyframe.associated),
-                   deskew_covariance(input_.suite, input_.options.smoother,
-                                     to_seconds(keyframe.estimate.time - keyframe.scan_start)));
+  const bool registered = input_.planes != nullptr;
+  window.set_lidar(k, keyframe.lidar, keyframe.correspondences,
+                   registered ? PoseMask(keyframe.degeneracy.lidar_projector() * keyframe.lidar.cost.seen_share(keyframe.associated),
+                                         keyframe.associated)
+                              : PoseMask{});
 }
 
 KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& state,

@@ -147,7 +147,7 @@ Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {
   std::vector<ChainLink> links;
   const double put_back = input_.options.degeneracy.normal_noise_margin - noise_taken;
   for (const auto& keyframe : keyframes_) {
-    information.push_back(keyframe->lidar_information + put_back * keyframe->cost.spurious_information);
+    information.push_back(keyframe->lidar_information + put_back * keyframe->lidar.cost.spurious_information);
   }
   for (std::size_t i = 0; i + 1 < keyframes_.size(); ++i) links.push_back(window_->link(i));
   return k + 1 == keyframes_.size() ? newest_pose_information(information, links)

@@ -8,9 +8,9 @@ namespace lodestone {
 /// Without measurements (recall) and correspondences (looked for anew before they are used again).
 template <class Archive>
 void serialize(Archive& archive, Keyframe& keyframe) {
-  auto& [scan_start, imu, points, magnetic, predicted, predicted_covariance, planes, correspondences, cost,
+  auto& [scan_start, imu, points, magnetic, predicted, predicted_covariance, planes, correspondences, lidar,
          lidar_information, unit_hessian, degeneracy, associated, analysed, estimate, field_disagrees] = keyframe;
-  archive(predicted, predicted_covariance, cost, lidar_information, unit_hessian, degeneracy, associated, analysed);
+  archive(predicted, predicted_covariance, lidar.cost, lidar_information, unit_hessian, degeneracy, associated, analysed);
   archive(estimate, field_disagrees);
 }
 

@@ -34,7 +34,7 @@ double length(const std::vector<Vector3>& vectors) {
   return sizes.empty() ? 0.0 : summarize(sizes).median;
 }
 
-struct Sensor {
+struct FieldSensor {
   std::size_t index;
   FieldSeries series;
   FieldModels models;
@@ -60,7 +60,7 @@ class FieldCheck {
     }
     if (whole_map()) return findings_;
     if (delays()) return findings_;
-    for (const Sensor& sensor : sensors_) one(sensor);
+    for (const FieldSensor& sensor : sensors_) one(sensor);
     // What most of them read at once is no single sensor's fault.
     const bool most = 2 * blamed_.size() > sensors_.size();
     if (most) blamed_.clear();
@@ -79,18 +79,18 @@ class FieldCheck {
     blames_.push_back({Severity::warning, kind, seen, change, time});
   }
 
-  std::string name_of(const Sensor& sensor) const { return platform_.suite.magnetometers[sensor.index].name; }
+  std::string name_of(const FieldSensor& sensor) const { return platform_.suite.magnetometers[sensor.index].name; }
 
   double middle(double FieldModels::*value) const {
     std::vector<double> values;
-    for (const Sensor& sensor : sensors_) values.push_back(sensor.models.*value);
+    for (const FieldSensor& sensor : sensors_) values.push_back(sensor.models.*value);
     return summarize(values).median;
   }
 
   /// Whether so many magnetometers disagree that it is the map, the unit or the place.
   bool whole_map() {
     std::vector<double> measured, expected;
-    for (const Sensor& sensor : sensors_) {
+    for (const FieldSensor& sensor : sensors_) {
       measured.push_back(length(sensor.series.measured_ut));
       expected.push_back(length(sensor.series.expected_ut));
     }
@@ -114,7 +114,7 @@ class FieldCheck {
   }
 
   /// A delay must explain more than any other mistake does.
-  static bool is_late(const Sensor& sensor) {
+  static bool is_late(const FieldSensor& sensor) {
     const FieldModels& models = sensor.models;
     return std::abs(models.delay_s) > telling_delay_s &&
            models.rms_undelayed_ut < delay_explains * models.rms_offset_ut &&
@@ -123,7 +123,7 @@ class FieldCheck {
 
   bool delays() {
     std::vector<double> late_s;
-    for (const Sensor& sensor : sensors_) {
+    for (const FieldSensor& sensor : sensors_) {
       if (is_late(sensor)) late_s.push_back(sensor.models.delay_s);
     }
     if (2 * late_s.size() > sensors_.size()) {
@@ -135,7 +135,7 @@ class FieldCheck {
           sensors_.front().series.times.front());
       return true;
     }
-    for (const Sensor& sensor : sensors_) {
+    for (const FieldSensor& sensor : sensors_) {
       if (!is_late(sensor)) continue;
       blamed_.insert(sensor.index);
       add(Severity::warning, "clock.magnetometer",
@@ -147,7 +147,7 @@ class FieldCheck {
     return false;
   }
 
-  void one(const Sensor& sensor) {
+  void one(const FieldSensor& sensor) {
     const FieldModels& models = sensor.models;
     if (blamed_.count(sensor.index) > 0) return;
     const Time begin = sensor.series.times.front();
@@ -197,7 +197,7 @@ class FieldCheck {
     }
   }
 
-  void add_drift(const Sensor& sensor) {
+  void add_drift(const FieldSensor& sensor) {
     const Vector3& drift = sensor.models.drift_ut;
     blame("magnetometer.drift",
           fmt::format("{}: drifts by ({:.1f} {:.1f} {:.1f}) uT in this span", name_of(sensor), drift.x(), drift.y(),
@@ -210,7 +210,7 @@ class FieldCheck {
   bool passing() {
     std::map<Time, std::vector<double>> bins;
     std::size_t healthy = 0;
-    for (const Sensor& sensor : sensors_) {
+    for (const FieldSensor& sensor : sensors_) {
       if (blamed_.count(sensor.index) > 0) continue;
       ++healthy;
       std::map<Time, std::vector<Vector3>> own;
@@ -244,7 +244,7 @@ class FieldCheck {
 
   const Platform& platform_;
   std::string file_;
-  std::vector<Sensor> sensors_;
+  std::vector<FieldSensor> sensors_;
   std::set<std::size_t> blamed_;  ///< magnetometers that are wrong by themselves
   Findings blames_;               ///< what is wrong with each of them
   Findings findings_;

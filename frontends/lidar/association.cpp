@@ -30,11 +30,12 @@ float largest_variance(const Matrix3& covariance) {
   return static_cast<float>(std::max(0.0, Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvalues()[2]));
 }
 
-void associate_part(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
+void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
                     const PlaneMap& map, const Noise& noise, std::vector<Correspondence>& result) {
   const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
   // Doubles for the position: far from the map's origin floats lose millimetres, which the sum would keep.
-  for (const Eigen::Vector3f& point : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f& point = points[i];
     const Eigen::Vector3f turned = rotation * point;
     const Eigen::Vector3f place = (turned.cast<double>() + T_map_imu.position).cast<float>();
     const Plane* plane = map.match(place, noise.max_distance);
@@ -50,7 +51,8 @@ void associate_part(std::span<const Eigen::Vector3f> points, const Pose& T_map_i
     const float expected = variance + noise.position_variance + noise.rotation_variance * point.squaredNorm();
     if (distance * distance > noise.gate_squared * expected) continue;
     const double sigmas = std::abs(distance) / std::sqrt(expected);
-    result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas))});
+    result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas)),
+                      ages_s.empty() ? 0.0F : ages_s[i]});
   }
 }
 
@@ -58,7 +60,7 @@ void associate_part(std::span<const Eigen::Vector3f> points, const Pose& T_map_i
 
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
-                                      const AssociationOptions& options) {
+                                      const AssociationOptions& options, std::span<const float> ages_s) {
   const auto square = [](double value) { return static_cast<float>(value * value); };
   const Noise noise{square(lidar.range_noise_m),
                     square(options.angular_noise_rad),
@@ -75,8 +77,9 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
     const std::size_t begin = i * kChunk;
     parts[i].reserve(kChunk);
-    associate_part(points.subspan(begin, std::min(kChunk, points.size() - begin)), T_map_imu, beam_origin, map, noise,
-                   parts[i]);
+    const std::size_t count = std::min(kChunk, points.size() - begin);
+    associate_part(points.subspan(begin, count), ages_s.empty() ? ages_s : ages_s.subspan(begin, count), T_map_imu,
+                   beam_origin, map, noise, parts[i]);
   });
   std::vector<Correspondence> result;
   result.reserve(points.size());

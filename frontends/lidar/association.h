@@ -16,8 +16,8 @@ struct AssociationOptions {
   double gate_sigmas = 4.0;
   double huber_sigmas = 2.0;
   double angular_noise_rad = 3e-4;
-  double surface_roughness_m = 0.005;
-  double map_error_repeats = 30.0;
+  double surface_roughness_m = 0.002;
+  double map_error_repeats = 3.0;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -44,10 +44,11 @@ struct AssociationOptions {
 /// Finds each point's plane at the pose `T_map_imu` and what its residual is worth. `points`: imu frame at the scan's
 /// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it, of
 /// the surface and of the plane's own fit. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no outlier.
-/// Points in order; the result does not depend on threads.
+/// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken; none
+/// where that does not matter.
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
-                                      const AssociationOptions& options);
+                                      const AssociationOptions& options, std::span<const float> ages_s = {});
 
 /// Σ JᵀJ with weight one on metres, order φ, p: what the paper's rule looks at.
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu);

@@ -113,7 +113,7 @@ TEST(ChainSolver, FindsTheMinimumThatCeresFinds) {
       const std::size_t newest = window.size() - 1;
       const Scan points = scan(truth.truth[k].T_map_imu, normals, 100, 0.02, 5.0, 0.0, random);
       // Condensed where it does not depend on the solver.
-      window.set_lidar(newest, condense(points.matches, truth.truth[k].T_map_imu), points.matches, {}, Matrix6::Zero());
+      window.set_lidar(newest, condense_scan(points.matches, truth.truth[k].T_map_imu), points.matches, {});
       window.set_field(
           newest, map, FieldInterpolation::bicubic,
           field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(3, Vector3::Zero()), 1.0, random), {});

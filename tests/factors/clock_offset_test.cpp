@@ -89,7 +89,7 @@ SlidingWindow::ClockOffset estimate_clock(double late_s, double sigma_s, std::ui
     const std::size_t newest = window.size() - 1;
     const Pose& pose = truth.truth[k].T_map_imu;
     const Scan points = scan(pose, normals, 200, 0.02, 5.0, 0.0, random);
-    window.set_lidar(newest, condense(points.matches, window.state(newest).T_map_imu), points.matches, {}, Matrix6::Zero());
+    window.set_lidar(newest, condense_scan(points.matches, window.state(newest).T_map_imu), points.matches, {});
     const Vector3 turn = truth.samples[k].back().angular_velocity;
     std::vector<FieldReading> readings;
     for (int i = 0; i < 3; ++i) {

@@ -33,9 +33,15 @@ class Chain {
       from_pose(state.T_map_imu, poses[k].values.data());
       motions[k] = {BlockKind::euclidean, std::vector<double>(9), {}};
       Eigen::Map<Vector9>(motions[k].values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
-      const Scan points = scan(truth.truth[k].T_map_imu, room_normals(random), 200, 0.02, 5.0, 0.0, random);
-      add(new CondensedLidarFactor(condense(points.matches, state.T_map_imu), lidar_mask(state.T_map_imu, k)),
-          {&poses[k]});
+      std::vector<WindowBlock*> lidar_blocks{&poses[k], &motions[k]};
+      if (k > 0) lidar_blocks.push_back(&poses[k - 1]);
+      Scan points = scan(truth.truth[k].T_map_imu, room_normals(random), 200, 0.02, 5.0, 0.0, random);
+      for (std::size_t i = 0; i < points.matches.size(); ++i) points.matches[i].age_s = 5e-4F * static_cast<float>(i);
+      Deskewing deskewing;
+      if (k > 0) deskewing = Deskewing(state, ScanMotion(state, truth.samples[k]), options.noise);
+      add(new CondensedLidarFactor(condense_scan(points.matches, state.T_map_imu, deskewing),
+                                   lidar_mask(state.T_map_imu, k), k > 0),
+          lidar_blocks);
       add(new FieldFactor(
               map, FieldInterpolation::bicubic, 2,
               field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(2, Vector3::Zero()), 1.0, random),

@@ -128,35 +128,56 @@ TEST(PoseMask, HidesExactlyTheNullSpaceOfItsProjector) {
   EXPECT_LT((seen - step).norm(), 1e-12);
 }
 
+/// A deskewing that was wrong by much more than any gyroscope is, so that differences resolve what it does.
+Deskewing wrong_deskewing(Random& random) {
+  Deskewing result;
+  result.turn = so3::exp(random.vector(0.3));
+  result.velocity = random.vector();
+  result.step_s = 0.1;
+  result.gyroscope_density = 0.1;
+  result.accelerometer_density = 10.0;
+  return result;
+}
+
 TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
   const PoseManifold pose_manifold;
-  const LidarScene scene = lidar_scene(4);
-  const CondensedCost cost = condense(scene.matches, scene.pose);
+  const ceres::EuclideanManifold<9> motion_manifold;
+  Random random(14);
+  LidarScene scene = lidar_scene(4);
+  for (std::size_t i = 0; i < scene.matches.size(); ++i) scene.matches[i].age_s = 5e-4F * static_cast<float>(i);
+  const Deskewing deskewing = wrong_deskewing(random);
+  const CondensedScan scan = condense_scan(scene.matches, scene.pose, deskewing);
   for (const PoseMask& mask : {PoseMask{}, PoseMask(corridor_projector(), scene.pose)}) {
-    const CondensedLidarFactor factor(cost, mask);
     Vector6 away;
     away << 0.05, -0.02, 0.1, 0.3, -0.2, 0.1;
-    const PoseBlock block = block_of(scene.pose.boxplus(away));
-    expect_gradients(factor, {&pose_manifold}, {block.data()});
+    const Pose end = scene.pose.boxplus(away);
+    const PoseBlock block = block_of(end);
+    const PoseBlock before = block_of({end.rotation * (deskewing.turn * so3::exp(random.vector(0.05))).conjugate(), random.vector()});
+    Eigen::Matrix<double, 9, 1> motion;
+    motion << random.vector(), random.vector(), random.vector();
+    expect_gradients(CondensedLidarFactor(scan, mask, false), {&pose_manifold, &motion_manifold}, {block.data(), motion.data()});
+    expect_gradients(CondensedLidarFactor(scan, mask, true), {&pose_manifold, &motion_manifold, &pose_manifold},
+                     {block.data(), motion.data(), before.data()});
   }
 }
 
 TEST(CondensedLidarFactor, EqualsOneResidualAPointWithAndWithoutMask) {
   const PoseManifold manifold;
   const LidarScene scene = lidar_scene(5);
-  const CondensedCost cost = condense(scene.matches, scene.pose);
+  const CondensedScan scan = condense_scan(scene.matches, scene.pose);
   for (const PoseMask& mask : {PoseMask{}, PoseMask(corridor_projector(), scene.pose)}) {
-    const CondensedLidarFactor condensed(cost, mask);
+    const CondensedLidarFactor condensed(scan, mask, false);
     const PointPlaneFactor points(scene.matches, mask);
     for (double share : {0.0, 0.1, 1.0}) {
       Vector6 away;
       away << 0.2, -0.1, 0.3, 1.0, -2.0, 0.5;
       const PoseBlock block = block_of(scene.pose.boxplus(share * away));
+      const Eigen::Matrix<double, 9, 1> motion = Eigen::Matrix<double, 9, 1>::Zero();
       const auto normal_equations = [&](const ceres::CostFunction& factor) {
         Eigen::VectorXd residual(factor.num_residuals());
         Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor> ambient(factor.num_residuals(), 7);
-        const double* parameters[] = {block.data()};
-        double* jacobians[] = {ambient.data()};
+        const double* parameters[] = {block.data(), motion.data()};
+        double* jacobians[] = {ambient.data(), nullptr};
         factor.Evaluate(parameters, residual.data(), jacobians);
         Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
         manifold.PlusJacobian(block.data(), plus.data());

@@ -29,8 +29,7 @@ void add_predicted(SlidingWindow& window, const Drive& truth, std::size_t k, con
 
 void set_scan(SlidingWindow& window, const Scan& points, const PoseMask& mask = {}) {
   const std::size_t newest = window.size() - 1;
-  window.set_lidar(newest, condense(points.matches, window.state(newest).T_map_imu), points.matches, mask,
-                   Matrix6::Zero());
+  window.set_lidar(newest, condense_scan(points.matches, window.state(newest).T_map_imu), points.matches, mask);
 }
 
 Matrix6 covariance_of(const SlidingWindow& window, std::size_t k) {
@@ -128,11 +127,10 @@ double drive_through(const Tunnel& place, std::uint64_t seed, const Visitor& at)
     // Correspondences and linearization centimetres off.
     const Pose guess =
         window.state(newest).T_map_imu.boxplus(0.02 * (Vector6() << random.vector(), random.vector()).finished());
-    window.set_lidar(newest, condense(points.matches, guess), points.matches, axis_mask(place.axis, guess),
-                     Matrix6::Zero());
+    window.set_lidar(newest, condense_scan(points.matches, guess), points.matches, axis_mask(place.axis, guess));
     window.solve();
-    window.set_lidar(newest, condense(points.matches, window.state(newest).T_map_imu), points.matches,
-                     axis_mask(place.axis, window.state(newest).T_map_imu), Matrix6::Zero());
+    window.set_lidar(newest, condense_scan(points.matches, window.state(newest).T_map_imu), points.matches,
+                     axis_mask(place.axis, window.state(newest).T_map_imu));
     window.solve();
 
     propagate(truth.truth[k - 1], truth.samples[k], options.noise, &covariance);

@@ -41,6 +41,7 @@ struct Drive {
   std::vector<Time> times;                      ///< of the keyframes
   std::vector<NavState> truth;                  ///< at the keyframes
   std::vector<std::vector<ImuSample>> samples;  ///< samples[k]: from keyframe k − 1 to k; none for the first
+  std::vector<std::vector<Pose>> between;       ///< between[k][i]: T_map_imu, true, at the end of the i-th interval of samples[k]
 };
 
 struct DriveOptions {
@@ -67,6 +68,7 @@ inline Drive drive(const DriveOptions& options, Random& random) {
   for (int k = 0; k < options.keyframes; ++k) {
     const Time time = static_cast<Time>(k) * from_seconds(options.period_s);
     std::vector<ImuSample> samples;
+    std::vector<Pose> between;
     for (int i = 0; k > 0 && i < options.samples; ++i) {
       const Time start = time - from_seconds(options.period_s) + i * from_seconds(dt);
       const double t = to_seconds(start) + 0.5 * dt;
@@ -82,6 +84,7 @@ inline Drive drive(const DriveOptions& options, Random& random) {
       sample.time += from_seconds(dt);
       samples.push_back(sample);
       integrate({dt, turn_rate, force}, state.gravity, 1.0, state.T_map_imu, state.velocity);
+      between.push_back(state.T_map_imu);
     }
     if (k > 0) {
       gyroscope_bias += random.vector(walk * options.noise.gyroscope_bias_random_walk);
@@ -92,6 +95,7 @@ inline Drive drive(const DriveOptions& options, Random& random) {
     result.times.push_back(time);
     result.truth.push_back(state);
     result.samples.push_back(std::move(samples));
+    result.between.push_back(std::move(between));
   }
   return result;
 }

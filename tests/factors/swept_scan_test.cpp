@@ -1,0 +1,121 @@
+// Scans taken while the robot moves, deskewed by the same noisy IMU that joins the keyframes.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "core/imu/propagation.h"
+#include "factors/sliding_window.h"
+#include "tests/factors/window_scene.h"
+
+namespace lodestone {
+namespace {
+
+constexpr double kPointNoiseM = 0.01;
+constexpr double kRangeM = 10.0;
+
+/// What a LiDAR sees of a room while its beam goes round once a step: points in body axes of their own times.
+struct Sweep {
+  std::vector<Plane> planes;
+  std::vector<Vector3> points;
+  std::vector<std::size_t> interval;  // of the IMU, at whose end each was taken
+};
+
+Sweep sweep_of(const std::vector<Pose>& between, const std::vector<Vector3>& normals, int points_an_interval, Random& random) {
+  Sweep result;
+  for (std::size_t i = 0; i < between.size(); ++i) {
+    const double angle = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(between.size());
+    for (int j = 0; j < points_an_interval; ++j) {
+      const Vector3 ahead(std::cos(angle), std::sin(angle), 0.0);
+      const Vector3 point = kRangeM * ahead + random.vector(0.2 * kRangeM);
+      const Vector3& normal = normals[(i * static_cast<std::size_t>(points_an_interval) + static_cast<std::size_t>(j)) % normals.size()];
+      Plane plane;
+      plane.normal = normal.cast<float>();
+      plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
+      plane.center = (between[i] * point + kPointNoiseM * random.normal() * normal).cast<float>();
+      result.planes.push_back(plane);
+      result.points.push_back(point);
+      result.interval.push_back(i);
+    }
+  }
+  return result;
+}
+
+std::vector<Correspondence> deskewed(const Sweep& sweep, const ScanMotion& motion, double step_s, std::size_t intervals) {
+  std::vector<Correspondence> result;
+  for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+    const double age_s = step_s * static_cast<double>(intervals - 1 - sweep.interval[i]) / static_cast<double>(intervals);
+    const Pose T_end_t = motion.relative_pose(motion.end_time() - from_seconds(age_s));
+    Correspondence match{(T_end_t * sweep.points[i]).cast<float>(), &sweep.planes[i], static_cast<float>(kPointNoiseM * kPointNoiseM)};
+    match.age_s = static_cast<float>(age_s);
+    result.push_back(match);
+  }
+  return result;
+}
+
+struct Nees {
+  double causal = 0.0;
+  double smoothed = 0.0;
+};
+
+/// Per degree of freedom, over drives whose noise is what the factors assume. `knows`: whether the factor is told what the
+/// scan was deskewed with.
+Nees nees_of_drives(int runs, bool knows) {
+  constexpr std::size_t kWindow = 15;
+  Nees result;
+  for (int run = 0; run < runs; ++run) {
+    Random random(300 + static_cast<std::uint64_t>(run));
+    DriveOptions options;
+    options.keyframes = 30;
+    const Drive truth = drive(options, random);
+    const std::vector<Vector3> normals = room_normals(random);
+    const Matrix17 covariance = start_covariance();
+    SlidingWindow window(0, truth.truth[0].boxplus(random.draw(covariance)), covariance, 0, options.noise, {});
+    for (std::size_t k = 1; k < truth.truth.size(); ++k) {
+      window.add_keyframe(truth.times[k], propagate(window.state(window.size() - 1), truth.samples[k], options.noise, nullptr),
+                          truth.samples[k]);
+      const std::size_t newest = window.size() - 1;
+      const Sweep sweep = sweep_of(truth.between[k], normals, 6, random);
+      for (int pass = 0; pass < 2; ++pass) {
+        const NavState state = window.state(newest);
+        const ScanMotion motion(state, truth.samples[k]);
+        const std::vector<Correspondence> matches = deskewed(sweep, motion, options.period_s, truth.between[k].size());
+        window.set_lidar(newest,
+                         condense_scan(matches, state.T_map_imu, knows ? Deskewing(state, motion, options.noise) : Deskewing{}),
+                         matches, {});
+        window.solve();
+      }
+      if (window.size() > kWindow) window.marginalize_oldest();
+    }
+    const auto nees = [&](std::size_t k) {
+      const Vector6 error = window.state(k).T_map_imu.boxminus(truth.truth[truth.truth.size() - window.size() + k].T_map_imu);
+      return error.dot(window.pose_covariances(std::array<std::size_t, 1>{k}).front().ldlt().solve(error)) / (6.0 * runs);
+    };
+    result.causal += nees(window.size() - 1);
+    result.smoothed += nees(0);
+  }
+  return result;
+}
+
+TEST(SweptScans, TheWindowsCovarianceIsThatOfItsErrors) {
+  constexpr int kRuns = 100;
+  const Nees nees = nees_of_drives(kRuns, true);
+  std::printf("NEES per degree of freedom: %.3f causal, %.3f smoothed\n", nees.causal, nees.smoothed);
+  // Four sigmas of a mean of chi squares, and a tenth for what three modes leave of the bridge and what second order adds.
+  const double spread = 4.0 * std::sqrt(2.0 / (6.0 * kRuns));
+  for (const double value : {nees.causal, nees.smoothed}) {
+    EXPECT_GT(value, 1.0 - spread);
+    EXPECT_LT(value, 1.1 + spread);
+  }
+}
+
+TEST(SweptScans, TakenAtOnceTheyPretendToKnowMore) {
+  const Nees nees = nees_of_drives(20, false);
+  std::printf("NEES per degree of freedom: %.3f causal, %.3f smoothed\n", nees.causal, nees.smoothed);
+  EXPECT_GT(nees.causal, 2.0);
+  EXPECT_GT(nees.smoothed, 2.0);
+}
+
+}  // namespace
+}  // namespace lodestone
