@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 
 class BagSourceTest : public ::testing::Test {
  protected:
-  Measurements read() {
+  Contents read() {
     log.write(path);
     return read_all(path, platform());
   }
@@ -45,7 +45,7 @@ class BagSourceTest : public ::testing::Test {
 };
 
 TEST_F(BagSourceTest, GivesEveryMeasurementInItsUnit) {
-  const Measurements contents = read();
+  const Contents contents = read();
   ASSERT_EQ(contents.scans.size(), 20U);
   const LidarScan& scan = contents.scans[3];
   EXPECT_EQ(scan.start, log.start + 3 * SyntheticLog::period);
@@ -70,8 +70,8 @@ TEST_F(BagSourceTest, TheCalibrationOfAMagnetometerIsTakenOff) {
   Platform calibrated = log.platform();
   calibrated.magnetometers[1].hard_iron_ut = Vector3(5.0, -3.0, 8.0);
   calibrated.magnetometers[1].soft_iron_correction << 1.02, 0.1, 0.0, -0.02, 0.99, 0.01, 0.0, 0.03, 1.0;
-  const Measurements before = read_all(path, log.platform());
-  const Measurements after = read_all(path, calibrated);
+  const Contents before = read_all(path, log.platform());
+  const Contents after = read_all(path, calibrated);
   EXPECT_EQ(first_field(after, 0), first_field(before, 0));
   const MagnetometerMessageLayout& layout = calibrated.magnetometers[1];
   EXPECT_LT((first_field(after, 1) - layout.soft_iron_correction * (first_field(before, 1) - layout.hard_iron_ut)).norm(), 1e-12);
@@ -152,7 +152,7 @@ TEST_F(BagSourceTest, NanPointsAreDroppedAndCounted) {
     if (scan == 2) SyntheticLog::put(data, 11, 0, none, 12);
     return true;
   };
-  const Measurements contents = read();
+  const Contents contents = read();
   EXPECT_EQ(contents.scans[2].points.size(), 2046U);
   EXPECT_EQ(contents.scans[2].points[10].position.x(), 10.0F + 0.001F * 12.0F);
   EXPECT_EQ(contents.scans[2].points[10].offset_ns, SyntheticLog::period / 2048 * 12);
@@ -166,7 +166,7 @@ TEST_F(BagSourceTest, AnEmptyScanIsCountedAndKeepsItsTime) {
     data.clear();
     return true;
   };
-  const Measurements contents = read();
+  const Contents contents = read();
   ASSERT_EQ(contents.scans.size(), 20U);
   EXPECT_TRUE(contents.scans[5].points.empty());
   EXPECT_EQ(contents.scans[5].end - contents.scans[5].start, SyntheticLog::period);
@@ -209,7 +209,7 @@ TEST_F(BagSourceTest, AMagnetometerInTeslaIsRefusedWhereThePlatformSaysMicrotesl
 
 TEST_F(BagSourceTest, AnImuGapIsCounted) {
   log.on_imu = [](int i, ros1::ImuMessage&) { return i < 100 || i >= 130; };
-  const Measurements contents = read();
+  const Contents contents = read();
   EXPECT_EQ(contents.warnings.count("imu.gap"), 1);
   EXPECT_THAT(contents.warnings.entries().at("imu.gap").first_detail, HasSubstr("0.155 s without a sample"));
 }
@@ -228,7 +228,7 @@ TEST_F(BagSourceTest, StampsThatGoBackAreDroppedAndCounted) {
     if (i == 9 && magnetometer == 0) field.stamp -= 2 * SyntheticLog::field_period;
     return true;
   };
-  const Measurements contents = read();
+  const Contents contents = read();
   EXPECT_EQ(contents.imu.size(), 403U);
   EXPECT_EQ(contents.scans.size(), 19U);
   EXPECT_EQ(contents.warnings.count("imu.stamp_back"), 1);
@@ -243,7 +243,7 @@ TEST_F(BagSourceTest, OneStampInTheFarFutureDoesNotSpoilTheRest) {
     if (i == 50) imu.stamp += 3'600'000'000'000;
     return true;
   };
-  const Measurements contents = read();
+  const Contents contents = read();
   EXPECT_EQ(contents.imu.size(), 404U);
   EXPECT_EQ(contents.warnings.count("imu.stamp_jump"), 1);
 }
@@ -258,7 +258,7 @@ TEST_F(BagSourceTest, SamplesThatAreNotFiniteAreDroppedAndCounted) {
     if (i == 150) field.field_tesla[0] = nan;
     return true;
   };
-  const Measurements contents = read();
+  const Contents contents = read();
   EXPECT_EQ(contents.warnings.count("imu.not_finite"), 1);
   EXPECT_EQ(contents.warnings.count("magnetometer.not_finite"), 2);
 }
@@ -277,13 +277,13 @@ TEST_F(BagSourceTest, ClocksThatDifferAreRefused) {
 }
 
 TEST_F(BagSourceTest, ScanStampsAtTheEndAndAbsolutePointTimesMeanTheSame) {
-  const Measurements expected = read();
+  const Contents expected = read();
   change_platform = [](Platform& platform) { platform.lidar.stamp = ScanStamp::end; };
   log.on_scan = [](int, ros1::PointCloudMessage& cloud, auto&) {
     cloud.stamp += SyntheticLog::period / 2048 * 2047;
     return true;
   };
-  const Measurements at_end = read();
+  const Contents at_end = read();
   EXPECT_EQ(at_end.scans[3].start, expected.scans[3].start);
   EXPECT_EQ(at_end.scans[3].end, expected.scans[3].end);
 
@@ -302,7 +302,7 @@ TEST_F(BagSourceTest, ScanStampsAtTheEndAndAbsolutePointTimesMeanTheSame) {
     platform.lidar.time_unit = PointTimeUnit::seconds;
     platform.lidar.ring_field.clear();
   };
-  const Measurements absolute = read();
+  const Contents absolute = read();
   EXPECT_NEAR(static_cast<double>(absolute.scans[3].start - expected.scans[3].start), 0.0, 300.0);
   EXPECT_NEAR(absolute.scans[3].points[99].offset_ns, expected.scans[3].points[99].offset_ns, 600.0);
 }

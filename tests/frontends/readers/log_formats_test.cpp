@@ -19,18 +19,18 @@ using testing::TemporaryFolder;
 using ::testing::HasSubstr;
 
 /// Every message of every topic, by its bytes: how many, and their sum over a simple hash.
-struct Contents {
+struct FormatContents {
   std::map<std::string, std::int64_t> counts;
   std::map<std::string, std::uint64_t> hashes;
 };
 
-Contents contents_of(const std::string& path) {
+FormatContents contents_of(const std::string& path) {
   WarningLog warnings;
   const auto source = open_log(path, warnings);
   std::vector<std::string> names;
   for (const TopicInfo& topic : source->topics()) names.push_back(topic.name);
   source->select(names);
-  Contents contents;
+  FormatContents contents;
   Time previous = 0;
   for (RawMessage message; source->next(message);) {
     EXPECT_GE(message.record_time, previous);
@@ -96,8 +96,8 @@ TEST(RealLogs, AnMcapFileOfLibmcapHoldsWhatItsStatisticsSay) {
 TEST(RealLogs, SqliteAndMcapOfOneRecordingHoldTheSame) {
   LODESTONE_REAL_DATA(sqlite, "bags/rosbags-rs-db3");
   LODESTONE_REAL_DATA(mcap, "bags/rosbags-rs-mcap");
-  const Contents a = contents_of(sqlite);
-  const Contents b = contents_of(mcap);
+  const FormatContents a = contents_of(sqlite);
+  const FormatContents b = contents_of(mcap);
   EXPECT_EQ(a.counts, b.counts);
   EXPECT_EQ(a.counts.size(), 94U);
   for (const auto& [topic, count] : a.counts) EXPECT_EQ(count, 2) << topic;
