@@ -117,6 +117,15 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
   return result;
 }
 
+SweptCost share_error(const CondensedCost& cost, const Pose& T_map_imu, const Matrix6& common) {
+  const Matrix13x6 columns = cost.moment * cost.coordinates_jacobian(T_map_imu);
+  const Matrix6 own = common.inverse() + cost.coordinates_jacobian(T_map_imu).transpose() * columns;
+  SweptCost result;
+  result.given_both.topLeftCorner<13, 13>() = cost.moment - columns * own.llt().solve(columns.transpose());
+  result.given_end = result.given_both;
+  return result;
+}
+
 CondensedScan condense_scan(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                             const Deskewing& deskewing) {
   CondensedScan result;

@@ -25,6 +25,10 @@ struct SweptCost {
 SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                 const Deskewing& deskewing);
 
+/// Instead of that: deskewing's error as one pose error of covariance `common` (φ, p) that all points share, independent of all
+/// states. The information H becomes H (I + common H)⁻¹.
+SweptCost share_error(const CondensedCost& cost, const Pose& T_map_imu, const Matrix6& common);
+
 /// A scan as the window takes it up: what its points say, and what they were deskewed with.
 struct CondensedScan {
   CondensedCost cost;

@@ -49,6 +49,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
     // One scan of IMU adds little beside what velocity is uncertain to.
     keyframe->predicted_covariance = keyframes_.back()->estimate.covariance;
+    keyframe->degeneracy = keyframes_.back()->degeneracy;  // until it is analysed
     const double step_s = to_seconds(bundle.scan.end - keyframes_.back()->estimate.time);
     keyframe->predicted_covariance.diagonal().head<3>().array() +=
         std::pow(input_.suite.imu.gyroscope_noise_density, 2) * step_s;

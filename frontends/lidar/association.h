@@ -17,7 +17,7 @@ struct AssociationOptions {
   double huber_sigmas = 2.0;
   double angular_noise_rad = 3e-4;
   double surface_roughness_m = 0.002;
-  double map_error_repeats = 3.0;
+  double map_error_repeats = 5.0;
 
   template <class Visitor>
   void visit(Visitor& visitor) {

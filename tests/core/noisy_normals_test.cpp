@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kNoiseM = 0.01;
 constexpr double kTiltRad = 0.02;
+constexpr double kLeverM = 0.07;  // of points about the centres of their planes
 constexpr double kAway_m = 0.04;
 
 struct Errors {
@@ -44,9 +45,13 @@ Errors errors_of_one(std::uint64_t seed) {
     const Vector3 tilted = (facing + kTiltRad * (normal(generator) * side + normal(generator) * other)).normalized();
     plane.normal = tilted.cast<float>();
     plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
-    plane.center = (pose * point + kNoiseM * normal(generator) * facing).cast<float>();
+    // The surface goes on for ever: where on it the plane's centre lies hangs on where the point is thought to be.
+    const Vector3 thought = point + kLeverM * (normal(generator) * side + normal(generator) * other);
+    const double height = facing.dot(pose * point - thought) + kNoiseM * normal(generator);
+    plane.center = (thought + height * facing).cast<float>();
     plane.major_tilt_variance = plane.minor_tilt_variance = static_cast<float>(kTiltRad * kTiltRad);
-    matches.push_back({point.cast<float>(), &plane, static_cast<float>(kNoiseM * kNoiseM)});
+    const double variance = kNoiseM * kNoiseM + 2.0 * kTiltRad * kTiltRad * kLeverM * kLeverM;
+    matches.push_back({point.cast<float>(), &plane, static_cast<float>(variance)});
   }
   const CondensedCost cost = condense(matches, Pose{});
   const Matrix6 information = cost.hessian(Pose{});
