@@ -117,6 +117,10 @@ class StartCheck {
   Fit fit_with(const Pose& T_imu_lidar) const {
     LidarModel lidar = material_.platform.suite.lidar;
     lidar.T_imu_lidar = T_imu_lidar;
+    // One scan alone, from a poor start: wider gates than an estimate wants that knows its pose.
+    AssociationOptions association;
+    association.map_error_repeats = 30.0;
+    association.surface_roughness_m = 0.005;
     std::vector<Eigen::Vector3f> points;
     for (const Eigen::Vector3f& point : material_.odometry.points.front()) {
       points.push_back((T_imu_lidar * point.cast<double>()).cast<float>());
@@ -131,7 +135,7 @@ class StartCheck {
       Pose from = material_.start;
       from.position += search_step_m * Vector3(place % search_places - search_places / 2,
                                                place / search_places - search_places / 2, 0.0);
-      const Pose pose = register_scan(points, from, *map_, lidar, AssociationOptions{}).T_map_imu;
+      const Pose pose = register_scan(points, from, *map_, lidar, association).T_map_imu;
       const ScanAgreement found = agreement(points, pose, *map_);
       if (found.cost > (i == 0 ? 1.0 : clearly_lower) * fit.registered.cost) continue;
       fit.T_map_imu = pose;

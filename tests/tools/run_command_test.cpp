@@ -155,7 +155,8 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused("run " + path("truth.tum") + rest + " --cloud " + path("cloud.pcd"), "truth.tum");
   expect_refused("run " + path("log.bag") + rest + " --cloud " + path("nowhere.pcd"), "nowhere.pcd");
   const std::string whole = content_of(folder_ / "log.bag");
-  std::ofstream(folder_ / "cut.bag", std::ios::binary) << whole.substr(0, whole.size() / 2);
+  // Nothing but its head; what is cut later is read up to there (CutBagTest).
+  std::ofstream(folder_ / "cut.bag", std::ios::binary) << whole.substr(0, 1000);
   expect_refused("run " + path("cut.bag") + rest + " --cloud " + path("cloud.pcd"), "cut.bag");
   expect_refused("run " + path("log.bag") + rest + " --magnetic " + path("nowhere.yaml"), "nowhere.yaml");
   expect_refused("run " + path("log.bag") + rest, "--magnetic");
