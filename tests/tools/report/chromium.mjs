@@ -77,6 +77,7 @@ export class Chromium {
       await Promise.race([ended, new Promise((resolve) => setTimeout(resolve, 5000))]);
       if (this.#process.exitCode == null) this.#process.kill('SIGKILL');
     }
-    rmSync(this.#profile, { recursive: true, force: true, maxRetries: 5 });
+    // Helpers of the browser write for a moment after it is gone.
+    rmSync(this.#profile, { recursive: true, force: true, maxRetries: 50, retryDelay: 100 });
   }
 }
