@@ -154,7 +154,7 @@ void KeyframeMeasurements::set_lidar(const Keyframe& keyframe, std::size_t k, Sl
   const Matrix6 mask = keyframe.degeneracy.lidar_projector();
   if (keyframe.degeneracy.degenerate_directions == 0) {
     window.set_lidar(k, keyframe.lidar, keyframe.correspondences,
-                     PoseMask(keyframe.lidar.cost.seen_share(keyframe.associated), keyframe.associated));
+                     PoseMask(keyframe.lidar.cost.seen_share(keyframe.associated) * mask, keyframe.associated));
     return;
   }
   // Where a direction is hidden the rates are not looked at: what little they pretend to know along it drove the velocity
