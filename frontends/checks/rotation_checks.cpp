@@ -190,7 +190,7 @@ Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_
 }
 
 Findings check_step(const RotationFit& fit, const Platform& platform) {
-  if (fit.bias_step_rad_s <= std::max(telling_step_rad_s, step_sigmas * fit.bias_step_sigma_rad_s)) return {};
+  if (fit.bias_step_rad_s <= std::max(telling_step_rad_s, rotation_step_sigmas * fit.bias_step_sigma_rad_s)) return {};
   if (fit.tells() && fit.axis_error_rad >= axis_tolerance_rad) return {};
   return {{Severity::warning, "imu.gyroscope_step",
            fmt::format("{}: the gyroscope's bias steps by {:.4f} rad/s against the LiDAR's turns", platform.imu.topic,
