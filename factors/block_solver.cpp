@@ -62,7 +62,7 @@ double BlockSolver::linearize() {
     const std::size_t count = std::min(kBatch, places_.size() - first);
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
       const Place& place = places_[first + i];
-      LinearizedFactor linear = lodestone::linearize(*place.factor, false);
+      LinearizedFactor linear = lodestone::linearize(*place.factor);
       Eigen::Index from = 0;
       Eigen::Index to = 0;
       for (std::size_t b = 0; b < place.constant.size(); ++b) {

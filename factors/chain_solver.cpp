@@ -19,7 +19,7 @@ int shared_size(const ChainVariables& variables) {
 /// Ambient Jacobian (row-major) to the tangent one, into the columns of the system's rows.
 void place_jacobian(const WindowBlock& block, const double* ambient, int count, double* to, int stride) {
   const int ambient_size = static_cast<int>(block.values.size());
-  if (block.kind == BlockKind::euclidean) {
+  if (is_linear(block.kind)) {
     for (int row = 0; row < count; ++row) std::copy_n(ambient + row * ambient_size, ambient_size, to + row * stride);
   } else if (block.kind == BlockKind::pose) {
     Eigen::Matrix<double, 7, 6, Eigen::RowMajor> step;

@@ -1,10 +1,10 @@
 #include "factors/condensed_lidar_factor.h"
 
+#include "core/registration/square_root.h"
 #include "factors/manifolds.h"
 
 namespace lodestone {
 
-using Matrix19x3 = Eigen::Matrix<double, 19, 3>;
 using Matrix19x6 = Eigen::Matrix<double, 19, 6>;
 
 CondensedLidarFactor::CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, bool has_before) {
@@ -39,7 +39,7 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   if (jacobians[0] != nullptr) {
     Matrix19x6 by_end = root_.leftCols<13>() * cost_.coordinates_jacobian(seen);
     if (mask_.active()) by_end = (by_end * seen_by_end).eval();
-    by_end.leftCols<3>() += by_rates.leftCols<3>() * by_states.turn_by_end;
+    by_end.leftCols<3>() += by_rates.leftCols<3>() * by_states.turn_by_end + by_rates.rightCols<3>() * by_states.shift_by_end;
     to_ambient(parameters[0], by_end, jacobians[0]);
   }
   if (jacobians[1] != nullptr) {

@@ -18,6 +18,9 @@ class CondensedLidarFactor final : public ceres::CostFunction {
 
   void set(const CondensedScan& scan, const PoseMask& mask);
 
+  void set_mask(const PoseMask& mask) { mask_ = mask; }
+  const PoseMask& mask() const { return mask_; }
+
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   /// For checkpoints.

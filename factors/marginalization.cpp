@@ -40,7 +40,7 @@ MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<Windo
   Eigen::MatrixXd system = Eigen::MatrixXd::Zero(rows, columns.size + 1);
   Eigen::Index row = 0;
   for (const WindowFactor& factor : factors) {
-    const LinearizedFactor part = linearize(factor, true);
+    const LinearizedFactor part = linearize(factor);
     int column = 0;
     for (WindowBlock* block : factor.blocks) {
       const int size = block->tangent_size();
@@ -70,18 +70,7 @@ MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<Windo
   prior.root = remaining.leftCols(kept);
   prior.offset = remaining.rightCols<1>();
 
-  // The residual holds at the current values; the prior measures from the first estimates.
-  for (std::size_t i = eliminated.size(); i < columns.blocks.size(); ++i) {
-    WindowBlock* block = columns.blocks[i];
-    prior.blocks.push_back(block);
-    if (block->first_estimate.empty()) {
-      block->first_estimate = block->values;
-      continue;
-    }
-    const PriorBlock reference{block->kind, block->first_estimate};
-    prior.offset -= prior.root.middleCols(columns.starts[i] - gone, block->tangent_size()) *
-                    reference.difference(block->values.data());
-  }
+  prior.blocks.assign(columns.blocks.begin() + static_cast<std::ptrdiff_t>(eliminated.size()), columns.blocks.end());
   return prior;
 }
 

@@ -19,6 +19,7 @@ class PointPlaneFactor final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   const std::vector<Correspondence>& correspondences() const { return correspondences_; }
+  void set_mask(const PoseMask& mask) { mask_ = mask; }
   const PoseMask& mask() const { return mask_; }
 
   /// Keeps what the correspondences point into, where no map does.

@@ -1,21 +1,23 @@
 #pragma once
 
-#include "core/geometry/pose.h"
+#include "core/geometry/slide.h"
 
 namespace lodestone {
 
 /// Lets a factor look at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost as in derivatives. What lies in the null space of
-/// P is hidden from the factor; x₀ moves with every re-association (docs/architecture.md).
+/// P is hidden from the factor, along a bend as well where it is told of it; x₀ moves with every re-association
+/// (docs/architecture.md).
 class PoseMask {
  public:
   /// Nothing hidden.
   PoseMask() = default;
 
-  /// `projector`: P, tangent order φ, p. `reference`: x₀.
-  PoseMask(const Matrix6& projector, const Pose& reference)
-      : active_(!projector.isIdentity(1e-12)), projector_(projector), reference_(reference) {}
+  /// `projector`: P, tangent order φ, p. `reference`: x₀. `slide`: about x₀, of the direction that P hides.
+  PoseMask(const Matrix6& projector, const Pose& reference, const Slide& slide = {})
+      : active_(!projector.isIdentity(1e-12)), projector_(projector), reference_(reference), slide_(slide) {}
 
   bool active() const { return active_; }
+  const Slide& slide() const { return slide_; }
 
   /// The pose the factor sees; with `jacobian`, ∂(seen)/∂(x) in the right tangents of both, 6×6.
   Pose apply(const Pose& pose, Matrix6* jacobian) const {
@@ -23,11 +25,10 @@ class PoseMask {
       if (jacobian != nullptr) jacobian->setIdentity();
       return pose;
     }
-    const Vector6 step = pose.boxminus(reference_);
-    const Vector6 seen = projector_ * step;
+    const SlideDifference step = difference_along(slide_, pose, reference_);
+    const Vector6 seen = projector_ * step.value;
     if (jacobian != nullptr) {
-      *jacobian = projector_;
-      jacobian->leftCols<3>() *= so3::right_jacobian_inverse(step.head<3>());
+      *jacobian = projector_ * step.by_tangent;
       jacobian->topRows<3>() = (so3::right_jacobian(seen.head<3>()) * jacobian->topRows<3>()).eval();
     }
     return reference_.boxplus(seen);
@@ -36,7 +37,7 @@ class PoseMask {
   /// For checkpoints.
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(active_, projector_, reference_);
+    archive(active_, projector_, reference_, slide_);
   }
 
   /// What of a small motion (φ, p) of the robot the factor sees, and of a derivative by one.
@@ -51,6 +52,7 @@ class PoseMask {
   bool active_ = false;
   Matrix6 projector_ = Matrix6::Identity();
   Pose reference_;
+  Slide slide_;
 };
 
 }  // namespace lodestone

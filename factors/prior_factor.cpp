@@ -1,49 +1,101 @@
 #include "factors/prior_factor.h"
 
+#include <cmath>
+
 #include "factors/manifolds.h"
 
 namespace lodestone {
 
-Eigen::VectorXd PriorBlock::difference(const double* values) const {
-  if (kind == BlockKind::pose) return to_pose(values).boxminus(to_pose(linearization.data()));
-  if (kind == BlockKind::gravity) return s2::boxminus(Vector3(values), Vector3(linearization.data()));
-  return Eigen::Map<const Eigen::VectorXd>(values, ambient_size()) -
-         Eigen::Map<const Eigen::VectorXd>(linearization.data(), ambient_size());
+namespace {
+
+using RowMajorMap = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+
+SlideDifference pose_difference(const Slide& slide, const double* values, const PriorBlock& block) {
+  const Pose then = to_pose(block.linearization.data());
+  return difference_along(slide.about(then.position), to_pose(values), then);
 }
 
-PriorFactor::PriorFactor(std::vector<PriorBlock> blocks, Eigen::MatrixXd root, Eigen::VectorXd offset)
-    : blocks_(std::move(blocks)), root_(std::move(root)), offset_(std::move(offset)) {
+}  // namespace
+
+PriorFactor::PriorFactor(std::vector<PriorBlock> blocks, Eigen::MatrixXd root, Eigen::VectorXd offset, const Slide& slide)
+    : blocks_(std::move(blocks)), root_(std::move(root)), offset_(std::move(offset)), slide_(slide) {
   set_num_residuals(static_cast<int>(root_.rows()));
   for (const PriorBlock& block : blocks_) mutable_parameter_block_sizes()->push_back(block.ambient_size());
+}
+
+bool PriorFactor::follows_pose(std::size_t block) const {
+  return slide_.any() && blocks_[block].kind == BlockKind::motion && block > 0 && blocks_[block - 1].kind == BlockKind::pose;
+}
+
+void PriorFactor::follow(const Slide& slide) {
+  constexpr double kSameWay = 0.98;  // cosine
+  Eigen::Index column = 0;
+  for (std::size_t i = 0; i < blocks_.size(); column += blocks_[i].tangent_size(), ++i) {
+    if (blocks_[i].kind != BlockKind::pose || !slide_.any() || !slide.any()) continue;
+    const Pose pose = to_pose(blocks_[i].linearization.data());
+    const Slide before = slide_.about(pose.position);
+    const Slide now = slide.about(pose.position);
+    const double same = before.direction.dot(now.direction);
+    if (std::abs(same) < kSameWay) continue;
+    // Old less new; a slide has no sign of its own.
+    const double sign = same < 0.0 ? -1.0 : 1.0;
+    const Vector3 turn = sign * before.turn - now.turn;
+    Eigen::VectorXd moved = root_.middleCols<3>(column) * (pose.rotation.conjugate() * turn) +
+                            root_.middleCols<3>(column + 3) * (sign * before.direction - now.direction);
+    if (i + 1 < blocks_.size() && follows_pose(i + 1)) {
+      moved += root_.middleCols<3>(column + 6) * turn.cross(Vector3(blocks_[i + 1].linearization.data()));
+    }
+    root_.middleCols<3>(column + 3) += moved * now.direction.transpose();
+  }
+  slide_ = slide;
 }
 
 bool PriorFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   Eigen::Map<Eigen::VectorXd> residual(residuals, root_.rows());
   residual = offset_;
   Eigen::Index column = 0;
+  SlideDifference pose;  // the last pose's
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const PriorBlock& block = blocks_[i];
-    const int size = block.tangent_size();
-    const auto part = root_.middleCols(column, size);
-    const Eigen::VectorXd difference = block.difference(parameters[i]);
-    residual += part * difference;
-    column += size;
-    if (jacobians == nullptr || jacobians[i] == nullptr) continue;
+    const double* values = parameters[i];
+    const auto part = root_.middleCols(column, block.tangent_size());
+    column += block.tangent_size();
+    double* ambient = jacobians == nullptr ? nullptr : jacobians[i];
     if (block.kind == BlockKind::pose) {
-      Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian = part;
-      jacobian.leftCols<3>() = (jacobian.leftCols<3>() * so3::right_jacobian_inverse(difference.head<3>())).eval();
-      to_ambient(parameters[i], jacobian, jacobians[i]);
-      continue;
-    }
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> ambient(
-        jacobians[i], root_.rows(), block.ambient_size());
-    if (block.kind == BlockKind::gravity) {
-      const Vector3 gravity(parameters[i]);
+      pose = pose_difference(slide_, values, block);
+      residual += part * pose.value;
+      if (ambient == nullptr) continue;
+      Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian = part * pose.by_tangent;
+      if (i + 1 < blocks_.size() && follows_pose(i + 1)) {
+        const Vector3 turn = slide_.about(to_pose(block.linearization.data()).position).turn;
+        const Vector3 velocity = pose.unslid.back * Vector3(parameters[i + 1]);
+        const Vector3 then(blocks_[i + 1].linearization.data());
+        jacobian.rightCols<3>() += root_.middleCols<3>(column) * turn.cross(then - velocity) * pose.unslid.by_position.transpose();
+      }
+      to_ambient(values, jacobian, ambient);
+    } else if (block.kind == BlockKind::gravity) {
+      const Vector3 gravity(values);
+      const Vector3 then(block.linearization.data());
+      residual += part * s2::boxminus(gravity, then);
+      if (ambient == nullptr) continue;
       // Tangent to ambient by the manifold's own inverse step, B(g)ᵀ hat(g) / |g|².
-      ambient = part * s2::boxminus_jacobian(gravity, Vector3(block.linearization.data())) *
-                (s2::basis(gravity).transpose() * so3::hat(gravity) / gravity.squaredNorm());
+      RowMajorMap(ambient, root_.rows(), 3) = part * s2::boxminus_jacobian(gravity, then) *
+                                              (s2::basis(gravity).transpose() * so3::hat(gravity) / gravity.squaredNorm());
     } else {
-      ambient = part;
+      const int size = block.ambient_size();
+      const Eigen::Map<const Eigen::VectorXd> then(block.linearization.data(), size);
+      Eigen::VectorXd difference = Eigen::Map<const Eigen::VectorXd>(values, size) - then;
+      const bool slides = follows_pose(i);
+      if (slides) {
+        const Vector3 turn = slide_.about(to_pose(blocks_[i - 1].linearization.data()).position).turn;
+        difference.head<3>() = pose.unslid.back * Vector3(values) - then.head<3>() +
+                               pose.unslid.distance_m * turn.cross(Vector3(then.head<3>()));
+      }
+      residual += part * difference;
+      if (ambient == nullptr) continue;
+      RowMajorMap by_values(ambient, root_.rows(), size);
+      by_values = part;
+      if (slides) by_values.leftCols(3) = part.leftCols(3) * pose.unslid.back.toRotationMatrix();
     }
   }
   return true;

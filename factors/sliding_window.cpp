@@ -20,6 +20,11 @@ void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
   Eigen::Map<Vector9>(motion.values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
 }
 
+Slide slide_of(const WindowFactor& lidar) {
+  if (const auto* condensed = dynamic_cast<const CondensedLidarFactor*>(lidar.function)) return condensed->mask().slide();
+  return static_cast<const PointPlaneFactor*>(lidar.function)->mask().slide();
+}
+
 }  // namespace
 
 SlidingWindow::SlidingWindow(int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options)
@@ -38,7 +43,7 @@ SlidingWindow::SlidingWindow(int magnetometers, const ImuNoise& noise, const Sli
 SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
                              const ImuNoise& noise, const SlidingWindowOptions& options)
     : SlidingWindow(magnetometers, noise, options) {
-  gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}, {}};
+  gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}};
   add_block(gravity_);
   auto keyframe = std::make_unique<Keyframe>();
   keyframe->time = time;
@@ -48,12 +53,11 @@ SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& c
 
   MarginalPrior prior;
   prior.blocks = {&keyframe->pose, &keyframe->motion, &gravity_};
-  for (WindowBlock* block : prior.blocks) block->first_estimate = block->values;
   const Eigen::LLT<Matrix17> factor(covariance);
   prior.root = factor.matrixL().solve(Matrix17::Identity());
   prior.offset = Eigen::VectorXd::Zero(tangent::size);
   keyframes_.push_back(std::move(keyframe));
-  set_prior(std::move(prior));
+  set_prior(std::move(prior), {});
 }
 
 SlidingWindow::~SlidingWindow() = default;
@@ -87,10 +91,10 @@ void SlidingWindow::remove_factor(WindowFactor& factor) {
   factor = {};
 }
 
-void SlidingWindow::set_prior(MarginalPrior prior) {
+void SlidingWindow::set_prior(MarginalPrior prior, const Slide& slide) {
   std::vector<PriorBlock> blocks;
-  for (const WindowBlock* block : prior.blocks) blocks.push_back({block->kind, block->first_estimate});
-  prior_ = add_factor(std::make_unique<PriorFactor>(std::move(blocks), std::move(prior.root), std::move(prior.offset)),
+  for (const WindowBlock* block : prior.blocks) blocks.push_back({block->kind, block->values});
+  prior_ = add_factor(std::make_unique<PriorFactor>(std::move(blocks), std::move(prior.root), std::move(prior.offset), slide),
                       prior.blocks);
 }
 
@@ -126,6 +130,19 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan, const st
     if (k > 0) blocks.push_back(&keyframes_[k - 1]->pose);
     keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(scan, mask, k > 0), blocks);
   }
+}
+
+void SlidingWindow::set_lidar_mask(std::size_t k, const PoseMask& mask) {
+  auto* function = const_cast<ceres::CostFunction*>(keyframes_[k]->lidar.function);
+  if (auto* condensed = dynamic_cast<CondensedLidarFactor*>(function)) {
+    condensed->set_mask(mask);
+  } else if (auto* points = dynamic_cast<PointPlaneFactor*>(function)) {
+    points->set_mask(mask);
+  }
+}
+
+void SlidingWindow::follow_slide(const Slide& slide) {
+  static_cast<PriorFactor*>(const_cast<ceres::CostFunction*>(prior_.function))->follow(slide);
 }
 
 SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
@@ -177,7 +194,7 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
   const bool clock = options_.magnetometer_clock_sigma_s > 0.0;
   if (clock) {
     if (!clock_prior_) {
-      clock_ = {BlockKind::euclidean, {0.0}, {}};
+      clock_ = {BlockKind::euclidean, {0.0}};
       add_block(clock_);
       clock_prior_ = add_factor(std::make_unique<RandomWalkFactor>(1, options_.magnetometer_clock_sigma_s, true), {&clock_});
     }
@@ -208,6 +225,8 @@ void SlidingWindow::marginalize_oldest() {
   next.lidar_in_prior = next.lidar && next.lidar.blocks.back() == &oldest.pose;
   if (next.lidar_in_prior) involved.push_back(next.lidar);
   std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
+  // Without a scan the slide goes on: what was not held before is not held by what was known before.
+  const Slide slide = next.lidar ? slide_of(next.lidar) : static_cast<const PriorFactor*>(prior_.function)->slide();
   // An epoch leaves with its last keyframe, once a later epoch has begun.
   BiasEpoch* leaving = nullptr;
   if (options_.magnetometer_bias_states && epochs_.size() > 1) {
@@ -252,7 +271,7 @@ void SlidingWindow::marginalize_oldest() {
   remove_block(oldest.motion);
   keyframes_.pop_front();
   if (leaving != nullptr) epochs_.pop_front();
-  set_prior(std::move(prior));
+  set_prior(std::move(prior), slide);
 }
 
 void SlidingWindow::set_state(std::size_t k, const NavState& state) {

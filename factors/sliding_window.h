@@ -48,6 +48,12 @@ class SlidingWindow {
   void set_lidar(std::size_t k, const CondensedScan& scan, const std::vector<Correspondence>& correspondences,
                  const PoseMask& mask);
 
+  /// Another mask for keyframe k's LiDAR factor, if it has one.
+  void set_lidar_mask(std::size_t k, const PoseMask& mask);
+
+  /// The prior takes the trajectory to slide this way from now on (PriorFactor::follow).
+  void follow_slide(const Slide& slide);
+
   /// Sets or renews keyframe k's field factor; without readings it goes.
   void set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
                  const std::vector<FieldReading>& readings, const PoseMask& mask);
@@ -109,7 +115,7 @@ class SlidingWindow {
                                                    const std::vector<WindowBlock*>& blocks,
                                                    const std::shared_ptr<const MagneticMap>& map,
                                                    FieldInterpolation interpolation) const;
-  void set_prior(MarginalPrior prior);
+  void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
   std::vector<const WindowFactor*> factors() const;
   ChainVariables chain_variables() const;

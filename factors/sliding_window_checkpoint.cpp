@@ -25,9 +25,15 @@ void serialize(Archive& archive, MeasuredPose& measured) {
 }
 
 template <class Archive>
+void serialize(Archive& archive, PriorBlock& block) {
+  auto& [kind, linearization] = block;
+  archive(kind, linearization);
+}
+
+template <class Archive>
 void serialize(Archive& archive, WindowBlock& block) {
-  auto& [kind, values, first_estimate] = block;
-  archive(kind, values, first_estimate);
+  auto& [kind, values] = block;
+  archive(kind, values);
 }
 
 namespace {
@@ -86,7 +92,7 @@ void SlidingWindow::save_factor(StateWriter& state, std::size_t place, const Win
   switch (role_of(place, keyframes_.size())) {
     case FactorRole::prior: {
       const auto* prior = static_cast<const PriorFactor*>(factor.function);
-      state(prior->root(), prior->offset());
+      state(prior->blocks(), prior->root(), prior->offset(), prior->slide());
       return;
     }
     case FactorRole::clock:
@@ -126,10 +132,10 @@ std::unique_ptr<ceres::CostFunction> SlidingWindow::load_factor(StateReader& sta
     case FactorRole::prior: {
       Eigen::MatrixXd root;
       Eigen::VectorXd offset;
-      state(root, offset);
       std::vector<PriorBlock> known;
-      for (const WindowBlock* block : blocks) known.push_back({block->kind, block->first_estimate});
-      return std::make_unique<PriorFactor>(std::move(known), std::move(root), std::move(offset));
+      Slide slide;
+      state(known, root, offset, slide);
+      return std::make_unique<PriorFactor>(std::move(known), std::move(root), std::move(offset), slide);
     }
     case FactorRole::clock:
     case FactorRole::walk: {

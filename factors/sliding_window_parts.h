@@ -17,8 +17,8 @@ struct SlidingWindow::BiasEpoch {
 
 struct SlidingWindow::Keyframe {
   Time time = 0;
-  WindowBlock pose{BlockKind::pose, std::vector<double>(7), {}};
-  WindowBlock motion{BlockKind::euclidean, std::vector<double>(9), {}};
+  WindowBlock pose{BlockKind::pose, std::vector<double>(7)};
+  WindowBlock motion{BlockKind::motion, std::vector<double>(9)};
   std::vector<ImuSample> samples;  // from the keyframe before
   WindowFactor imu;                // to the keyframe before
   WindowFactor lidar;

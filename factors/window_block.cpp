@@ -38,40 +38,36 @@ void move(WindowBlock& block, const double* delta) {
       Eigen::Map<Vector3>{values} = moved;
       return;
     }
+    case BlockKind::motion:
     case BlockKind::euclidean:
       for (std::size_t i = 0; i < block.values.size(); ++i) values[i] += delta[i];
   }
 }
 
-LinearizedFactor linearize(const WindowFactor& factor, bool first_estimates) {
+LinearizedFactor linearize(const WindowFactor& factor) {
   const int rows = factor.function->num_residuals();
   LinearizedFactor result;
   result.residual.resize(rows);
-  std::vector<const double*> current;
-  std::vector<const double*> where;
+  std::vector<const double*> values;
   std::vector<RowMajorMatrix> ambient;
   int columns = 0;
-  bool differs = false;
   for (const WindowBlock* block : factor.blocks) {
-    current.push_back(block->values.data());
-    const bool fixed = first_estimates && !block->first_estimate.empty();
-    where.push_back(fixed ? block->first_estimate.data() : block->values.data());
-    differs |= fixed;
+    values.push_back(block->values.data());
     ambient.emplace_back(rows, static_cast<Eigen::Index>(block->values.size()));
     columns += block->tangent_size();
   }
   std::vector<double*> jacobians;
   for (RowMajorMatrix& matrix : ambient) jacobians.push_back(matrix.data());
-  factor.function->Evaluate(where.data(), result.residual.data(), jacobians.data());
-  if (differs) factor.function->Evaluate(current.data(), result.residual.data(), nullptr);
+  factor.function->Evaluate(values.data(), result.residual.data(), jacobians.data());
   result.jacobian.resize(rows, columns);
   int column = 0;
   for (std::size_t i = 0; i < factor.blocks.size(); ++i) {
-    const int size = factor.blocks[i]->tangent_size();
-    if (factor.blocks[i]->kind == BlockKind::euclidean) {
+    const WindowBlock& block = *factor.blocks[i];
+    const int size = block.tangent_size();
+    if (is_linear(block.kind)) {
       result.jacobian.middleCols(column, size) = ambient[i];
     } else {
-      result.jacobian.middleCols(column, size) = ambient[i] * plus_jacobian(factor.blocks[i]->kind, where[i]);
+      result.jacobian.middleCols(column, size) = ambient[i] * plus_jacobian(block.kind, block.values.data());
     }
     column += size;
   }

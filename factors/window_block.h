@@ -12,8 +12,6 @@ namespace lodestone {
 struct WindowBlock {
   BlockKind kind = BlockKind::euclidean;
   std::vector<double> values;
-  /// Where the prior linearized this block, once it holds it; empty before. First-estimate Jacobians are taken here.
-  std::vector<double> first_estimate;
 
   int tangent_size() const { return lodestone::tangent_size(kind, static_cast<int>(values.size())); }
 };
@@ -36,8 +34,6 @@ struct LinearizedFactor {
   Eigen::MatrixXd jacobian;  ///< rows × sum of tangent sizes, order of WindowFactor::blocks
 };
 
-/// With `first_estimates`, Jacobians are taken where the prior linearized (for blocks it holds), so that directions no
-/// sensor observes stay so through marginalization.
-LinearizedFactor linearize(const WindowFactor& factor, bool first_estimates);
+LinearizedFactor linearize(const WindowFactor& factor);
 
 }  // namespace lodestone

@@ -17,7 +17,7 @@ struct Deskewing {
   Deskewing(const NavState& end, const ScanMotion& motion, const ImuNoise& noise);
 
   Quaternion turn = Quaternion::Identity();  ///< R_beforeᵀ R_end, as the scan was deskewed with
-  Vector3 velocity = Vector3::Zero();        ///< at the scan's end, map axes, m/s, as the scan was deskewed with
+  Vector3 velocity = Vector3::Zero();        ///< at the scan's end, its body axes, m/s, as the scan was deskewed with
   double step_s = 0.0;                       ///< from the keyframe before to the scan's end; 0: nothing was deskewed
   double gyroscope_density = 0.0;            ///< of the noise's power, rad²/s
   double accelerometer_density = 0.0;        ///< m²/s³
@@ -25,12 +25,14 @@ struct Deskewing {
   /// Derivatives of the rates by right perturbations of the states.
   struct Jacobians {
     Matrix3 turn_by_before = Matrix3::Zero();
-    Matrix3 turn_by_end = Matrix3::Zero();  // the shift's by velocity is −I
+    Matrix3 turn_by_end = Matrix3::Zero();
+    Matrix3 shift_by_end = Matrix3::Zero();  // by velocity it is −I
   };
 
   /// Where a point taken t before the end belongs, had the robot been at these states: turned by t times the first three
-  /// (rad/s, body axes at the end) and shifted by t times the others (m/s, map axes). `before`: null where it is not known;
-  /// then the turn is zero.
+  /// (rad/s, body axes at the end) and shifted by t times the others (m/s, map axes). A scan leans on the velocity in the
+  /// robot's own axes: a map turned with all that moves in it tells nothing. `before`: null where it is not known; then the
+  /// turn is zero.
   Vector6 rates(const Quaternion* before, const Quaternion& end, const Vector3& end_velocity, Jacobians* jacobians) const;
 
   /// For checkpoints.

@@ -88,6 +88,11 @@ Matrix6 Degeneracy::lidar_projector() const {
          scale.asDiagonal();
 }
 
+Slide Degeneracy::slide(const Pose& pose) const {
+  if (degenerate_directions != 1) return {};
+  return Slide::along(scaling(lever_arm_m).cwiseInverse().asDiagonal() * directions.col(5), pose);
+}
+
 Degeneracy no_degeneracy() { return {}; }
 
 Degeneracy analyse_by_sigma(const Matrix6& information, double lever_arm_m, const DegeneracyOptions& options) {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "core/geometry/pose.h"
+#include "core/geometry/slide.h"
 #include "core/option_checks.h"
 #include "core/options.h"
 
@@ -90,6 +90,9 @@ struct Degeneracy {
 
   /// P = S⁻¹ V D Vᵀ S in the tangent order φ, p: LiDAR looks at x₀ ⊞ P (x ⊟ x₀).
   Matrix6 lidar_projector() const;
+
+  /// The slide that the mask lets free, at the pose it was made for: where it hides one direction.
+  Slide slide(const Pose& pose) const;
 
   /// I − P: what is left to the magnetic factors.
   Matrix6 magnetic_projector() const { return Matrix6::Identity() - lidar_projector(); }

@@ -157,13 +157,4 @@ Matrix6 CondensedCost::seen_share(const Pose& T_map_imu) const {
   return directions * seen.asDiagonal() * directions.transpose() * information;
 }
 
-Matrix13 CondensedCost::square_root() const {
-  // M is often singular (a corridor, a plane) and nearly so by rounding: LDLᵀ with pivots, negative pivots are zero.
-  const Eigen::LDLT<Matrix13> factor(moment);
-  const Vector13 diagonal = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
-  const Matrix13 upper = factor.matrixU();
-  const Matrix13 permutation = factor.transpositionsP() * Matrix13::Identity();
-  return diagonal.asDiagonal() * (upper * permutation);
-}
-
 }  // namespace lodestone

@@ -43,9 +43,6 @@ struct CondensedCost {
   /// linearized. Looking at a motion through P gives back both, the information (H − S) H⁻¹ (H − S) and the step
   /// −(H − S)⁻¹ g, the corrected least squares of errors in variables (Fuller 1987).
   Matrix6 seen_share(const Pose& T_map_imu) const;
-
-  /// Upper-triangular-like square root: 13×13 F with Fᵀ F = M, from a rank-revealing factorization.
-  Matrix13 square_root() const;
 };
 
 /// Accumulates M in a fixed number of chunks reduced in order: the same bits on any number of threads.

@@ -11,7 +11,7 @@ namespace lodestone {
 namespace {
 
 constexpr int kSweepChunks = 16;
-constexpr int kModes = 3;  // of the bridge: five sixths of its variance, and all of it that a scan does not average out
+constexpr int kModes = 3;  // of the bridge: five sixths of its variance; what is left changes its sign within a scan
 constexpr int kSwept = 6 + 3 * kModes;  // rates, then three axes a mode
 
 using SweptColumns = Eigen::Matrix<double, kSwept, kSwept>;
@@ -117,15 +117,6 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
   return result;
 }
 
-SweptCost share_error(const CondensedCost& cost, const Pose& T_map_imu, const Matrix6& common) {
-  const Matrix13x6 columns = cost.moment * cost.coordinates_jacobian(T_map_imu);
-  const Matrix6 own = common.inverse() + cost.coordinates_jacobian(T_map_imu).transpose() * columns;
-  SweptCost result;
-  result.given_both.topLeftCorner<13, 13>() = cost.moment - columns * own.llt().solve(columns.transpose());
-  result.given_end = result.given_both;
-  return result;
-}
-
 CondensedScan condense_scan(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                             const Deskewing& deskewing) {
   CondensedScan result;
@@ -133,15 +124,6 @@ CondensedScan condense_scan(std::span<const Correspondence> correspondences, con
   result.swept = sweep(result.cost, correspondences, T_map_imu, deskewing);
   result.deskewing = deskewing;
   return result;
-}
-
-Matrix19 square_root(const Matrix19& moment) {
-  // LDLᵀ with pivots; negative pivots are zero.
-  const Eigen::LDLT<Matrix19> factor(moment);
-  const Vector19 diagonal = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
-  const Matrix19 upper = factor.matrixU();
-  const Matrix19 permutation = factor.transpositionsP() * Matrix19::Identity();
-  return diagonal.asDiagonal() * (upper * permutation);
 }
 
 }  // namespace lodestone

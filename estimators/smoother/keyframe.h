@@ -24,6 +24,7 @@ struct Keyframe {
   std::vector<Correspondence> correspondences;
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
+  Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see
   Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with weight one on metres; only of the paper's rule
   Degeneracy degeneracy;
   Pose associated;                         ///< where correspondences were looked for

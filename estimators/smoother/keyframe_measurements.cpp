@@ -17,30 +17,6 @@ namespace {
 /// Well below what a window of scans adds up to, so that no information worth having is lost.
 constexpr double kUnseenGain = 1e-3;
 
-/// Where LiDAR misses a direction, as far as is known, what its planes' errors and noisy normals pretend along it must not add
-/// up from scan to scan: the map and its surfaces count as worse. With the figures for sound scans the axis of a tunnel
-/// without magnetometers drifts by metres more than its sigma (docs/accuracy.md).
-AssociationOptions association_of(const Keyframe& keyframe, const AssociationOptions& options) {
-  constexpr double kRepeats = 30.0;
-  constexpr double kRoughness_m = 0.005;
-  AssociationOptions result = options;
-  if (keyframe.degeneracy.degenerate_directions == 0) return result;
-  result.map_error_repeats = std::max(result.map_error_repeats, kRepeats);
-  result.surface_roughness_m = std::max(result.surface_roughness_m, kRoughness_m);
-  return result;
-}
-
-/// What an IMU's noise within a scan does to all its points together, seen from the scan's end: the mean over the scan
-/// of white noise integrated from each point's time to the end has a third of the variance of the whole. The velocity's
-/// error acts over half the scan.
-Matrix6 deskew_covariance(const SensorSuite& suite, double duration_s) {
-  constexpr double kVelocitySigma_m_s = 0.02;
-  Vector6 variance;
-  variance.head<3>().setConstant(std::pow(suite.imu.gyroscope_noise_density, 2) * duration_s / 3.0);
-  variance.tail<3>().setConstant(std::pow(0.5 * duration_s * kVelocitySigma_m_s, 2));
-  return variance.asDiagonal();
-}
-
 }  // namespace
 
 KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
@@ -73,7 +49,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - keyframe.scan_start - keyframe.points[i].offset_ns));
   }
   keyframe.correspondences = associate(points, state.T_map_imu, keyframe.predicted_covariance, *planes,
-                                       input_.suite.lidar, association_of(keyframe, options.lidar.association), ages_s);
+                                       input_.suite.lidar, options.lidar.association, ages_s);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
   // An outage, of a robot that was at the layer's height before.
@@ -82,6 +58,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
                                  matched == 0 ? Deskewing{} : Deskewing(state, motion, input_.suite.imu));
   keyframe.lidar_information = keyframe.lidar.cost.hessian(state.T_map_imu) -
                                options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;
+  keyframe.seen_share = keyframe.lidar.cost.seen_share(state.T_map_imu);
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
   }
@@ -151,19 +128,12 @@ void KeyframeMeasurements::set_lidar(const Keyframe& keyframe, std::size_t k, Sl
     window.set_lidar(k, keyframe.lidar, keyframe.correspondences, {});
     return;
   }
-  const Matrix6 mask = keyframe.degeneracy.lidar_projector();
-  if (keyframe.degeneracy.degenerate_directions == 0) {
-    window.set_lidar(k, keyframe.lidar, keyframe.correspondences,
-                     PoseMask(keyframe.lidar.cost.seen_share(keyframe.associated) * mask, keyframe.associated));
-    return;
-  }
-  // Where a direction is hidden the rates are not looked at: what little they pretend to know along it drove the velocity
-  // away in a tunnel without magnetometers (docs/accuracy.md).
-  CondensedScan alone;
-  alone.cost = keyframe.lidar.cost;
-  alone.swept = share_error(alone.cost, keyframe.associated,
-                            deskew_covariance(input_.suite, to_seconds(keyframe.estimate.time - keyframe.scan_start)));
-  window.set_lidar(k, alone, keyframe.correspondences, PoseMask(mask, keyframe.associated));
+  window.set_lidar(k, keyframe.lidar, keyframe.correspondences, lidar_mask(keyframe));
+}
+
+PoseMask KeyframeMeasurements::lidar_mask(const Keyframe& keyframe) const {
+  return {keyframe.seen_share * keyframe.degeneracy.lidar_projector(), keyframe.associated,
+          keyframe.degeneracy.slide(keyframe.associated)};
 }
 
 KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& state,

@@ -37,6 +37,9 @@ class KeyframeMeasurements {
   /// analysed at `pose_before`.
   void decide(Keyframe& keyframe, const Degeneracy& analysed, const Degeneracy* before, const Pose& pose_before) const;
 
+  /// What the keyframe's LiDAR factor is let see.
+  PoseMask lidar_mask(const Keyframe& keyframe) const;
+
   /// The keyframe's LiDAR factor with its mask.
   void set_lidar(const Keyframe& keyframe, std::size_t k, SlidingWindow& window) const;
 

@@ -49,7 +49,6 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
     // One scan of IMU adds little beside what velocity is uncertain to.
     keyframe->predicted_covariance = keyframes_.back()->estimate.covariance;
-    keyframe->degeneracy = keyframes_.back()->degeneracy;  // until it is analysed
     const double step_s = to_seconds(bundle.scan.end - keyframes_.back()->estimate.time);
     keyframe->predicted_covariance.diagonal().head<3>().array() +=
         std::pow(input_.suite.imu.gyroscope_noise_density, 2) * step_s;
@@ -63,9 +62,11 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
 
   if (solved) find_again();
   renew(newest);
+  share_slide();
   int iterations = solved ? window_->solve() : 0;
   for (int i = 0; i < options.smoother.reassociations && solved; ++i) {
     renew_moved(i > 0);
+    share_slide();
     iterations += window_->solve();
   }
 
@@ -180,6 +181,21 @@ void Smoother::renew_moved(bool newest_only) {
       renew(k);
     }
   }
+}
+
+/// Where LiDAR lets the trajectory slide, all keyframes and the prior let it slide the same way, the newest's: what is hidden
+/// at one of them but not quite at the next tells of the slide, and scans that know 0.1 mm tell much of it.
+void Smoother::share_slide() {
+  const Keyframe& newest = *keyframes_.back();
+  const Slide slide = newest.degeneracy.slide(newest.analysed);
+  if (!slide.any()) return;
+  for (std::size_t k = 0; k + 1 < keyframes_.size(); ++k) {
+    Keyframe& keyframe = *keyframes_[k];
+    if (keyframe.degeneracy.degenerate_directions != 1) continue;
+    keyframe.degeneracy = follow(keyframe.degeneracy, keyframe.analysed, newest.degeneracy, newest.analysed, 0.0);
+    window_->set_lidar_mask(k, measurements_.lidar_mask(keyframe));
+  }
+  window_->follow_slide(slide);
 }
 
 void Smoother::hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink) {

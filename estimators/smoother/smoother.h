@@ -32,6 +32,7 @@ class Smoother final : public Estimator {
   void renew(std::size_t k);
   Matrix6 known_of(std::size_t k, double noise_taken) const;
   void renew_moved(bool newest_only);
+  void share_slide();
   void hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
 
   EstimatorInput input_;

@@ -9,9 +9,9 @@ namespace lodestone {
 template <class Archive>
 void serialize(Archive& archive, Keyframe& keyframe) {
   auto& [scan_start, imu, points, magnetic, predicted, predicted_covariance, planes, correspondences, lidar,
-         lidar_information, unit_hessian, degeneracy, associated, analysed, estimate, field_disagrees] = keyframe;
-  archive(predicted, predicted_covariance, lidar.cost, lidar_information, unit_hessian, degeneracy, associated, analysed);
-  archive(estimate, field_disagrees);
+         lidar_information, seen_share, unit_hessian, degeneracy, associated, analysed, estimate, field_disagrees] = keyframe;
+  archive(predicted, predicted_covariance, lidar.cost, lidar_information, seen_share, unit_hessian, degeneracy, associated);
+  archive(analysed, estimate, field_disagrees);
 }
 
 void Smoother::save(StateWriter& state, StateWriter& lasting) {

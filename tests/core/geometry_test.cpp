@@ -3,6 +3,7 @@
 #include <random>
 
 #include "core/geometry/nav_state.h"
+#include "core/geometry/slide.h"
 #include "core/geometry/trajectory.h"
 
 namespace lodestone {
@@ -43,6 +44,76 @@ TEST(So3, RightJacobianIsTheDerivativeOfExp) {
     }
     EXPECT_LT((numeric - so3::right_jacobian(phi)).norm(), 1e-8) << scale;
     EXPECT_LT((so3::right_jacobian(phi) * so3::right_jacobian_inverse(phi) - Matrix3::Identity()).norm(), 1e-10);
+  }
+}
+
+Pose random_pose(std::mt19937_64& generator) {
+  return {so3::exp(random_vector(generator, 1.0)), random_vector(generator, 5.0)};
+}
+
+/// Along a bend of 400 m, and along a straight tunnel.
+std::vector<Vector6> hidden_directions(const Pose& pose) {
+  Vector6 bend;
+  bend << Vector3(0.0, 0.0, 1.0 / 400.0), pose.rotation * Vector3::UnitX();
+  Vector6 straight;
+  straight << Vector3::Zero(), pose.rotation * Vector3::UnitX();
+  return {bend, straight};
+}
+
+/// All of the map moved as `slide` moves a pose at its place by `distance_m`.
+Pose slid(const Slide& slide, const Pose& pose, double distance_m) {
+  const Vector3 turn = distance_m * slide.turn;
+  const Pose motion{so3::exp(turn), so3::right_jacobian(-turn) * (distance_m * slide.direction)};
+  return {motion.rotation * pose.rotation, slide.at + motion * (pose.position - slide.at)};
+}
+
+TEST(Slide, APoseComesBackFromWhereverItSlidTo) {
+  std::mt19937_64 generator(20);
+  const Pose x0 = random_pose(generator);
+  for (const Vector6& hidden : hidden_directions(x0)) {
+    const Slide slide = Slide::along(hidden, x0);
+    const Vector3 across = x0.rotation * Vector3(0.0, 0.3, -0.2);
+    const Pose level{x0.rotation * so3::exp(random_vector(generator, 0.2)), x0.position + across};
+    for (const double distance_m : {-20.0, -0.3, 0.0, 1e-6, 5.0, 60.0}) {
+      const Unslid back = unslide(slide, slid(slide, level, distance_m));
+      EXPECT_NEAR(back.distance_m, distance_m, 1e-10);
+      EXPECT_LT(back.pose.boxminus(level).norm(), 1e-10) << distance_m;
+    }
+  }
+}
+
+TEST(Slide, ItsDifferenceChangesInTheHiddenDirectionAlone) {
+  std::mt19937_64 generator(21);
+  const Pose x0 = random_pose(generator);
+  for (const Vector6& hidden : hidden_directions(x0)) {
+    const Slide slide = Slide::along(hidden, x0);
+    const Pose x = x0.boxplus(0.1 * Vector6::Ones());
+    const Vector6 value = difference_along(slide, x, x0).value;
+    for (const double distance_m : {-20.0, 0.3, 5.0}) {
+      const Vector6 moved = difference_along(slide, slid(slide, x, distance_m), x0).value;
+      EXPECT_LT((moved - value - distance_m * hidden).norm(), 1e-10) << distance_m;
+    }
+  }
+}
+
+TEST(Slide, ItsDifferenceIsTheTangentAtTheStartAndItsJacobianTheDerivative) {
+  std::mt19937_64 generator(22);
+  const Pose x0 = random_pose(generator);
+  std::vector<Slide> slides{Slide{}};
+  for (const Vector6& hidden : hidden_directions(x0)) slides.push_back(Slide::along(hidden, x0));
+  for (const Slide& slide : slides) {
+    EXPECT_LT((difference_along(slide, x0, x0).by_tangent - Matrix6::Identity()).norm(), 1e-12);
+    Vector6 step;
+    step << 0.2, -0.1, 0.3, 2.0, -0.4, 0.3;
+    const Pose x = x0.boxplus(step);
+    const SlideDifference difference = difference_along(slide, x, x0);
+    const double h = 1e-6;
+    for (int i = 0; i < 6; ++i) {
+      const Vector6 delta = h * Vector6::Unit(i);
+      const Vector6 numeric = (difference_along(slide, x.boxplus(delta), x0).value -
+                               difference_along(slide, x.boxplus(-delta), x0).value) / (2.0 * h);
+      EXPECT_LT((numeric - difference.by_tangent.col(i)).norm(), 1e-7) << i;
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/maps/plane_map.h"
 #include "core/registration/condensed_cost.h"
+#include "core/registration/square_root.h"
 
 namespace lodestone {
 namespace {
@@ -61,7 +62,7 @@ TEST(CondensedCost, EqualsOneResidualAPointAwayFromWhereItWasAccumulated) {
       EXPECT_NEAR(condensed.cost(pose) / cost, 1.0, 1e-9) << far << " " << away;
       EXPECT_LT((condensed.gradient(pose) - gradient).norm(), 1e-9 * gradient.norm());
       EXPECT_LT((condensed.hessian(pose) - hessian).norm(), 1e-9 * hessian.norm());
-      const Vector13 root = condensed.square_root() * condensed.coordinates(pose);
+      const Vector13 root = square_root(condensed.moment) * condensed.coordinates(pose);
       EXPECT_NEAR(root.squaredNorm() / cost, 1.0, 1e-9) << far << " " << away;
     }
   }
@@ -71,7 +72,7 @@ TEST(CondensedCost, SquareRootStandsForSingularGeometry) {
   Scene scene = random_scene(2, 500, 50.0);
   for (Plane& plane : scene.planes) plane.normal = Eigen::Vector3f(0, 0, 1);
   const CondensedCost condensed = condense(scene.matches, scene.pose);
-  const Matrix13 root = condensed.square_root();
+  const Matrix13 root = square_root(condensed.moment);
   EXPECT_TRUE(root.allFinite());
   EXPECT_LT((root.transpose() * root - condensed.moment).norm(), 1e-12 * condensed.moment.norm());
 }

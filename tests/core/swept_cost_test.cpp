@@ -1,4 +1,5 @@
 // What deskewing took wrongly, and what the noise of the IMU leaves in doubt, against brute force.
+#include "core/registration/square_root.h"
 #include "core/registration/swept_cost.h"
 
 #include <gtest/gtest.h>
@@ -62,13 +63,31 @@ TEST(Deskewing, ItsRatesBringPointsBackThatAWrongGyroscopeAndVelocityDisplaced) 
     const Vector3 deskewed = guessed_motion.relative_pose(time) * point;
     const Vector3 untouched = truth.T_map_imu * deskewed;
     const Vector3 corrected =
-        truth.T_map_imu.rotation * (so3::exp(age_s * rates.head<3>()) * deskewed) + truth.T_map_imu.position +
-        age_s * rates.tail<3>();
+        truth.T_map_imu * (so3::exp(age_s * rates.head<3>()) * deskewed) + age_s * rates.tail<3>();
     // A turning platform spreads the error unevenly; that is of second order.
     EXPECT_LT((corrected - place).norm(), 0.05 * (untouched - place).norm() + 1e-9) << age_s;
   }
   // Where nothing is known of the pose before, the gyroscope is believed.
-  EXPECT_TRUE(deskewing.rates(nullptr, truth.T_map_imu.rotation, guess.velocity, nullptr).isZero(1e-12));
+  const Vector3 guessed = truth.T_map_imu.rotation * guess.T_map_imu.rotation.conjugate() * guess.velocity;
+  EXPECT_TRUE(deskewing.rates(nullptr, truth.T_map_imu.rotation, guessed, nullptr).isZero(1e-12));
+}
+
+TEST(Deskewing, AMapTurnedWithAllThatMovesInItTellsNothing) {
+  Random random(12);
+  Deskewing deskewing;
+  deskewing.turn = so3::exp(random.vector(0.1));
+  deskewing.velocity = random.vector();
+  deskewing.step_s = kStepS;
+  const Quaternion before = so3::exp(random.vector());
+  const Quaternion end = before * so3::exp(random.vector(0.1));
+  const Vector3 velocity = random.vector();
+  const Quaternion turn = so3::exp(random.vector());
+  const Quaternion before_turned = turn * before;
+  const Vector6 rates = deskewing.rates(&before, end, velocity, nullptr);
+  EXPECT_GT(rates.norm(), 1e-3);
+  const Vector6 turned = deskewing.rates(&before_turned, turn * end, turn * velocity, nullptr);
+  EXPECT_LT((turned.head<3>() - rates.head<3>()).norm(), 1e-12);
+  EXPECT_LT((turned.tail<3>() - turn * Vector3(rates.tail<3>())).norm(), 1e-12);
 }
 
 struct Points {

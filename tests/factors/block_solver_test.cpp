@@ -119,7 +119,7 @@ struct KnownChain {
 TEST(BlockSolver, CovariancesAreThoseOfTheDenseInverse) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     KnownChain problem(seed);
-    const Eigen::MatrixXd inverse = scaled_inverse(assemble(problem.chain.factors, problem.variables, false).hessian);
+    const Eigen::MatrixXd inverse = scaled_inverse(assemble(problem.chain.factors, problem.variables).hessian);
     const std::vector<Matrix6> found = BlockSolver(problem.variables, problem.factors).pose_covariances();
     ASSERT_EQ(found.size(), Chain::kKeyframes);
     Eigen::Index at = 0;
@@ -140,7 +140,7 @@ TEST(BlockSolver, EndsWhereTheGradientVanishesOnAnyNumberOfThreads) {
     KnownChain problem(4);
     BlockSolver solver(problem.variables, problem.factors);
     EXPECT_LT(minimize(solver, 20), 10);
-    EXPECT_LT(newton_decrement(assemble(problem.chain.factors, problem.variables, false)), 1e-4);
+    EXPECT_LT(newton_decrement(assemble(problem.chain.factors, problem.variables)), 1e-4);
     std::vector<double> values;
     for (const WindowBlock* block : problem.variables) values.insert(values.end(), block->values.begin(), block->values.end());
     return values;

@@ -37,7 +37,7 @@ struct Problem {
 TEST(ChainSolver, CovariancesAreThoseOfTheDenseInverse) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Problem problem(seed);
-    const Eigen::MatrixXd inverse = scaled_inverse(assemble(problem.chain.factors, problem.blocks, false).hessian);
+    const Eigen::MatrixXd inverse = scaled_inverse(assemble(problem.chain.factors, problem.blocks).hessian);
     const std::vector<std::size_t> keyframes{3, 0, 1};
     const std::vector<Matrix6> found = ChainSolver(problem.variables, problem.factors).pose_covariances(keyframes);
     for (std::size_t i = 0; i < keyframes.size(); ++i) {
@@ -54,7 +54,7 @@ TEST(ChainSolver, EndsWhereTheGradientVanishes) {
     ChainSolver solver(problem.variables, problem.factors);
     const int steps = minimize(solver, 20);
     EXPECT_LT(steps, 10);
-    EXPECT_LT(newton_decrement(assemble(problem.chain.factors, problem.blocks, false)), 1e-4);  // hundredths of a sigma
+    EXPECT_LT(newton_decrement(assemble(problem.chain.factors, problem.blocks)), 1e-4);  // hundredths of a sigma
   }
 }
 

@@ -23,15 +23,15 @@ class Chain {
     options.keyframes = kKeyframes;
     const Drive truth = drive(options, random);
     const std::shared_ptr<const MagneticMap> map = wavy_map();
-    gravity = {BlockKind::gravity, {0.0, 0.0, -9.80665}, {}};
-    biases = {BlockKind::euclidean, std::vector<double>(6, 0.1), {}};
-    next_biases = {BlockKind::euclidean, std::vector<double>(6, 0.2), {}};
+    gravity = {BlockKind::gravity, {0.0, 0.0, -9.80665}};
+    biases = {BlockKind::euclidean, std::vector<double>(6, 0.1)};
+    next_biases = {BlockKind::euclidean, std::vector<double>(6, 0.2)};
     for (std::size_t k = 0; k < kKeyframes; ++k) {
       // Not at the minimum, so that the gradient has something to lose.
       const NavState state = truth.truth[k].boxplus(random.draw(start_covariance(0.3)));
-      poses[k] = {BlockKind::pose, std::vector<double>(7), {}};
+      poses[k] = {BlockKind::pose, std::vector<double>(7)};
       from_pose(state.T_map_imu, poses[k].values.data());
-      motions[k] = {BlockKind::euclidean, std::vector<double>(9), {}};
+      motions[k] = {BlockKind::motion, std::vector<double>(9)};
       Eigen::Map<Vector9>(motions[k].values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
       std::vector<WindowBlock*> lidar_blocks{&poses[k], &motions[k]};
       if (k > 0) lidar_blocks.push_back(&poses[k - 1]);
@@ -96,8 +96,7 @@ struct NormalEquations {
   Eigen::VectorXd gradient;
 };
 
-inline NormalEquations assemble(const std::vector<WindowFactor>& factors, const std::vector<WindowBlock*>& blocks,
-                                bool first_estimates) {
+inline NormalEquations assemble(const std::vector<WindowFactor>& factors, const std::vector<WindowBlock*>& blocks) {
   std::vector<Eigen::Index> starts;
   Eigen::Index size = 0;
   for (const WindowBlock* block : blocks) {
@@ -106,7 +105,7 @@ inline NormalEquations assemble(const std::vector<WindowFactor>& factors, const 
   }
   NormalEquations result{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
   for (const WindowFactor& factor : factors) {
-    const LinearizedFactor part = linearize(factor, first_estimates);
+    const LinearizedFactor part = linearize(factor);
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(part.residual.size(), size);
     Eigen::Index column = 0;
     for (const WindowBlock* block : factor.blocks) {
