@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kSame = 0.02;       // of the sensor's noise: what differs by less is the same
 constexpr int kRepeats = 20;         // readings in a row that no noise makes the same
+constexpr int kRepeatsAtShownLimit = 3;
 constexpr Time kHeld = 100'000'000;  // and for so long: a driver may repeat a slow sensor's readings
 constexpr double kVaries = 5.0;      // times the noise: more than noise within a run
 constexpr double kSpike = 7.0;       // sigmas from the neighbours' median
@@ -61,7 +62,10 @@ bool MagnetometerMonitor::at_limit(std::size_t j, const Vector3& reading, Time t
     if (std::abs(reading[axis]) > sensor.limit_ut[axis] + kVaries * models_[j].noise_ut) {
       sensor.limit_ut[axis] = std::numeric_limits<double>::infinity();
     }
-    if (held && others_vary) sensor.limit_ut[axis] = std::min(sensor.limit_ut[axis], std::abs(run.held_ut));
+    const double size_ut = std::abs(run.held_ut);
+    if (held && others_vary) shown_limit_ut_ = size_ut;
+    const bool as_shown = run.readings >= kRepeatsAtShownLimit && std::abs(size_ut - shown_limit_ut_) <= same_ut;
+    if ((held && others_vary) || as_shown) sensor.limit_ut[axis] = std::min(sensor.limit_ut[axis], size_ut);
   }
   return ((reading.cwiseAbs() - sensor.limit_ut).array() >= -same_ut).any();
 }

@@ -15,7 +15,8 @@ namespace lodestone {
 /// cannot be a measurement:
 /// - stuck: all components stay what they are, to a fiftieth of the sensor's noise, over 20 readings and 0.1 s;
 /// - at its limit: one or two components do so while another one varies by more than noise does. From then on whatever
-///   reaches that limit is left out at once, until a reading goes well beyond it;
+///   reaches that limit is left out at once, until a reading goes well beyond it. Sensors of an array are of one make: where
+///   one has shown its limit, three readings in a row of the very same size show that it is another's too;
 /// - spikes: a single reading far from the median of its neighbours in time;
 /// and tells of magnetometers that fell silent. What it does not leave out it does not change.
 ///
@@ -54,6 +55,7 @@ class MagnetometerMonitor {
   std::vector<MagnetometerModel> models_;
   WarningLog* warnings_;
   std::vector<Sensor> sensors_;
+  double shown_limit_ut_ = std::numeric_limits<double>::infinity();  // the last that any sensor showed by itself
 };
 
 }  // namespace lodestone

@@ -122,6 +122,21 @@ TEST(MagnetometerMonitor, ReadingsAtASensorsLimitAreLeftOutOnceTheLimitIsSeen) {
   EXPECT_GT(found.warnings.count("magnetometer.limit.left"), 0);
 }
 
+TEST(MagnetometerMonitor, ALimitThatOneSensorShowedIsAnothersAfterThreeReadings) {
+  // The second sensor clips a second after the first has shown where: three readings tell of it.
+  constexpr double kLimit_ut = 30.0;
+  int clipped = 0;
+  const Filtered found = filter(8.0, [&](int j, double s, const Vector3& reading) -> std::optional<Vector3> {
+    if (j == 2 || (j == 1 && s < 4.0)) return reading;
+    const Vector3 result = reading.cwiseMax(-kLimit_ut).cwiseMin(kLimit_ut);
+    if (j == 1) clipped += result != reading;
+    return result;
+  });
+  EXPECT_GT(clipped, 100);
+  EXPECT_GE(found.out(1, 4.0, 8.0), clipped - 2);
+  EXPECT_EQ(found.out(1, 0.0, 4.0) + found.out(2, 0.0, 8.0), 0);
+}
+
 TEST(MagnetometerMonitor, SpikesAreLeftOutAndTheirNeighboursStay) {
   int spikes = 0;
   const Filtered found = filter(20.0, [&](int j, double s, const Vector3& reading) -> std::optional<Vector3> {
