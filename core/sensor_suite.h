@@ -19,6 +19,7 @@ struct ImuNoise {
 struct LidarModel {
   Pose T_imu_lidar;
   double range_noise_m = 0.02;   ///< one sigma along the beam
+  double direction_noise_rad = 3e-4;  ///< one sigma of a beam's direction, in each of the two directions across it
   double min_range_m = 0.5;
   double max_range_m = 100.0;
   double scan_period_s = 0.1;

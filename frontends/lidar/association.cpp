@@ -63,7 +63,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                                       const AssociationOptions& options, std::span<const float> ages_s) {
   const auto square = [](double value) { return static_cast<float>(value * value); };
   const Noise noise{square(lidar.range_noise_m),
-                    square(options.angular_noise_rad),
+                    square(lidar.direction_noise_rad),
                     square(options.surface_roughness_m),
                     static_cast<float>(options.map_error_repeats),
                     static_cast<float>(options.max_distance_m),

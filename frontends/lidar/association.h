@@ -15,7 +15,6 @@ struct AssociationOptions {
   double max_distance_m = 0.3;
   double gate_sigmas = 4.0;
   double huber_sigmas = 2.0;
-  double angular_noise_rad = 3e-4;
   double surface_roughness_m = 0.002;
   double map_error_repeats = 5.0;
 
@@ -25,7 +24,6 @@ struct AssociationOptions {
     visitor.field("gate_sigmas", gate_sigmas,
                   "nor has one whose residual is beyond this many sigmas of it, the predicted pose's own included");
     visitor.field("huber_sigmas", huber_sigmas, "point-to-plane residuals beyond this many sigmas are weighed down");
-    visitor.field("angular_noise_rad", angular_noise_rad, "one sigma of a beam's direction");
     visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
     visitor.field("map_error_repeats", map_error_repeats,
                   "how many scans in a row meet the same plane and so the same error of it: its variance counts so often");
@@ -35,7 +33,6 @@ struct AssociationOptions {
     option_checks::positive("max_distance_m", max_distance_m);
     option_checks::positive("gate_sigmas", gate_sigmas);
     option_checks::positive("huber_sigmas", huber_sigmas);
-    option_checks::not_negative("angular_noise_rad", angular_noise_rad);
     option_checks::positive("surface_roughness_m", surface_roughness_m);
     option_checks::not_negative("map_error_repeats", map_error_repeats);
   }

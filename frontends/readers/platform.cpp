@@ -74,9 +74,12 @@ void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, Lidar
 
 void read_first_lidar(const ConfigurationNode& node, Platform& platform) {
   std::vector<std::string> keys = lidar_keys;
-  keys.emplace_back("range_noise_m");
+  keys.insert(keys.end(), {"range_noise_m", "direction_noise_rad"});
   node.refuse_keys_other_than(keys);
   read_positive(node, "range_noise_m", platform.suite.lidar.range_noise_m);
+  double& direction_noise_rad = platform.suite.lidar.direction_noise_rad;
+  read_if_there(node, "direction_noise_rad", direction_noise_rad);
+  if (!(direction_noise_rad >= 0.0)) node.at("direction_noise_rad").fail("expected a number of at least 0");
   read_lidar(node, platform.lidar, platform.suite.lidar);
 }
 
@@ -85,6 +88,7 @@ void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
   FurtherLidar& lidar = platform.further_lidars.emplace_back();
   read_lidar(node, lidar.layout, lidar.model);
   lidar.model.range_noise_m = platform.suite.lidar.range_noise_m;
+  lidar.model.direction_noise_rad = platform.suite.lidar.direction_noise_rad;
 }
 
 void read_imu(const ConfigurationNode& node, Platform& platform) {
@@ -180,7 +184,9 @@ std::string lidar_lines(int depth, const LidarMessageLayout& layout, const Lidar
   if (!fields.empty()) text += std::string(static_cast<std::size_t>(2 * depth), ' ') + "fields:\n" + fields;
   if (layout.time_unit) text += line(depth, "time_unit", *layout.time_unit);
   if (layout.time_zero) text += line(depth, "time_zero", *layout.time_zero);
-  if (with_noise) text += line(depth, "range_noise_m", model.range_noise_m);
+  if (with_noise) {
+    text += line(depth, "range_noise_m", model.range_noise_m) + line(depth, "direction_noise_rad", model.direction_noise_rad);
+  }
   return text + line(depth, "min_range_m", model.min_range_m) + line(depth, "max_range_m", model.max_range_m) +
          line(depth, "scan_period_s", model.scan_period_s) + pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
 }

@@ -73,7 +73,12 @@ LidarScan LidarSimulator::scan(int index) const {
       const double range = hit.range + options_.range_noise_m * random.normal();
       if (range < options_.min_range_m || range > options_.max_range_m) continue;
       LidarPoint point;
-      point.position = (range * beams[line]).cast<float>();
+      Vector3 told = beams[line];
+      if (options_.direction_noise_rad > 0.0) {
+        const Vector3 across(random.normal(), random.normal(), random.normal());
+        told = (told + options_.direction_noise_rad * (across - across.dot(told) * told)).normalized();
+      }
+      point.position = (range * told).cast<float>();
       point.intensity = std::round(100.0F * hit.cosine);
       point.offset_ns = offset;
       point.ring = static_cast<std::uint16_t>(line);

@@ -48,6 +48,7 @@ void LidarOptions::check() const {
   require(min_range_m >= 0.0 && max_range_m > min_range_m,
           "max_range_m must be more than min_range_m, both at least 0");
   require(range_noise_m >= 0.0, "range_noise_m must be at least 0");
+  require(direction_noise_rad >= 0.0, "direction_noise_rad must be at least 0");
   require(max_incidence_deg > 0.0 && max_incidence_deg <= 90.0, "max_incidence_deg must be above 0, at most 90");
   require(dropout_probability >= 0.0 && dropout_probability < 1.0, "dropout_probability must be at least 0, below 1");
   require_vectors(position_m, rotation_rpy_deg);

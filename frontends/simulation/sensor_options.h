@@ -42,6 +42,7 @@ struct LidarOptions {
   double min_range_m = 0.5;
   double max_range_m = 100.0;
   double range_noise_m = 0.02;
+  double direction_noise_rad = 0.0;
   double max_incidence_deg = 88.0;
   double dropout_probability = 0.01;
   std::vector<double> position_m{0.0, 0.0, 0.3};
@@ -66,6 +67,7 @@ struct LidarOptions {
     visitor.field("min_range_m", min_range_m, "nearer returns are dropped");
     visitor.field("max_range_m", max_range_m, "farther surfaces are not seen");
     visitor.field("range_noise_m", range_noise_m, "one sigma along the beam");
+    visitor.field("direction_noise_rad", direction_noise_rad, "one sigma of where a beam goes against where it is told to have gone");
     visitor.field("max_incidence_deg", max_incidence_deg, "a beam that grazes a surface more than this is lost");
     visitor.field("dropout_probability", dropout_probability, "of losing any other return");
     visitor.field("position_m", position_m, "of the lidar in imu axes");

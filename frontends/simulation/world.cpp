@@ -36,6 +36,7 @@ SensorSuite sensor_suite(const World& world) {
   suite.imu.accelerometer_bias_random_walk = world.imu.accelerometer_bias_random_walk_m_s3_sqrt_hz;
   suite.lidar.T_imu_lidar = world.lidar.T_imu_lidar();
   suite.lidar.range_noise_m = world.lidar.range_noise_m;
+  suite.lidar.direction_noise_rad = world.lidar.direction_noise_rad;
   suite.lidar.min_range_m = world.lidar.min_range_m;
   suite.lidar.max_range_m = world.lidar.max_range_m;
   suite.lidar.scan_period_s = 1.0 / world.lidar.rate_hz;

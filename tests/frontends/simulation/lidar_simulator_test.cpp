@@ -146,6 +146,20 @@ TEST_F(RollingScan, NoiseAndDropoutsAreWhatTheOptionsSay) {
   EXPECT_NEAR(std::sqrt(squares / count), options_.range_noise_m, 0.001);
 }
 
+TEST_F(RollingScan, BeamsGoAsideByTheNoiseOfTheirDirections) {
+  options_.direction_noise_rad = 2e-3;
+  options_.dropout_probability = 0.0;
+  const LidarScan noisy = LidarSimulator(caster_, motion_, options_, 0, 1).scan(10);
+  // Each line's elevation is known.
+  double squares = 0.0;
+  for (const LidarPoint& point : noisy.points) {
+    const double elevation_rad = std::asin(static_cast<double>(point.position.z() / point.position.norm()));
+    squares += std::pow(elevation_rad - (22.5 - 45.0 * point.ring / 31.0) * M_PI / 180.0, 2);
+  }
+  EXPECT_GT(noisy.points.size(), 32000U);
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(noisy.points.size())), 2e-3, 5e-5);
+}
+
 TEST_F(RollingScan, RangeAndIncidenceLimitWhatComesBack) {
   options_.max_range_m = 2.5;  // the walls are 3 m away: only the floor is left
   options_.max_incidence_deg = 70.0;
