@@ -1,8 +1,8 @@
 #include "frontends/simulation/world.h"
 
-#include <algorithm>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"

@@ -1,5 +1,4 @@
 // What deskewing took wrongly, and what the noise of the IMU leaves in doubt, against brute force.
-#include "core/registration/square_root.h"
 #include "core/registration/swept_cost.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +8,8 @@
 #include <cmath>
 #include <random>
 #include <vector>
+
+#include "core/registration/square_root.h"
 
 namespace lodestone {
 namespace {

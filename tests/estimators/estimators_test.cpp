@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <Eigen/Eigenvalues>
-#include <tbb/global_control.h>
 
 #include "core/error.h"
 #include "estimators/health.h"

@@ -9,8 +9,8 @@
 #include "factors/point_plane_factor.h"
 #include "factors/pose_factor.h"
 #include "factors/preintegration_factor.h"
-#include "factors/prior_factor.h"
 #include "factors/random_walk_factor.h"
+#include "tests/factors/bend.h"
 #include "tests/factors/gradients.h"
 #include "tests/factors/window_scene.h"
 
@@ -112,77 +112,6 @@ TEST(Manifolds, GravityKeepsTheInvariants) {
     manifold.PlusJacobian(x.data(), plus.data());
     manifold.MinusJacobian(x.data(), minus.data());
     EXPECT_LT((minus * plus - Eigen::Matrix2d::Identity()).norm(), 1e-12);
-  }
-}
-
-/// A bend of 400 m: a metre along it turns by 2.5 mrad. Tangent order φ, p (map axes) at `pose`, whose heading it has.
-Vector6 along_bend(const Pose& pose) {
-  Vector6 result;
-  result << Vector3(0.0, 0.0, 1.0 / 400.0), pose.rotation * Vector3::UnitX();
-  return result;
-}
-
-/// Where the bend leads from `pose`.
-Pose slid(const Pose& pose, double distance_m) {
-  const double angle = distance_m / 400.0;
-  return pose * Pose{so3::exp(angle * Vector3::UnitZ()), 400.0 * Vector3(std::sin(angle), 1.0 - std::cos(angle), 0.0)};
-}
-
-PoseMask bend_mask(const Pose& reference) {
-  const Vector6 hidden = along_bend(reference).normalized();
-  return {Matrix6::Identity() - hidden * hidden.transpose(), reference, Slide::along(hidden, reference)};
-}
-
-TEST(PoseMask, HidesExactlyTheNullSpaceOfItsProjector) {
-  RandomStates random(3);
-  const Pose reference = random.pose(5.0);
-  Vector6 diagonal;
-  diagonal << 1, 1, 1, 0, 1, 1;
-  const PoseMask mask(Matrix6(diagonal.asDiagonal()), reference);
-  Vector6 step;
-  step << 0.01, -0.02, 0.03, 0.7, 0.2, -0.1;
-  const Vector6 seen = mask.apply(reference.boxplus(step), nullptr).boxminus(reference);
-  EXPECT_NEAR(seen[3], 0.0, 1e-14);
-  step[3] = 0.0;
-  EXPECT_LT((seen - step).norm(), 1e-12);
-}
-
-TEST(PoseMask, HidesABendAsFarAsItIsACircle) {
-  RandomStates random(31);
-  const Pose reference = random.pose(5.0);
-  const PoseMask mask = bend_mask(reference);
-  for (const double distance_m : {-2.0, 0.5, 5.0}) {
-    const Vector6 seen = mask.apply(slid(reference, distance_m), nullptr).boxminus(reference);
-    // The tangent has left the bend by 31 mm after 5 m.
-    EXPECT_LT(seen.norm(), 1e-10) << distance_m;
-  }
-}
-
-TEST(PriorFactor, HoldsNothingAgainstASlideAlongABendThatItDidNotSee) {
-  RandomStates random(32);
-  const Pose pose = random.pose(5.0);
-  const Vector3 velocity(0.7, -0.4, 0.1);
-  const PoseBlock pose_block = block_of(pose);
-  std::vector<double> motion(9, 0.01);
-  Eigen::Map<Vector3>(motion.data()) = velocity;
-  // All that is known, but for the slide, which turns the velocity as well.
-  Eigen::VectorXd hidden = Eigen::VectorXd::Zero(15);
-  hidden.head<6>() = along_bend(pose);
-  hidden.segment<3>(6) = (pose.rotation * Vector3(hidden.head<3>())).cross(velocity);
-  hidden.normalize();
-  const Eigen::MatrixXd known = 1e4 * Eigen::MatrixXd::Random(15, 15);
-  const PriorFactor factor({{BlockKind::pose, {pose_block.begin(), pose_block.end()}}, {BlockKind::motion, motion}},
-                           known - known * hidden * hidden.transpose(), Eigen::VectorXd::Zero(15),
-                           Slide::along(along_bend(pose), pose));
-  for (const double distance_m : {-2.0, 0.5, 5.0}) {
-    const Pose there = slid(pose, distance_m);
-    const PoseBlock there_block = block_of(there);
-    Eigen::Map<Vector3>(motion.data()) = there.rotation * (pose.rotation.conjugate() * velocity);
-    Eigen::VectorXd residual(15);
-    const double* parameters[] = {there_block.data(), motion.data()};
-    factor.Evaluate(parameters, residual.data(), nullptr);
-    // A tenth of a millimetre across it counts one; the tangent has left the bend by 31 mm after 5 m.
-    EXPECT_LT(residual.norm(), 1e-5) << distance_m;
   }
 }
 
@@ -343,30 +272,6 @@ TEST(FieldFactor, OffTheMapItSaysNothing) {
   double* jacobians[] = {by_pose.data(), by_bias.data()};
   factor.Evaluate(parameters, residual.data(), jacobians);
   EXPECT_EQ(residual.norm() + by_pose.norm() + by_bias.norm(), 0.0);
-}
-
-TEST(PriorFactor, PassesTheGradientChecker) {
-  RandomStates random(9);
-  const PoseManifold pose_manifold;
-  const GravityManifold gravity_manifold;
-  const ceres::EuclideanManifold<9> motion_manifold;
-  const Pose pose = random.pose();
-  const PoseBlock pose_block = block_of(pose);
-  const Vector3 gravity(0.1, 0.2, -9.79);
-  MotionBlock motion{};
-  motion[0] = 0.8;
-  std::vector<PriorBlock> blocks{{BlockKind::pose, {pose_block.begin(), pose_block.end()}},
-                                 {BlockKind::motion, {motion.begin(), motion.end()}},
-                                 {BlockKind::gravity, {gravity.x(), gravity.y(), gravity.z()}}};
-  const PoseBlock moved = block_of(pose.boxplus(0.3 * Vector6::Ones()));
-  const Vector3 turned = s2::boxplus(gravity, Vector2(0.2, -0.1));
-  MotionBlock other{};
-  other.fill(0.3);
-  for (const Slide& slide : {Slide{}, Slide::along(along_bend(pose), pose)}) {
-    const PriorFactor factor(blocks, Eigen::MatrixXd::Random(17, 17), Eigen::VectorXd::Random(17), slide);
-    expect_gradients(factor, {&pose_manifold, &motion_manifold, &gravity_manifold},
-                     {moved.data(), other.data(), turned.data()});
-  }
 }
 
 TEST(RandomWalkFactor, PassesTheGradientChecker) {

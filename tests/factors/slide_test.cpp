@@ -1,0 +1,127 @@
+// Masks and priors let a trajectory slide where nothing holds it.
+#include <gtest/gtest.h>
+
+#include "factors/prior_factor.h"
+#include "tests/factors/bend.h"
+#include "tests/factors/gradients.h"
+#include "tests/factors/window_scene.h"
+
+namespace lodestone {
+namespace {
+
+Pose random_pose(Random& random) { return {so3::exp(random.vector()), random.vector(5.0)}; }
+
+TEST(PoseMask, HidesExactlyTheNullSpaceOfItsProjector) {
+  Random random(3);
+  const Pose reference = random_pose(random);
+  Vector6 diagonal;
+  diagonal << 1, 1, 1, 0, 1, 1;
+  const PoseMask mask(Matrix6(diagonal.asDiagonal()), reference);
+  Vector6 step;
+  step << 0.01, -0.02, 0.03, 0.7, 0.2, -0.1;
+  const Vector6 seen = mask.apply(reference.boxplus(step), nullptr).boxminus(reference);
+  EXPECT_NEAR(seen[3], 0.0, 1e-14);
+  step[3] = 0.0;
+  EXPECT_LT((seen - step).norm(), 1e-12);
+}
+
+TEST(PoseMask, HidesABendAsFarAsItIsACircle) {
+  Random random(31);
+  const Pose reference = random_pose(random);
+  const PoseMask mask = bend_mask(reference);
+  for (const double distance_m : {-2.0, 0.5, 5.0}) {
+    const Vector6 seen = mask.apply(slid_along_bend(reference, distance_m), nullptr).boxminus(reference);
+    // The tangent has left the bend by 31 mm after 5 m.
+    EXPECT_LT(seen.norm(), 1e-10) << distance_m;
+  }
+}
+
+TEST(PriorFactor, HoldsNothingAgainstASlideAlongABendThatItDidNotSee) {
+  Random random(32);
+  const Pose pose = random_pose(random);
+  const Vector3 velocity(0.7, -0.4, 0.1);
+  const PoseBlock pose_block = block_of(pose);
+  std::vector<double> motion(9, 0.01);
+  Eigen::Map<Vector3>(motion.data()) = velocity;
+  // All that is known, but for the slide, which turns the velocity as well.
+  Eigen::VectorXd hidden = Eigen::VectorXd::Zero(15);
+  hidden.head<6>() = along_bend(pose);
+  hidden.segment<3>(6) = (pose.rotation * Vector3(hidden.head<3>())).cross(velocity);
+  hidden.normalize();
+  const Eigen::MatrixXd known = 1e4 * Eigen::MatrixXd::Random(15, 15);
+  const PriorFactor factor({{BlockKind::pose, {pose_block.begin(), pose_block.end()}}, {BlockKind::motion, motion}},
+                           known - known * hidden * hidden.transpose(), Eigen::VectorXd::Zero(15),
+                           Slide::along(along_bend(pose), pose));
+  for (const double distance_m : {-2.0, 0.5, 5.0}) {
+    const Pose there = slid_along_bend(pose, distance_m);
+    const PoseBlock there_block = block_of(there);
+    Eigen::Map<Vector3>(motion.data()) = there.rotation * (pose.rotation.conjugate() * velocity);
+    Eigen::VectorXd residual(15);
+    const double* parameters[] = {there_block.data(), motion.data()};
+    factor.Evaluate(parameters, residual.data(), nullptr);
+    // A tenth of a millimetre across it counts one; the tangent has left the bend by 31 mm after 5 m.
+    EXPECT_LT(residual.norm(), 1e-5) << distance_m;
+  }
+}
+
+TEST(PriorFactor, KnowsOfANewSlideWhatItKnewOfTheOldOneAndOfAllElseTheSame) {
+  Random random(33);
+  const Pose pose = random_pose(random);
+  const PoseBlock pose_block = block_of(pose);
+  std::vector<double> motion(9, 0.3);
+  const Vector3 velocity(motion.data());
+  const Eigen::MatrixXd known = Eigen::MatrixXd::Random(15, 15);
+  const Slide before = Slide::along(along_bend(pose), pose);
+  // A degree aside, and another bend; slides have no sign of their own.
+  Vector6 hidden;
+  hidden << Vector3(0.0, 1e-3, -4e-3), -(so3::exp(Vector3(0.0, 0.0, 0.017)) * before.direction);
+  const Slide now = Slide::along(hidden, pose);
+  const auto step_of = [&](const Slide& slide, double sign) {
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(15);
+    step.head<3>() = sign * (pose.rotation.conjugate() * slide.turn);
+    step.segment<3>(3) = sign * slide.direction;
+    step.segment<3>(6) = sign * slide.turn.cross(velocity);
+    return step;
+  };
+  PriorFactor factor({{BlockKind::pose, {pose_block.begin(), pose_block.end()}}, {BlockKind::motion, motion}}, known,
+                     Eigen::VectorXd::Zero(15), before);
+  factor.follow(now);
+  EXPECT_LT((factor.root() * step_of(now, -1.0) - known * step_of(before, 1.0)).norm(), 1e-12);
+  Eigen::VectorXd across = Eigen::VectorXd::Random(15);
+  across.segment<3>(3) -= now.direction * now.direction.dot(Vector3(across.segment<3>(3)));
+  EXPECT_LT((factor.root() * across - known * across).norm(), 1e-12);
+  // Far aside it is another slide: all stays.
+  PriorFactor other({{BlockKind::pose, {pose_block.begin(), pose_block.end()}}, {BlockKind::motion, motion}}, known,
+                    Eigen::VectorXd::Zero(15), before);
+  Vector6 far;
+  far << Vector3::Zero(), pose.rotation * Vector3::UnitY();
+  other.follow(Slide::along(far, pose));
+  EXPECT_EQ(other.root(), known);
+}
+
+TEST(PriorFactor, PassesTheGradientChecker) {
+  Random random(9);
+  const PoseManifold pose_manifold;
+  const GravityManifold gravity_manifold;
+  const ceres::EuclideanManifold<9> motion_manifold;
+  const Pose pose = random_pose(random);
+  const PoseBlock pose_block = block_of(pose);
+  const Vector3 gravity(0.1, 0.2, -9.79);
+  MotionBlock motion{};
+  motion[0] = 0.8;
+  std::vector<PriorBlock> blocks{{BlockKind::pose, {pose_block.begin(), pose_block.end()}},
+                                 {BlockKind::motion, {motion.begin(), motion.end()}},
+                                 {BlockKind::gravity, {gravity.x(), gravity.y(), gravity.z()}}};
+  const PoseBlock moved = block_of(pose.boxplus(0.3 * Vector6::Ones()));
+  const Vector3 turned = s2::boxplus(gravity, Vector2(0.2, -0.1));
+  MotionBlock other{};
+  other.fill(0.3);
+  for (const Slide& slide : {Slide{}, Slide::along(along_bend(pose), pose)}) {
+    const PriorFactor factor(blocks, Eigen::MatrixXd::Random(17, 17), Eigen::VectorXd::Random(17), slide);
+    expect_gradients(factor, {&pose_manifold, &motion_manifold, &gravity_manifold},
+                     {moved.data(), other.data(), turned.data()});
+  }
+}
+
+}  // namespace
+}  // namespace lodestone
