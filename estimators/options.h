@@ -94,7 +94,7 @@ struct MagneticOptions {
   MagneticMeasurement measurement = MagneticMeasurement::field;
   FieldInterpolation interpolation = FieldInterpolation::bicubic;
   MagneticShrink shrink = MagneticShrink::information;
-  double beta = 0.3;
+  double beta = 0.7;
   bool monitor = true;
   bool huber = true;
   double huber_probability = 0.95;
@@ -214,6 +214,7 @@ struct FilterOptions {
   double converged_deg = 1e-2;
   FieldInterpolation interpolation = FieldInterpolation::bilinear;
   MagneticShrink shrink = MagneticShrink::residual;
+  double beta = 0.3;
   double map_error_repeats = 30.0;
   DegeneracyOptions degeneracy = paper_degeneracy();
 
@@ -231,12 +232,14 @@ struct FilterOptions {
     visitor.field("converged_deg", converged_deg, "and turns less than this");
     visitor.field("interpolation", interpolation, "bilinear (the paper) or bicubic");
     visitor.field("shrink", shrink, "residual (the paper), information or none");
+    visitor.field("beta", beta, "in place of magnetic.beta: the paper's");
     visitor.field("map_error_repeats", map_error_repeats,
                   "in place of lidar.association.map_error_repeats: the filter takes every error for a scan's own");
     visitor.section("degeneracy", degeneracy);
   }
 
   void check() const {
+    option_checks::within("beta", beta, 0.0, 1.0);
     option_checks::not_negative("map_error_repeats", map_error_repeats);
     option_checks::within("lidar_iterations", lidar_iterations, 1, 100);
     option_checks::within("magnetic_iterations", magnetic_iterations, 1, 100);

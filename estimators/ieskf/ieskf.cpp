@@ -138,7 +138,7 @@ void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy&
   double residual_scale = 1.0;
   double information_scale = 1.0;
   if (guarded && !degenerate) {
-    const double beta = options.magnetic.beta;
+    const double beta = options.ieskf.beta;
     if (options.ieskf.shrink == MagneticShrink::residual) residual_scale = beta;
     if (options.ieskf.shrink == MagneticShrink::information) information_scale = beta * beta;
     if (options.ieskf.shrink != MagneticShrink::none) diagnostics.magnetic_shrink = beta;

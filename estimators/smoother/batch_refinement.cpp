@@ -33,6 +33,7 @@ void BatchRefinement::add(std::unique_ptr<Keyframe> keyframe, std::vector<Vector
   release(*keyframe);
   // Readings are judged at the state that is refined, known as well as the window knew it.
   keyframe->predicted_covariance = keyframe->estimate.covariance;
+  keyframe->gate_covariance = keyframe->estimate.covariance;
   keyframes_.push_back(std::move(keyframe));
   biases_.push_back(std::move(biases_ut));
 }

@@ -48,7 +48,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   for (std::size_t i = 0; i < points.size(); ++i) {
     ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - keyframe.scan_start - keyframe.points[i].offset_ns));
   }
-  keyframe.correspondences = associate(points, state.T_map_imu, keyframe.predicted_covariance, *planes,
+  keyframe.correspondences = associate(points, state.T_map_imu, keyframe.gate_covariance, *planes,
                                        input_.suite.lidar, options.lidar.association, ages_s);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());

@@ -8,9 +8,9 @@ namespace lodestone {
 /// Without measurements (recall) and correspondences (looked for anew before they are used again).
 template <class Archive>
 void serialize(Archive& archive, Keyframe& keyframe) {
-  auto& [scan_start, imu, points, magnetic, predicted, predicted_covariance, planes, correspondences, lidar,
-         lidar_information, seen_share, unit_hessian, degeneracy, associated, analysed, estimate, field_disagrees] = keyframe;
-  archive(predicted, predicted_covariance, lidar.cost, lidar_information, seen_share, unit_hessian, degeneracy, associated);
+  auto& [scan_start, imu, points, magnetic, predicted, predicted_covariance, gate_covariance, planes,
+         correspondences, lidar, lidar_information, seen_share, unit_hessian, degeneracy, associated, analysed, estimate, field_disagrees] = keyframe;
+  archive(predicted, predicted_covariance, gate_covariance, lidar.cost, lidar_information, seen_share, unit_hessian, degeneracy, associated);
   archive(analysed, estimate, field_disagrees);
 }
 

@@ -2,7 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -20,14 +19,17 @@ struct Noise {
   float roughness_variance;
   float plane_factor;
   float max_distance;
-  float position_variance;  // of the pose, m²: the largest of any direction
-  float rotation_variance;  // rad²: the largest of any axis
+  Eigen::Matrix<float, 6, 6> pose_covariance;  // φ, p
   float gate_squared;
   double huber_sigmas;
 };
 
-float largest_variance(const Matrix3& covariance) {
-  return static_cast<float>(std::max(0.0, Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvalues()[2]));
+/// Of a residual, by the pose alone. By direction: what is not known along a tunnel opens no gate across it.
+float variance_by_pose(const Eigen::Vector3f& point, const Eigen::Vector3f& normal_in_imu, const Eigen::Vector3f& normal,
+                       const Eigen::Matrix<float, 6, 6>& covariance) {
+  Eigen::Matrix<float, 6, 1> jacobian;
+  jacobian << point.cross(normal_in_imu), normal;
+  return std::max(0.0F, jacobian.dot(covariance.selfadjointView<Eigen::Lower>() * jacobian));
 }
 
 void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
@@ -48,7 +50,8 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     const float variance = noise.range_variance * cosine_squared +
                            noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance +
                            noise.plane_factor * plane->variance_at(place);
-    const float expected = variance + noise.position_variance + noise.rotation_variance * point.squaredNorm();
+    const float expected =
+        variance + variance_by_pose(point, rotation.transpose() * plane->normal, plane->normal, noise.pose_covariance);
     if (distance * distance > noise.gate_squared * expected) continue;
     const double sigmas = std::abs(distance) / std::sqrt(expected);
     result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas)),
@@ -67,8 +70,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                     square(options.surface_roughness_m),
                     static_cast<float>(options.map_error_repeats),
                     static_cast<float>(options.max_distance_m),
-                    largest_variance(pose_covariance.bottomRightCorner<3, 3>()),
-                    largest_variance(pose_covariance.topLeftCorner<3, 3>()),
+                    pose_covariance.cast<float>(),
                     square(options.gate_sigmas),
                     options.huber_sigmas};
   const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();

@@ -42,7 +42,7 @@ struct LidarOptions {
   double min_range_m = 0.5;
   double max_range_m = 100.0;
   double range_noise_m = 0.02;
-  double direction_noise_rad = 0.0;
+  double direction_noise_rad = 3e-4;
   double max_incidence_deg = 88.0;
   double dropout_probability = 0.01;
   std::vector<double> position_m{0.0, 0.0, 0.3};

@@ -37,8 +37,7 @@ SensorSuite sensor_suite(const World& world) {
   suite.imu.accelerometer_bias_random_walk = world.imu.accelerometer_bias_random_walk_m_s3_sqrt_hz;
   suite.lidar.T_imu_lidar = world.lidar.T_imu_lidar();
   suite.lidar.range_noise_m = world.lidar.range_noise_m;
-  // No less than what is usual is stated: what the modes of deskewing's error leave out far away counts as it too. With none
-  // stated the warehouse at 100 m had a NEES of 1.33, with it 1.07 (docs/accuracy.md).
+  // No less than what is usual is stated: what the modes of deskewing's error leave out far away counts as it too.
   suite.lidar.direction_noise_rad = std::max(world.lidar.direction_noise_rad, LidarModel{}.direction_noise_rad);
   suite.lidar.min_range_m = world.lidar.min_range_m;
   suite.lidar.max_range_m = world.lidar.max_range_m;

@@ -17,7 +17,7 @@
 
 namespace lodestone::testing {
 
-/// A short drive through the shipped tunnel with a thinned LiDAR: bundles, truth and both maps. The field map is the true
+/// A short drive through a shipped world with a thinned LiDAR: bundles, truth and both maps. The field map is the true
 /// field at its nodes: these tests look at estimators, not at surveys.
 struct Drive {
   SensorSuite suite;
@@ -62,16 +62,18 @@ inline std::shared_ptr<const MagneticMap> true_field(const simulation::Environme
   return std::make_shared<MagneticMap>(grid, nodes, 3.0);
 }
 
-inline Drive tunnel_drive(double duration_s, std::uint64_t seed) {
-  const simulation::World world = simulation::load_world(LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml",
+inline Drive world_drive(const std::string& name, const std::string& sequence, double duration_s, std::uint64_t seed) {
+  const simulation::World world = simulation::load_world(LODESTONE_SOURCE_DIR "/config/worlds/" + name + ".yaml",
                                                          {"sensors.lidar.rows=16", "sensors.lidar.columns=512"});
-  const auto environment = std::make_shared<const simulation::Environment>(world);
-  simulation::SimulationSource source(world, environment, "3", simulation::SimulationSource::Drive::sequence, seed,
+  const auto environment =
+      std::make_shared<const simulation::Environment>(world, world.sequences.at(sequence).scene);
+  simulation::SimulationSource source(world, environment, sequence, simulation::SimulationSource::Drive::sequence, seed,
                                       duration_s);
   Drive drive;
   drive.suite = simulation::sensor_suite(world);
   drive.truth = source.trajectory();
-  drive.planes = std::make_shared<PlaneMap>(sample_cloud(world, *environment, seed), PlaneMapOptions{});
+  drive.planes = std::make_shared<PlaneMap>(
+      sample_cloud(world, simulation::Environment(world, world.cloud.scene), seed), PlaneMapOptions{});
   const double height_m = drive.truth.front().pose.position.z() + drive.suite.magnetometers[0].T_imu_mag.position.z();
   drive.field = true_field(*environment, drive.truth, height_m);
   WarningLog warnings;
@@ -80,6 +82,8 @@ inline Drive tunnel_drive(double duration_s, std::uint64_t seed) {
   while (synchronizer.next(bundle)) drive.bundles.push_back(bundle);
   return drive;
 }
+
+inline Drive tunnel_drive(double duration_s, std::uint64_t seed) { return world_drive("tunnel", "3", duration_s, seed); }
 
 /// The drive that most tests share: made once.
 inline const Drive& shared_drive() {

@@ -72,6 +72,7 @@ class RollingScan : public ::testing::Test {
         motion_(plan_drive(winding()), 0.2, FloorOptions{}, 9) {
     options_.position_m = {0.1, -0.05, 0.3};
     options_.rotation_rpy_deg = {1.0, -2.0, 30.0};
+    options_.direction_noise_rad = 0.0;  // beams go where they say
   }
 
   static Sequence winding() {
@@ -235,7 +236,7 @@ class GlassPane : public ::testing::Test {
     const Motion motion(plan_drive(sequence), 0.0, still, 1);
     LidarOptions options;
     options.position_m = {0, 0, 0};
-    options.range_noise_m = options.dropout_probability = 0.0;
+    options.range_noise_m = options.direction_noise_rad = options.dropout_probability = 0.0;
     const RayCaster caster(mesh_of(solids));
     const LidarScan scan = LidarSimulator(caster, motion, options, 0, 1).scan(3);
     Count result;

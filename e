@@ -1,0 +1,1 @@
+lodestone: A subcommand is required (see lodestone --help, or lodestone SUBCOMMAND --help)
