@@ -98,6 +98,7 @@ struct MagneticOptions {
   bool monitor = true;
   bool huber = true;
   double huber_probability = 0.95;
+  double huber_power = 2.0;
   double sensor_probability = 0.9999;
   bool map_sigma = true;
   double map_sigma_floor_ut = 0.2;
@@ -123,6 +124,9 @@ struct MagneticOptions {
     visitor.field("huber", huber, "weigh down array samples of large Mahalanobis distance");
     visitor.field("huber_probability", huber_probability,
                   "array samples beyond this χ² quantile are weighed down; 0.95 is the paper's c = 3.55 in 6 degrees");
+    visitor.field("huber_power", huber_power,
+                  "the smoother's: they count by (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 lets go "
+                  "what is far off, as steel that passes");
     visitor.field("sensor_probability", sensor_probability,
                   "a magnetometer beyond this χ² quantile of what the rest of the array says is set aside");
     visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");
@@ -141,6 +145,7 @@ struct MagneticOptions {
   void check() const {
     option_checks::within("beta", beta, 0.0, 1.0);
     option_checks::within("huber_probability", huber_probability, 0.01, 0.999999);
+    option_checks::within("huber_power", huber_power, 1.0, 4.0);
     option_checks::within("sensor_probability", sensor_probability, 0.5, 1.0 - 1e-12);
     option_checks::not_negative("map_sigma_floor_ut", map_sigma_floor_ut);
     option_checks::not_negative("map_correlation_m", map_correlation_m);

@@ -145,7 +145,8 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
       const double distance = judgement.distance();
       statistics.innovation_sum += distance * distance;
       statistics.innovations += 3 * judgement.kept();
-      weight = huber_weight(distance, mahalanobis_quantile(3 * judgement.kept(), options.huber_probability));
+      const double limit = mahalanobis_quantile(3 * judgement.kept(), options.huber_probability);
+      weight = std::pow(huber_weight(distance, limit), options.huber_power);
     }
     statistics.weight_sum += weight;
     if (weight < 0.5) ++statistics.rejected;
