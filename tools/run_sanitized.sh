@@ -15,10 +15,10 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 rules=$root/cmake/sanitizers
 jobs=${LODESTONE_JOBS:-$(nproc)}
 
-# SANITIZER-PROGRAM, with /OF where a program is run in so many parts. Those of the second list take longer than continuous
-# integration has: their build alone takes most of its time (docs/bad-input.md).
-short=(thread-core address-core thread-factors address-factors thread-frontends address-frontends thread-estimators/4)
-long=(address-estimators/4 thread-tools/4 address-tools/4)
+# SANITIZER-PROGRAM, with /OF where a program is run in so many parts. Those of the second list do not take turns in continuous
+# integration: their build alone would take most of its time, or nobody has measured it (docs/bad-input.md).
+short=(thread-core address-core thread-factors address-factors thread-frontends thread-estimators/6)
+long=(address-frontends address-estimators/4 thread-tools/4 address-tools/4)
 programs=("${short[@]}" "${long[@]}")
 shards=()
 for program in "${programs[@]}"; do
