@@ -1,10 +1,10 @@
 #include "factors/block_solver.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <unordered_map>
+
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -60,7 +60,7 @@ double BlockSolver::linearize() {
   std::vector<Share> shares(std::min(kBatch, places_.size()));
   for (std::size_t first = 0; first < places_.size(); first += kBatch) {
     const std::size_t count = std::min(kBatch, places_.size() - first);
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    parallel_for(std::size_t{0}, count, [&](std::size_t i) {
       const Place& place = places_[first + i];
       LinearizedFactor linear = lodestone::linearize(*place.factor);
       Eigen::Index from = 0;
@@ -88,7 +88,7 @@ double BlockSolver::linearize() {
 
 double BlockSolver::residual_cost() {
   std::vector<double> costs(places_.size());
-  tbb::parallel_for(std::size_t{0}, places_.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, places_.size(), [&](std::size_t i) {
     const WindowFactor& factor = *places_[i].factor;
     std::vector<const double*> parameters;
     for (const WindowBlock* block : factor.blocks) parameters.push_back(block->values.data());

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Installs the packages of third_party/packages.txt on Debian 12. Asks nothing; does nothing where all are there.
+# Installs the packages of third_party/packages.txt, and those named as arguments, on Debian 12. Asks nothing; does nothing
+# where all are there.
 # Needs root, or sudo.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 # A package whose command works already is not wanted: another one's Node, say, would conflict with Debian's.
-packages=()
+packages=("$@")
 while IFS='|' read -r name _ _ _ command; do
   read -r name <<<"$name" || continue
   read -r command <<<"$command" || true

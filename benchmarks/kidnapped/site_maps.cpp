@@ -1,12 +1,11 @@
 #include "benchmarks/kidnapped/site_maps.h"
 
-#include <tbb/parallel_for.h>
-
 #include <cmath>
 #include <filesystem>
 #include <limits>
 
 #include "core/mapping/magnetic_map_builder.h"
+#include "core/parallel.h"
 #include "frontends/localization/place_search.h"
 #include "frontends/magnetometer/survey.h"
 #include "frontends/readers/magnetic_map_file.h"
@@ -66,7 +65,7 @@ MagneticMap site_field(const simulation::World& world, const simulation::Environ
     const std::uint64_t index = static_cast<std::uint64_t>(row) << 32U | static_cast<std::uint64_t>(column);
     return simulation::RandomStream(map_seed, "error of the site's field", index).normal3();
   };
-  tbb::parallel_for(0, grid.rows, [&](int row) {
+  parallel_for(0, grid.rows, [&](int row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Eigen::Vector2d place = grid.origin + grid.resolution_m * Eigen::Vector2d(column, row);
       const int x = floor.column_of(place.x());

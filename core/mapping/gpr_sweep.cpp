@@ -1,11 +1,11 @@
 #include "core/mapping/gpr_sweep.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
+
+#include "core/parallel.h"
 
 namespace lodestone {
 namespace {
@@ -56,7 +56,7 @@ void GprSweep::solve_up_to(std::int64_t row) {
     if (i == 0 || window_of(now[i]) != window_of(now[i - 1])) begins.push_back(i);
   }
   begins.push_back(now.size());
-  tbb::parallel_for(std::size_t{0}, begins.size() - 1, [&](std::size_t index) {
+  parallel_for(std::size_t{0}, begins.size() - 1, [&](std::size_t index) {
     const std::size_t begin = begins[index];
     const std::size_t end = begins[index + 1];
     std::vector<Vector3> targets;

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <cstddef>
 #include <vector>
 
 #include "core/mapping/quasi_newton.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -21,8 +20,8 @@ BoundedMinimum<Size> most_likely(const std::vector<Set>& sets, const std::vector
   std::vector<double> of_set(sets.size());
   std::vector<Vector> gradients(sets.size());
   const auto evaluate = [&](const Vector& logarithms, Vector& gradient) {
-    tbb::parallel_for(std::size_t{0}, sets.size(),
-                      [&](std::size_t i) { of_set[i] = likelihood(sets[i], logarithms, &gradients[i]); });
+    parallel_for(std::size_t{0}, sets.size(),
+                 [&](std::size_t i) { of_set[i] = likelihood(sets[i], logarithms, &gradients[i]); });
     double value = 0.0;
     gradient.setZero();
     for (std::size_t i = 0; i < sets.size(); ++i) {

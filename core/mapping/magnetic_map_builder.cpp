@@ -1,7 +1,5 @@
 #include "core/mapping/magnetic_map_builder.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +9,7 @@
 #include "core/error.h"
 #include "core/mapping/gpr_sweep.h"
 #include "core/maps/sparse_field_nodes.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 namespace {
@@ -106,7 +105,7 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
     const double y = grid.origin.y() + grid.resolution_m * row;
     if (sweep.waiting() > waiting_points) sweep.complete_below(y);
     const auto place = [&](int column) { return Vector3(grid.origin.x() + grid.resolution_m * column, y, 0.0); };
-    tbb::parallel_for(0, grid.columns, [&](int column) { supported[column] = regression->supports(place(column)); });
+    parallel_for(0, grid.columns, [&](int column) { supported[column] = regression->supports(place(column)); });
     for (int layer = 0; layer < layers; ++layer) {
       for (int column = 0; column < grid.columns; ++column) {
         if (supported[column] == 0) continue;

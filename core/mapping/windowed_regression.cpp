@@ -1,7 +1,5 @@
 #include "core/mapping/windowed_regression.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -9,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/mapping/gpr_sweep.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -118,8 +117,8 @@ double WindowedRegression::variance_scale(double squared_mahalanobis, std::size_
 
 std::vector<FieldPrediction> WindowedRegression::predict(const std::vector<Vector3>& points) const {
   std::vector<char> supported(points.size());
-  tbb::parallel_for(std::size_t{0}, points.size(),
-                    [&](std::size_t i) { supported[i] = points[i].allFinite() && supports(points[i]); });
+  parallel_for(std::size_t{0}, points.size(),
+               [&](std::size_t i) { supported[i] = points[i].allFinite() && supports(points[i]); });
   std::vector<FieldPrediction> predictions(points.size());
   GprSweep sweep(*this, [&](std::int64_t tag, const FieldPrediction& prediction) {
     predictions[static_cast<std::size_t>(tag)] = prediction;

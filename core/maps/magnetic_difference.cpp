@@ -1,13 +1,13 @@
 #include "core/maps/magnetic_difference.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
+
+#include "core/parallel.h"
 
 namespace lodestone {
 namespace {
@@ -55,7 +55,7 @@ template <class Visit>
 std::size_t for_each_piece(const FieldGrid& grid, Visit&& visit) {
   const std::size_t across = static_cast<std::size_t>((grid.columns + piece_nodes - 1) / piece_nodes);
   const std::size_t up = static_cast<std::size_t>((grid.rows + piece_nodes - 1) / piece_nodes);
-  tbb::parallel_for(std::size_t{0}, across * up, [&](std::size_t index) {
+  parallel_for(std::size_t{0}, across * up, [&](std::size_t index) {
     const int row = static_cast<int>(index / across) * piece_nodes;
     const int column = static_cast<int>(index % across) * piece_nodes;
     visit(index, row, column, std::min(piece_nodes, grid.rows - row), std::min(piece_nodes, grid.columns - column));

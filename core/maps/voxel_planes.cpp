@@ -1,12 +1,11 @@
 #include "core/maps/voxel_planes.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+
+#include "core/parallel.h"
+#include "core/parallel_sort.h"
 
 namespace lodestone {
 
@@ -42,7 +41,7 @@ std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, c
   constexpr std::size_t kPart = 1 << 16;
   const std::size_t parts = (points.size() + kPart - 1) / kPart;
   std::vector<std::vector<Entry>> lists(parts);
-  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+  parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
     const std::size_t end = std::min(points.size(), (part + 1) * kPart);
     for (std::size_t i = part * kPart; i < end; ++i) {
       append_memberships(membership.of(points[i]), static_cast<std::uint32_t>(i), wanted, lists[part]);
@@ -53,7 +52,7 @@ std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, c
     entries.insert(entries.end(), list.begin(), list.end());
     std::vector<Entry>().swap(list);
   }
-  tbb::parallel_sort(entries.begin(), entries.end());
+  parallel_sort(entries.begin(), entries.end());
   return entries;
 }
 
@@ -111,19 +110,17 @@ std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points
   }
   starts.push_back(entries.size());
   std::vector<VoxelPlane> voxels(starts.size() - 1);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels.size()), [&](const auto& range) {
-    for (std::size_t v = range.begin(); v != range.end(); ++v) {
-      const Eigen::Vector3d reference = points[entries[starts[v]].index].cast<double>();
-      PointMoments moments;
-      for (std::size_t i = starts[v]; i < starts[v + 1]; ++i) {
-        moments.add(points[entries[i].index].cast<double>() - reference);
-      }
-      voxels[v].key = entries[starts[v]].key;
-      voxels[v].is_plane = fit_plane(moments, reference, options.fit, voxels[v].plane) ? 1 : 0;
-      if (voxels[v].is_plane != 0 && options.height_from_within) {
-        take_height_from_within(points, std::span(entries).subspan(starts[v], starts[v + 1] - starts[v]), options,
-                                voxels[v].plane);
-      }
+  parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t v) {
+    const Eigen::Vector3d reference = points[entries[starts[v]].index].cast<double>();
+    PointMoments moments;
+    for (std::size_t i = starts[v]; i < starts[v + 1]; ++i) {
+      moments.add(points[entries[i].index].cast<double>() - reference);
+    }
+    voxels[v].key = entries[starts[v]].key;
+    voxels[v].is_plane = fit_plane(moments, reference, options.fit, voxels[v].plane) ? 1 : 0;
+    if (voxels[v].is_plane != 0 && options.height_from_within) {
+      take_height_from_within(points, std::span(entries).subspan(starts[v], starts[v + 1] - starts[v]), options,
+                              voxels[v].plane);
     }
   });
   return voxels;

@@ -1,11 +1,11 @@
 #include "core/registration/condensed_cost.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
+
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -91,7 +91,7 @@ CondensedCost condense(std::span<const Correspondence> correspondences, const Po
   const Matrix3 map_to_imu = T_map_imu.rotation.toRotationMatrix().transpose();
   std::array<Chunk, kChunks> chunks;
   const std::size_t size = (correspondences.size() + kChunks - 1) / kChunks;
-  tbb::parallel_for(0, kChunks, [&](int i) {
+  parallel_for(0, kChunks, [&](int i) {
     const std::size_t begin = std::min(correspondences.size(), size * static_cast<std::size_t>(i));
     const std::size_t end = std::min(correspondences.size(), begin + size);
     accumulate(correspondences.subspan(begin, end - begin), result.centroid, result.anchor, map_to_imu,

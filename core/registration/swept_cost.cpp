@@ -1,10 +1,10 @@
 #include "core/registration/swept_cost.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
+
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -71,7 +71,7 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
   const Matrix3 map_to_imu = T_map_imu.rotation.toRotationMatrix().transpose();
   std::array<SweepSums, kSweepChunks> parts;
   const std::size_t size = (correspondences.size() + kSweepChunks - 1) / kSweepChunks;
-  tbb::parallel_for(0, kSweepChunks, [&](int i) {
+  parallel_for(0, kSweepChunks, [&](int i) {
     const std::size_t begin = std::min(correspondences.size(), size * static_cast<std::size_t>(i));
     const std::size_t end = std::min(correspondences.size(), begin + size);
     accumulate(correspondences.subspan(begin, end - begin), cost, map_to_imu, deskewing.step_s,

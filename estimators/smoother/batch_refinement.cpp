@@ -1,11 +1,10 @@
 #include "estimators/smoother/batch_refinement.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "core/parallel.h"
 #include "estimators/health.h"
 
 namespace lodestone {
@@ -57,7 +56,7 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
                                      const Progress& progress) {
   for (std::size_t first = 0; first < which.size(); first += kScans) {
     const std::size_t last = std::min(first + kScans, which.size());
-    tbb::parallel_for(first, last, [&](std::size_t i) {
+    parallel_for(first, last, [&](std::size_t i) {
       measurements_.register_scan(*keyframes_[which[i]], window.state(which[i]));
     });
     for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i) release(*keyframes_[which[i]]);
@@ -70,7 +69,7 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
 
 void BatchRefinement::renew_factors(SlidingWindow& window) {
   std::vector<KeyframeField> fields(keyframes_.size());
-  tbb::parallel_for(std::size_t{0}, keyframes_.size(), [&](std::size_t k) {
+  parallel_for(std::size_t{0}, keyframes_.size(), [&](std::size_t k) {
     Keyframe& keyframe = *keyframes_[k];
     const NavState state = window.state(k);
     // What LiDAR sees is a matter of the place, and the window has settled it: over a whole log the IMU would carry what

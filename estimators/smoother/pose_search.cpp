@@ -1,12 +1,11 @@
 #include "estimators/smoother/pose_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/imu/scan_motion.h"
 #include "core/maps/field_residual.h"
+#include "core/parallel.h"
 #include "frontends/lidar/deskew.h"
 #include "frontends/magnetometer/array_reading.h"
 
@@ -98,7 +97,7 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
 std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<SearchDirection>& directions) const {
   const std::vector<std::vector<int>> grid = places(directions);
   std::vector<double> fits(grid.size());
-  tbb::parallel_for(std::size_t{0}, grid.size(), [&](std::size_t i) { fits[i] = fit(pose_at(about, directions, grid[i], 1.0), 1.0); });
+  parallel_for(std::size_t{0}, grid.size(), [&](std::size_t i) { fits[i] = fit(pose_at(about, directions, grid[i], 1.0), 1.0); });
   const double most = *std::max_element(fits.begin(), fits.end());
   if (most < fit(about, 1.0) + kClearlyBetter) return std::nullopt;
   // Of those that fit as well, the nearest: along a direction that nothing tells it stays where it was, among repetitions

@@ -1,7 +1,6 @@
 #include "estimators/start/start_finder.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/imu/scan_motion.h"
+#include "core/parallel.h"
 #include "estimators/start/start_track.h"
 
 namespace lodestone {
@@ -180,12 +180,12 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   for (const double look_s : {std::min(kFirstLook_s, options_.data_s), options_.data_s}) {
     const std::size_t upto = end_of(look_s);
     if (upto == tracked) break;
-    tbb::parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       finalists[i].track.follow(rest.subspan(tracked, upto - tracked));
     });
     tracked = upto;
     const std::vector<std::size_t> stations = stations_of(finalists[best].track.states(), options_.independent_distance_m);
-    tbb::parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       Finalist& finalist = finalists[i];
       finalist.log_likelihood = finalist.nowhere = 0.0;
       for (const std::size_t station : stations) {

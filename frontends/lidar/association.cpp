@@ -1,11 +1,10 @@
 #include "frontends/lidar/association.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/observability/robust_weight.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -76,7 +75,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
   const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();
   const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
   std::vector<std::vector<Correspondence>> parts(chunks);
-  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
+  parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
     const std::size_t begin = i * kChunk;
     parts[i].reserve(kChunk);
     const std::size_t count = std::min(kChunk, points.size() - begin);

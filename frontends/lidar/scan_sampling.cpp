@@ -1,14 +1,12 @@
 #include "frontends/lidar/scan_sampling.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <unordered_map>
 
 #include "core/bit_mix.h"
 #include "core/maps/voxel_planes.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -36,11 +34,10 @@ class VoxelCounts {
 
   /// Adds up the 3 × 3 × 3 voxels round each.
   void sum_surroundings() {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, slots_.size(), 4096), [this](const auto& range) {
-      for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        if (slots_[i].key != kEmpty) slots_[i].surroundings = surroundings_of(slots_[i].key);
-      }
-    });
+    const auto sum = [this](std::size_t i) {
+      if (slots_[i].key != kEmpty) slots_[i].surroundings = surroundings_of(slots_[i].key);
+    };
+    parallel_for(std::size_t{0}, slots_.size(), sum, 4096);
   }
 
   int surroundings(std::size_t slot) const { return slots_[slot].surroundings; }

@@ -1,10 +1,10 @@
 #include "frontends/localization/field_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -86,7 +86,7 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
   for (std::size_t index = 0; index < search.levels().size(); ++index) {
     const SiteLevel& level = search.levels()[index];
     std::vector<std::vector<FieldFit>> lines(static_cast<std::size_t>(rows));
-    tbb::parallel_for(0, rows, [&](int row) {
+    parallel_for(0, rows, [&](int row) {
       for (int column = 0; column < columns; ++column) {
         const Eigen::Vector2d place = grid.origin + kStep_m * Eigen::Vector2d(column, row);
         const int x = level.column_of(place.x());

@@ -1,13 +1,13 @@
 #include "frontends/localization/place_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <queue>
 #include <tuple>
+
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -110,7 +110,7 @@ double PlaceSearch::bound(std::span<const SearchPoint> points, int level, int k,
 void PlaceSearch::score(std::span<const SearchPoint> points, std::span<Place> places) const {
   std::vector<Weights> weights;
   for (const std::vector<std::uint32_t>& site : sites_) weights.push_back(weigh(points, site));
-  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
     Place& place = places[i];
     const auto index = static_cast<std::size_t>(place.level);
     const SiteLevel& level = levels_[index];
@@ -138,7 +138,7 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
     fresh.push_back({0.0F, k, level, yaw, row, column});
   };
   const auto judge_fresh = [&]() {
-    tbb::parallel_for(std::size_t{0}, fresh.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, fresh.size(), [&](std::size_t i) {
       Block& block = fresh[i];
       const auto level = static_cast<std::size_t>(block.level);
       block.bound = bound_of(points, offsets[static_cast<std::size_t>(block.yaw)], weights[level], pyramids_[level], block.k,

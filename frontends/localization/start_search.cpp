@@ -1,13 +1,12 @@
 #include "frontends/localization/start_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "core/angles.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "frontends/localization/field_search.h"
 #include "frontends/magnetometer/localization.h"
 
@@ -131,7 +130,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   std::stable_sort(places.begin(), places.end(), [&](const Place& a, const Place& b) { return tile(a) < tile(b); });
 
   std::vector<StartCandidate> candidates(places.size());
-  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
     StartCandidate& candidate = candidates[i];
     const Pose rough = pose_of(places[i], attitude, height_m);
     const auto planes = planes_.around(rough.position);

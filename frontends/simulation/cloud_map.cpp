@@ -1,11 +1,10 @@
 #include "frontends/simulation/cloud_map.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/parallel.h"
 #include "frontends/simulation/random.h"
 #include "frontends/simulation/route.h"
 
@@ -74,7 +73,7 @@ std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment&
   const auto range = static_cast<float>(world.cloud.viewpoint_range_m);
   const std::size_t chunks = (mesh.triangles.size() + chunk - 1) / chunk;
   std::vector<std::vector<Eigen::Vector3f>> parts(chunks);
-  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t part) {
+  parallel_for(std::size_t{0}, chunks, [&](std::size_t part) {
     RandomStream random(seed, "cloud", part);
     std::size_t hint = 0;
     for (std::size_t t = part * chunk; t < std::min((part + 1) * chunk, mesh.triangles.size()); ++t) {

@@ -1,12 +1,11 @@
 #include "frontends/simulation/simulation_source.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <deque>
 #include <limits>
 #include <numbers>
 
+#include "core/parallel.h"
 #include "frontends/simulation/inertial_simulator.h"
 #include "frontends/simulation/lidar_simulator.h"
 #include "frontends/simulation/random.h"
@@ -37,7 +36,7 @@ std::string noise_of(SimulationSource::Drive drive, const std::string& scene) {
 template <class Value, class Make>
 void make_ahead(std::deque<Value>& batch, int first, int last, Make&& make) {
   std::vector<Value> values(static_cast<std::size_t>(last - first));
-  tbb::parallel_for(first, last, [&](int index) { values[static_cast<std::size_t>(index - first)] = make(index); });
+  parallel_for(first, last, [&](int index) { values[static_cast<std::size_t>(index - first)] = make(index); });
   batch.assign(std::make_move_iterator(values.begin()), std::make_move_iterator(values.end()));
 }
 

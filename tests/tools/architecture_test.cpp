@@ -70,6 +70,17 @@ TEST(Architecture, HeadersKeepHeavyLibrariesToThemselves) {
   }
 }
 
+/// ThreadSanitizer is told of the order of loops in one place (core/parallel.h).
+TEST(Architecture, LoopsOnAllCoresGoThroughOneDoor) {
+  const std::regex loops(R"(^tbb/(parallel_|blocked_range|task_group|flow_graph))");
+  for (const auto& [floor, lower] : kAllowed) {
+    for_each_include(floor, [&](const fs::path& path, int line, const std::string& include) {
+      if (path.filename() == "parallel.cpp" || path.filename() == "parallel_sort.h") return;
+      EXPECT_FALSE(std::regex_search(include, loops)) << path << ":" << line << ": core/parallel.h instead of " << include;
+    });
+  }
+}
+
 TEST(Architecture, NoFileOutgrowsFourHundredLines) {
   for (const auto& [floor, lower] : kAllowed) {
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / floor)) {

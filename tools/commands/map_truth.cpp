@@ -1,7 +1,6 @@
 #include "tools/commands/map_truth.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -9,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/maps/sparse_field_nodes.h"
+#include "core/parallel.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "frontends/simulation/magnetic_field.h"
 #include "frontends/simulation/world.h"
@@ -42,7 +42,7 @@ void map_truth(const MapTruthCall& call) {
   std::vector<Eigen::Vector4f> row_nodes(static_cast<std::size_t>(grid.columns));
   for (int layer = 0; layer < static_cast<int>(grid.heights_m.size()); ++layer) {
     for (int row = 0; row < grid.rows; ++row) {
-      tbb::parallel_for(0, grid.columns, [&](int column) {
+      parallel_for(0, grid.columns, [&](int column) {
         Eigen::Vector4f& node = row_nodes[static_cast<std::size_t>(column)];
         node = like.node(layer, row, column);
         if (!(node[3] <= like.max_sigma_ut())) return;

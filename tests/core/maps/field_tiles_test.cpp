@@ -1,6 +1,5 @@
 // A map of which few tiles are in memory gives the bits of the one that is in memory whole.
 #include <gtest/gtest.h>
-#include <tbb/parallel_for.h>
 
 #include <atomic>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <random>
 
 #include "core/maps/magnetic_map.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 namespace {
@@ -91,7 +91,7 @@ TEST(FieldTiles, TheSameOnAnyNumberOfThreads) {
   const MagneticMap some(Lanes::grid(), std::make_shared<const Lanes>(), 0.45, 0);
   const std::vector<Vector3> all = tile_places(2000);
   std::atomic<int> different{0};
-  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
     if (!same(some.query(all[i], FieldInterpolation::bicubic), whole.query(all[i], FieldInterpolation::bicubic))) ++different;
   });
   EXPECT_EQ(different, 0);

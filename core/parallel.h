@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+
+#if defined(__SANITIZE_THREAD__)
+#define LODESTONE_THREAD_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define LODESTONE_THREAD_SANITIZER
+#endif
+#endif
+
+#ifdef LODESTONE_THREAD_SANITIZER
+#include <sanitizer/tsan_interface.h>
+#endif
+
+/// Loops on all cores. The only door to TBB's: its library is not built with ThreadSanitizer, which therefore does not see that
+/// a loop's body comes after what its caller did before and before what the caller does after. Here it is told, and nothing
+/// more: two bodies stay unordered, so that what they share is still reported.
+namespace lodestone {
+
+/// Work on [first, last), without its type: TBB's headers stay in one .cpp file.
+struct RangeWork {
+  void (*call)(const void* loop, std::size_t first, std::size_t last);
+  const void* loop;
+};
+
+/// Cuts [0, count) into pieces and works on them at the same time. What a piece throws is thrown here, once no other is running.
+void run_ranges(std::size_t count, std::size_t grain, const RangeWork& work);
+
+/// What ThreadSanitizer must know of one loop.
+class LoopOrder {
+ public:
+#ifdef LODESTONE_THREAD_SANITIZER
+  LoopOrder() { __tsan_release(&begun_); }
+  ~LoopOrder() { __tsan_acquire(&ended_); }
+  void begin_piece() { __tsan_acquire(&begun_); }
+  void end_piece() { __tsan_release(&ended_); }
+
+ private:
+  // Two places: by one alone the end of a piece would come before the begin of another.
+  char begun_ = 0;
+  char ended_ = 0;
+#else
+  void begin_piece() {}
+  void end_piece() {}
+#endif
+};
+
+/// `body(index)` for every index in [first, last), at the same time. `grain`: so many make a piece of work worth handing over.
+template <class Index, class Body>
+void parallel_for(Index first, Index last, const Body& body, std::size_t grain = 1) {
+  if (!(first < last)) return;
+  struct Loop {
+    const Body& body;
+    Index first;
+    mutable LoopOrder order;
+  };
+  struct Piece {
+    LoopOrder& order;
+    explicit Piece(LoopOrder& order_in) : order(order_in) { order.begin_piece(); }
+    ~Piece() { order.end_piece(); }
+  };
+  const Loop loop{body, first, {}};
+  const auto work = [](const void* erased, std::size_t begin, std::size_t end) {
+    const Loop& called = *static_cast<const Loop*>(erased);
+    const Piece piece(called.order);
+    for (std::size_t i = begin; i != end; ++i) called.body(static_cast<Index>(called.first + static_cast<Index>(i)));
+  };
+  run_ranges(static_cast<std::size_t>(last - first), grain, {work, &loop});
+}
+
+}  // namespace lodestone
