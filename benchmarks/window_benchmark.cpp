@@ -162,7 +162,7 @@ struct Chain {
     const auto window = full_window(log, true);
     window->solve();
     for (std::size_t k = 0; k < kKeyframes; ++k)
-      information.push_back(log.costs[k].hessian(window->state(k).T_map_imu));
+      information.push_back(log.costs[k].cost.hessian(window->state(k).T_map_imu));
     for (std::size_t k = 0; k + 1 < kKeyframes; ++k) links.push_back(window->link(k));
   }
   std::vector<Matrix6> information;
