@@ -131,7 +131,8 @@ TEST(Robustness, ASteelCartThatPassesIsNotTakenForMotion) {
   // 150 A m² past the robot at a metre and a half: some ten microtesla, unlike at each magnetometer.
   const Outcome outcome = smooth(tunnel().drive(
       kDrive_s, "{kind: passing_steel, begin_s: 8, end_s: 18, from_m: [5, 1.2, 0.4], to_m: [40, 1.2, 0.4], moment_a_m2: [0, 50, 140]}"));
-  EXPECT_LT(outcome.best.max_m, 0.1);
+  EXPECT_LT(outcome.best.max_m, 0.04);
+  EXPECT_LT(outcome.best.nees, 2.0);
 }
 
 class ImuJump : public ::testing::TestWithParam<const char*> {};
