@@ -75,7 +75,8 @@ LidarScan LidarSimulator::scan(int index) const {
       LidarPoint point;
       Vector3 told = beams[line];
       if (options_.direction_noise_rad > 0.0) {
-        const Vector3 across(random.normal(), random.normal(), random.normal());
+        const double z = random.normal(), y = random.normal(), x = random.normal();  // drawn in one order by every compiler
+        const Vector3 across(x, y, z);
         told = (told + options_.direction_noise_rad * (across - across.dot(told) * told)).normalized();
       }
       point.position = (range * told).cast<float>();
