@@ -80,8 +80,8 @@ RasterFile::RasterFile(std::string path, std::size_t cache_bytes) : path_(std::m
   if (!first) fail_to_open(path_);
   const int pages = static_cast<int>(TIFFNumberOfDirectories(first.get()));
   if (TIFFSetDirectory(first.get(), static_cast<tdir_t>(pages - 1)) == 1 && TIFFLastDirectory(first.get()) == 0) {
-    throw InputError(fmt::format("{}: is cut off or damaged: {} of its pages can be read in {} bytes, and more are announced; {}",
-                                 path_, pages, std::filesystem::file_size(path_), kCopyAgain));
+    throw InputError(fmt::format("{}: is cut off or damaged: it announces more than the {} pages that can be read, the file has {} "
+                                 "bytes; {}", path_, pages, std::filesystem::file_size(path_), kCopyAgain));
   }
   for (int page = 0; page < pages; ++page) open(page);
 }
