@@ -16,17 +16,51 @@ namespace lodestone {
 
 namespace {
 
-/// A first word that is no subcommand: CLI11 would only say that one is missing.
-void check_subcommand(const CLI::App& app, int argument_count, char** arguments) {
-  if (argument_count < 2 || arguments[1][0] == '-') return;
-  std::vector<std::string> names;
-  for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(subcommand->get_name());
+/// The command that the first words of a call name.
+struct NamedCommand {
+  const CLI::App* app = nullptr;
+  std::string name = "lodestone";  ///< with the words that lead to it: "lodestone map truth"
+  std::size_t words = 0;           ///< that name it
+};
+
+/// A word that is no subcommand: CLI11 would only say that one is missing.
+[[noreturn]] void fail_unknown_command(const NamedCommand& parent, const std::string& word, const std::vector<std::string>& names) {
+  throw InputError("there is no command '" + word + "'" + (parent.words > 0 ? " of " + parent.name : "") + suggestion(word, names) +
+                   " (known: " + join_names(names) + ")");
+}
+
+/// Throws InputError where a word should be a subcommand and is none.
+NamedCommand find_command(const CLI::App& app, const std::vector<std::string>& words) {
+  NamedCommand command;
+  command.app = &app;
+  while (command.words < words.size() && words[command.words].front() != '-') {
+    const std::string& word = words[command.words];
+    std::vector<std::string> names;
+    const CLI::App* named = nullptr;
+    for (const CLI::App* subcommand : command.app->get_subcommands([](const CLI::App*) { return true; })) {
+      names.push_back(subcommand->get_name());
+      if (names.back() == word) named = subcommand;
+    }
+    if (names.empty()) break;
+    if (named == nullptr) fail_unknown_command(command, word, names);
+    command.app = named;
+    command.name += " " + word;
+    ++command.words;
   }
-  const std::string word = arguments[1];
-  if (std::find(names.begin(), names.end(), word) != names.end()) return;
-  throw InputError("there is no command '" + word + "'; did you mean '" + nearest_name(word, names) +
-                   "'? (known: " + join_names(names) + ")");
+  return command;
+}
+
+/// An option that the command does not have. CLI11 would first complain of what is missing: often the one that was misspelt.
+void check_options(const NamedCommand& command, const std::vector<std::string>& words) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.app->get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (std::size_t i = command.words; i < words.size() && words[i] != "--"; ++i) {
+    const std::string name = words[i].substr(0, words[i].find('='));
+    if (!name.starts_with("--") || std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw InputError("unknown option '" + name + "'" + suggestion(name, known) + " (see " + command.name + " --help)");
+  }
 }
 
 }  // namespace
@@ -38,8 +72,9 @@ int run_program(int argument_count, char** arguments) {
   app.name("lodestone");
   app.set_version_flag("--version", std::string("lodestone ") + LODESTONE_VERSION);
   app.require_subcommand(1);
-  app.failure_message([](const CLI::App*, const CLI::Error& error) {
-    return std::string("lodestone: ") + error.what() + " (see lodestone --help, or lodestone SUBCOMMAND --help)\n";
+  NamedCommand command;
+  app.failure_message([&command](const CLI::App*, const CLI::Error& error) {
+    return std::string("lodestone: ") + error.what() + " (see " + command.name + " --help)\n";
   });
   int code = exit_code::done;
   add_simulate_command(app, &code);
@@ -53,7 +88,10 @@ int run_program(int argument_count, char** arguments) {
   add_reproduce_command(app, &code);
   add_ablate_command(app, &code);
   try {
-    check_subcommand(app, argument_count, arguments);
+    std::vector<std::string> words(arguments + 1, arguments + argument_count);
+    std::erase(words, std::string());
+    command = find_command(app, words);
+    check_options(command, words);
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
     // Help and version are no errors; everything else about the call is exit code 2, whatever CLI11 numbers it.

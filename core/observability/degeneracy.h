@@ -65,7 +65,8 @@ struct DegeneracyOptions {
                   "probabilistic rule: least ratio of a direction's information to what noisy normals pretend to give");
     visitor.field("follow_gain", follow_gain,
                   "share by which a hard mask follows each new analysis; small, so that the noise of hidden directions "
-                  "from scan to scan adds up to no information; 1 takes each analysis as it is");
+                  "from scan to scan adds up to no information; 1 takes each analysis as it is; the smoother's alone, "
+                  "the filter takes each as it is");
   }
 
   void check() const {

@@ -85,9 +85,9 @@ void ConfigurationNode::refuse_keys_other_than(const std::vector<std::string>& k
   if (kind_ != Kind::map && kind_ != Kind::empty) fail_expected("a map with the keys " + join_names(known));
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     if (std::find(known.begin(), known.end(), keys_[i]) != known.end()) continue;
-    const std::string nearest = nearest_name(keys_[i], known);
+    const std::string near = suggestion(keys_[i], known);
     elements_[i].fail("unknown key '" + keys_[i] + "'" +
-                      (nearest.empty() ? "; expected no key here" : "; did you mean '" + nearest + "'?"));
+                      (known.empty() ? "; expected no key here" : near.empty() ? "; known: " + join_names(known) : near));
   }
 }
 

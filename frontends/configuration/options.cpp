@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "frontends/configuration/file_kind.h"
+
 namespace lodestone {
 
 namespace options_detail {
@@ -49,6 +51,7 @@ ConfigurationNode load_configuration(const std::vector<std::string>& files,
                                      const std::vector<std::string>& assignments) {
   ConfigurationNode configuration;
   for (const std::string& file : files) {
+    require_kind(file, SeemingKind::unknown, "a file of options");
     const ConfigurationNode node = ConfigurationNode::load(file);
     if (node.kind() != ConfigurationNode::Kind::empty) node.keys();  // refuses what is no map, while its file is known
     configuration.merge(node);

@@ -38,8 +38,7 @@ void read_value(const ConfigurationNode& node, Enum& value) {
     }
   }
   const std::vector<std::string> names = names_of(value);
-  node.fail("expected one of " + join_names(names) + ", found '" + text + "'; did you mean '" +
-            nearest_name(text, names) + "'?");
+  node.fail("expected one of " + join_names(names) + ", found '" + text + "'" + suggestion(text, names));
 }
 
 /// Values as YAML that reads back to the same bits.

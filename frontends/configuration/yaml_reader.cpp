@@ -63,7 +63,12 @@ class YamlReader {
   std::string file_;
 };
 
-ConfigurationNode ConfigurationNode::load(const std::string& path) { return parse(read_text_file(path), path); }
+ConfigurationNode ConfigurationNode::load(const std::string& path) {
+  const std::string text = read_text_file(path);
+  // Of such a file YAML's complaint would quote bytes that nobody can read.
+  if (text.find('\0') != std::string::npos) throw InputError(path + ": expected YAML, found a file of bytes that are no text");
+  return parse(text, path);
+}
 
 ConfigurationNode ConfigurationNode::parse(const std::string& text, const std::string& name) {
   try {

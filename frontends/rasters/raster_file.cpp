@@ -6,8 +6,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <optional>
+#include <vector>
 
 #include "core/error.h"
+#include "frontends/configuration/file_kind.h"
+#include "frontends/readers/logs/file_bytes.h"
 
 namespace lodestone {
 namespace {
@@ -24,20 +28,47 @@ bool is_float_page(TIFF* file) {
   return bits == 32 && samples == 1 && format == SAMPLEFORMAT_IEEEFP;
 }
 
-/// Every tile lies within the file: what is cut off is better said before a run than in its middle.
-bool is_whole(TIFF* file, std::uintmax_t size) {
+/// Where the page's last tile ends, in bytes; nothing where the file does not say. What is cut off is better said before a
+/// run than in its middle.
+std::optional<std::uint64_t> end_of_page(TIFF* file) {
   std::uint64_t* offsets = nullptr;
   std::uint64_t* counts = nullptr;
   const bool tiled = TIFFIsTiled(file) != 0;
   if (TIFFGetField(file, tiled ? TIFFTAG_TILEOFFSETS : TIFFTAG_STRIPOFFSETS, &offsets) != 1 ||
       TIFFGetField(file, tiled ? TIFFTAG_TILEBYTECOUNTS : TIFFTAG_STRIPBYTECOUNTS, &counts) != 1) {
-    return false;
+    return std::nullopt;
   }
+  std::uint64_t end = 0;
   const std::uint32_t blocks = tiled ? TIFFNumberOfTiles(file) : TIFFNumberOfStrips(file);
   for (std::uint32_t i = 0; i < blocks; ++i) {
-    if (offsets[i] > size || counts[i] > size - offsets[i]) return false;
+    // A sum that wraps round is as far away as can be.
+    const std::uint64_t tile_end = offsets[i] + counts[i];
+    end = std::max(end, tile_end < offsets[i] ? std::numeric_limits<std::uint64_t>::max() : tile_end);
   }
-  return true;
+  return end;
+}
+
+constexpr const char* kCopyAgain = "copy it whole, or write it again";
+
+/// Where the first page's description begins, as the file's first bytes say; nothing where they are no TIFF's.
+std::optional<std::uint64_t> announced_description(const FileBytes& file) {
+  std::vector<std::uint8_t> head;
+  if (file.size() < 16) return std::nullopt;
+  file.read(0, 16, head);
+  if (head[0] != 'I' || head[1] != 'I') return std::nullopt;  // what we write, and nearly everyone
+  if (head[2] == 42) return little_endian<std::uint32_t>(head.data() + 4);
+  if (head[2] == 43) return little_endian<std::uint64_t>(head.data() + 8);
+  return std::nullopt;
+}
+
+[[noreturn]] void fail_to_open(const std::string& path) {
+  const FileBytes file(path);
+  const auto announced = announced_description(file);
+  if (announced && *announced >= file.size()) {
+    throw InputError(fmt::format("{}: is cut off: its header announces a page at byte {}, the file has {} bytes; {}", path,
+                                 *announced, file.size(), kCopyAgain));
+  }
+  throw InputError(path + ": is no readable TIFF; write it again" + looks_like(path));
 }
 
 }  // namespace
@@ -46,8 +77,12 @@ RasterFile::RasterFile(std::string path, std::size_t cache_bytes) : path_(std::m
   std::error_code code;
   if (!std::filesystem::is_regular_file(path_, code)) throw InputError(path_ + ": there is no such file");
   TiffHandle first = open_tiff(path_, "r");
-  if (!first) throw InputError(path_ + ": is no readable TIFF; write it again");
+  if (!first) fail_to_open(path_);
   const int pages = static_cast<int>(TIFFNumberOfDirectories(first.get()));
+  if (TIFFSetDirectory(first.get(), static_cast<tdir_t>(pages - 1)) == 1 && TIFFLastDirectory(first.get()) == 0) {
+    throw InputError(fmt::format("{}: is cut off or damaged: it announces more than the {} pages that can be read, the file has {} "
+                                 "bytes; {}", path_, pages, std::filesystem::file_size(path_), kCopyAgain));
+  }
   for (int page = 0; page < pages; ++page) open(page);
 }
 
@@ -76,7 +111,12 @@ void RasterFile::open(int page) {
     throw InputError(fmt::format("{}: page {} has {} x {} pixels, page 1 has {} x {}; all must be of one size", path_, page + 1,
                                  columns, rows, columns_, rows_));
   }
-  if (!is_whole(file.get(), size)) throw InputError(path_ + ": is cut off; write it again");
+  const auto end = end_of_page(file.get());
+  if (!end) throw InputError(fmt::format("{}: page {} does not say where its pixels are; {}", path_, page + 1, kCopyAgain));
+  if (*end > size) {
+    throw InputError(fmt::format("{}: is cut off: page {} announces pixels up to byte {}, the file has {} bytes; {}", path_, page + 1,
+                                 *end, size, kCopyAgain));
+  }
   std::uint32_t block_columns = columns;
   std::uint32_t block_rows = rows;
   const bool tiled = TIFFIsTiled(file.get()) != 0;

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/rasters/raster_file.h"
 #include "frontends/rasters/raster_writer.h"
 #include "frontends/readers/text_file.h"
@@ -95,6 +96,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   if (ending == ".csv" || ending == ".txt" || ending == ".tsv") {
     throw InputError(yaml_path + ": expected a magnetic map's YAML; make one of this table with `lodestone map import`");
   }
+  require_kind(yaml_path, SeemingKind::magnetic_map, "a magnetic map's YAML");
   const ConfigurationNode node = ConfigurationNode::load(yaml_path);
   node.refuse_keys_other_than(
       {"resolution_m", "origin_m", "heights_m", "unit", "frame", "max_sigma_ut", "image", "provenance"});

@@ -53,8 +53,8 @@ std::vector<bool> named(const std::string& choice, const Platform& platform) {
     name = first == std::string::npos ? "" : name.substr(first, name.find_last_not_of(' ') - first + 1);
     const auto found = std::find(known.begin(), known.end(), name);
     if (found == known.end()) {
-      throw InputError(fmt::format("{}: {} has no magnetometer '{}'; did you mean '{}'? (known: {}; also: all, or a number)", kKey,
-                                   origin(platform), name, nearest_name(name, known), join_names(known)));
+      throw InputError(fmt::format("{}: {} has no magnetometer '{}'{} (known: {}; also: all, or a number)", kKey,
+                                   origin(platform), name, suggestion(name, known), join_names(known)));
     }
     const auto index = static_cast<std::size_t>(found - known.begin());
     if (taken[index]) throw InputError(fmt::format("{}: '{}' is there twice", kKey, name));

@@ -68,6 +68,17 @@ Header read_header(const std::string& path, const std::string& advice) {
   header.fail("its header has no line DATA");
 }
 
+/// The lines that are not empty, from `offset` on.
+std::uint64_t lines_of_values(const std::string& path, std::uint64_t offset) {
+  std::ifstream stream(path, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(offset));
+  std::uint64_t lines = 0;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.find_first_not_of(" \t\r") != std::string::npos) ++lines;
+  }
+  return lines;
+}
+
 }  // namespace
 
 void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::string& advice) {
@@ -113,7 +124,13 @@ void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::str
   } else {
     header.fail(fmt::format("'{}' in its line DATA", kind));
   }
-  if (there < needed) header.fail(fmt::format("{} bytes follow its header; {} points need {}", there, points, needed));
+  if (there < needed) {
+    header.fail(fmt::format("its header announces {} points, for which {} bytes are needed, and {} bytes follow it", points, needed,
+                            there));
+  }
+  if (kind != "ascii") return;
+  const std::uint64_t lines = lines_of_values(path, header.data_offset);
+  if (lines < points) header.fail(fmt::format("its header announces {} points, and {} lines of values follow it", points, lines));
 }
 
 }  // namespace lodestone

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/options.h"
 #include "frontends/readers/text_file.h"
 
@@ -248,7 +249,10 @@ double microtesla_per(FieldUnit unit) {
   return 1e6;
 }
 
-Platform load_platform(const std::string& path) { return read_platform(ConfigurationNode::load(path)); }
+Platform load_platform(const std::string& path) {
+  require_kind(path, SeemingKind::platform, "a platform file");
+  return read_platform(ConfigurationNode::load(path));
+}
 
 Platform parse_platform(const std::string& text, const std::string& name) {
   return read_platform(ConfigurationNode::parse(text, name));

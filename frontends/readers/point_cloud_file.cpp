@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "core/error.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/readers/pcd_check.h"
 #include "frontends/readers/pcd_layout.h"
@@ -40,7 +41,8 @@ Format format_of(const std::string& path) {
     if (line.rfind("VERSION", 0) == 0 || line.rfind("FIELDS", 0) == 0) return Format::pcd;
     if (!line.empty() && line[0] != '#' && line != "\r") break;
   }
-  throw InputError(path + ": is neither a PCD nor a PLY file; expected a point-cloud map in one of these formats");
+  throw InputError(path + ": is neither a PCD nor a PLY file; expected a point-cloud map in one of these formats" +
+                   looks_like(path));
 }
 
 /// A coordinate's place in a point, whose kind may be float or double.
@@ -145,6 +147,11 @@ class PositionStream {
 
 void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionStream& positions) {
   if (pcd.points == 0) fail_empty(path);
+  const auto there = static_cast<std::int64_t>(std::filesystem::file_size(path)) - pcd.data_offset;
+  if (there / pcd.point_bytes < pcd.points) {
+    throw InputError(fmt::format("{}: is cut off: its header announces {} points of {} bytes, and {} points ({} bytes) follow it; "
+                                 "copy or write it again", path, pcd.points, pcd.point_bytes, there / pcd.point_bytes, there));
+  }
   const PositionLayout layout(path, pcd.fields, pcd.point_bytes);
   std::ifstream stream(path, std::ios::binary);
   stream.seekg(pcd.data_offset);
@@ -169,7 +176,7 @@ void read_by_pcl(const std::string& path, PositionStream& positions) {
   pcl::PCLPointCloud2 cloud;
   int result = -1;
   std::string reason = kMalformed;
-  check_pcd(path, kMostBytes, "write it again");
+  check_pcd(path, kMostBytes, "copy or write it again");
   try {
     result = pcl::PCDReader().read(path, cloud);
   } catch (const std::exception& error) {

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "core/error.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/readers/text_file.h"
 
 namespace lodestone {
@@ -170,6 +171,7 @@ Trajectory read_tum(const std::string& path) { return parse_tum(path, read_text_
 Trajectory read_euroc(const std::string& path) { return parse_euroc(path, read_text_file(path)); }
 
 Trajectory read_trajectory(const std::string& path) {
+  require_kind(path, SeemingKind::trajectory, "a trajectory (TUM or EuRoC csv)");
   const std::string text = read_text_file(path);
   // Comments may hold commas in either format: the first line of values tells.
   std::size_t begin = 0;

@@ -129,8 +129,8 @@ class Entry {
     if (found == magnetometers_.end()) {
       name.fail(magnetometers_.empty()
                     ? "the robot has no magnetometers (sensors.magnetometer_mounts)"
-                    : fmt::format("there is no magnetometer '{}'; did you mean '{}'? (known: {}, all)", name.as_string(),
-                                  nearest_name(name.as_string(), magnetometers_), join_names(magnetometers_)));
+                    : fmt::format("there is no magnetometer '{}'{} (known: {}, all)", name.as_string(),
+                                  suggestion(name.as_string(), magnetometers_), join_names(magnetometers_)));
     }
     const int index = static_cast<int>(found - magnetometers_.begin());
     if (std::find(fault_.magnetometers.begin(), fault_.magnetometers.end(), index) != fault_.magnetometers.end()) {
@@ -219,7 +219,7 @@ class Entry {
     } else {
       std::vector<std::string> names{"imu", "lidar", "magnetometers"};
       names.insert(names.end(), magnetometers_.begin(), magnetometers_.end());
-      sensor.fail(fmt::format("there is no sensor '{}'; did you mean '{}'? (known: {})", text, nearest_name(text, names),
+      sensor.fail(fmt::format("there is no sensor '{}'{} (known: {})", text, suggestion(text, names),
                               join_names(names)));
     }
     const ConfigurationNode& offset = node_.at("offset_s");

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "frontends/configuration/configuration_node.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/options.h"
 #include "frontends/simulation/world.h"
 
@@ -264,6 +265,7 @@ void check_scene(const World& world, const ConfigurationNode& owner, const std::
 }  // namespace
 
 World load_world(const std::string& path, const std::vector<std::string>& assignments) {
+  require_kind(path, SeemingKind::world, "a world (config/worlds/)");
   ConfigurationNode root = ConfigurationNode::load(path);
   for (const std::string& assignment : assignments) root.set(assignment);
   Section section(root);

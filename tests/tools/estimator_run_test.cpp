@@ -15,6 +15,7 @@
 #include "tests/tools/program_runner.h"
 #include "tools/progress.h"
 #include "tools/sinks/covariance_file.h"
+#include "tools/sinks/csv_table.h"
 #include "tools/sinks/estimate_files.h"
 
 namespace lodestone {
@@ -264,10 +265,65 @@ TEST(RunReport, TableAndWarningsNameEveryRun) {
   const std::string warnings = warnings_text({smoother, ieskf});
   EXPECT_THAT(warnings, HasSubstr("imu.gap (1 x): no sample for 0.2 s"));
   EXPECT_THAT(warnings, HasSubstr("smoother.only (3 x in ieskf): made up"));
-  const auto json = nlohmann::json::parse(to_json({{"log", "a.bag"}, {"magnetic", ""}}, {smoother, ieskf}, std::nullopt));
+  CallRecord call;
+  call.call.settings = {"smoother.window_s=2"};
+  call.call.configurations = {"night.yaml"};
+  call.max_range_m = 12.5;
+  call.refines = true;
+  const auto json = nlohmann::json::parse(to_json({{"log", "a.bag"}, {"magnetic", ""}}, call, {smoother, ieskf}, std::nullopt));
+  EXPECT_EQ(json["call"]["max_range_m"], 12.5);
+  EXPECT_EQ(json["call"]["refine"], "batch");
+  EXPECT_EQ(json["call"]["set"], nlohmann::json({"smoother.window_s=2"}));
+  EXPECT_EQ(json["call"]["config"], nlohmann::json({"night.yaml"}));
+  EXPECT_FALSE(json["call"].contains("threads"));  // what changes no result must change no byte
+  EXPECT_FALSE(json["call"].contains("resume"));
   EXPECT_EQ(json["status"], "done");
   EXPECT_TRUE(json["magnetic"].is_null());
   EXPECT_EQ(json["estimators"].size(), 2U);
+}
+
+TEST(RunReport, TheTableTellsWhatABatchBeganWithAndWhatNobodyLookedAt) {
+  RunSummary refined;
+  refined.estimator = "smoother";
+  refined.truth = TruthFigures{{}, 0.01, 0.01, 0.04, 0.2, 1.1, true};
+  refined.saw_lidar = true;
+  refined.degenerate_scans = 17;
+  for (const char* name : {"causal", "smoothed", "batch"}) refined.stages.push_back({name, 0.02, 0.05, 0.3, {}, {}});
+  const std::string table = ab_table({refined});
+  EXPECT_THAT(table, HasSubstr("smoother (batch)"));
+  EXPECT_THAT(table, HasSubstr("  smoothed"));
+  EXPECT_THAT(table, testing::ContainsRegex(" 17 +- "));  // no field: nothing was rejected, and nothing taken
+  refined.stages.pop_back();
+  EXPECT_THAT(ab_table({refined}), testing::Not(HasSubstr("(batch)")));
+}
+
+TEST(EstimateFiles, WriteNoFigureWhereNothingWasMeasured) {
+  const TemporaryFolder folder;
+  EstimateFiles files(folder.path());
+  Estimate estimate;
+  estimate.time = from_seconds(1.0);
+  files.causal(estimate);
+  Diagnostics& seen = estimate.diagnostics;
+  seen.points = 100;
+  seen.correspondences = 50;
+  seen.inlier_share = 0.5;
+  seen.direction_sigma_m = Vector6::Constant(0.25);
+  seen.magnetic_samples = 4;
+  seen.magnetic_nis = 0.75;
+  seen.clock_sigma_s = 0.125;
+  estimate.time = from_seconds(1.1);
+  files.causal(estimate);
+  files.finish("");
+  const CsvTable table(folder / "diagnostics.csv");
+  for (const std::string& column : {"inlier_share", "lidar_rmse_m", "direction_1_sigma_m", "direction_6_weight", "magnetic_weight",
+                                    "magnetic_shrink", "magnetic_residual_ut", "magnetic_nis", "clock_offset_s", "clock_sigma_s"}) {
+    EXPECT_EQ(table.texts(column)[0], "nan") << column;
+    EXPECT_TRUE(std::isfinite(table.numbers(column)[1])) << column;
+  }
+  // What is counted is none, not unknown.
+  for (const std::string& column : {"points", "correspondences", "degenerate_directions", "magnetic_samples", "magnetic_rejected"}) {
+    EXPECT_EQ(table.numbers(column)[0], 0.0) << column;
+  }
 }
 
 TEST(OutputFile, AppearsOnlyWhole) {

@@ -100,6 +100,19 @@ TEST_F(Pictures, OfATunnelDrive) {
   for (const char* name : {"map", "error", "distribution"}) expect_picture(file(name));
 }
 
+TEST_F(Pictures, AMapAloneIsCalledOneAndHasNoLegend) {
+  const MadeUpRun run = made_up_run();
+  const MagneticMap map = made_up_map(66.0, 4.0);
+  draw_map_picture(file("alone"), &map, {}, {});
+  draw_map_picture(file("driven"), &map, run.truth, run.series);
+  const std::string alone = content_of(file("alone").string() + ".svg"), driven = content_of(file("driven").string() + ".svg");
+  EXPECT_THAT(alone, ::testing::HasSubstr(">Magnetic map<"));
+  EXPECT_THAT(driven, ::testing::HasSubstr(">Magnetic map and trajectories<"));
+  EXPECT_THAT(alone, ::testing::Not(::testing::HasSubstr("truth")));
+  const auto height = [](const std::string& svg) { return std::stod(svg.substr(svg.find("height=\"") + 8)); };
+  EXPECT_LT(height(alone), height(driven));
+}
+
 TEST_F(Pictures, OfASquareSiteWithoutLostEstimates) {
   MadeUpRun run = made_up_run();
   run.series.pop_back();

@@ -165,6 +165,53 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   EXPECT_EQ(run_lodestone(call("--refine whole")).code, 2);
 }
 
+TEST_F(RunCommand, LogAndOutputAreLookedAtBeforeTheMaps) {
+  const std::string rest = " --platform " + path("platform.yaml") + " --cloud " + path("nowhere.pcd") + " --out ";
+  std::ofstream(folder_ / "text.bag") << "no log";
+  expect_refused("run " + path("text.bag") + rest + path("out"), "text.bag: is no log");
+  std::ofstream(folder_ / "file") << "x";
+  expect_refused("run " + path("log.bag") + rest + path("file") + "/deep/out", "file is no folder; choose another --out");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  expect_refused("run " + path("log.bag") + rest + path("out"), "nowhere.pcd");
+}
+
+TEST_F(RunCommand, FilesOfAnotherKindAreCalledWhatTheyAre) {
+  const std::string log = "run " + path("log.bag") + " --out " + path("out");
+  expect_refused(log + " --platform " + path("cloud.pcd") + " --cloud " + path("cloud.pcd"),
+                 "cloud.pcd: expected a platform file; this looks like a point cloud (PCD or PLY)");
+  expect_refused(log + " --platform " + path("platform.yaml") + " --cloud " + path("platform.yaml"), "this looks like a platform file");
+  expect_refused(log + " --platform " + path("platform.yaml") + " --magnetic " + path("platform.yaml"),
+                 "expected a magnetic map's YAML; this looks like a platform file");
+  expect_refused("run " + path("cloud.pcd") + " --out " + path("out") + " --platform " + path("platform.yaml") + " --cloud " +
+                     path("cloud.pcd"), "cloud.pcd: is no log");
+  expect_refused(call("--truth " + path("log.bag")), "expected a trajectory (TUM or EuRoC csv); this looks like a log");
+}
+
+TEST_F(RunCommand, NothingOfAnEarlierRunStaysBesideTheNewResults) {
+  const std::string start = " --initial-pose-from " + path("truth.tum");
+  ASSERT_EQ(run_lodestone(call("--estimator smoother,lidar-inertial --truth " + path("truth.tum") + start)).code, 0);
+  const std::filesystem::path out = folder_ / "out";
+  ASSERT_TRUE(std::filesystem::exists(out / "pictures/error.png"));
+  std::ofstream(out / "lidar-inertial/notes.txt") << "mine";
+  std::ofstream(out / "pictures/mine.png") << "mine";
+  std::filesystem::create_directories(out / "ieskf/summary.json");  // a folder of that name is none of ours
+  ASSERT_EQ(run_lodestone(call("--estimator smoother --max-range 30" + start)).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(out / "lidar-inertial/trajectory.tum"));
+  EXPECT_FALSE(std::filesystem::exists(out / "smoother/errors.csv"));
+  EXPECT_FALSE(std::filesystem::exists(out / "pictures/error.png"));
+  EXPECT_TRUE(std::filesystem::exists(out / "smoother/trajectory.tum"));
+  EXPECT_EQ(content_of(out / "lidar-inertial/notes.txt"), "mine");
+  EXPECT_EQ(content_of(out / "pictures/mine.png"), "mine");
+  EXPECT_TRUE(std::filesystem::exists(out / "ieskf/summary.json"));
+  const auto call_of = nlohmann::json::parse(content_of(out / "summary.json"))["call"];
+  EXPECT_EQ(call_of["max_range_m"], 30.0);
+  EXPECT_EQ(call_of["estimators"], nlohmann::json({"smoother"}));
+  EXPECT_EQ(call_of["log"], path("log.bag"));
+  // A run that fails leaves what is there.
+  expect_refused(call("--estimator smoother --initial-pose '900 2 3 0 0 0 1'"), "no plane of this map");
+  EXPECT_TRUE(std::filesystem::exists(out / "smoother/trajectory.tum"));
+}
+
 /// What of a run's folder has the same bytes on every call: all but what holds times of the machine, and leftovers.
 std::map<std::string, std::string> results_in(const std::filesystem::path& folder) {
   std::map<std::string, std::string> results;

@@ -169,6 +169,13 @@ TEST_F(SimulateCommand, WrongCallsAreOneClearLineAndCode2) {
   EXPECT_NE(missing.errors.find("/no/such/world.yaml"), std::string::npos);
 }
 
+TEST_F(SimulateCommand, ADriveWithoutAScanIsRefusedBeforeAnythingIsWritten) {
+  const ProgramResult result = simulate("short", "--duration 0.05");
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.errors, ::testing::HasSubstr("--duration: expected at least one scan of the LiDAR, 0.1 s, found 0.05 s"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "short"));
+}
+
 TEST_F(SimulateCommand, HelpShowsExamples) {
   const ProgramResult help = run_lodestone("simulate --help");
   EXPECT_EQ(help.code, 0);

@@ -121,8 +121,8 @@ reproduce::Experiment meant_runs(const Ablation& ablation) {
     }
   }
   if (!unused.empty()) {
-    throw InputError(fmt::format("no run matches '{}'; did you mean '{}'? (lodestone ablate --list names them)", *unused.begin(),
-                                 nearest_name(*unused.begin(), known)));
+    throw InputError(fmt::format("no run matches '{}'{} (lodestone ablate --list names them)", *unused.begin(),
+                                 suggestion(*unused.begin(), known)));
   }
   const std::string baseline = recipe_name(ablation, ablation.variants[ablation.baseline]);
   for (const reproduce::Run& run : runs) {

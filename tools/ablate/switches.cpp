@@ -99,8 +99,8 @@ void check_switches(const std::vector<Switch>& switches) {
   options_with<MagneticMapOptions>(sorted.map);
   const std::vector<std::string> known = estimator_names();
   if (!sorted.estimator.empty() && std::find(known.begin(), known.end(), sorted.estimator) == known.end()) {
-    throw InputError(fmt::format("there is no estimator '{}'; did you mean '{}'? (known: {})", sorted.estimator,
-                                 nearest_name(sorted.estimator, known), join_names(known)));
+    throw InputError(fmt::format("there is no estimator '{}'{} (known: {})", sorted.estimator,
+                                 suggestion(sorted.estimator, known), join_names(known)));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -33,6 +34,10 @@ std::string with_sigma(double value, double sigma, bool held, int digits) {
   const std::string text = fmt::format("{:.{}f} ± {:.{}f}", value, digits, sigma, digits);
   return held ? "(" + text + ")" : text;
 }
+
+/// A line of what is held without the prior's sigma: of what many magnetometers have alike the tables' sigma is another, and
+/// one figure must do.
+std::string without_sigma(const std::string& line) { return line.substr(0, line.find(" ± ")); }
 
 std::string residual_table(const Platform& platform, const MagnetometerCalibrationResult& result) {
   Table table({"magnetometer", "moments", "before, uT", "after, uT", "beside the usual field: x, uT", "y, uT", "z, uT"});
@@ -72,19 +77,22 @@ MagnetometerCalibration given_of(const MagnetometerMessageLayout& layout) {
 
 }  // namespace
 
-Platform calibrated_platform(const Platform& given, const MagnetometerCalibrationResult& result) {
+Platform calibrated_platform(const Platform& given, const ShownChanges& changes) {
   Platform platform = given;
-  for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
-    if (result.magnetometers[j].readings == 0) continue;
+  for (std::size_t j = 0; j < changes.calibrations.size(); ++j) {
+    // What is not touched keeps its very digits.
+    const auto& taken = changes.taken[j];
+    if (std::none_of(taken.begin(), taken.end(), [](bool one) { return one; })) continue;
     MagnetometerMessageLayout& layout = platform.magnetometers[j];
-    const MagnetometerCalibration whole = result.magnetometers[j].calibration.after(given_of(layout));
+    const MagnetometerCalibration whole = changes.calibrations[j].after(given_of(layout));
     layout.hard_iron_ut = whole.hard_iron_ut;
     layout.soft_iron_correction = whole.correction();
   }
   return platform;
 }
 
-std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, bool mapped) {
+std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, const ShownChanges& changes,
+                             bool mapped) {
   std::string text = fmt::format("{} moments over {:.1f} s, turned by {:.0f} deg in all; {} rounds\n", result.moments,
                                  result.duration_s, result.turned_deg, result.rounds);
   if (mapped) {
@@ -102,12 +110,14 @@ std::string calibration_text(const Platform& platform, const MagnetometerCalibra
           residual_table(platform, result);
   text += "\nparameters against the given platform file; in brackets: held at the prior\n" + parameter_table(platform, result);
   if (!result.held.empty()) text += "\n";
-  for (const std::string& line : result.held) text += line + "\n";
+  for (const std::string& line : result.held) text += without_sigma(line) + "\n";
+  const std::string left = left_as_given(changes, platform.suite.magnetometers, result);
+  if (!left.empty()) text += "\nleft as given, since the log does not show them (below two of their sigmas): " + left + "\n";
   return text;
 }
 
 std::string calibration_json(const CalibrationSources& sources, const Platform& platform, const MagnetometerCalibrationResult& result,
-                             const CalibrationOptions& options) {
+                             const ShownChanges& changes, const CalibrationOptions& options) {
   const bool mapped = !sources.magnetic.empty();
   Json json{{"log", sources.log}, {"platform", sources.platform}, {"reference", mapped ? "map" : "array"}};
   if (mapped) {
@@ -124,7 +134,8 @@ std::string calibration_json(const CalibrationSources& sources, const Platform& 
   json["duration_s"] = result.duration_s;
   json["turned_deg"] = result.turned_deg;
   json["min_gain"] = options.min_gain;
-  json["held"] = result.held;
+  json["held"] = Json::array();
+  for (const std::string& line : result.held) json["held"].push_back(without_sigma(line));
   json["magnetometers"] = Json::array();
   for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
@@ -145,7 +156,8 @@ std::string calibration_json(const CalibrationSources& sources, const Platform& 
       const double value = i < 3 ? one.calibration.hard_iron_ut[i] : distortion[i - 3];
       parameters[kParameters[static_cast<std::size_t>(i)]] = {{"change", value},
                                                               {"sigma", one.sigma[i]},
-                                                              {"held_share", one.hidden_share[i]}};
+                                                              {"held_share", one.hidden_share[i]},
+                                                              {"taken", changes.taken[j][static_cast<std::size_t>(i)]}};
     }
     entry["parameters"] = parameters;
     json["magnetometers"].push_back(entry);

@@ -4,6 +4,7 @@
 
 #include "estimators/calibration/magnetometer_calibrator.h"
 #include "frontends/readers/platform.h"
+#include "tools/calibrate/shown_changes.h"
 
 namespace lodestone {
 
@@ -12,14 +13,15 @@ struct CalibrationSources {
   std::string log, platform, magnetic, trajectory;  ///< as given; the last two empty without a map
 };
 
-/// The platform with the calibration written in: what the log's reader then takes off.
-Platform calibrated_platform(const Platform& given, const MagnetometerCalibrationResult& result);
+/// The platform with the changes written in: what the log's reader then takes off.
+Platform calibrated_platform(const Platform& given, const ShownChanges& changes);
 
 /// For the terminal: residuals before and after, parameters with their sigmas, what was held.
-std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, bool mapped);
+std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, const ShownChanges& changes,
+                             bool mapped);
 
 /// The same in full digits, as JSON. `platform`: the calibrated one.
 std::string calibration_json(const CalibrationSources& sources, const Platform& platform, const MagnetometerCalibrationResult& result,
-                             const CalibrationOptions& options);
+                             const ShownChanges& changes, const CalibrationOptions& options);
 
 }  // namespace lodestone

@@ -117,7 +117,8 @@ void calibrate(const CalibrateCall& call) {
                  log.moments.front().time, static_cast<std::int64_t>(log.without_motion));
   }
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
-  fmt::print("{}: {}", call.sources.log, calibration_text(platform, result, log.mapped));
+  const ShownChanges changes = shown_changes(result);
+  fmt::print("{}: {}", call.sources.log, calibration_text(platform, result, changes, log.mapped));
   for (const auto& [kind, entry] : warnings.entries()) {
     fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
   }
@@ -125,10 +126,10 @@ void calibrate(const CalibrateCall& call) {
     fmt::print("\nnothing written; --out PLATFORM.yaml keeps the calibration\n");
     return;
   }
-  const Platform calibrated = calibrated_platform(platform, result);
+  const Platform calibrated = calibrated_platform(platform, changes);
   const std::filesystem::path json = std::filesystem::path(call.out).replace_filename("calibration.json");
   OutputFile file(json);
-  file.write(calibration_json(call.sources, calibrated, result, options));
+  file.write(calibration_json(call.sources, calibrated, result, changes, options));
   save_platform(calibrated, call.out);
   file.commit();
   fmt::print("\nwrote {} and {}\n", call.out, json.string());

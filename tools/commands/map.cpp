@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -17,6 +18,7 @@
 #include "tools/commands/map_diff.h"
 #include "tools/commands/map_import.h"
 #include "tools/commands/map_truth.h"
+#include "tools/map/survey_doubts.h"
 #include "tools/pictures/pictures.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
@@ -60,6 +62,12 @@ MagneticMapOptions read_options(const MapMagneticCall& call) {
   load_options(load_configuration(call.configurations, settings), options);
   if (call.resolution_m) options.resolution_m = *call.resolution_m;
   if (call.max_sigma_ut) options.max_sigma_ut = *call.max_sigma_ut;
+  if (call.resolution_m && !(*call.resolution_m > 0.0)) {
+    throw InputError(fmt::format("--resolution: expected metres above 0, found {:g}", *call.resolution_m));
+  }
+  if (call.max_sigma_ut && !(*call.max_sigma_ut > 0.0)) {
+    throw InputError(fmt::format("--max-sigma-ut: expected microtesla above 0, found {:g}", *call.max_sigma_ut));
+  }
   options.check();
   return options;
 }
@@ -87,7 +95,20 @@ FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platfor
                                  call.survey, call.trajectory, format_stamp(trajectory.front().time),
                                  format_stamp(trajectory.back().time)));
   }
+  const auto readings = static_cast<std::int64_t>(survey.observations.size()) + survey.without_pose;
+  if (2 * survey.without_pose > readings) {
+    throw InputError(fmt::format("{}: {} of its {} magnetometer readings have no pose in {} ({} to {} s); give the trajectory of "
+                                 "this survey, whole", call.survey, survey.without_pose, readings, call.trajectory,
+                                 format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
+  }
   return survey;
+}
+
+/// Of a reading of the array, as the platform says: rms over its magnetometers.
+double reading_noise(const Platform& platform) {
+  double sum = 0.0;
+  for (const MagnetometerModel& one : platform.suite.magnetometers) sum += one.noise_ut * one.noise_ut;
+  return std::sqrt(sum / static_cast<double>(platform.suite.magnetometers.size()));
 }
 
 std::string method_name(const MagneticMapOptions& options) {
@@ -110,7 +131,7 @@ std::string kernels_table(const FieldKernelFit& fit) {
 }
 
 Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& options, const FieldSurvey& survey, const MagneticMapResult& result,
-                         const std::string& held_out) {
+                         const std::string& held_out, const std::string& doubts) {
   Provenance provenance{{"made_by", "lodestone map magnetic"},
                         {"survey", std::filesystem::path(call.survey).filename().string()},
                         {"trajectory", std::filesystem::path(call.trajectory).filename().string()},
@@ -130,6 +151,7 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
                                                    potential->linear_sigma_ut)});
   }
   if (!held_out.empty()) provenance.push_back({"held_out", held_out});
+  if (!doubts.empty()) provenance.push_back({"warning", doubts});
   return provenance;
 }
 
@@ -160,12 +182,19 @@ void map_magnetic(const MapMagneticCall& call) {
              result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
   throw_if_interrupted();
 
+  if (result.nodes == 0) {
+    throw InputError(fmt::format("{}: no node of a map of it has a sigma within {:.3f} uT, so that nothing is written: {}", call.survey,
+                                 result.map.max_sigma_ut(), kSurveyCauses));
+  }
+
   std::string held_out;
+  std::optional<HeldOutScore> held_out_score;
   if (options.held_out_block_s > 0.0) {
     const SurveySplit split =
         split_survey(survey.observations, result.fit.cell_m, from_seconds(options.held_out_block_s), 10);
     if (!split.held_out.empty() && !split.training.empty()) {
       const HeldOutScore score = score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
+      held_out_score = score;
       held_out = fmt::format("every tenth {:g} s, predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
                              "cells; over their sigma {:.2f} {:.2f} {:.2f}; {} cells refused",
                              options.held_out_block_s, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
@@ -173,7 +202,9 @@ void map_magnetic(const MapMagneticCall& call) {
       fmt::print("held out, {}; {:.1f} s\n", held_out, clock.lap());
     }
   }
-  write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out), call.out, options.tile_nodes());
+  const std::string doubts = survey_doubts(result.fit, reading_noise(platform), held_out_score);
+  if (!doubts.empty()) fmt::print("warning: map.survey_noise (1 times): {}\n", doubts);
+  write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out, doubts), call.out, options.tile_nodes());
   const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");
   draw_map_picture(picture, &result.map, {}, {});
   fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),

@@ -38,8 +38,8 @@ FieldImportOptions options_of(const MapImportCall& call) {
   }
   const std::vector<std::string> names = options_detail::names_of(FieldUnit::tesla);
   if (!options.unit) {
-    throw InputError(fmt::format("--unit: expected one of {}, found '{}'; did you mean '{}'?", join_names(names), call.unit,
-                                 nearest_name(call.unit, names)));
+    throw InputError(fmt::format("--unit: expected one of {}, found '{}'{}", join_names(names), call.unit,
+                                 suggestion(call.unit, names)));
   }
   return options;
 }

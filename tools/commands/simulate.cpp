@@ -89,6 +89,10 @@ void simulate(const SimulateOptions& options) {
   const std::string scene = options.scene.empty()                   ? drive_plan.scene
                             : options.scene == simulation::no_scene ? std::string{}
                                                                     : options.scene;
+  if (options.duration_s < 1.0 / world.lidar.rate_hz) {
+    throw InputError(fmt::format("--duration: expected at least one scan of the LiDAR, {:g} s, found {:g} s",
+                                 1.0 / world.lidar.rate_hz, options.duration_s));
+  }
   simulation::find_scene(world, scene);  // refuses an unknown one before anything is made
   std::error_code error;
   std::filesystem::create_directories(options.out, error);

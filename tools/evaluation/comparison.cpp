@@ -21,8 +21,8 @@ const std::vector<std::string> kRelations{"translation", "angle", "heading", "rp
 
 void require_one_of(const std::string& option, const std::string& value, const std::vector<std::string>& names) {
   if (std::find(names.begin(), names.end(), value) != names.end()) return;
-  throw InputError(fmt::format("{}: expected one of {}, found '{}'; did you mean '{}'?", option, join_names(names), value,
-                               nearest_name(value, names)));
+  throw InputError(fmt::format("{}: expected one of {}, found '{}'{}", option, join_names(names), value,
+                               suggestion(value, names)));
 }
 
 Alignment parse_alignment(const std::string& text) {

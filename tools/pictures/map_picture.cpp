@@ -75,12 +75,13 @@ void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, 
 void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map, const Trajectory& truth,
                       const std::vector<PictureSeries>& series) {
   constexpr double kLegendTop = 44.0;
-  constexpr double kPlotTop = 100.0;
-  const PlanSheet sheet = plan_sheet(stretch_of(map, truth, series), kPlotTop);
+  const bool tracks = !truth.empty() || !series.empty();
+  const double plot_top = tracks ? 100.0 : 60.0;  // a map alone has no legend
+  const PlanSheet sheet = plan_sheet(stretch_of(map, truth, series), plot_top);
   const CanvasBox& box = sheet.box;
   const PlanStretch& stretch = sheet.stretch;
   Canvas canvas(sheet.width, sheet.height);
-  canvas.text({box.left, 14.0}, map != nullptr ? "Magnetic map and trajectories" : "Trajectories", ink::title, ink::text,
+  canvas.text({box.left, 14.0}, map == nullptr ? "Trajectories" : tracks ? "Magnetic map and trajectories" : "Magnetic map", ink::title, ink::text,
               Anchor::begin, Anchor::begin);
 
   Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
@@ -116,7 +117,7 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
   }
   canvas.unclip();
   axes.labels("x, m", "y, m", sheet.x_ticks, sheet.y_ticks);
-  draw_legend(canvas, {box.left, kLegendTop}, box.right, legend);
+  if (tracks) draw_legend(canvas, {box.left, kLegendTop}, box.right, legend);
   canvas.save(path);
 }
 

@@ -76,7 +76,7 @@ void add_errors(Json& json, const EstimatorFiles& files, const Trajectory& truth
   json["distribution"] = rounded(quantiles, 4);
 }
 
-/// Figures of the field only where a sample met the map: else their zeros mean nothing.
+/// Figures of the field only where a sample met the map: runs of older builds have zeros elsewhere.
 std::vector<double> where_sampled(std::vector<double> values, const std::vector<double>& samples) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!(samples[i] > 0.0)) values[i] = std::nan("");

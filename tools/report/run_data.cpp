@@ -114,6 +114,15 @@ void add_truth(Json& json, const Trajectory& truth, const TimeBuckets& buckets) 
   json["truth"] = {{"x", series(x)}, {"y", series(y)}, {"z", series(z)}};
 }
 
+/// A value of the call for people: a list as one text, nothing where it is empty.
+Json shown(const Json& list) {
+  if (list.is_boolean()) return list.get<bool>() ? "yes" : "no";
+  if (!list.is_array()) return list;
+  std::string text;
+  for (const Json& value : list) text += (text.empty() ? "" : ", ") + (value.is_string() ? value.get<std::string>() : value.dump());
+  return text.empty() ? Json(nullptr) : Json(text);
+}
+
 std::string status_of(const EstimatorFiles& files, const std::string& overall) {
   const std::vector<std::string> health = files.diagnostics.texts("health");
   if (!health.empty() && health.back() == "lost") return "lost";
@@ -142,7 +151,10 @@ Json read_run(const fs::path& folder, const DetailLimits& limits) {
   Json json;
   json["inputs"] = Json::object();
   for (const auto& [name, value] : summary.items()) {
-    if (name != "estimators" && name != "status") json["inputs"][name] = value;
+    if (name != "estimators" && name != "status" && name != "call") json["inputs"][name] = value;
+  }
+  if (summary.contains("call") && summary["call"].is_object()) {
+    for (const auto& [name, value] : summary["call"].items()) json["inputs"][name] = shown(value);
   }
   json["status"] = summary.value("status", "done");
   json["begin_s"] = format_stamp(begin);

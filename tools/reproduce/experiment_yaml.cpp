@@ -158,7 +158,7 @@ Criterion read_criterion(const ConfigurationNode& node, const Experiment& experi
   for (const std::string& pattern : criterion.only) {
     const std::vector<std::string> rows = row_names(group);
     if (std::none_of(rows.begin(), rows.end(), [&](const std::string& row) { return fits(pattern, {row}); })) {
-      node.at("only").fail(fmt::format("no row of '{}' matches '{}'; did you mean '{}'?", group.name, pattern, nearest_name(pattern, rows)));
+      node.at("only").fail(fmt::format("no row of '{}' matches '{}'{}", group.name, pattern, suggestion(pattern, rows)));
     }
   }
   if (const ConfigurationNode* factor = node.find("factor")) criterion.factor = factor->as_double();

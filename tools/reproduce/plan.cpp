@@ -245,8 +245,8 @@ void keep_only(const std::vector<std::string>& patterns, std::vector<PlannedRun>
   }
   for (const std::string& pattern : patterns) {
     if (std::none_of(planned.begin(), planned.end(), [&](const PlannedRun& one) { return matches(one.run, pattern); })) {
-      throw InputError(fmt::format("no run matches '{}'; did you mean '{}'? (lodestone reproduce --list names them)", pattern,
-                                   nearest_name(pattern, names)));
+      throw InputError(fmt::format("no run matches '{}'{} (lodestone reproduce --list names them)", pattern,
+                                   suggestion(pattern, names)));
     }
   }
   std::erase_if(planned, [&](const PlannedRun& one) {

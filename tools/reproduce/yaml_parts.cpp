@@ -50,7 +50,7 @@ void require_known(const ConfigurationNode& node, const std::string& name, const
                    const std::string& what) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
   if (known.empty()) node.fail(fmt::format("there is no {} '{}'", what, name));
-  node.fail(fmt::format("there is no {} '{}'; did you mean '{}'? (known: {})", what, name, nearest_name(name, known),
+  node.fail(fmt::format("there is no {} '{}'{} (known: {})", what, name, suggestion(name, known),
                         join_names(known)));
 }
 

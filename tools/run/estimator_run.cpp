@@ -51,6 +51,8 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
       samples += step.diagnostics.magnetic_samples;
     }
     if (step.diagnostics.degenerate_directions > 0) ++summary.degenerate_scans;
+    summary.saw_lidar = summary.saw_lidar || (step.diagnostics.direction_sigma_m.array() != 0.0).any();
+    summary.saw_field = summary.saw_field || step.diagnostics.magnetic_samples > 0;
     summary.magnetic_rejected += step.diagnostics.magnetic_rejected;
     if (step.diagnostics.magnetic_samples > 0 && step.diagnostics.magnetic_set_aside >= step.diagnostics.magnetic_samples) {
       warnings.add("magnetometer.contradicted", "a magnetometer or several read what the rest of the array contradicts, and were "

@@ -39,7 +39,7 @@ struct RowSums {
 /// The estimator's weight of magnetic samples at `time`; `next` is where to look from on.
 double weight_at(const std::vector<EstimateRecord::Step>& steps, Time time, std::size_t& next) {
   while (next < steps.size() && steps[next].time < time) ++next;
-  if (next == steps.size() || steps[next].time != time || steps[next].diagnostics.magnetic_samples == 0) return 0.0;
+  if (next == steps.size() || steps[next].time != time || steps[next].diagnostics.magnetic_samples == 0) return std::nan("");
   return steps[next].diagnostics.magnetic_weight;
 }
 

@@ -25,7 +25,7 @@ struct FieldRow {
   double mean_size_ut = 0.0;                ///< mean |measured − map| over readings
   Vector3 difference_ut = Vector3::Zero();  ///< mean of measured − map
   double sigma_ut = 0.0;                    ///< that map, noise and pose allow `difference_ut`, a component
-  double weight = 0.0;                      ///< mean Huber weight that the estimator gave; 0 where it took none
+  double weight = 0.0;                      ///< mean Huber weight that the estimator gave; nan where it took none
 };
 
 struct FieldReport {

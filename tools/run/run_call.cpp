@@ -31,6 +31,8 @@
 #include "tools/run/picture_series.h"
 #include "tools/run/resources.h"
 #include "tools/run/resumption.h"
+#include "tools/run/stale_results.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 
@@ -55,8 +57,8 @@ void check_call(const RunCall& call) {
   std::set<std::string> seen;
   for (const std::string& name : call.estimators) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw InputError(fmt::format("--estimator: expected names from {}, found '{}'; did you mean '{}'?", join_names(known),
-                                   name, nearest_name(name, known)));
+      throw InputError(fmt::format("--estimator: expected names from {}, found '{}'{}", join_names(known), name,
+                                   suggestion(name, known)));
     }
     if (!seen.insert(name).second) throw InputError(fmt::format("--estimator: '{}' is named twice", name));
   }
@@ -82,9 +84,11 @@ void check_call(const RunCall& call) {
   }
   if (!call.initial_pose.empty() && !is_automatic(call)) parse_initial_pose(call.initial_pose);
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
+  check_folder(call.out);
 }
 
-RunMaterial load(const RunCall& call, WarningLog& warnings) {
+/// Everything but the maps.
+RunMaterial load_small_files(const RunCall& call) {
   RunMaterial material;
   std::vector<std::string> settings = call.settings;
   if (!call.refine.empty()) settings.push_back("smoother.refine=" + call.refine);
@@ -96,6 +100,10 @@ RunMaterial load(const RunCall& call, WarningLog& warnings) {
   if (!call.initial_pose_from.empty()) material.start = read_trajectory(call.initial_pose_from);
   material.sensors.lidar = !call.cloud.empty();
   material.sensors.magnetometers = !call.magnetic.empty();
+  return material;
+}
+
+void load_maps(const RunCall& call, RunMaterial& material, WarningLog& warnings) {
   if (!call.cloud.empty()) {
     const LoadedPlanes loaded =
         load_planes(call.cloud, material.options.lidar.map, material.platform.suite.lidar, call.out, warnings);
@@ -113,7 +121,6 @@ RunMaterial load(const RunCall& call, WarningLog& warnings) {
   } else {
     std::printf("no --magnetic: magnetometers are left out, the run is LiDAR-inertial\n");
   }
-  return material;
 }
 
 /// `lodestone check` in small, on the log's begin.
@@ -170,6 +177,12 @@ OpenedLog open_log(const RunCall& call, const RunMaterial& material, WarningLog&
   const auto reader = std::make_shared<LogReader>(call, material, warnings);
   return {reader->source.begin_time(), reader->source.end_time(),
           [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
+}
+
+/// Maps may take minutes to load: that the log cannot be read is said before.
+void check_log(const RunCall& call, const RunMaterial& material) {
+  WarningLog unheard;  // the estimators' own passes tell
+  BagSource(call.log, material.platform, unheard, material.sensors);
 }
 
 struct LogSpan {
@@ -247,6 +260,12 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, 
           {"identity", digest(identity)}};
 }
 
+CallRecord record_of(const RunCall& call, const RunMaterial& material) {
+  CallRecord record{call, std::nullopt, material.options.smoother.refine == Refinement::batch};
+  if (!call.cloud.empty()) record.max_range_m = material.platform.suite.lidar.max_range_m;
+  return record;
+}
+
 int exit_code_of(const std::vector<RunSummary>& runs) {
   int code = exit_code::done;
   for (const RunSummary& run : runs) {
@@ -271,16 +290,17 @@ int execute(const RunCall& call) {
   check_call(call);
   const ThreadLimit limit(call.threads.value_or(0));
   WarningLog shared;
-  RunMaterial material = load(call, shared);
+  RunMaterial material = load_small_files(call);
+  check_log(call, material);
+  load_maps(call, material, shared);
   check_begin(call, material, shared);
-  const std::filesystem::path out = call.out;
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (error) throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", call.out, error.message()));
+  const std::filesystem::path out = made_folder(call.out);
   const RunIdentity identity = identify(call, material.options);
   if (const auto code = begin_or_go_on(call, identity)) return *code;
   write_text_file((out / "config.yaml").string(),
-                  "# Every option of this run; --config takes it again.\n" + save_options(material.options));
+                  "# Every option of this run; --config takes it again. What else the call said is in summary.json: call.\n" +
+                      save_options(material.options));
+  const StaleResults stale(out, estimator_names());
 
   if (is_automatic(call)) find_start_anywhere(call, material, shared);
   const std::optional<Bound> bound = find_bound(call, material);
@@ -294,7 +314,7 @@ int execute(const RunCall& call) {
     log_begin = outcome.log_begin;
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
-    write_text_file((out / "summary.json").string(), to_json(inputs_of(call, material, identity), summaries, bound));
+    write_text_file((out / "summary.json").string(), to_json(inputs_of(call, material, identity), record_of(call, material), summaries, bound));
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
@@ -309,7 +329,10 @@ int execute(const RunCall& call) {
   if (material.field != nullptr || !call.truth.empty()) std::printf("pictures: %s\n", (out / "pictures").c_str());
   keep_overview(call, material, log_begin, series);
   const int code = exit_code_of(summaries);
-  if (code != exit_code::interrupted) forget_checkpoints(call);
+  if (code != exit_code::interrupted) {
+    stale.remove();
+    forget_checkpoints(call);
+  }
   return code;
 }
 

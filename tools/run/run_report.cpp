@@ -84,6 +84,28 @@ RunStatus overall(const std::vector<RunSummary>& runs) {
   return status;
 }
 
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+Json json_of(const CallRecord& record) {
+  const RunCall& call = record.call;
+  Json json;
+  json["log"] = text_or_null(call.log);
+  json["platform"] = text_or_null(call.platform);
+  json["cloud"] = text_or_null(call.cloud);
+  json["magnetic"] = text_or_null(call.magnetic);
+  json["truth"] = text_or_null(call.truth);
+  json["initial_pose"] = text_or_null(call.initial_pose);
+  json["initial_pose_from"] = text_or_null(call.initial_pose_from);
+  json["estimators"] = call.estimators;
+  json["max_range_m"] = number(record.max_range_m);
+  json["refine"] = record.refines ? "batch" : "none";
+  json["bound"] = call.bound;
+  json["config"] = call.configurations;
+  json["set"] = call.settings;
+  json["check_seconds"] = number(call.check_seconds);
+  return json;
+}
+
 std::string optional_fixed(const std::optional<double>& value, int digits) {
   return fixed(value.value_or(std::nan("")), digits);
 }
@@ -92,10 +114,11 @@ std::string optional_fixed(const std::optional<double>& value, int digits) {
 
 std::string to_json(const RunSummary& summary) { return json_of(summary).dump(2) + "\n"; }
 
-std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs,
-                    const std::optional<Bound>& bound) {
+std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const CallRecord& call,
+                    const std::vector<RunSummary>& runs, const std::optional<Bound>& bound) {
   Json json;
-  for (const auto& [name, value] : inputs) json[name] = value.empty() ? Json(nullptr) : Json(value);
+  for (const auto& [name, value] : inputs) json[name] = text_or_null(value);
+  json["call"] = json_of(call);
   json["status"] = status_name(overall(runs));
   if (bound) {
     for (const Bound::Stage& stage : bound->stages) {
@@ -117,18 +140,19 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
   for (const char* name : {"degenerate", "mag. rejected", "x real time", "peak MB"}) header.emplace_back(name);
   Table table(header);
   for (const RunSummary& run : runs) {
-    std::vector<std::string> row{run.estimator, status_name(run.status), std::to_string(run.scans)};
+    // What a batch began with stands below what it made of it.
+    const bool refined = run.stages.size() == 3;
+    std::vector<std::string> row{refined ? run.estimator + " (batch)" : run.estimator, status_name(run.status), std::to_string(run.scans)};
     if (with_truth) {
       const TruthFigures figures = run.truth.value_or(TruthFigures{});
       row.insert(row.end(), {fixed(figures.ate_m, 4), optional_fixed(figures.ate_se3_m, 4), fixed(figures.max_error_m, 3),
                              fixed(figures.heading_rmse_deg, 3), optional_fixed(figures.nees_pose, 2),
                              figures.success ? "yes" : "no"});
     }
-    row.insert(row.end(), {std::to_string(run.degenerate_scans), std::to_string(run.magnetic_rejected),
+    row.insert(row.end(), {run.saw_lidar ? std::to_string(run.degenerate_scans) : "-",
+                           run.saw_field ? std::to_string(run.magnetic_rejected) : "-",
                            fixed(run.real_time_factor(), 1), fixed(run.peak_rss_mb, 0)});
     table.add(row);
-    // What a batch began with stands below what it made of it.
-    const bool refined = run.stages.size() == 3;
     for (std::size_t i = 0; refined && i + 1 < run.stages.size(); ++i) {
       const StageFigures& stage = run.stages[i];
       std::vector<std::string> below{"  " + stage.name, "", "", fixed(stage.ate_m, 4), "", fixed(stage.max_error_m, 3),

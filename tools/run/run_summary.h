@@ -10,6 +10,7 @@
 #include "core/evaluation/stale_map.h"
 #include "core/warnings.h"
 #include "tools/run/estimate_record.h"
+#include "tools/run/run_call.h"
 
 namespace lodestone {
 
@@ -54,6 +55,8 @@ struct RunSummary {
   double wall_s = 0.0;      ///< reading, estimating and writing
   double peak_rss_mb = 0.0;
   std::int64_t degenerate_scans = 0;
+  bool saw_lidar = false;  ///< in at least one scan directions were analysed; else there are no degenerate ones to count
+  bool saw_field = false;  ///< in at least one scan a sample of the array met the map
   std::int64_t magnetic_rejected = 0;
   double refine_s = 0.0;    ///< of it what came after the log's end: the batch refinement
   std::optional<double> magnetic_nis;  ///< mean over the scans' array samples, per component; 1 is consistent
@@ -76,9 +79,16 @@ std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Tra
 /// summary.json of one estimator: the keys of docs/architecture.md; `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);
 
+/// How a run was called: what config.yaml does not hold. Not what changes no result: threads, checkpoints, --resume.
+struct CallRecord {
+  RunCall call;
+  std::optional<double> max_range_m;  ///< in force: of the call, else of the platform; nothing without LiDAR
+  bool refines = false;               ///< by a batch, as call and options say
+};
+
 /// summary.json of the whole call. `inputs`: name and value of what was given on the command line.
-std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const std::vector<RunSummary>& runs,
-                    const std::optional<Bound>& bound);
+std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const CallRecord& call,
+                    const std::vector<RunSummary>& runs, const std::optional<Bound>& bound);
 
 /// The bound of each stage, and how much of it each run's estimates leave.
 std::string bound_text(const Bound& bound, const std::vector<RunSummary>& runs);

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <system_error>
-
-#include "core/error.h"
 #include "frontends/readers/trajectory_file.h"
 #include "tools/sinks/covariance_file.h"
 
@@ -13,15 +10,6 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kTrajectoryHeader = "# t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends\n";
-
-std::filesystem::path made(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
-  }
-  return folder;
-}
 
 std::string diagnostics_header() {
   std::string text = "t_s,health,points,correspondences,inlier_share,lidar_rmse_m";
@@ -32,15 +20,23 @@ std::string diagnostics_header() {
          "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,clock_offset_s,clock_sigma_s,iterations,step_ms\n";
 }
 
+/// A figure, or nan where nothing was measured: a zero would pass for a very good one.
+std::string figure(bool measured, double value) { return measured ? fmt::format(",{:.6g}", value) : ",nan"; }
+
 std::string diagnostics_row(const Estimate& estimate) {
   const Diagnostics& d = estimate.diagnostics;
-  std::string text = fmt::format("{},{},{},{},{:.6g},{:.6g}", format_stamp(estimate.time), health_name(estimate.health),
-                                 d.points, d.correspondences, d.inlier_share, d.lidar_rmse_m);
-  for (int i = 0; i < 6; ++i) text += fmt::format(",{:.6g}", d.direction_sigma_m(i));
-  for (int i = 0; i < 6; ++i) text += fmt::format(",{:.6g}", d.direction_weight(i));
-  return text + fmt::format(",{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{:.6g}\n", d.degenerate_directions, d.magnetic_samples,
-                            d.magnetic_rejected, d.magnetic_off_map, d.magnetic_weight, d.magnetic_shrink,
-                            d.magnetic_residual_ut, d.magnetic_nis, d.magnetic_set_aside, d.clock_offset_s, d.clock_sigma_s, d.iterations, d.step_ms);
+  const bool analysed = (d.direction_sigma_m.array() != 0.0).any();
+  const bool field = d.magnetic_samples > 0;
+  const bool clock = d.clock_sigma_s > 0.0;
+  std::string text = fmt::format("{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health), d.points, d.correspondences);
+  text += figure(d.points > 0, d.inlier_share) + figure(d.correspondences > 0, d.lidar_rmse_m);
+  for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
+  for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_weight(i));
+  text += fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);
+  text += figure(field, d.magnetic_weight) + figure(field, d.magnetic_shrink) + figure(field, d.magnetic_residual_ut);
+  text += figure(d.magnetic_nis > 0.0, d.magnetic_nis) + fmt::format(",{}", d.magnetic_set_aside);
+  text += figure(clock, d.clock_offset_s) + figure(clock, d.clock_sigma_s);
+  return text + fmt::format(",{},{:.6g}\n", d.iterations, d.step_ms);
 }
 
 }  // namespace
@@ -58,7 +54,7 @@ const char* health_name(Health health) {
 }
 
 EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
-    : folder_(made(folder)),
+    : folder_(made_folder(folder)),
       trajectory_(folder / "trajectory.tum"),
       causal_(folder / "causal.tum"),
       covariance_(folder / "covariance.csv"),

@@ -43,4 +43,26 @@ void OutputFile::commit() {
   }
 }
 
+void check_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  std::filesystem::path there = std::filesystem::absolute(folder, ignored);
+  while (!std::filesystem::exists(there, ignored) && there != there.parent_path()) there = there.parent_path();
+  if (!std::filesystem::is_directory(there, ignored)) {
+    throw InputError(fmt::format("{}: cannot make the folder: {} is no folder; choose another --out", folder.string(), there.string()));
+  }
+  if (access(there.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(fmt::format("{}: cannot be written: {}: {}; choose another --out", folder.string(), there.string(),
+                                 std::strerror(errno)));
+  }
+}
+
+std::filesystem::path made_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
+  }
+  return folder;
+}
+
 }  // namespace lodestone

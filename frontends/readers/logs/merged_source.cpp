@@ -1,12 +1,9 @@
 #include "frontends/readers/logs/merged_source.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 #include <map>
 
-#include "core/error.h"
 #include "frontends/readers/logs/topic_list.h"
 
 namespace lodestone {
@@ -20,12 +17,7 @@ MergedSource::MergedSource(std::string path, std::vector<std::unique_ptr<Message
       if (info.messages > 0) part.begin = std::min(part.begin, info.begin);
       const auto [entry, is_new] = found.try_emplace(info.name, info);
       if (is_new) continue;
-      TopicInfo& topic = entry->second;
-      if (topic.type != info.type || topic.encoding != info.encoding) {
-        throw InputError(fmt::format("{}: {} is a {} in one of its files and a {} in another: they are parts of different "
-                                     "recordings", path_, info.name, topic.type, info.type));
-      }
-      add_messages(topic, info.begin, info.end, info.messages);
+      add_messages(entry->second, info.begin, info.end, info.messages);
     }
     part.source = std::move(source);
     parts_.push_back(std::move(part));

@@ -9,10 +9,12 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/readers/csv/csv_log.h"
 #include "frontends/readers/logs/compression.h"
 #include "frontends/readers/logs/file_bytes.h"
 #include "frontends/readers/logs/merged_source.h"
+#include "frontends/readers/logs/recording_parts.h"
 #include "frontends/readers/logs/segment_source.h"
 #include "frontends/readers/mcap/mcap_index.h"
 #include "frontends/readers/ros2/bag_metadata.h"
@@ -100,7 +102,7 @@ Source open_file(const std::string& path, WarningLog& warnings) {
       break;
   }
   throw InputError(path + ": is no log: expected a ROS 1 bag (it starts with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
-                          "ROS 2");
+                          "ROS 2" + looks_like(path));
 }
 
 /// Files of a folder that are logs by their content, in the order of names.
@@ -115,15 +117,19 @@ std::vector<std::string> logs_in(const fs::path& folder) {
 
 Source open_folder(const fs::path& folder, WarningLog& warnings) {
   const fs::path metadata = folder / "metadata.yaml";
-  const std::vector<std::string> files = fs::exists(metadata) ? bag_files(metadata.string()) : logs_in(folder);
+  const bool listed = fs::exists(metadata);
+  const std::vector<std::string> files = listed ? bag_files(metadata.string()) : logs_in(folder);
   if (files.empty() && CsvLog::is_in(folder.string())) return std::make_unique<CsvLog>(folder.string(), warnings);
   if (files.empty()) {
     throw InputError(folder.string() + ": the folder holds no log: no bag, no MCAP file, no CSV file");
   }
-  std::vector<Source> parts;
-  for (const std::string& file : files) parts.push_back(open_file(file, warnings));
-  if (parts.size() == 1) return std::move(parts.front());
-  return std::make_unique<MergedSource>(folder.string(), std::move(parts));
+  std::vector<RecordingPart> parts;
+  for (const std::string& file : files) parts.push_back({file, open_file(file, warnings)});
+  check_one_recording(folder.string(), parts, listed ? PartsListed::by_metadata : PartsListed::by_nobody);
+  if (parts.size() == 1) return std::move(parts.front().source);
+  std::vector<Source> sources;
+  for (RecordingPart& part : parts) sources.push_back(std::move(part.source));
+  return std::make_unique<MergedSource>(folder.string(), std::move(sources));
 }
 
 }  // namespace

@@ -176,7 +176,8 @@ void SqliteSource::Implementation::read_rows() {
   }
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.time < b.time; });
   if (lost == 0 && announced <= file_bytes) return;
-  if (rows.empty()) throw InputError(path + ": the bag is cut off or damaged: no message can be read; record it again");
+  if (rows.empty()) throw InputError(path + ": the bag is cut off or damaged: no message can be read; copy it again, "
+                                           "or try what 'sqlite3 OLD.db3 .recover | sqlite3 NEW.db3' brings back");
   warnings.add("log.cut_off",
                fmt::format("{}: the bag is cut off or damaged: it has {} bytes and announces {}; {} messages can be found", path,
                            file_bytes, announced, rows.size()),
@@ -223,8 +224,8 @@ SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
     self.read_rows();
     self.content.emplace(self.database.get(), "SELECT data FROM messages WHERE id = ?");
   } catch (const SqliteError& error) {
-    throw InputError(fmt::format("{}: cannot be read as a ROS 2 bag ({}); record it again, or repair it with '.recover' of "
-                                 "sqlite3", path, error.what()));
+    throw InputError(fmt::format("{}: cannot be read as a ROS 2 bag ({}); copy it again, or try what 'sqlite3 OLD.db3 .recover | "
+                                 "sqlite3 NEW.db3' brings back", path, error.what()));
   }
 }
 

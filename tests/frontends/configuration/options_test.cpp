@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "frontends/configuration/file_kind.h"
 #include "tests/frontends/readers/test_files.h"
 
 namespace lodestone {
@@ -49,6 +50,7 @@ namespace {
 using ::lodestone::testing::message_of;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 OuterOptions load_text(const std::string& text) {
   OuterOptions options;
@@ -90,6 +92,35 @@ TEST(Options, SuggestTheNearestKeyForAMisspeltOne) {
   EXPECT_THAT(option_error("iner:\n  limit_m: 3\n"), HasSubstr("file.yaml:1: iner: unknown key 'iner'; did you mean 'inner'"));
 }
 
+TEST(Options, SuggestNothingThatIsFarFromWhatWasWritten) {
+  EXPECT_EQ(option_error("inner:\n  colour: 3\n"), "file.yaml:2: inner.colour: unknown key 'colour'; known: limit_m, shape");
+  EXPECT_THAT(option_error("inner:\n  shape: triangle\n"), Not(HasSubstr("did you mean")));
+  const std::vector<std::string> names{"tesla", "gauss", "limit_m"};
+  EXPECT_EQ(suggestion("telsa", names), "; did you mean 'tesla'?");
+  EXPECT_EQ(suggestion("limit", names), "; did you mean 'limit_m'?");
+  EXPECT_EQ(suggestion("ampere", names), "");
+  EXPECT_EQ(suggestion("x", {}), "");
+  EXPECT_EQ(edit_distance("ab", "ba"), 1);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
+}
+
+TEST(SeemingKind, TellsOurFilesByHowTheyBegin) {
+  const std::pair<std::string, SeemingKind> cases[] = {
+      {"# robot\nname: a\nlidar:\n  topic: /p\nimu: {topic: /i}\nmagnetometers: []\n", SeemingKind::platform},
+      {"resolution_m: 0.1\norigin_m: [0, 0]\nheights_m: [0.1]\nimage: a.tif\n", SeemingKind::magnetic_map},
+      {"name: a\nsensors:\n  lidar: {}\nsequences:\n  a: {}\n", SeemingKind::world},
+      {"# t x y z\n1.5 0 0 0 0 0 0 1\n", SeemingKind::trajectory},
+      {"# .PCD v0.7\nVERSION 0.7\n", SeemingKind::point_cloud},
+      {"VERSION 0.7\nFIELDS x y z\n", SeemingKind::point_cloud},
+      {"ply\nformat ascii 1.0\n", SeemingKind::point_cloud},
+      {"#ROSBAG V2.0\n", SeemingKind::log},
+      {std::string("II*\0\x08\0\0\0", 8), SeemingKind::raster},
+      {"smoother:\n  window_s: 2\nmagnetic:\n  imu: 3\n", SeemingKind::unknown},
+      {"1 2 3 4 5 6 7\n", SeemingKind::unknown},
+      {"", SeemingKind::unknown}};
+  for (const auto& [text, kind] : cases) EXPECT_EQ(seeming_kind(text), kind) << text;
+}
+
 TEST(Options, SayWhatWasExpectedAndWhatCame) {
   EXPECT_EQ(option_error("enabled: maybe\n"), "file.yaml:1: enabled: expected true or false, found 'maybe'");
   EXPECT_THAT(option_error("count: 2.5\n"), HasSubstr("expected a whole number, found '2.5'"));
@@ -104,6 +135,16 @@ TEST(Options, SayWhatWasExpectedAndWhatCame) {
 
 TEST(Options, NameTheFileWhereTheCheckRefusesAValue) {
   EXPECT_THAT(option_error("inner:\n  limit_m: -1\n"), AllOf(HasSubstr("file.yaml:1: inner"), HasSubstr("above 0")));
+}
+
+TEST(Options, AFileOfBytesIsCalledOne) {
+  const testing::TemporaryFolder folder;
+  testing::write_text(folder / "options.yaml", std::string("\x7f" "ELF\x02\x01\0\0\x1b[31m", 13));
+  EXPECT_THAT(testing::message_of<InputError>([&] { load_configuration({folder / "options.yaml"}, {}); }),
+              HasSubstr("options.yaml: expected YAML, found a file of bytes that are no text"));
+  testing::write_text(folder / "cloud.pcd", "# .PCD v0.7\nVERSION 0.7\n");
+  EXPECT_THAT(testing::message_of<InputError>([&] { load_configuration({folder / "cloud.pcd"}, {}); }),
+              HasSubstr("expected a file of options; this looks like a point cloud (PCD or PLY)"));
 }
 
 TEST(Options, RefuseMalformedYamlAndKeysGivenTwice) {

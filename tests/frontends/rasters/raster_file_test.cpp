@@ -113,8 +113,14 @@ TEST_F(Raster, SaysWhatIsWrong) {
   EXPECT_THAT(error(), HasSubstr("no readable TIFF"));
   write({300, 300, 0.1, {0, 0}}, 16, 2);
   EXPECT_EQ(error(), "no error");
-  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) / 2);
-  EXPECT_THAT(error(), HasSubstr("raster.tif"));
+  // Wherever pixels are missing, the line says that it is cut off, how far it should reach and how many bytes there are.
+  const auto whole = std::filesystem::file_size(path_);
+  for (const std::uintmax_t kept : {whole - whole / 50, whole * 3 / 4, whole / 2, whole / 10}) {
+    write({300, 300, 0.1, {0, 0}}, 16, 2);
+    std::filesystem::resize_file(path_, kept);
+    EXPECT_THAT(error(), HasSubstr("raster.tif: is cut off")) << kept << " of " << whole;
+    EXPECT_THAT(error(), HasSubstr(std::to_string(kept) + " bytes; copy it whole, or write it again")) << kept << " of " << whole;
+  }
 
   TIFF* file = TIFFOpen(path_.c_str(), "w");
   std::uint8_t row[8] = {};

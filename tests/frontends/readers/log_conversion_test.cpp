@@ -20,7 +20,11 @@ namespace {
 namespace fs = std::filesystem;
 using testing::SyntheticLog;
 using testing::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
+using testing::message_of;
 
 void convert(const std::string& from, const std::string& to, LogFormat format, Codec codec) {
   WarningLog warnings;
@@ -172,6 +176,29 @@ TEST_P(EachFormat, PartsOfOneRecordingAreOneLog) {
   EXPECT_TRUE(both.warnings.entries().empty());
   testing::write_text(folder / "split/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [b_first]\n");
   EXPECT_EQ(read(folder / "split", log.platform()).lines.size(), half);
+}
+
+TEST_P(EachFormat, RecordingsOfOneTimeAreNoOneLog) {
+  fs::create_directories(folder.path() / "two");
+  SyntheticLog second = log;
+  second.start = log.start + SyntheticLog::period;
+  second.write(folder / "second.bag");
+  convert(folder / "log.bag", folder / "two/log", GetParam().format, GetParam().codec);
+  convert(folder / "second.bag", folder / "two/survey", GetParam().format, GetParam().codec);
+  const auto refusal = [&] { return message_of<InputError>([&] { read(folder / "two", log.platform()); }); };
+  const std::string two = folder / "two";
+  EXPECT_THAT(refusal(), AllOf(StartsWith(two + ": log and survey both hold /"),
+                               EndsWith("give one of them, " + two + "/log or " + two + "/survey")));
+  // Who lists them answers for them.
+  testing::write_text(folder / "two/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [log, survey]\n");
+  EXPECT_GT(read(folder / "two", log.platform()).lines.size(), read(path, log.platform()).lines.size());
+  // Another kind of log with the same topics is refused whoever lists it.
+  const bool is_bag = GetParam().format == LogFormat::rosbag;
+  fs::remove(two + "/survey");
+  convert(folder / "second.bag", two + "/survey", is_bag ? LogFormat::mcap : LogFormat::rosbag, Codec::none);
+  EXPECT_THAT(refusal(), AllOf(HasSubstr(is_bag ? "of ROS 1 in log and" : "of ROS 2 in log and"),
+                               HasSubstr(is_bag ? "of ROS 2 in survey:" : "of ROS 1 in survey:"),
+                               EndsWith("give one of them, " + two + "/log or " + two + "/survey")));
 }
 
 TEST_P(EachFormat, IsReadWhenPackedAsAWhole) {

@@ -140,8 +140,14 @@ TEST(PointCloudFile, SaysWhatIsWrong) {
   write_text(folder / "flat.pcd", pcd_header("x y", 1) + "1 2\n");
   EXPECT_THAT(cloud_error(folder / "flat.pcd"), HasSubstr("no field 'z'; the file has x, y"));
   write_point_cloud(folder / "cut.pcd", std::vector<Eigen::Vector3f>(1000, Eigen::Vector3f::Ones()));
-  std::filesystem::resize_file(folder / "cut.pcd", 2000);
-  EXPECT_THAT(cloud_error(folder / "cut.pcd"), HasSubstr("cannot be read"));
+  const auto whole = std::filesystem::file_size(folder / "cut.pcd");
+  std::filesystem::resize_file(folder / "cut.pcd", whole - 12 * 400 - 1);
+  EXPECT_THAT(cloud_error(folder / "cut.pcd"), HasSubstr("cut.pcd: is cut off: its header announces 1000 points of 12 bytes, and 599 "
+                                                         "points (7199 bytes) follow it; copy or write it again"));
+  write_text(folder / "cut_text.pcd", pcd_header("x y z", 5) + "1 2 3\n4 5 6\n\n7 8 9");
+  EXPECT_THAT(cloud_error(folder / "cut_text.pcd"), HasSubstr("its header announces 5 points, and 3 lines of values follow it"));
+  write_text(folder / "platform.yaml", "name: robot\nlidar: {topic: /points}\nimu: {topic: /imu}\nmagnetometers: []\n");
+  EXPECT_THAT(cloud_error(folder / "platform.yaml"), HasSubstr("this looks like a platform file"));
   write_text(folder / "cut.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n");
   EXPECT_THAT(cloud_error(folder / "cut.ply"), HasSubstr("cannot be read"));
   const std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty float x\nproperty float y\n";

@@ -35,6 +35,10 @@ function comparison(run) {
   const withTruth = run.estimators.some((one) => one.summary.ate_m != null);
   const of = (name) => (row) => row.summary[name] ?? NaN;
   const number = (title, unit, name, digits, best) => ({ title, unit, value: of(name), cell: (row) => fixed(of(name)(row), digits), best });
+  // What an estimator did not look at has no count: none of its scans is known to be degenerate, or not to be.
+  const measured = (series) => series?.some((value) => value != null);
+  const degenerate = (row) => (measured(row.series.direction_1) ? of('degenerate_scans')(row) : NaN);
+  const rejected = (row) => (measured(row.series.weight) ? of('magnetic_rejected')(row) : NaN);
   const outcome = (row) => {
     if (row.status !== 'done') return ['bad', row.status];
     if (row.summary.success == null) return ['good', 'done'];
@@ -50,8 +54,8 @@ function comparison(run) {
       { title: 'NEES', unit: '1 is consistent', value: of('nees_pose'), cell: (row) => (of('nees_pose')(row) > 999 ? '> 999' : fixed(of('nees_pose')(row), 2)),
         best: (values) => smallest(values.map((value) => Math.abs(Math.log(value)))) },
     ] : []),
-    { title: 'Degenerate', unit: 'scans', value: of('degenerate_scans'), cell: (row) => `${count(of('degenerate_scans')(row))}${share(row.summary.degenerate_scans, row.summary.scans)}` },
-    { title: 'Rejected', unit: 'field samples', value: of('magnetic_rejected'), cell: (row) => count(of('magnetic_rejected')(row)) },
+    { title: 'Degenerate', unit: 'scans', value: degenerate, cell: (row) => (Number.isFinite(degenerate(row)) ? `${count(degenerate(row))}${share(degenerate(row), row.summary.scans)}` : '–') },
+    { title: 'Rejected', unit: 'field samples', value: rejected, cell: (row) => count(rejected(row)) },
     number('Speed', '× real time', 'real_time_factor', 1, largest),
     { title: 'Memory', unit: 'peak, MB', value: of('peak_rss_mb'), cell: (row) => fixed(of('peak_rss_mb')(row), 0), best: smallest },
   ];

@@ -1,0 +1,49 @@
+// When a survey and a trajectory are doubted to belong together.
+#include "tools/map/survey_doubts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace lodestone {
+namespace {
+
+using ::testing::HasSubstr;
+
+FieldKernelFit fit_with(double noise, double by_likelihood) {
+  FieldKernelFit fit;
+  for (KernelParameters& kernel : fit.kernels) kernel.noise_sigma = noise;
+  fit.uncalibrated_noise = Vector3::Constant(by_likelihood);
+  return fit;
+}
+
+HeldOutScore missed_by(double sigmas, std::size_t cells = 500) {
+  HeldOutScore score;
+  score.cells = cells;
+  score.normalized_rms = Vector3::Constant(sigmas);
+  return score;
+}
+
+constexpr double kReading_ut = 1.0;
+
+TEST(SurveyDoubts, AreNoneWhereReadingsAgree) {
+  EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, missed_by(1.0)), "");
+  EXPECT_EQ(survey_doubts(fit_with(0.16, 0.05), kReading_ut, missed_by(1.0)), "");  // errors of the survey, below the noise
+  EXPECT_EQ(survey_doubts(fit_with(2.5, 2.0), kReading_ut, missed_by(1.2)), "");
+  EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, std::nullopt), "");
+  EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, missed_by(9.0, 5)), "");  // five cells say nothing
+}
+
+TEST(SurveyDoubts, NameFiguresAndCauses) {
+  for (const std::string& doubts : {survey_doubts(fit_with(4.0, 0.5), kReading_ut, missed_by(0.6)),
+                                    survey_doubts(fit_with(1.5, 0.4), kReading_ut, missed_by(0.6)),
+                                    survey_doubts(fit_with(0.2, 0.2), kReading_ut, missed_by(8.0))}) {
+    EXPECT_THAT(doubts, HasSubstr("another drive"));
+    EXPECT_THAT(doubts, HasSubstr("clock"));
+    EXPECT_THAT(doubts, HasSubstr("T_imu_mag"));
+  }
+  EXPECT_THAT(survey_doubts(fit_with(4.0, 0.5), kReading_ut, std::nullopt), HasSubstr("4.00 uT a cell"));
+  EXPECT_THAT(survey_doubts(fit_with(0.2, 0.2), kReading_ut, missed_by(8.0)), HasSubstr("8.0 of its sigmas"));
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,92 @@
+#include "tools/calibrate/shown_changes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kSigmas = 2.0;
+constexpr double kRoundedOff = 1e-9;  // of a sigma: what is left of a variance that conditioning has used up
+constexpr int kParameters = 12;
+
+constexpr std::array<const char*, kParameters> kNames{"hard iron x", "hard iron y", "hard iron z", "scale x",  "scale y",
+                                                      "scale z",     "shear xy",    "shear xz",    "shear yz", "turn x",
+                                                      "turn y",      "turn z"};
+
+/// Conditions mean and covariance on the parameter being zero.
+void set_to_zero(Eigen::Index parameter, Eigen::VectorXd& mean, Eigen::MatrixXd& covariance) {
+  const double variance = covariance(parameter, parameter);
+  if (variance > 0.0) {
+    const Eigen::VectorXd gain = covariance.col(parameter) / variance;
+    mean -= gain * mean[parameter];
+    covariance -= gain * covariance.row(parameter).eval();
+  }
+  mean[parameter] = 0.0;
+  covariance.row(parameter).setZero();
+  covariance.col(parameter).setZero();
+}
+
+/// The parameters that the log shows; the others are zero in `mean` then.
+std::vector<bool> keep_shown(Eigen::VectorXd& mean, Eigen::MatrixXd covariance) {
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  std::vector<bool> kept(static_cast<std::size_t>(mean.size()), true);
+  while (true) {
+    Eigen::Index least = -1;
+    double least_ratio = kSigmas;
+    for (Eigen::Index i = 0; i < mean.size(); ++i) {
+      if (!kept[static_cast<std::size_t>(i)]) continue;
+      const double now = std::max(std::sqrt(std::max(covariance(i, i), 0.0)), kRoundedOff * sigma[i]);
+      const double ratio = now > 0.0 ? std::abs(mean[i]) / now : 0.0;
+      if (ratio >= least_ratio) continue;
+      least = i;
+      least_ratio = ratio;
+    }
+    if (least < 0) return kept;
+    kept[static_cast<std::size_t>(least)] = false;
+    set_to_zero(least, mean, covariance);
+  }
+}
+
+}  // namespace
+
+ShownChanges shown_changes(const MagnetometerCalibrationResult& result) {
+  ShownChanges changes;
+  std::vector<std::size_t> active;
+  for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
+    changes.calibrations.emplace_back();
+    changes.taken.emplace_back().fill(false);
+    if (result.magnetometers[j].readings > 0) active.push_back(j);
+  }
+  Eigen::VectorXd mean(kParameters * static_cast<Eigen::Index>(active.size()));
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    const MagnetometerCalibration& found = result.magnetometers[active[i]].calibration;
+    mean.segment<kParameters>(kParameters * static_cast<Eigen::Index>(i)) << found.hard_iron_ut, distortion_of(found.distortion);
+  }
+  const std::vector<bool> kept = keep_shown(mean, result.covariance);
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    const auto row = kParameters * static_cast<Eigen::Index>(i);
+    changes.calibrations[active[i]] = {mean.segment<3>(row), distortion_matrix(mean.segment<9>(row + 3))};
+    std::copy_n(kept.begin() + row, kParameters, changes.taken[active[i]].begin());
+  }
+  return changes;
+}
+
+std::string left_as_given(const ShownChanges& changes, const std::vector<MagnetometerModel>& magnetometers,
+                          const MagnetometerCalibrationResult& result) {
+  std::string text;
+  for (std::size_t j = 0; j < changes.taken.size(); ++j) {
+    const auto& taken = changes.taken[j];
+    if (result.magnetometers[j].readings == 0 || std::all_of(taken.begin(), taken.end(), [](bool one) { return one; })) continue;
+    std::string names;
+    for (int i = 0; i < kParameters; ++i) {
+      if (!taken[static_cast<std::size_t>(i)]) names += (names.empty() ? "" : ", ") + std::string(kNames[static_cast<std::size_t>(i)]);
+    }
+    const bool nothing = std::none_of(taken.begin(), taken.end(), [](bool one) { return one; });
+    text += (text.empty() ? "" : "; ") + magnetometers[j].name + ": " + (nothing ? "everything" : names);
+  }
+  return text;
+}
+
+}  // namespace lodestone

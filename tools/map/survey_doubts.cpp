@@ -1,0 +1,39 @@
+#include "tools/map/survey_doubts.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kSeveral = 3.0;
+constexpr std::size_t kEnoughCells = 20;
+
+double rms(const Vector3& components) { return components.norm() / std::sqrt(3.0); }
+
+}  // namespace
+
+const char* const kSurveyCauses =
+    "the trajectory may be of another drive, its clock not the log's, or the platform's T_imu_mag or calibration wrong";
+
+std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut, const std::optional<HeldOutScore>& held_out) {
+  const double noise = rms({fit.kernels[0].noise_sigma, fit.kernels[1].noise_sigma, fit.kernels[2].noise_sigma});
+  const double by_likelihood = rms(fit.uncalibrated_noise);
+  if (noise > kSeveral * reading_noise_ut) {
+    return fmt::format("the readings scatter by {:.2f} uT a cell, and the platform's noise of one reading is {:.2f} uT: {}", noise,
+                       reading_noise_ut, kSurveyCauses);
+  }
+  if (noise > reading_noise_ut && noise > kSeveral * by_likelihood) {
+    return fmt::format("the readings scatter by {:.2f} uT a cell, {:.1f} times what one pass of them says by itself: {}", noise,
+                       noise / by_likelihood, kSurveyCauses);
+  }
+  if (held_out && held_out->cells >= kEnoughCells && rms(held_out->normalized_rms) > kSeveral) {
+    return fmt::format("the readings that were held out miss the map of the others by {:.1f} of its sigmas: {}",
+                       rms(held_out->normalized_rms), kSurveyCauses);
+  }
+  return {};
+}
+
+}  // namespace lodestone
