@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kSigmas = 2.0;
 constexpr double kRoundedOff = 1e-9;  // of a sigma: what is left of a variance that conditioning has used up
-constexpr int kParameters = 12;
+constexpr int kPerMagnetometer = 12;
 
-constexpr std::array<const char*, kParameters> kNames{"hard iron x", "hard iron y", "hard iron z", "scale x",  "scale y",
+constexpr std::array<const char*, kPerMagnetometer> kNames{"hard iron x", "hard iron y", "hard iron z", "scale x",  "scale y",
                                                       "scale z",     "shear xy",    "shear xz",    "shear yz", "turn x",
                                                       "turn y",      "turn z"};
 
@@ -59,16 +59,16 @@ ShownChanges shown_changes(const MagnetometerCalibrationResult& result) {
     changes.taken.emplace_back().fill(false);
     if (result.magnetometers[j].readings > 0) active.push_back(j);
   }
-  Eigen::VectorXd mean(kParameters * static_cast<Eigen::Index>(active.size()));
+  Eigen::VectorXd mean(kPerMagnetometer * static_cast<Eigen::Index>(active.size()));
   for (std::size_t i = 0; i < active.size(); ++i) {
     const MagnetometerCalibration& found = result.magnetometers[active[i]].calibration;
-    mean.segment<kParameters>(kParameters * static_cast<Eigen::Index>(i)) << found.hard_iron_ut, distortion_of(found.distortion);
+    mean.segment<kPerMagnetometer>(kPerMagnetometer * static_cast<Eigen::Index>(i)) << found.hard_iron_ut, distortion_of(found.distortion);
   }
   const std::vector<bool> kept = keep_shown(mean, result.covariance);
   for (std::size_t i = 0; i < active.size(); ++i) {
-    const auto row = kParameters * static_cast<Eigen::Index>(i);
+    const auto row = kPerMagnetometer * static_cast<Eigen::Index>(i);
     changes.calibrations[active[i]] = {mean.segment<3>(row), distortion_matrix(mean.segment<9>(row + 3))};
-    std::copy_n(kept.begin() + row, kParameters, changes.taken[active[i]].begin());
+    std::copy_n(kept.begin() + row, kPerMagnetometer, changes.taken[active[i]].begin());
   }
   return changes;
 }
@@ -80,7 +80,7 @@ std::string left_as_given(const ShownChanges& changes, const std::vector<Magneto
     const auto& taken = changes.taken[j];
     if (result.magnetometers[j].readings == 0 || std::all_of(taken.begin(), taken.end(), [](bool one) { return one; })) continue;
     std::string names;
-    for (int i = 0; i < kParameters; ++i) {
+    for (int i = 0; i < kPerMagnetometer; ++i) {
       if (!taken[static_cast<std::size_t>(i)]) names += (names.empty() ? "" : ", ") + std::string(kNames[static_cast<std::size_t>(i)]);
     }
     const bool nothing = std::none_of(taken.begin(), taken.end(), [](bool one) { return one; });
