@@ -77,7 +77,14 @@ export class Chromium {
       await Promise.race([ended, new Promise((resolve) => setTimeout(resolve, 5000))]);
       if (this.#process.exitCode == null) this.#process.kill('SIGKILL');
     }
-    // Helpers of the browser write for a moment after it is gone.
-    rmSync(this.#profile, { recursive: true, force: true, maxRetries: 50, retryDelay: 100 });
+    // Helpers of the browser write for a moment after it is gone; what is then left in the temporary folder is no verdict.
+    for (let attempt = 0; attempt < 50; ++attempt) {
+      try {
+        rmSync(this.#profile, { recursive: true, force: true });
+        return;
+      } catch {
+        await new Promise((resolve) => setTimeout(resolve, 200));
+      }
+    }
   }
 }
