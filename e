@@ -1,1 +1,0 @@
-lodestone: A subcommand is required (see lodestone --help, or lodestone SUBCOMMAND --help)
