@@ -74,10 +74,10 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   share_slide();
   int iterations = solved ? window_->solve() : 0;
   const int reassociations = solved ? options.smoother.reassociations : 0;
-  bool narrows = true;
-  for (int i = 0; i < reassociations + (narrows ? kNarrowings : 0); ++i) {
-    narrows = narrows && narrow_gate(newest, i == 0);
-    if (i >= reassociations && !narrows) break;
+  const bool narrows = begins_to_narrow(newest);
+  const int rounds = reassociations + (narrows ? kNarrowings : 0);
+  for (int i = 0; i < rounds; ++i) {
+    if (narrows && i > 0) keyframes_[newest]->gate_covariance = narrower_gate(newest);
     renew_moved(i > 0 || !solved);
     share_slide();
     if (solved) iterations += window_->solve();
@@ -185,23 +185,27 @@ void Smoother::renew(std::size_t k) {
   measurements_.set_field(field, k, *window_);
 }
 
+/// The gate for correspondences, ten times as narrow, but no narrower than what is known of the pose by now.
+Matrix6 Smoother::narrower_gate(std::size_t k) const {
+  return 0.01 * keyframes_[k]->gate_covariance + window_->pose_covariances(std::vector<std::size_t>{k}).front();
+}
+
 /// Within a wide gate the points of neighbouring surfaces count as much as those of the right one: the first scan of a car park
 /// was laid 5 mm too low at a sigma of 0.2 mm. Where a pose is predicted roughly, at a start or after an outage, the gate
-/// narrows, tenfold a round, to what is known of the pose by then. Says whether it does; `first`: of this step's rounds.
-bool Smoother::narrow_gate(std::size_t k, bool first) {
+/// narrows from round to round of the step. Narrows it once and says so, where it is wide and more is known by now.
+bool Smoother::begins_to_narrow(std::size_t k) {
   Matrix6& gate = keyframes_[k]->gate_covariance;
   const auto rotation = [](const Matrix6& covariance) { return covariance.diagonal().head<3>().sum(); };
   const auto position = [](const Matrix6& covariance) { return covariance.diagonal().tail<3>().sum(); };
   const bool shifts = position(gate) > kWideGate_m * kWideGate_m;
   const bool turns = rotation(gate) > kWideGate_rad * kWideGate_rad;
-  if (first && !shifts && !turns) return false;
-  const Matrix6 narrower = 0.01 * gate + window_->pose_covariances(std::vector<std::size_t>{k}).front();
+  if (!shifts && !turns) return false;
+  const Matrix6 narrower = narrower_gate(k);
   // What is still as unknown as it was stays as wide: the axis of a tunnel.
-  const bool narrowed = (shifts && position(narrower) < 0.5 * position(gate)) ||
-                        (turns && rotation(narrower) < 0.5 * rotation(gate));
-  if (first && !narrowed) return false;
-  gate = narrower;
-  return true;
+  const bool narrows = (shifts && position(narrower) < 0.5 * position(gate)) ||
+                       (turns && rotation(narrower) < 0.5 * rotation(gate));
+  if (narrows) gate = narrower;
+  return narrows;
 }
 
 void Smoother::renew_moved(bool newest_only) {

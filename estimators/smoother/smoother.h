@@ -31,7 +31,8 @@ class Smoother final : public Estimator {
   void tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
   void renew(std::size_t k);
   Matrix6 known_of(std::size_t k, double noise_taken) const;
-  bool narrow_gate(std::size_t k, bool first);
+  Matrix6 narrower_gate(std::size_t k) const;
+  bool begins_to_narrow(std::size_t k);
   void renew_moved(bool newest_only);
   void share_slide();
   void hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
