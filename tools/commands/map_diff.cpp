@@ -120,10 +120,7 @@ void map_diff(const MapDiffCall& call) {
   if (difference.nodes == 0) refuse_disjoint(call, first, second);
   const std::vector<ChangedPlace> places = changed_places(difference, call.threshold_ut);
 
-  const std::filesystem::path out = call.out;
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (error) throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", call.out, error.message()));
+  const std::filesystem::path out = made_folder(call.out);
   print_figures(call, difference, places);
   write_magnetic_difference(difference, call.first, call.second, (out / "difference.yaml").string());
   write_result(out / "places.csv", to_csv(places));

@@ -9,6 +9,7 @@
 #include "frontends/readers/text_file.h"
 #include "tools/commands.h"
 #include "tools/run/run_checkpoint.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 
@@ -62,9 +63,7 @@ std::optional<int> begin_or_go_on(const RunCall& call, const RunIdentity& identi
   } else {
     forget_checkpoints(call);
   }
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
+  made_folder(folder);
   return std::nullopt;
 }
 
