@@ -102,11 +102,11 @@ TEST(SweptScans, TheWindowsCovarianceIsThatOfItsErrors) {
   constexpr int kRuns = 100;
   const Nees nees = nees_of_drives(kRuns, true);
   std::printf("NEES per degree of freedom: %.3f causal, %.3f smoothed\n", nees.causal, nees.smoothed);
-  // Four sigmas of a mean of chi squares, and a tenth for what three modes leave of the bridge and what second order adds.
+  // Four sigmas of a mean of chi squares, and a twentieth for what the modes leave of the bridge and what second order adds.
   const double spread = 4.0 * std::sqrt(2.0 / (6.0 * kRuns));
   for (const double value : {nees.causal, nees.smoothed}) {
     EXPECT_GT(value, 1.0 - spread);
-    EXPECT_LT(value, 1.1 + spread);
+    EXPECT_LT(value, 1.05 + spread);
   }
 }
 
