@@ -59,7 +59,7 @@ void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
     table_[slot] = {voxel.key, kNoPlane};
     if (counts(voxel)) {
       table_[slot].plane = static_cast<std::int32_t>(planes_.size());
-      planes_.push_back(voxel.plane);
+      planes_.push_back(with_shared_thickness(voxel.plane, median_thickness_m_, options_));
     } else {
       ++rejected_voxels_;
     }

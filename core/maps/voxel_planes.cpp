@@ -1,6 +1,7 @@
 #include "core/maps/voxel_planes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -129,6 +130,19 @@ std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points
 double thickness_limit(double median_thickness_m, const PlaneMapOptions& options) {
   return options.max_thickness_over_median > 0.0 ? options.max_thickness_over_median * median_thickness_m
                                                  : std::numeric_limits<double>::infinity();
+}
+
+Plane with_shared_thickness(Plane plane, double median_thickness_m, const PlaneMapOptions& options) {
+  const double prior = options.thickness_prior_points;
+  const double own = static_cast<double>(plane.count) - 3.0;
+  const double squared = std::pow(static_cast<double>(plane.thickness), 2);
+  if (prior <= 0.0 || own <= 0.0 || squared <= 0.0) return plane;
+  // Both thicknesses were fitted with three parameters: the ratio needs no correction for it.
+  const auto factor = static_cast<float>((prior * std::pow(median_thickness_m, 2) / squared + own) / (prior + own));
+  plane.offset_variance *= factor;
+  plane.major_tilt_variance *= factor;
+  plane.minor_tilt_variance *= factor;
+  return plane;
 }
 
 }  // namespace lodestone

@@ -15,6 +15,7 @@ struct PlaneMapOptions {
   double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
   bool height_from_within = true;  ///< a plane's height from the points under and over the voxel alone
   double max_thickness_over_median = 1.3;
+  double thickness_prior_points = 30.0;
   PlaneFitOptions fit;
   int tile_above_points = 10000000;
   double tile_m = 32.0;
@@ -30,6 +31,9 @@ struct PlaneMapOptions {
                   "then lies where points in this voxel do");
     visitor.field("max_thickness_over_median", max_thickness_over_median,
                   "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
+    visitor.field("thickness_prior_points", thickness_prior_points,
+                  "a plane's own few points tell badly how noisy they are: the map's median thickness counts as so many; 0: "
+                  "not at all");
     visitor.section("fit", fit);
     visitor.field("tile_above_points", tile_above_points,
                   "a cloud of more points is cut into tiles, of which only those round the robot are in memory; the results "
@@ -43,6 +47,7 @@ struct PlaneMapOptions {
     option_checks::within("voxel_m", voxel_m, 0.01, 100.0);
     option_checks::within("margin_m", margin_m, 0.0, 0.49 * voxel_m);
     option_checks::not_negative("max_thickness_over_median", max_thickness_over_median);
+    option_checks::not_negative("thickness_prior_points", thickness_prior_points);
     option_checks::not_negative("tile_above_points", tile_above_points);
     option_checks::within("tile_m", tile_m, voxel_m, 10000.0);
     option_checks::not_negative("resident_radius_m", resident_radius_m);
@@ -98,5 +103,11 @@ std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points
 /// Largest thickness that a map's planes may have, given the median of all: where floor meets wall a voxel may hold a
 /// strip of the other surface too thin to refuse by itself; it shows against what the map's planes are like.
 double thickness_limit(double median_thickness_m, const PlaneMapOptions& options);
+
+/// `plane` with the variances that its points' noise gives it, where that is taken from the map's planes and its own points
+/// together: the mean a posteriori under the conjugate prior of `thickness_prior_points` degrees of freedom (Smyth, Statistical
+/// Applications in Genetics and Molecular Biology 2004). Of eight points alone one variance in three is too small by a third,
+/// and the plane weighs the more for it.
+Plane with_shared_thickness(Plane plane, double median_thickness_m, const PlaneMapOptions& options);
 
 }  // namespace lodestone

@@ -70,7 +70,8 @@ void TiledPlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
     }
     for (const VoxelPlane& voxel : voxels) {
       const bool is_plane = voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
-      visit(voxel_of_key(voxel.key), is_plane ? &voxel.plane : nullptr);
+      const Plane plane = with_shared_thickness(voxel.plane, content_.median_thickness_m, content_.options);
+      visit(voxel_of_key(voxel.key), is_plane ? &plane : nullptr);
     }
   }
 }

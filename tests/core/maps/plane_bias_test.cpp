@@ -1,6 +1,7 @@
 // That a map's planes stand where its surfaces do, for the points that are matched to them.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -103,6 +104,34 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r where the wall runs along an axis.
   EXPECT_GT(std::abs(with_margin.mean_m), 5e-4);
   EXPECT_LT(std::abs(within.mean_m), 0.25 * std::abs(with_margin.mean_m));
+}
+
+/// Of a floor at z = 0 by planes of few points each: mean of its true height's square over the variance that planes claim.
+double squared_error_over_variance(double prior_points) {
+  std::mt19937_64 generator(5);
+  std::normal_distribution<float> noise(0.0F, 0.01F);
+  std::uniform_real_distribution<float> along(0.0F, 40.0F);
+  Cloud cloud;
+  for (int i = 0; i < 200000; ++i) cloud.emplace_back(along(generator), along(generator), 0.125F + noise(generator));
+  PlaneMapOptions options;
+  options.thickness_prior_points = prior_points;
+  const PlaneMap map(cloud, options);
+  double sum = 0.0;
+  int count = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Eigen::Vector3f point(along(generator), along(generator), 0.125F);
+    const Plane* plane = map.match(point, 0.1F);
+    if (plane == nullptr) continue;
+    sum += std::pow(static_cast<double>(plane->distance(point)), 2) / static_cast<double>(plane->variance_at(point));
+    ++count;
+  }
+  EXPECT_GT(count, 10000);
+  return sum / count;
+}
+
+TEST(PlaneMap, PlanesOfFewPointsKnowTheirErrorFromAllOfThem) {
+  EXPECT_NEAR(squared_error_over_variance(PlaneMapOptions{}.thickness_prior_points), 1.0, 0.1);
+  EXPECT_GT(squared_error_over_variance(0.0), 1.1);  // of its own points alone
 }
 
 }  // namespace
