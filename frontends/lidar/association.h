@@ -16,7 +16,7 @@ struct AssociationOptions {
   double gate_sigmas = 4.0;
   double huber_sigmas = 2.0;
   double surface_roughness_m = 0.002;
-  double map_error_repeats = 5.0;
+  double map_error_repeats = 10.0;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -26,7 +26,8 @@ struct AssociationOptions {
     visitor.field("huber_sigmas", huber_sigmas, "point-to-plane residuals beyond this many sigmas are weighed down");
     visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
     visitor.field("map_error_repeats", map_error_repeats,
-                  "how many scans in a row meet the same plane and so the same error of it: its variance counts so often");
+                  "an estimate averages the noise of scans, but not the error of a plane that they all meet: its variance "
+                  "counts as often as scans are averaged along its normal, at most so often");
   }
 
   void check() const {
@@ -38,14 +39,21 @@ struct AssociationOptions {
   }
 };
 
+/// How many scans an estimate averages: what one scan alone tells of a pose against what is known of it (φ, p).
+struct ScanAveraging {
+  Matrix6 information_of_scan = Matrix6::Zero();
+  Matrix6 covariance = Matrix6::Zero();  ///< zero: not known, every plane's error counts the most times
+};
+
 /// Finds each point's plane at the pose `T_map_imu` and what its residual is worth. `points`: imu frame at the scan's
 /// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it, of
-/// the surface and of the plane's own fit. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no outlier.
+/// the surface and of the plane's own fit, this one as often as scans are averaged along r. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no outlier.
 /// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken; none
 /// where that does not matter.
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
-                                      const AssociationOptions& options, std::span<const float> ages_s = {});
+                                      const AssociationOptions& options, std::span<const float> ages_s = {},
+                                      const ScanAveraging& averaging = {});
 
 /// Σ JᵀJ with weight one on metres, order φ, p: what the paper's rule looks at.
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu);

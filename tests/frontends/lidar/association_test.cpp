@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <random>
+#include <utility>
 #include <vector>
 
 #include "core/maps/plane_map.h"
@@ -13,9 +15,11 @@ class RoomAssociation : public ::testing::Test {
  protected:
   RoomAssociation() {
     std::vector<Eigen::Vector3f> points;
+    std::mt19937_64 generator(1);
+    std::normal_distribution<float> noise(0.0F, 0.005F);
     for (float x = -6.0F; x < 6.0F; x += 0.05F) {
-      for (float y = -6.0F; y < 4.6F; y += 0.05F) points.emplace_back(x, y, 0.0F);
-      for (float z = 0.4F; z < 3.0F; z += 0.05F) points.emplace_back(x, 5.0F, z);
+      for (float y = -6.0F; y < 4.6F; y += 0.05F) points.emplace_back(x, y, noise(generator));
+      for (float z = 0.4F; z < 3.0F; z += 0.05F) points.emplace_back(x, 5.0F + noise(generator), z);
     }
     map_ = std::make_unique<PlaneMap>(points, PlaneMapOptions{});
     pose_.position = Vector3(0.03, 0.03, 1.03);
@@ -58,6 +62,40 @@ TEST_F(RoomAssociation, ATurnOpensTheGateByItsLever) {
   EXPECT_TRUE(matches(below_at_the_side, sigmas(0, 0.03)));   // about x, 4 m away: 12 cm
   EXPECT_FALSE(matches(below_, sigmas(0, 0.03)));             // 0.1 m away: 3 mm
   EXPECT_FALSE(matches(below_at_the_side, sigmas(1, 0.03)));  // about y
+}
+
+TEST_F(RoomAssociation, APlanesErrorCountsAsOftenAsScansAreAveragedAlongItsNormal) {
+  const auto variance = [&](const Eigen::Vector3f& point, const ScanAveraging& averaging) {
+    const std::vector<Eigen::Vector3f> points{point};
+    const auto matches = associate(points, pose_, 1e-6 * Matrix6::Identity(), *map_, LidarModel{}, AssociationOptions{}, {}, averaging);
+    EXPECT_EQ(matches.size(), 1U);
+    return matches.empty() ? std::pair(0.0, 0.0)
+                           : std::pair(static_cast<double>(matches[0].variance),
+                                       static_cast<double>(matches[0].plane->variance_at((pose_ * point.cast<double>()).cast<float>())));
+  };
+  const Eigen::Vector3f floor(0.1F, 0.1F, -1.02F);
+  const Eigen::Vector3f wall(0.1F, 4.96F, 0.1F);
+  const Vector6 known = Vector6::Constant(1e-6);
+  const auto averaging = [&](double y_scans, double z_scans) {
+    Vector6 information = known.cwiseInverse();
+    information[4] /= y_scans;
+    information[5] /= z_scans;
+    return ScanAveraging{information.asDiagonal(), known.asDiagonal()};
+  };
+  const auto [most, plane] = variance(floor, {});  // nothing is known of what is averaged
+  const double most_repeats = AssociationOptions{}.map_error_repeats;
+  ASSERT_GT(plane, 0.0);
+  const auto repeats = [&](const Eigen::Vector3f& point, const ScanAveraging& scans) {
+    const double whole = variance(point, {}).first;
+    const auto [with, own] = variance(point, scans);
+    return most_repeats - (whole - with) / own;
+  };
+  EXPECT_NEAR(repeats(floor, averaging(1.0, 5.0)), 5.0, 0.2);
+  EXPECT_NEAR(repeats(wall, averaging(6.0, 1.0)), 6.0, 0.2);
+  EXPECT_NEAR(repeats(floor, averaging(6.0, 1.0)), 2.0, 0.2);   // a scan meets its planes twice
+  EXPECT_NEAR(repeats(floor, averaging(1.0, 1e12)), most_repeats, 0.2);
+  EXPECT_NEAR(repeats(wall, averaging(1.0, 1e12)), 2.0, 0.2);   // what a scan does not see does not leak
+  EXPECT_GT(most, plane);
 }
 
 }  // namespace
