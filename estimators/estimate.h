@@ -17,6 +17,7 @@ struct Diagnostics {
   int correspondences = 0;           ///< points that found their plane
   double inlier_share = 0.0;         ///< correspondences / points
   double lidar_rmse_m = 0.0;         ///< weighted point-to-plane rms residual
+  double lidar_nis = 0.0;            ///< mean of r² over its variance a correspondence; 0: none
   /// Predicted sigma of each direction of the degeneracy analysis, smallest information last; metres, rotations
   /// brought to metres by the lever arm. Infinite where nothing was seen.
   Vector6 direction_sigma_m = Vector6::Zero();

@@ -137,7 +137,6 @@ Plane with_shared_thickness(Plane plane, double median_thickness_m, const PlaneM
   const double own = static_cast<double>(plane.count) - 3.0;
   const double squared = std::pow(static_cast<double>(plane.thickness), 2);
   if (prior <= 0.0 || own <= 0.0 || squared <= 0.0) return plane;
-  // Both thicknesses were fitted with three parameters: the ratio needs no correction for it.
   const auto factor = static_cast<float>((prior * std::pow(median_thickness_m, 2) / squared + own) / (prior + own));
   plane.offset_variance *= factor;
   plane.major_tilt_variance *= factor;

@@ -107,7 +107,9 @@ double thickness_limit(double median_thickness_m, const PlaneMapOptions& options
 /// `plane` with the variances that its points' noise gives it, where that is taken from the map's planes and its own points
 /// together: the mean a posteriori under the conjugate prior of `thickness_prior_points` degrees of freedom (Smyth, Statistical
 /// Applications in Genetics and Molecular Biology 2004). Of eight points alone one variance in three is too small by a third,
-/// and the plane weighs the more for it.
+/// and the plane weighs the more for it. The prior is corrected for the three fitted parameters as if it came from as many points
+/// as the plane has: one with fewer than is usual in its map, at the edge of what the survey saw, is trusted the less. A
+/// thickness of exactly zero is left as it is.
 Plane with_shared_thickness(Plane plane, double median_thickness_m, const PlaneMapOptions& options);
 
 }  // namespace lodestone

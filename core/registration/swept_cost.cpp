@@ -1,8 +1,8 @@
 #include "core/registration/swept_cost.h"
 
 #include <Eigen/Cholesky>
-#include <array>
 #include <cmath>
+#include <vector>
 
 #include "core/parallel.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSweepChunks = 16;
 // Of the bridge. A scan that knows its pose to 0.01 mrad tells its end's from the last few milliseconds, and modes left out are
-// taken for knowledge: with three the NEES of turns was 1.5 where eight give 1.0 (docs/architecture.md).
+// taken for knowledge (docs/architecture.md has figures for three).
 constexpr int kModes = 8;
 constexpr int kSwept = 6 + 3 * kModes;  // rates, then three axes a mode
 constexpr int kRows = 64;               // correspondences multiplied at a time
@@ -93,7 +93,7 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
   if (deskewing.step_s <= 0.0 || correspondences.empty()) return result;
 
   const Matrix3 map_to_imu = T_map_imu.rotation.toRotationMatrix().transpose();
-  std::array<SweepSums, kSweepChunks> parts;
+  std::vector<SweepSums> parts(kSweepChunks);  // too large for a stack on which others may wait
   const std::size_t size = (correspondences.size() + kSweepChunks - 1) / kSweepChunks;
   parallel_for(0, kSweepChunks, [&](int i) {
     const std::size_t begin = std::min(correspondences.size(), size * static_cast<std::size_t>(i));

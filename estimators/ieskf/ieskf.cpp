@@ -166,16 +166,15 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
   const RunOptions& options = input_.options;
   const Matrix6 mask = degeneracy.lidar_projector();  // H_g = H V D Vᵀ
   CondensedCost cost = scan.cost;
-  Pose associated = scan.predicted;
-  bool first = (associated.boxminus(state_.T_map_imu)).isZero(0.0);
+  std::shared_ptr<const PlaneMap> planes = scan.planes;
+  std::vector<Correspondence> correspondences = scan.correspondences;
+  bool first = scan.predicted.boxminus(state_.T_map_imu).isZero(0.0);
   const auto evidence = [&](const NavState& state) {
     if (!first) {
-      const auto planes = input_.planes->around(state.T_map_imu.position);
-      const auto correspondences =
-          associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes, input_.suite.lidar,
-                    association_);
+      planes = input_.planes->around(state.T_map_imu.position);
+      correspondences = associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes,
+                                  input_.suite.lidar, association_);
       cost = condense(correspondences, state.T_map_imu);
-      associated = state.T_map_imu;
     }
     first = false;
     return PoseEvidence{mask.transpose() * cost.hessian(state.T_map_imu) * mask,
@@ -193,6 +192,7 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
       scan.points.empty() ? 0.0 : static_cast<double>(cost.count) / static_cast<double>(scan.points.size());
   diagnostics.lidar_rmse_m =
       cost.count == 0 ? 0.0 : std::sqrt(std::max(0.0, cost.cost(state_.T_map_imu)) / cost.weight_sum);
+  diagnostics.lidar_nis = normalized_residuals(correspondences, state_.T_map_imu);
 }
 
 }  // namespace lodestone

@@ -22,7 +22,7 @@ struct Keyframe {
   Pose predicted;                          ///< that readings of the field are judged at
   Matrix6 predicted_covariance = Matrix6::Identity();  ///< of it, before this scan's measurements (φ, p)
   Matrix6 gate_covariance = Matrix6::Identity();  ///< of the pose, where correspondences are looked for
-  ScanAveraging averaging;                 ///< that planes' errors are counted by
+  ScanAveraging averaging;                 ///< that planes' errors are counted by: what the causal estimate averaged
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
   CondensedScan lidar;

@@ -65,6 +65,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
   diagnostics.points = static_cast<int>(points.size());
   diagnostics.correspondences = matched;
+  diagnostics.lidar_nis = normalized_residuals(keyframe.correspondences, keyframe.associated);
   diagnostics.inlier_share =
       points.empty() ? 0.0 : static_cast<double>(matched) / static_cast<double>(points.size());
 }

@@ -1,5 +1,6 @@
 #include "frontends/lidar/association.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -16,44 +17,60 @@ constexpr std::size_t kChunk = 1024;
 // A scan meets most planes more than once, and a smoothed estimate averages twice as many scans as a causal one.
 constexpr double kFewestRepeats = 2.0;
 
+// Of what is known along a direction: what one scan must tell of it for its planes to count there.
+constexpr double kLeastShare = 1e-3;
+
 using Matrix6f = Eigen::Matrix<float, 6, 6>;
 using Vector6f = Eigen::Matrix<float, 6, 1>;
-
-struct Noise {
-  float range_variance;
-  float angle_variance;
-  float roughness_variance;
-  float most_repeats;
-  float max_distance;
-  Matrix6f pose_covariance;  // φ, p
-  Matrix6f covariance;  // of the pose, as it is averaged; zero: not known
-  Matrix6f repeated_covariance;
-  float gate_squared;
-  double huber_sigmas;
-};
 
 /// J P Jᵀ of a residual, by direction: what is not known along a tunnel opens no gate across it.
 float variance_by_pose(const Vector6f& jacobian, const Matrix6f& covariance) {
   return std::max(0.0F, jacobian.dot(covariance.selfadjointView<Eigen::Lower>() * jacobian));
 }
 
-/// How many scans are averaged along a residual.
-float repeats(const Vector6f& jacobian, const Noise& noise) {
-  const float once = variance_by_pose(jacobian, noise.covariance);
-  return once > 0.0F ? variance_by_pose(jacobian, noise.repeated_covariance) / once : noise.most_repeats;
+/// How often a plane's error counts, along every residual.
+struct Repeats {
+  Matrix6f sides = Matrix6f::Zero();  ///< a column a direction: that of P = D Dᵀ in which scans are averaged `counts` times
+  Vector6f counts = Vector6f::Zero();
+  float otherwise = 1.0F;             ///< where none of these directions has a say
+
+  /// Between the least and the largest count: the mean by how much each direction moves the residual.
+  float along(const Vector6f& jacobian) const {
+    const Vector6f squares = (sides.transpose() * jacobian).array().square();
+    const float sum = squares.sum();
+    return sum > 0.0F ? counts.dot(squares) / sum : otherwise;
+  }
+};
+
+/// By the eigenvalues of P in those of S, each kept within what is sensible. A direction that one scan hardly sees has no planes whose
+/// errors it could average, but a variance that would outweigh all others in noisy normals' eyes: it has no say.
+Repeats repeats_of(const ScanAveraging& averaging, double most) {
+  Repeats result;
+  result.otherwise = static_cast<float>(most);
+  const Eigen::LLT<Matrix6> root(averaging.covariance);
+  if (root.info() != Eigen::Success || !averaging.information_of_scan.allFinite()) return result;
+  const Matrix6 lower = root.matrixL();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(lower.transpose() * averaging.information_of_scan * lower);
+  const Matrix6 sides = lower * solver.eigenvectors();
+  for (int i = 0; i < 6; ++i) {
+    const double share = solver.eigenvalues()[i];
+    if (share < kLeastShare) continue;
+    result.sides.col(i) = sides.col(i).cast<float>();
+    result.counts[i] = static_cast<float>(std::clamp(1.0 / share, std::min(kFewestRepeats, most), most));
+  }
+  return result;
 }
 
-/// P times how many scans are averaged in each direction: the eigenvalues of P by those of S, kept within what is sensible. What
-/// one scan does not see counts the most times, and no more: S is without bounds there, and noisy normals all look there a little.
-Matrix6 repeated_covariance(const ScanAveraging& averaging, double most) {
-  const Matrix6 root = averaging.covariance.llt().matrixL();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(root.transpose() * averaging.information_of_scan * root);
-  const double fewest = std::min(kFewestRepeats, most);
-  const Vector6 scans = solver.eigenvalues().unaryExpr(
-      [&](double share) { return share * most > 1.0 ? std::max(1.0 / share, fewest) : most; });
-  const Matrix6 directions = root * solver.eigenvectors();
-  return directions * scans.asDiagonal() * directions.transpose();
-}
+struct Noise {
+  float range_variance;
+  float angle_variance;
+  float roughness_variance;
+  float max_distance;
+  Matrix6f pose_covariance;  // φ, p
+  Repeats repeats;
+  float gate_squared;
+  double huber_sigmas;
+};
 
 void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
                     const PlaneMap& map, const Noise& noise, std::vector<Correspondence>& result) {
@@ -72,14 +89,15 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     const float cosine_squared = along_normal * along_normal / range_squared;
     Vector6f jacobian;
     jacobian << point.cross(rotation.transpose() * plane->normal), plane->normal;
-    const float variance = noise.range_variance * cosine_squared +
-                           noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance +
-                           repeats(jacobian, noise) * plane->variance_at(place);
+    const float by_sensor = noise.range_variance * cosine_squared +
+                            noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance;
+    const float by_plane = plane->variance_at(place);
+    const float variance = by_sensor + noise.repeats.along(jacobian) * by_plane;
     const float expected = variance + variance_by_pose(jacobian, noise.pose_covariance);
     if (distance * distance > noise.gate_squared * expected) continue;
     const double sigmas = std::abs(distance) / std::sqrt(expected);
     result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas)),
-                      ages_s.empty() ? 0.0F : ages_s[i]});
+                      ages_s.empty() ? 0.0F : ages_s[i], by_sensor + by_plane});
   }
 }
 
@@ -93,11 +111,9 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
   const Noise noise{square(lidar.range_noise_m),
                     square(lidar.direction_noise_rad),
                     square(options.surface_roughness_m),
-                    static_cast<float>(options.map_error_repeats),
                     static_cast<float>(options.max_distance_m),
                     pose_covariance.cast<float>(),
-                    averaging.covariance.cast<float>(),
-                    repeated_covariance(averaging, options.map_error_repeats).cast<float>(),
+                    repeats_of(averaging, options.map_error_repeats),
                     square(options.gate_sigmas),
                     options.huber_sigmas};
   const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();
@@ -114,6 +130,19 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
   result.reserve(points.size());
   for (const auto& part : parts) result.insert(result.end(), part.begin(), part.end());
   return result;
+}
+
+double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  double sum = 0.0;
+  int count = 0;
+  for (const Correspondence& match : correspondences) {
+    if (!(match.variance_once > 0.0F)) continue;
+    const Vector3 place = T_map_imu * match.point.cast<double>();
+    const double residual = match.plane->normal.cast<double>().dot(place - match.plane->center.cast<double>());
+    sum += residual * residual / static_cast<double>(match.variance_once);
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
 }
 
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {

@@ -55,6 +55,10 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                                       const AssociationOptions& options, std::span<const float> ages_s = {},
                                       const ScanAveraging& averaging = {});
 
+/// Mean of r² at the pose over its variance by sensor and plane, the plane's error counted once: 1 where points lie as far from
+/// their planes as these explain. 0: no points.
+double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
+
 /// Σ JᵀJ with weight one on metres, order φ, p: what the paper's rule looks at.
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 

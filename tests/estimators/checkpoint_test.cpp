@@ -25,7 +25,7 @@ std::string bytes_of(const Estimate& estimate) {
   writer(estimate.time, s, estimate.covariance, static_cast<int>(estimate.health), d.points, d.correspondences, d.inlier_share,
          d.direction_sigma_m, d.direction_weight, d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected);
   writer(d.magnetic_weight, d.magnetic_shrink, d.magnetic_residual_ut, d.magnetic_nis, d.magnetic_set_aside, d.clock_offset_s,
-         d.clock_sigma_s, d.iterations, d.magnetic_off_map, d.lidar_rmse_m);
+         d.clock_sigma_s, d.iterations, d.magnetic_off_map, d.lidar_rmse_m, d.lidar_nis);
   return stream.str();
 }
 

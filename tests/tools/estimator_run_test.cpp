@@ -307,6 +307,7 @@ TEST(EstimateFiles, WriteNoFigureWhereNothingWasMeasured) {
   seen.points = 100;
   seen.correspondences = 50;
   seen.inlier_share = 0.5;
+  seen.lidar_nis = 1.25;
   seen.direction_sigma_m = Vector6::Constant(0.25);
   seen.magnetic_samples = 4;
   seen.magnetic_nis = 0.75;
@@ -315,7 +316,7 @@ TEST(EstimateFiles, WriteNoFigureWhereNothingWasMeasured) {
   files.causal(estimate);
   files.finish("");
   const CsvTable table(folder / "diagnostics.csv");
-  for (const std::string& column : {"inlier_share", "lidar_rmse_m", "direction_1_sigma_m", "direction_6_weight", "magnetic_weight",
+  for (const std::string& column : {"inlier_share", "lidar_rmse_m", "lidar_nis", "direction_1_sigma_m", "direction_6_weight", "magnetic_weight",
                                     "magnetic_shrink", "magnetic_residual_ut", "magnetic_nis", "clock_offset_s", "clock_sigma_s"}) {
     EXPECT_EQ(table.texts(column)[0], "nan") << column;
     EXPECT_TRUE(std::isfinite(table.numbers(column)[1])) << column;

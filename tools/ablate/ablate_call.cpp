@@ -15,6 +15,7 @@
 #include "tools/figures/forest_plot.h"
 #include "tools/reproduce/plan_run.h"
 #include "tools/reproduce/table_files.h"
+#include "tools/sinks/output_file.h"
 #include "tools/table.h"
 
 namespace lodestone::ablation {
@@ -71,17 +72,11 @@ figures::ForestPlot forest_of(const Ablation& ablation, const reproduce::Results
   return plot;
 }
 
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
-}
-
 void write_results(const Ablation& ablation, const reproduce::PlanRun& work) {
   const fs::path& root = work.root();
   const reproduce::Results results(work.plan(), root, work.done());
-  make_folder(root / "tables");
-  make_folder(root / "figures");
+  made_folder(root / "tables");
+  made_folder(root / "figures");
   for (const reproduce::ResultTable& table : {summary_table(ablation, results), drives_table(ablation, results)}) {
     reproduce::write_table(root / "tables", table);
     std::printf("\n%s", to_markdown(table).c_str());

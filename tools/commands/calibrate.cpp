@@ -50,8 +50,7 @@ void check_call(const CalibrateCall& call) {
   if (call.out.empty()) return;
   const std::filesystem::path out(call.out);
   if (out.extension() != ".yaml") throw InputError(call.out + ": expected a name ending in .yaml for --out");
-  std::error_code code;
-  if (out.has_parent_path()) std::filesystem::create_directories(out.parent_path(), code);
+  if (out.has_parent_path()) made_folder(out.parent_path());
 }
 
 RecordedArray read_log(const CalibrateCall& call, const Platform& platform, WarningLog& warnings) {

@@ -22,6 +22,7 @@
 #include "tools/pictures/pictures.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 namespace {
@@ -162,8 +163,7 @@ void map_magnetic(const MapMagneticCall& call) {
   const MagneticMapOptions options = read_options(call);
   const std::filesystem::path out(call.out);
   if (out.extension() != ".yaml") throw InputError(call.out + ": expected a name ending in .yaml for --out");
-  std::error_code code;
-  if (out.has_parent_path()) std::filesystem::create_directories(out.parent_path(), code);
+  if (out.has_parent_path()) made_folder(out.parent_path());
 
   const Platform platform = load_platform(call.platform);
   const FieldSurvey survey = read_survey_bag(call, platform);

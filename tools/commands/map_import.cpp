@@ -13,6 +13,7 @@
 #include "frontends/readers/magnetic_map_file.h"
 #include "tools/commands.h"
 #include "tools/pictures/pictures.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 namespace {
@@ -65,8 +66,7 @@ void map_import(const MapImportCall& call) {
     fmt::print("warning: {} nodes have no three neighbours in a square: there is no field round them\n",
                field.nodes - field.in_cells);
   }
-  std::error_code code;
-  if (out.has_parent_path()) std::filesystem::create_directories(out.parent_path(), code);
+  if (out.has_parent_path()) made_folder(out.parent_path());
   const Provenance provenance{{"made_by", "lodestone map import"},
                               {"table", std::filesystem::path(call.table).filename().string()},
                               {"unit_of_table", unit},

@@ -17,6 +17,7 @@
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 namespace {
@@ -94,9 +95,7 @@ void simulate(const SimulateOptions& options) {
                                  1.0 / world.lidar.rate_hz, options.duration_s));
   }
   simulation::find_scene(world, scene);  // refuses an unknown one before anything is made
-  std::error_code error;
-  std::filesystem::create_directories(options.out, error);
-  if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", options.out, error.message()));
+  made_folder(options.out);
   const auto path = [&](const char* name) { return (std::filesystem::path(options.out) / name).string(); };
 
   // The cloud map may have been surveyed among other things than the robot drives among.

@@ -1,19 +1,18 @@
 #include "tools/report/overview.h"
 
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "core/error.h"
 #include "core/evaluation/association.h"
 #include "frontends/readers/point_cloud_file.h"
 #include "frontends/readers/text_file.h"
 #include "frontends/readers/trajectory_file.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 
@@ -57,9 +56,8 @@ double mean_height(const Trajectory& drive) {
 }  // namespace
 
 void write_overview(const std::filesystem::path& folder, const OverviewInput& input) {
+  made_folder(folder);
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw InputError(fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
   // What an earlier run into the same folder left must not pass for this one's.
   for (const char* name : {"overview.json", "truth.tum", "field.png", "field.json", "cloud.pcd"}) {
     std::filesystem::remove(folder / name, error);

@@ -16,6 +16,7 @@
 #include "tools/figures/error_grid.h"
 #include "tools/figures/plan_figures.h"
 #include "tools/figures/run_folder.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone::reproduce {
 
@@ -231,8 +232,7 @@ bool draw(const FigureChoice& figure, const Shown& shown, const fs::path& path) 
 std::vector<DrawnFigure> draw_figures(const Experiment& experiment, const Results& results, const fs::path& root) {
   std::error_code error;
   fs::remove_all(root / "figures", error);
-  fs::create_directories(root / "figures", error);
-  if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", (root / "figures").string(), error.message()));
+  made_folder(root / "figures");
   std::vector<DrawnFigure> drawn;
   for (const FigureChoice& figure : experiment.figures) {
     const std::string path = "figures/" + figure.name;

@@ -13,6 +13,7 @@
 #include "tools/reproduce/plan_run.h"
 #include "tools/reproduce/reproduce_file.h"
 #include "tools/reproduce/table_files.h"
+#include "tools/sinks/output_file.h"
 #include "tools/table.h"
 
 namespace lodestone::reproduce {
@@ -45,8 +46,7 @@ void write_results(const Experiment& experiment, const PlanRun& work) {
   // Tables of another call with other runs must not stand beside these.
   std::error_code error;
   fs::remove_all(root / "tables", error);
-  fs::create_directories(root / "tables", error);
-  if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", (root / "tables").string(), error.message()));
+  made_folder(root / "tables");
   for (const ResultTable& table : tables) {
     write_table(root / "tables", table);
     std::printf("\n%s", to_markdown(table).c_str());

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/readers/text_file.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone::reproduce {
 
@@ -19,12 +20,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kStamp = "step.json";
-
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
-}
 
 /// An empty object where there is none, or a broken one.
 nlohmann::json read_stamp(const fs::path& folder) {
@@ -44,7 +39,7 @@ void remove_folder(const fs::path& folder) {
 }  // namespace
 
 StepStore::StepStore(fs::path root, bool any_build) : root_(fs::absolute(root).lexically_normal()), any_build_(any_build) {
-  make_folder(root_);
+  made_folder(root_);
   // Not closed on exec: children hold the lock as well.
   lock_ = open((root_ / ".lock").c_str(), O_RDWR | O_CREAT, 0644);
   if (lock_ < 0) throw InputError(fmt::format("{}: cannot be written; choose another --out", root_.string()));
@@ -70,8 +65,8 @@ bool StepStore::is_done(const Step& step) const {
 
 void StepStore::begin(const Step& step) const {
   remove_folder(root_ / step.folder);
-  make_folder(root_ / step.folder);
-  make_folder(root_ / "logs");
+  made_folder(root_ / step.folder);
+  made_folder(root_ / "logs");
   write_text_file(log_of(step).string(), "");
 }
 

@@ -45,10 +45,16 @@ double seconds_since(Clock::time_point begin) { return std::chrono::duration<dou
 void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
   double innovations = 0.0;
   int samples = 0;
+  double scans_nis = 0.0;
+  int scans = 0;
   for (const EstimateRecord::Step& step : record.steps()) {
     if (step.diagnostics.magnetic_nis > 0.0) {
       innovations += step.diagnostics.magnetic_nis * step.diagnostics.magnetic_samples;
       samples += step.diagnostics.magnetic_samples;
+    }
+    if (step.diagnostics.lidar_nis > 0.0) {
+      scans_nis += step.diagnostics.lidar_nis;
+      ++scans;
     }
     if (step.diagnostics.degenerate_directions > 0) ++summary.degenerate_scans;
     summary.saw_lidar = summary.saw_lidar || (step.diagnostics.direction_sigma_m.array() != 0.0).any();
@@ -63,6 +69,7 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
     }
   }
   if (samples > 0) summary.magnetic_nis = innovations / samples;
+  if (scans > 0) summary.lidar_nis = scans_nis / scans;
 }
 
 /// How late the magnetometers' stamps are, where that was estimated.

@@ -4,6 +4,7 @@
 
 #include "core/evaluation/errors.h"
 #include "tools/pictures/stale_map_picture.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 
@@ -48,7 +49,7 @@ PictureSeries picture_series(const EstimatorOutcome& outcome) {
 
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<PictureSeries>& series) {
-  std::filesystem::create_directories(folder);
+  made_folder(folder);
   draw_map_picture(folder / "map", map, during(truth, series), series);
   draw_error_picture(folder / "error", series);
   draw_distribution_picture(folder / "distribution", series);
@@ -56,7 +57,7 @@ void write_pictures(const std::filesystem::path& folder, const MagneticMap* map,
 
 void write_stale_map_pictures(const std::filesystem::path& folder, const MagneticMap& map,
                               const std::vector<EstimatorOutcome>& outcomes) {
-  std::filesystem::create_directories(folder);
+  made_folder(folder);
   bool first = true;
   for (const EstimatorOutcome& outcome : outcomes) {
     if (!outcome.summary.stale_map || outcome.field_rows.empty()) continue;

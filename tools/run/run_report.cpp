@@ -31,6 +31,7 @@ Json json_of(const RunSummary& summary) {
   json["peak_rss_mb"] = number(summary.peak_rss_mb);
   json["degenerate_scans"] = summary.degenerate_scans;
   json["magnetic_rejected"] = summary.magnetic_rejected;
+  if (summary.lidar_nis) json["lidar_nis"] = number(summary.lidar_nis);
   if (summary.magnetic_nis) json["magnetic_nis"] = number(summary.magnetic_nis);
   if (summary.clock_sigma_s > 0.0) {
     json["magnetometer_clock_offset_s"] = number(summary.clock_offset_s);

@@ -59,6 +59,7 @@ struct RunSummary {
   bool saw_field = false;  ///< in at least one scan a sample of the array met the map
   std::int64_t magnetic_rejected = 0;
   double refine_s = 0.0;    ///< of it what came after the log's end: the batch refinement
+  std::optional<double> lidar_nis;     ///< mean over the scans, a point; 1 is consistent
   std::optional<double> magnetic_nis;  ///< mean over the scans' array samples, per component; 1 is consistent
   double clock_offset_s = 0.0;  ///< how late the magnetometers' stamps are, as estimated at the end
   double clock_sigma_s = 0.0;   ///< of it; 0: not estimated

@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kTrajectoryHeader = "# t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends\n";
 
 std::string diagnostics_header() {
-  std::string text = "t_s,health,points,correspondences,inlier_share,lidar_rmse_m";
+  std::string text = "t_s,health,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_sigma_m", i);
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
   return text +
@@ -30,6 +30,7 @@ std::string diagnostics_row(const Estimate& estimate) {
   const bool clock = d.clock_sigma_s > 0.0;
   std::string text = fmt::format("{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health), d.points, d.correspondences);
   text += figure(d.points > 0, d.inlier_share) + figure(d.correspondences > 0, d.lidar_rmse_m);
+  text += figure(d.lidar_nis > 0.0, d.lidar_nis);
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_weight(i));
   text += fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);

@@ -106,7 +106,7 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   EXPECT_LT(std::abs(within.mean_m), 0.25 * std::abs(with_margin.mean_m));
 }
 
-/// Of a floor at z = 0 by planes of few points each: mean of its true height's square over the variance that planes claim.
+/// Of a floor by planes of few points each: mean of its true height's square over the variance that planes claim.
 double squared_error_over_variance(double prior_points) {
   std::mt19937_64 generator(5);
   std::normal_distribution<float> noise(0.0F, 0.01F);
