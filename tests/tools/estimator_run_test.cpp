@@ -40,6 +40,7 @@ Trajectory true_path() {
 class StandIn : public Estimator {
  public:
   Vector3 offset = Vector3::Zero();
+  Vector3 jump = Vector3::Zero();  // half-way, for good
   Health last_health = Health::good;
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override {
@@ -47,6 +48,7 @@ class StandIn : public Estimator {
     estimate.time = bundle.scan.end;
     estimate.state.T_map_imu = true_pose(estimate.time);
     estimate.state.T_map_imu.position += offset;
+    if (2 * count_ >= kScans) estimate.state.T_map_imu.position += jump;
     estimate.covariance = 0.01 * Matrix6::Identity();
     estimate.diagnostics.degenerate_directions = count_ % 4 == 0 ? 1 : 0;
     estimate.diagnostics.magnetic_rejected = 2;
@@ -161,6 +163,15 @@ TEST_F(EstimatorRunTest, SummaryHasTheContractsKeys) {
   EXPECT_NEAR(json["nees_pose"].get<double>(), 0.09 / 0.01 / 6.0, 1e-9);
   EXPECT_GT(json["peak_rss_mb"].get<double>(), 1.0);
   EXPECT_TRUE(json["success"].get<bool>());
+}
+
+TEST_F(EstimatorRunTest, AJumpIsToldFromASteadyError) {
+  StandIn stand_in;
+  stand_in.offset = {0.0, 0.3, 0.0};
+  stand_in.jump = {0.0, 0.0, 0.2};
+  WarningLog warnings;
+  run_estimator(run_with(stand_in), warnings);
+  EXPECT_NEAR(summary()["stages"]["causal"]["largest_jump_m"].get<double>(), 0.2, 1e-9);
 }
 
 TEST_F(EstimatorRunTest, SuccessEndsAtOneMetre) {
@@ -288,7 +299,7 @@ TEST(RunReport, TheTableTellsWhatABatchBeganWithAndWhatNobodyLookedAt) {
   refined.truth = TruthFigures{{}, 0.01, 0.01, 0.04, 0.2, 1.1, true};
   refined.saw_lidar = true;
   refined.degenerate_scans = 17;
-  for (const char* name : {"causal", "smoothed", "batch"}) refined.stages.push_back({name, 0.02, 0.05, 0.3, {}, {}});
+  for (const char* name : {"causal", "smoothed", "batch"}) refined.stages.push_back({name, 0.02, 0.05, {}, 0.3, {}, {}});
   const std::string table = ab_table({refined});
   EXPECT_THAT(table, HasSubstr("smoother (batch)"));
   EXPECT_THAT(table, HasSubstr("  smoothed"));

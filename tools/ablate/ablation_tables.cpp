@@ -119,7 +119,8 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
   ResultTable table{ablation.name, ablation.title, {}, {}, fmt::format("Baseline: {}. {}", baseline, kSummaryNote)};
   if (!ablation.note.empty()) table.note += " " + ablation.note;
   table.header = {"variant",          "pairs",  "lost",  "ATE m", "ATE ratio",           "95 %",
-                  "95 % over drives", "better", "worse", "equal", "largest error ratio", "heading ratio"};
+                  "95 % over drives", "better", "worse", "equal", "largest error ratio", "largest jump ratio",
+                  "heading ratio"};
   const std::vector<std::string> nees = nees_figures(results);
   for (const std::string& name : nees) table.header.push_back(name == "nees_pose" ? "NEES" : name);
   table.header.emplace_back("time ratio");
@@ -133,13 +134,13 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
                                  ate.done < ate.pairs ? fmt::format("{} of {}", ate.done, ate.pairs) : fmt::format("{}", ate.pairs),
                                  fmt::format("{}", ate.lost), number(geometric_mean(pairs, kFigure), 4)};
     if (own) {
-      row.insert(row.end(), {"baseline", "", "", "", "", "", "", ""});
+      row.insert(row.end(), {"baseline", "", "", "", "", "", "", "", ""});
     } else if (ate.done == 0) {
-      row.insert(row.end(), 8, kMissing);
+      row.insert(row.end(), 9, kMissing);
     } else {
       row.insert(row.end(), {ratio_text(ate.over_pairs), interval_text(ate.over_pairs), interval_text(ate.over_drives),
                              fmt::format("{}", ate.better), fmt::format("{}", ate.worse), fmt::format("{}", ate.equal),
-                             ratio("max_error_m"), ratio("heading_rmse_deg")});
+                             ratio("max_error_m"), ratio("stages.causal.largest_jump_m"), ratio("heading_rmse_deg")});
     }
     for (const std::string& name : nees) row.push_back(number(geometric_mean(pairs, name), 2));
     row.push_back(own ? "" : ate.done == 0 ? kMissing : ratio("wall_s"));

@@ -71,8 +71,8 @@ const std::vector<std::string>& figure_names() {
                                  "peak_rss_mb",    "degenerate_scans", "magnetic_rejected", "scans",
                                  "changed_cells",  "changed_found",    "unchanged_reported"};
     for (const std::string stage : {"causal", "smoothed", "batch"}) {
-      for (const std::string figure : {"ate_m", "max_error_m", "heading_rmse_deg", "nees_pose", "nees_rotation", "nees_position",
-                                       "share_within_95", "ate_over_bound"}) {
+      for (const std::string figure : {"ate_m", "max_error_m", "largest_jump_m", "heading_rmse_deg", "nees_pose", "nees_rotation",
+                                       "nees_position", "share_within_95", "ate_over_bound"}) {
         all.push_back("stages." + stage + "." + figure);
       }
     }

@@ -53,6 +53,7 @@ Json json_of(const RunSummary& summary) {
     Json& figures = json["stages"][stage.name];
     figures["ate_m"] = number(stage.ate_m);
     figures["max_error_m"] = number(stage.max_error_m);
+    figures["largest_jump_m"] = number(stage.largest_jump_m);
     figures["heading_rmse_deg"] = number(stage.heading_rmse_deg);
     if (stage.ate_over_bound) figures["ate_over_bound"] = number(*stage.ate_over_bound);
     if (!stage.consistency) continue;

@@ -42,6 +42,7 @@ struct StageFigures {
   std::string name;  ///< causal: the newest states; smoothed: those that leave the window; batch: of the whole log
   double ate_m = 0.0;
   double max_error_m = 0.0;
+  std::optional<double> largest_jump_m;    ///< between neighbouring poses, against the truth's step; nothing for one pose
   double heading_rmse_deg = 0.0;
   std::optional<Consistency> consistency;  ///< nothing without usable covariances
   std::optional<double> ate_over_bound;    ///< nothing where no bound was asked for

@@ -127,13 +127,13 @@ TEST_F(AblationPairs, TablesSayItAll) {
   const reproduce::ResultTable summary = summary_table(ablation_, results());
   ASSERT_EQ(summary.rows.size(), 3U);
   EXPECT_THAT(summary.header, ElementsAre("variant", "pairs", "lost", "ATE m", "ATE ratio", "95 %", "95 % over drives", "better",
-                                          "worse", "equal", "largest error ratio", "heading ratio", "nees_causal", "NEES",
+                                          "worse", "equal", "largest error ratio", "largest jump ratio", "heading ratio", "nees_causal", "NEES",
                                           "time ratio"));
-  EXPECT_THAT(summary.rows[0], ElementsAre("as shipped", "3 of 4", "0", "0.0100", "baseline", "", "", "", "", "", "", "", "2.50",
+  EXPECT_THAT(summary.rows[0], ElementsAre("as shipped", "3 of 4", "0", "0.0100", "baseline", "", "", "", "", "", "", "", "", "2.50",
                                            "1.50", ""));
   EXPECT_THAT(summary.rows[1], ElementsAre("no mask", "3 of 4", "1", "0.0141", "1.414", "0.017 – 115.608", "-", "0", "2", "1",
-                                           "1.414", "-", "2.50", "1.50", "1.000"));
-  EXPECT_THAT(summary.rows[2], ElementsAre("one magnetometer", "0 of 4", "0", "-", "…", "…", "…", "…", "…", "…", "…", "…", "-", "-",
+                                           "1.414", "-", "-", "2.50", "1.50", "1.000"));
+  EXPECT_THAT(summary.rows[2], ElementsAre("one magnetometer", "0 of 4", "0", "-", "…", "…", "…", "…", "…", "…", "…", "…", "…", "-", "-",
                                            "…"));
   EXPECT_THAT(summary.note, HasSubstr("Baseline: as shipped."));
   const reproduce::ResultTable drives = drives_table(ablation_, results());
