@@ -17,9 +17,6 @@ constexpr std::size_t kChunk = 1024;
 // A scan meets most planes more than once, and a smoothed estimate averages twice as many scans as a causal one.
 constexpr double kFewestRepeats = 2.0;
 
-// Of what is known along a direction: what one scan must tell of it for its planes to count there.
-constexpr double kLeastShare = 1e-3;
-
 using Matrix6f = Eigen::Matrix<float, 6, 6>;
 using Vector6f = Eigen::Matrix<float, 6, 1>;
 
@@ -32,7 +29,7 @@ float variance_by_pose(const Vector6f& jacobian, const Matrix6f& covariance) {
 struct Repeats {
   Matrix6f sides = Matrix6f::Zero();  ///< a column a direction: that of P = D Dᵀ in which scans are averaged `counts` times
   Vector6f counts = Vector6f::Zero();
-  float otherwise = 1.0F;             ///< where none of these directions has a say
+  float otherwise = 1.0F;             ///< where nothing is known of these directions
 
   /// Between the least and the largest count: the mean by how much each direction moves the residual.
   float along(const Vector6f& jacobian) const {
@@ -42,8 +39,9 @@ struct Repeats {
   }
 };
 
-/// By the eigenvalues of P in those of S, each kept within what is sensible. A direction that one scan hardly sees has no planes whose
-/// errors it could average, but a variance that would outweigh all others in noisy normals' eyes: it has no say.
+/// By the eigenvalues of P in those of S, each kept within what is sensible; a direction that one scan does not see counts the most
+/// times. Where it is metres wide, noisy normals look along it a little and every plane counts so often, which is too cautious
+/// across; without a say of such directions walkways with LiDAR cut to 10 m were a tenth worse and their NEES 1.23 for 1.05.
 Repeats repeats_of(const ScanAveraging& averaging, double most) {
   Repeats result;
   result.otherwise = static_cast<float>(most);
@@ -51,12 +49,11 @@ Repeats repeats_of(const ScanAveraging& averaging, double most) {
   if (root.info() != Eigen::Success || !averaging.information_of_scan.allFinite()) return result;
   const Matrix6 lower = root.matrixL();
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(lower.transpose() * averaging.information_of_scan * lower);
-  const Matrix6 sides = lower * solver.eigenvectors();
+  result.sides = (lower * solver.eigenvectors()).cast<float>();
   for (int i = 0; i < 6; ++i) {
     const double share = solver.eigenvalues()[i];
-    if (share < kLeastShare) continue;
-    result.sides.col(i) = sides.col(i).cast<float>();
-    result.counts[i] = static_cast<float>(std::clamp(1.0 / share, std::min(kFewestRepeats, most), most));
+    const double scans = share * most > 1.0 ? std::max(1.0 / share, std::min(kFewestRepeats, most)) : most;
+    result.counts[i] = static_cast<float>(scans);
   }
   return result;
 }
@@ -87,8 +84,10 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     const float range_squared = beam.squaredNorm();
     const float along_normal = plane->normal.dot(beam);
     const float cosine_squared = along_normal * along_normal / range_squared;
+    const Eigen::Vector3f normal_in_imu = rotation.transpose() * plane->normal;
     Vector6f jacobian;
-    jacobian << point.cross(rotation.transpose() * plane->normal), plane->normal;
+    jacobian.head<3>() = point.cross(normal_in_imu);
+    jacobian.tail<3>() = plane->normal;
     const float by_sensor = noise.range_variance * cosine_squared +
                             noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance;
     const float by_plane = plane->variance_at(place);

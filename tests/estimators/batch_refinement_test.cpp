@@ -109,7 +109,8 @@ TEST(Bound, FallsWithEveryStageAndIsMetByTheSmoother) {
   for (std::size_t i = 0; i < drive.bundles.size(); ++i) {
     // Nothing was solved: the states are the truth's.
     const auto pose = interpolate(drive.truth, bound.best_estimates[i].time, 200'000'000);
-    if (pose) EXPECT_LT((bound.best_estimates[i].state.T_map_imu.position - pose->position).norm(), 1e-9);
+    if (!pose) continue;
+    EXPECT_LT((bound.best_estimates[i].state.T_map_imu.position - pose->position).norm(), 1e-9);
   }
   const double ratio = accuracy(run("smoother", drive.input(), drive.bundles).best_estimates, drive.truth).ate_m /
                        rmse(bound.smoothed_estimates);

@@ -43,7 +43,7 @@ std::string escaped(std::string_view text) {
 std::string path_of(const std::vector<CanvasPoint>& points, bool closed) {
   std::string path;
   for (const CanvasPoint& point : points) {
-    path += (path.empty() ? "M" : "L") + short_number(point.x) + " " + short_number(point.y);
+    path += fmt::format("{}{} {}", path.empty() ? 'M' : 'L', short_number(point.x), short_number(point.y));
   }
   return closed ? path + "Z" : path;
 }
@@ -96,7 +96,7 @@ struct SvgElement {
 /// Named by what it is: pictures that share a page may share names, and then mean the same.
 std::string clip_name(const CanvasBox& box) {
   std::string name = "clip";
-  for (const double value : {box.left, box.top, box.width(), box.height()}) name += "_" + short_number(value);
+  for (const double value : {box.left, box.top, box.width(), box.height()}) name.append("_").append(short_number(value));
   return name;
 }
 

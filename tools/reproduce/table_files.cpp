@@ -1,5 +1,7 @@
 #include "tools/reproduce/table_files.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <string_view>
@@ -37,7 +39,7 @@ std::string markdown_text(const std::string& text) {
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   constexpr std::array<Replacement, 1> kReplacements{{{"\"", "\"\""}}};
-  return "\"" + replaced(text, kReplacements) + "\"";
+  return fmt::format("\"{}\"", replaced(text, kReplacements));
 }
 
 std::string latex_text(const std::string& text) {

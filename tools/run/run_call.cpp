@@ -247,7 +247,7 @@ void find_start_anywhere(const RunCall& call, RunMaterial& material, WarningLog&
   WarningLog unheard;  // what is odd in these seconds is counted by the runs themselves
   const OpenedLog log = open_log(call, material, unheard);
   const EstimatorInput input{material.platform.suite, material.planes,  material.field, {},
-                             Vector3::Zero(),         material.options, nullptr};
+                             Vector3::Zero(),         material.options, nullptr, nullptr, {}};
   material.found = find_automatic_start(call.log, input, log.next, warnings);
 }
 

@@ -91,13 +91,19 @@ TEST_F(RoomAssociation, APlanesErrorCountsAsOftenAsScansAreAveragedAlongItsNorma
   EXPECT_NEAR(repeats(floor, averaging(1.0, 5.0)), 5.0, 0.2);
   EXPECT_NEAR(repeats(wall, averaging(6.0, 1.0)), 6.0, 0.2);
   EXPECT_NEAR(repeats(floor, averaging(6.0, 1.0)), 2.0, 0.2);   // a scan meets its planes twice
-  EXPECT_NEAR(repeats(floor, averaging(1.0, 100.0)), most_repeats, 0.2);
+  EXPECT_NEAR(repeats(floor, averaging(1.0, 1e12)), most_repeats, 0.2);
   EXPECT_NEAR(repeats(wall, averaging(1.0, 1e12)), 2.0, 0.2);   // what a scan does not see does not leak
-  // Nor does what is not known at all: normals are noisy, and each looks a little along a tunnel.
-  ScanAveraging tunnel = averaging(1.0, 1.0);
-  tunnel.covariance(3, 3) = 1.0;
-  tunnel.information_of_scan(3, 3) = 1e-4;
-  EXPECT_NEAR(repeats(wall, tunnel), 2.0, 0.2);
+  // Within their bounds however wide a tunnel's axis is against what is across, 5 m against 10 um here, and however it lies.
+  ScanAveraging tunnel = averaging(5.0, 5.0);
+  const Vector3 axis = Vector3(0.6, 0.64, 0.48).normalized();
+  tunnel.covariance = 1e-10 * Matrix6::Identity();
+  tunnel.covariance.bottomRightCorner<3, 3>() += 25.0 * axis * axis.transpose();
+  tunnel.information_of_scan = 2e9 * Matrix6::Identity();
+  tunnel.information_of_scan.bottomRightCorner<3, 3>() -= 2e9 * axis * axis.transpose();
+  for (const Eigen::Vector3f& point : {floor, wall}) {
+    EXPECT_GT(repeats(point, tunnel), 2.0 - 0.2);
+    EXPECT_LT(repeats(point, tunnel), most_repeats + 0.2);
+  }
 }
 
 }  // namespace
