@@ -123,11 +123,11 @@ class RunResume : public testing::Test {
   }
 
   static void expect_same(const std::map<std::string, std::string>& found, const std::map<std::string, std::string>& wanted) {
+    for (const auto& [name, content] : found) EXPECT_TRUE(wanted.contains(name)) << name;
     for (const auto& [name, content] : wanted) {
       ASSERT_TRUE(found.contains(name)) << name;
       EXPECT_TRUE(found.at(name) == content) << name;
     }
-    EXPECT_EQ(found.size(), wanted.size());
   }
 
   static TemporaryFolder* folder_;
@@ -236,9 +236,17 @@ TEST_F(RunResume, RefusesWhatItCannotGoOnFrom) {
 TEST_F(RunResume, WithoutTheWordItBeginsAnew) {
   fs::create_directories(path("anew/checkpoint"));
   std::ofstream(path("anew/checkpoint/ieskf.state")) << "of old";
+  // What a process that was killed had written aside.
+  const std::vector<std::string> aside{"anew/bound.csv.partial-7", "anew/ieskf/trajectory.tum.partial-7",
+                                       "anew/pictures/map.png.partial-7", "anew/overview/truth.tum.partial-7"};
+  for (const std::string& file : aside) {
+    fs::create_directories(fs::path(path(file)).parent_path());
+    std::ofstream(path(file)) << "half";
+  }
   const ProgramResult result = run_lodestone(call("anew", "--estimator ieskf"));
   EXPECT_EQ(result.code, 0) << result.errors;
   EXPECT_FALSE(fs::exists(path("anew/checkpoint")));
+  for (const std::string& file : aside) EXPECT_FALSE(fs::exists(path(file))) << file;
 }
 
 }  // namespace

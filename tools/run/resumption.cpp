@@ -29,11 +29,16 @@ std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity&
   return std::nullopt;
 }
 
-/// What a killed process had written aside.
-void remove_leftovers(const fs::path& folder) {
+/// What a killed process had written aside, wherever a run writes.
+void remove_leftovers(const RunCall& call) {
+  const fs::path out(call.out);
+  std::vector<fs::path> folders{out, out / "pictures", out / "overview", checkpoint_folder(call)};
+  for (const std::string& name : call.estimators) folders.push_back(out / name);
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (entry.path().filename().string().find(".partial-") != std::string::npos) fs::remove(entry.path(), ignored);
+  for (const fs::path& folder : folders) {
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      if (entry.path().filename().string().find(".partial-") != std::string::npos) fs::remove(entry.path(), ignored);
+    }
   }
 }
 
@@ -56,13 +61,12 @@ std::optional<int> begin_or_go_on(const RunCall& call, const RunIdentity& identi
         std::printf("%s: goes on after %lld scans\n", name.c_str(), static_cast<long long>(pass.scans));
         any = true;
       }
-      remove_leftovers(fs::path(call.out) / name);
     }
-    remove_leftovers(folder);
     if (!any) std::printf("%s: no checkpoint to resume from; the run begins anew\n", call.out.c_str());
   } else {
     forget_checkpoints(call);
   }
+  remove_leftovers(call);
   made_folder(folder);
   return std::nullopt;
 }
