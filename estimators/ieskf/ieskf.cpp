@@ -166,15 +166,17 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
   const RunOptions& options = input_.options;
   const Matrix6 mask = degeneracy.lidar_projector();  // H_g = H V D Vᵀ
   CondensedCost cost = scan.cost;
-  std::shared_ptr<const PlaneMap> planes = scan.planes;
-  std::vector<Correspondence> correspondences = scan.correspondences;
+  std::shared_ptr<const PlaneMap> planes;  // that renewed correspondences point into
+  std::vector<Correspondence> renewed;
+  const std::vector<Correspondence>* correspondences = &scan.correspondences;
   bool first = scan.predicted.boxminus(state_.T_map_imu).isZero(0.0);
   const auto evidence = [&](const NavState& state) {
     if (!first) {
       planes = input_.planes->around(state.T_map_imu.position);
-      correspondences = associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes,
-                                  input_.suite.lidar, association_);
-      cost = condense(correspondences, state.T_map_imu);
+      renewed = associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes, input_.suite.lidar,
+                          association_);
+      correspondences = &renewed;
+      cost = condense(renewed, state.T_map_imu);
     }
     first = false;
     return PoseEvidence{mask.transpose() * cost.hessian(state.T_map_imu) * mask,
@@ -192,7 +194,7 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
       scan.points.empty() ? 0.0 : static_cast<double>(cost.count) / static_cast<double>(scan.points.size());
   diagnostics.lidar_rmse_m =
       cost.count == 0 ? 0.0 : std::sqrt(std::max(0.0, cost.cost(state_.T_map_imu)) / cost.weight_sum);
-  diagnostics.lidar_nis = normalized_residuals(correspondences, state_.T_map_imu);
+  diagnostics.lidar_nis = normalized_residuals(*correspondences, state_.T_map_imu);
 }
 
 }  // namespace lodestone

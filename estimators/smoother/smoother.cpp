@@ -61,12 +61,10 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     keyframe->predicted_covariance.diagonal().head<3>().array() +=
         std::pow(input_.suite.imu.gyroscope_noise_density, 2) * step_s;
     keyframe->predicted_covariance.diagonal().tail<3>().array() += std::pow(0.05 * step_s, 2);
-  }
-  keyframe->gate_covariance = keyframe->predicted_covariance;
-  if (!keyframes_.empty()) {
     // Scans one after the other see much the same.
     keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->predicted_covariance};
   }
+  keyframe->gate_covariance = keyframe->predicted_covariance;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
   const std::size_t newest = window_->size() - 1;

@@ -1,6 +1,5 @@
 #include "tools/report/overview.h"
 
-
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
