@@ -327,30 +327,15 @@ TEST(EstimateFiles, WriteNoFigureWhereNothingWasMeasured) {
   files.causal(estimate);
   files.finish("");
   const CsvTable table(folder / "diagnostics.csv");
-  for (const std::string& column : {"inlier_share", "lidar_rmse_m", "lidar_nis", "direction_1_sigma_m", "direction_6_weight", "magnetic_weight",
+  for (const char* column : {"inlier_share", "lidar_rmse_m", "lidar_nis", "direction_1_sigma_m", "direction_6_weight", "magnetic_weight",
                                     "magnetic_shrink", "magnetic_residual_ut", "magnetic_nis", "clock_offset_s", "clock_sigma_s"}) {
     EXPECT_EQ(table.texts(column)[0], "nan") << column;
     EXPECT_TRUE(std::isfinite(table.numbers(column)[1])) << column;
   }
   // What is counted is none, not unknown.
-  for (const std::string& column : {"points", "correspondences", "degenerate_directions", "magnetic_samples", "magnetic_rejected"}) {
+  for (const char* column : {"points", "correspondences", "degenerate_directions", "magnetic_samples", "magnetic_rejected"}) {
     EXPECT_EQ(table.numbers(column)[0], 0.0) << column;
   }
-}
-
-TEST(OutputFile, AppearsOnlyWhole) {
-  const TemporaryFolder folder;
-  {
-    OutputFile file(folder / "a.txt");
-    file.write("half");
-    EXPECT_FALSE(std::filesystem::exists(folder / "a.txt"));
-  }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-  OutputFile file(folder / "a.txt");
-  file.write("whole");
-  file.commit();
-  EXPECT_EQ(content_of(folder / "a.txt"), "whole");
-  EXPECT_THROW(OutputFile(folder / "nowhere/a.txt"), InputError);
 }
 
 }  // namespace

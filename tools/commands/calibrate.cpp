@@ -47,10 +47,7 @@ void check_call(const CalibrateCall& call) {
   if (sources.magnetic.empty() && !sources.trajectory.empty()) {
     throw InputError("--trajectory: poses serve together with a map; give --magnetic FIELD.yaml as well, or neither");
   }
-  if (call.out.empty()) return;
-  const std::filesystem::path out(call.out);
-  if (out.extension() != ".yaml") throw InputError(call.out + ": expected a name ending in .yaml for --out");
-  if (out.has_parent_path()) made_folder(out.parent_path());
+  if (!call.out.empty()) yaml_output(call.out);
 }
 
 RecordedArray read_log(const CalibrateCall& call, const Platform& platform, WarningLog& warnings) {

@@ -161,9 +161,7 @@ void map_magnetic(const MapMagneticCall& call) {
   const ThreadLimit limit(call.threads);
   Clock clock;
   const MagneticMapOptions options = read_options(call);
-  const std::filesystem::path out(call.out);
-  if (out.extension() != ".yaml") throw InputError(call.out + ": expected a name ending in .yaml for --out");
-  if (out.has_parent_path()) made_folder(out.parent_path());
+  const std::filesystem::path out = yaml_output(call.out);
 
   const Platform platform = load_platform(call.platform);
   const FieldSurvey survey = read_survey_bag(call, platform);

@@ -46,8 +46,7 @@ FieldImportOptions options_of(const MapImportCall& call) {
 }
 
 void map_import(const MapImportCall& call) {
-  const std::filesystem::path out(call.out);
-  if (out.extension() != ".yaml") throw InputError(call.out + ": expected a name ending in .yaml for --out");
+  const std::filesystem::path out = yaml_output(call.out);
   const ImportedField field = import_field_table(call.table, options_of(call));
   const FieldGrid& grid = field.map.grid();
   const std::string unit = options_detail::write_value(field.unit);
@@ -66,7 +65,6 @@ void map_import(const MapImportCall& call) {
     fmt::print("warning: {} nodes have no three neighbours in a square: there is no field round them\n",
                field.nodes - field.in_cells);
   }
-  if (out.has_parent_path()) made_folder(out.parent_path());
   const Provenance provenance{{"made_by", "lodestone map import"},
                               {"table", std::filesystem::path(call.table).filename().string()},
                               {"unit_of_table", unit},

@@ -230,9 +230,7 @@ bool draw(const FigureChoice& figure, const Shown& shown, const fs::path& path) 
 }  // namespace
 
 std::vector<DrawnFigure> draw_figures(const Experiment& experiment, const Results& results, const fs::path& root) {
-  std::error_code error;
-  fs::remove_all(root / "figures", error);
-  made_folder(root / "figures");
+  emptied_folder(root / "figures");
   std::vector<DrawnFigure> drawn;
   for (const FigureChoice& figure : experiment.figures) {
     const std::string path = "figures/" + figure.name;

@@ -44,9 +44,7 @@ void write_results(const Experiment& experiment, const PlanRun& work) {
   }
   if (!experiment.criteria.empty()) tables.push_back(criteria_table(experiment, results));
   // Tables of another call with other runs must not stand beside these.
-  std::error_code error;
-  fs::remove_all(root / "tables", error);
-  made_folder(root / "tables");
+  emptied_folder(root / "tables");
   for (const ResultTable& table : tables) {
     write_table(root / "tables", table);
     std::printf("\n%s", to_markdown(table).c_str());

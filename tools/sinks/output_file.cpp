@@ -65,4 +65,18 @@ std::filesystem::path made_folder(const std::filesystem::path& folder) {
   return folder;
 }
 
+std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::remove_all(folder, error);
+  if (error) throw InputError(fmt::format("{}: cannot be emptied: {}; choose another --out", folder.string(), error.message()));
+  return made_folder(folder);
+}
+
+std::filesystem::path yaml_output(const std::string& out) {
+  const std::filesystem::path path(out);
+  if (path.extension() != ".yaml") throw InputError(out + ": expected a name ending in .yaml for --out");
+  if (path.has_parent_path()) made_folder(path.parent_path());
+  return path;
+}
+
 }  // namespace lodestone

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace lodestone {
@@ -31,5 +32,11 @@ void check_folder(const std::filesystem::path& folder);
 
 /// The folder, made where it is not there. Throws InputError where that cannot be.
 std::filesystem::path made_folder(const std::filesystem::path& folder);
+
+/// The same, with nothing in it: what an earlier call left there must not stand beside what this one writes.
+std::filesystem::path emptied_folder(const std::filesystem::path& folder);
+
+/// The path of a YAML file that --out names, with its folder made. Throws InputError where the name has another ending.
+std::filesystem::path yaml_output(const std::string& out);
 
 }  // namespace lodestone
