@@ -31,8 +31,8 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
     without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
     return std::make_unique<Smoother>(without_lidar);
   }
-  throw InputError("no estimator is called '" + name + "'; did you mean '" + nearest_name(name, estimator_names()) +
-                   "'? (known: " + join_names(estimator_names()) + ")");
+  throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
+                   " (known: " + join_names(estimator_names()) + ")");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.h"
 #include "frontends/readers/platform_lidars.h"
@@ -25,6 +26,14 @@ bool is_return(const Eigen::Vector3f& position) { return position.allFinite() &&
 
 /// A longer scan than this is none, in periods.
 constexpr double longest_scan = 5.0;
+
+/// A ring's number in whatever type the field has; what is no such number counts as one ring of its own.
+template <class Number>
+std::uint16_t to_ring(Number value) {
+  constexpr std::uint16_t no_ring = std::numeric_limits<std::uint16_t>::max();
+  const auto number = static_cast<double>(value);
+  return number >= 0.0 && number < no_ring ? static_cast<std::uint16_t>(number) : no_ring;
+}
 
 }  // namespace
 
@@ -209,7 +218,7 @@ void PointCloudDecoder::read_points(const PointCloudMessage& message, std::size_
   read(fields_.y, [points](std::size_t i, auto value) { points[i].position.y() = static_cast<float>(value); });
   read(fields_.z, [points](std::size_t i, auto value) { points[i].position.z() = static_cast<float>(value); });
   read(fields_.intensity, [points](std::size_t i, auto value) { points[i].intensity = static_cast<float>(value); });
-  read(fields_.ring, [points](std::size_t i, auto value) { points[i].ring = static_cast<std::uint16_t>(value); });
+  read(fields_.ring, [points](std::size_t i, auto value) { points[i].ring = to_ring(value); });
 }
 
 void PointCloudDecoder::read_times(const PointCloudMessage& message, std::size_t count) {
@@ -218,12 +227,12 @@ void PointCloudDecoder::read_times(const PointCloudMessage& message, std::size_t
   Time* times = times_.data();
   read_column(time_, message.data, count, fields_.step, [times, unit, origin](std::size_t i, auto value) {
     const double nanoseconds = static_cast<double>(value) * static_cast<double>(unit);
-    if constexpr (std::is_floating_point_v<decltype(value)>) {
-      times[i] = std::abs(nanoseconds) < 9.2e18 ? std::llround(nanoseconds) : std::numeric_limits<Time>::max();
-    } else if (std::abs(nanoseconds) < 9.2e18) {
-      times[i] = static_cast<Time>(value) * unit + origin;
+    if (!(std::abs(nanoseconds) < static_cast<double>(farthest_time))) {
+      times[i] = farthest_time;
+    } else if constexpr (std::is_floating_point_v<decltype(value)>) {
+      times[i] = std::llround(nanoseconds);
     } else {
-      times[i] = std::numeric_limits<Time>::max();
+      times[i] = static_cast<Time>(value) * unit + origin;
     }
   });
 }
@@ -271,7 +280,7 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
   const ScanPlace place = place_scan(*reading_, earliest, latest, message.stamp);
   scan.start = place.start;
   scan.end = scan.start + (latest - place.zero);
-  if (latest - place.zero > 5 * period_ns_ || latest - place.zero > std::numeric_limits<std::int32_t>::max()) {
+  if (to_seconds(latest - place.zero) > longest_scan * period_s || latest - place.zero > std::numeric_limits<std::int32_t>::max()) {
     fail(message, fmt::format("the latest point lies {:.3g} s after the stamp; expected about the scan's period of {:g} s; "
                               "set {}.time_zero or {}.time_unit in {}",
                               to_seconds(latest - place.zero), period_s, keys_, keys_, platform_file_));

@@ -101,6 +101,11 @@ constexpr const char* kMalformed = "it is malformed or truncated";
   throw InputError(path + ": the point cloud has no points; expected a map of the site");
 }
 
+/// Beyond it floats are more than a centimetre apart, m: coordinates of a country's grid, not of a site.
+constexpr float kLargestSite_m = 131'072.0F;
+/// Beyond it nothing is measured; voxels have no numbers there.
+constexpr float kFarthest_m = 1e7F;
+
 /// Hands finite positions on in pieces and counts the others.
 class PositionStream {
  public:
@@ -117,13 +122,30 @@ class PositionStream {
       ++dropped_;
       return;
     }
+    const float away_m = position.cwiseAbs().maxCoeff();
+    if (away_m > kFarthest_m) {
+      ++too_far_;
+      return;
+    }
+    if (away_m > kLargestSite_m && off_site_++ == 0) first_off_site_ = position;
     piece_.push_back(position);
     if (piece_.size() == kPointsAPiece) flush();
   }
 
   void finish(const std::string& path, WarningLog& warnings) {
     flush();
-    if (kept_ == 0) throw InputError(path + ": the point cloud has no finite points; expected a map of the site");
+    if (kept_ == 0) {
+      throw InputError(path + ": the point cloud has no finite points within 10,000 km of its origin; expected a map of the site");
+    }
+    if (2 * off_site_ > kept_) {
+      throw InputError(fmt::format("{}: its origin is far away, a point lies at ({:.0f}, {:.0f}, {:.0f}) m, where points are stored "
+                                   "centimetres apart and more; expected metres from an origin at the site; subtract one shift from the "
+                                   "cloud, the field map, the truth and the start", path, first_off_site_.x(), first_off_site_.y(),
+                                   first_off_site_.z()));
+    }
+    if (too_far_ > 0) {
+      warnings.add("cloud.far_points", path + ": map points further than 10,000 km from the origin were dropped", 0, too_far_);
+    }
     if (dropped_ > 0) {
       warnings.add("cloud.nan_points", path + ": map points without a finite position were dropped", 0, dropped_);
     }
@@ -142,7 +164,10 @@ class PositionStream {
   const PointSink& sink_;
   std::vector<Eigen::Vector3f> piece_;
   std::int64_t kept_ = 0;
-  std::int64_t dropped_ = 0;
+  std::int64_t dropped_ = 0;   ///< not finite
+  std::int64_t too_far_ = 0;   ///< dropped as well
+  std::int64_t off_site_ = 0;  ///< kept
+  Eigen::Vector3f first_off_site_ = Eigen::Vector3f::Zero();
 };
 
 void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionStream& positions) {

@@ -58,6 +58,20 @@ TEST(PointCloudFile, ReadsAsciiWithFurtherFieldsAndCountsNan) {
   EXPECT_EQ(warnings.count("cloud.nan_points"), 1);
 }
 
+TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewAbsurdOnesDropped) {
+  const TemporaryFolder folder;
+  const Eigen::Vector3f far(463012.0F, 5254871.0F, 480.0F);
+  write_point_cloud(folder / "country.pcd", std::vector<Eigen::Vector3f>(10, far));
+  EXPECT_THAT(cloud_error(folder / "country.pcd"), ::testing::AllOf(HasSubstr("country.pcd: its origin is far away, a point lies at (463012, 5254871, 480) m"),
+                                                                  HasSubstr("subtract one shift")));
+  write_point_cloud(folder / "few.pcd", {{1, 2, 3}, {1e20F, 0, 0}, {0, -3e9F, 0}, {4, 5, 6}, far});
+  WarningLog warnings;
+  EXPECT_EQ(read_point_cloud(folder / "few.pcd", warnings), (std::vector<Eigen::Vector3f>{{1, 2, 3}, {4, 5, 6}, far}));
+  EXPECT_EQ(warnings.count("cloud.far_points"), 2);
+  write_point_cloud(folder / "absurd.pcd", {{1e20F, 0, 0}});
+  EXPECT_THAT(cloud_error(folder / "absurd.pcd"), HasSubstr("no finite points within 10,000 km"));
+}
+
 TEST(PointCloudFile, ReadsCompressedPcd) {
   const TemporaryFolder folder;
   // LZF of literals alone: a length less one, then the bytes. Compressed files hold each field in one piece.

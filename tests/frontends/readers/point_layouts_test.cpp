@@ -235,6 +235,42 @@ TEST(PointLayouts, AFieldWithoutTimesIsPassedOverForOneWith) {
   EXPECT_LT(std::abs(static_cast<double>(read.start - simulated_scans()[0].start)), 300.0);
 }
 
+TEST(PointLayouts, WhatIsNoRingsNumberIsARingOfItsOwn) {
+  const CloudLayout cloud{"timestamp", Field::float64, s, PointTimeZero::epoch};
+  std::vector<std::uint8_t> data;
+  ros1::PointCloudMessage message = cloud.write(simulated_scans()[0], data);
+  message.fields[4] = {"ring", 16, Field::float32, 1};
+  const float rings[] = {0.0F, 7.0F, 65534.0F, -1.0F, 65536.0F, 7e22F, NAN, INFINITY};
+  constexpr std::uint16_t expected[] = {0, 7, 65534, 65535, 65535, 65535, 65535, 65535};
+  for (std::size_t i = 0; i < simulated_scans()[0].points.size(); ++i) {
+    std::memcpy(data.data() + i * CloudLayout::point_step + 16, &rings[i % 8], 4);
+  }
+  WarningLog warnings;
+  const Platform platform = platform_of(untold(std::nullopt));
+  PointCloudDecoder decoder("log.bag", platform, warnings);
+  LidarScan read;
+  decoder.decode(message, read);
+  ASSERT_EQ(read.points.size(), simulated_scans()[0].points.size());
+  for (std::size_t i = 0; i < read.points.size(); ++i) EXPECT_EQ(read.points[i].ring, expected[i % 8]) << i;
+}
+
+TEST(PointLayouts, ATimeBeyondAllTimesIsOneLine) {
+  for (const double time : {1e300, -1e300, 5e9, static_cast<double>(NAN)}) {
+    const CloudLayout cloud{"timestamp", Field::float64, s, PointTimeZero::stamp, ScanStamp::end};
+    std::vector<std::uint8_t> data;
+    WarningLog warnings;
+    const Platform platform = platform_of(told(cloud));
+    PointCloudDecoder decoder("log.bag", platform, warnings);
+    LidarScan read;
+    decoder.decode(cloud.write(simulated_scans()[0], data), read);
+    ros1::PointCloudMessage message = cloud.write(simulated_scans()[1], data);
+    std::memcpy(data.data() + 24, &time, 8);
+    EXPECT_THAT(message_of<InputError>([&] { decoder.decode(message, read); }),
+                AllOf(HasSubstr("log.bag: /points at 1700000000."), HasSubstr("in robot.yaml")))
+        << time;
+  }
+}
+
 TEST(PointLayouts, SparseScansWaitForOneThatTells) {
   const CloudLayout cloud{"time", Field::float32, s, PointTimeZero::stamp, ScanStamp::end};
   LidarScan sparse = simulated_scans()[0];
