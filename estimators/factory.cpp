@@ -10,6 +10,8 @@ namespace lodestone {
 
 std::vector<std::string> estimator_names() { return {"smoother", "ieskf", "lidar-inertial", "magnetic"}; }
 
+bool can_refine(const std::string& name) { return name == "smoother" || name == "magnetic"; }
+
 namespace {
 
 std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const EstimatorInput& input) {

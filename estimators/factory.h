@@ -29,6 +29,9 @@ struct EstimatorInput {
 /// Names that make_estimator knows, the default first.
 std::vector<std::string> estimator_names();
 
+/// Whether an estimator of that name can be refined over the whole log at its end (`smoother.refine`).
+bool can_refine(const std::string& name);
+
 /// Throws InputError where the name is unknown (with the closest one) or where the input lacks what the estimator needs.
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input);
 

@@ -2,8 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
 #include <vector>
@@ -63,9 +65,37 @@ void check_options(const NamedCommand& command, const std::vector<std::string>& 
   }
 }
 
+/// A file of results must not take the place of what they come from.
+void check_outputs(const std::vector<std::string>& words) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  // --name=value and --name value alike
+  std::vector<std::string> values;
+  std::vector<bool> is_output;
+  for (const std::string& word : words) {
+    const std::size_t assigned = word.starts_with("--") ? word.find('=') : std::string::npos;
+    const std::string name = word.substr(0, assigned);
+    if (assigned != std::string::npos) {
+      values.push_back(word.substr(assigned + 1));
+      is_output.push_back(name == "--out" || name == "--errors");
+    } else {
+      is_output.push_back(!values.empty() && (values.back() == "--out" || values.back() == "--errors"));
+      values.push_back(word);
+    }
+  }
+  for (std::size_t out = 0; out < values.size(); ++out) {
+    if (!is_output[out] || !fs::is_regular_file(values[out], ignored)) continue;
+    for (std::size_t other = 0; other < values.size(); ++other) {
+      if (other == out || !fs::equivalent(values[out], values[other], ignored)) continue;
+      throw InputError(values[out] + ": is " + values[other] + ", which this command reads or writes as well; choose another name for the results");
+    }
+  }
+}
+
 }  // namespace
 
 int run_program(int argument_count, char** arguments) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is a full disk, and told as one
   CLI::App app{
       "Lodestone reprocesses logs of a robot with LiDAR, IMU and magnetometers against prior maps.\n"
       "Start with:  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel"};
@@ -92,6 +122,7 @@ int run_program(int argument_count, char** arguments) {
     std::erase(words, std::string());
     command = find_command(app, words);
     check_options(command, words);
+    check_outputs(words);
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
     // Help and version are no errors; everything else about the call is exit code 2, whatever CLI11 numbers it.
@@ -101,6 +132,9 @@ int run_program(int argument_count, char** arguments) {
     return exit_code::interrupted;
   } catch (const InputError& error) {
     std::fprintf(stderr, "lodestone: %s\n", error.what());
+    return exit_code::input_error;
+  } catch (const std::filesystem::filesystem_error& error) {
+    std::fprintf(stderr, "lodestone: %s: %s\n", error.path1().c_str(), error.code().message().c_str());
     return exit_code::input_error;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "lodestone: out of memory\n");

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/aside.h"
 #include "core/error.h"
 #include "frontends/rasters/tiff_handle.h"
 
@@ -73,7 +74,7 @@ void write_raster(const std::filesystem::path& path, const RasterLayout& layout,
   if (layout.columns < 1 || layout.rows < 1 || tile < 16 || tile % 16 != 0) {
     throw std::invalid_argument("a raster needs pixels, and tiles of a multiple of 16 of them");
   }
-  const std::filesystem::path aside = path.parent_path() / fmt::format(".{}.part.tif", path.stem().string());
+  const std::filesystem::path aside = aside_name(path.string());
   // Classic TIFF ends at 4 GiB; deflate never makes much more of what it is given.
   const double bytes = 4.0 * layout.columns * layout.rows * static_cast<double>(page_names.size());
   const int pages = static_cast<int>(page_names.size());

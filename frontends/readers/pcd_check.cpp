@@ -121,6 +121,8 @@ void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::str
     file.read(header.data_offset, 8, sizes);
     needed = 8 + std::uint64_t{little_endian<std::uint32_t>(sizes.data())};
     if (little_endian<std::uint32_t>(sizes.data() + 4) != bytes) header.fail("its packed points have another size than announced");
+    constexpr std::uint64_t most_of_a_byte = 88;  // LZF makes at most 264 bytes of three
+    if (bytes > most_of_a_byte * there) header.fail(fmt::format("it announces {} bytes, packed in {}", bytes, there));
   } else {
     header.fail(fmt::format("'{}' in its line DATA", kind));
   }

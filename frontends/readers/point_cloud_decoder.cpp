@@ -154,15 +154,22 @@ PointTimesSeen PointCloudDecoder::look_at_times(const PointCloudMessage& message
                                                 const LidarScan& scan) const {
   PointTimesSeen seen;
   bool any = false;
+  double earliest_but_zero = std::numeric_limits<double>::infinity();
+  std::size_t returns = 0, zeros = 0;
   read_column(column, message.data, scan.points.size(), fields_.step, [&](std::size_t i, auto raw) {
     const auto value = static_cast<double>(raw);
     if (!std::isfinite(value) || !is_return(scan.points[i].position)) return;
+    ++returns;
+    if (value == 0.0) ++zeros;
+    if (value != 0.0) earliest_but_zero = std::min(earliest_but_zero, value);
     seen.earliest = any ? std::min(seen.earliest, value) : value;
     seen.latest = any ? std::max(seen.latest, value) : value;
     any = true;
     using Number = decltype(raw);
     if constexpr (sizeof(Number) <= 2) seen.limit = static_cast<double>(std::numeric_limits<Number>::max());
   });
+  // A few zeros among times that are all far from it are points without one.
+  if (seen.earliest == 0.0 && 10 * zeros < returns && earliest_but_zero > 0.5 * seen.latest) seen.earliest = earliest_but_zero;
   const double largest = std::max(std::abs(seen.earliest), std::abs(seen.latest));
   if (column.datatype == PointField::float32) seen.step = largest * std::numeric_limits<float>::epsilon();
   if (column.datatype == PointField::float64) seen.step = largest * std::numeric_limits<double>::epsilon();
@@ -239,11 +246,17 @@ void PointCloudDecoder::read_times(const PointCloudMessage& message, std::size_t
 
 void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan& scan) {
   std::size_t kept = 0;
-  std::int64_t not_finite = 0;
+  std::int64_t not_finite = 0, untimed = 0;
+  // A driver that has no time for a point writes none: no number, or zero among absolute ones.
+  const bool absolute = reading_->zero == PointTimeZero::epoch;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const Eigen::Vector3f& position = scan.points[i].position;
     if (!position.allFinite()) ++not_finite;
     if (!is_return(position)) continue;
+    if (times_[i] == farthest_time || (absolute && times_[i] == 0)) {
+      ++untimed;
+      continue;
+    }
     scan.points[kept] = scan.points[i];
     times_[kept] = times_[i];
     ++kept;
@@ -254,6 +267,12 @@ void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan
     warnings_.add("lidar.nan_points", fmt::format("{}: points without a finite position were dropped", layout_.topic),
                   message.stamp, not_finite);
   }
+  if (untimed == 0) return;
+  if (static_cast<std::size_t>(untimed) > kept) {
+    fail(message, fmt::format("{} of {} points have no time in '{}': no number, zero, or beyond all times; set {}.time_unit or {}.fields.time in {}",
+                              untimed, untimed + static_cast<std::int64_t>(kept), time_.name, keys_, keys_, platform_file_));
+  }
+  warnings_.add("lidar.untimed_points", fmt::format("{}: points without a time were dropped", layout_.topic), message.stamp, untimed);
 }
 
 void PointCloudDecoder::keep_empty(const PointCloudMessage& message, LidarScan& scan, const char* kind, const char* detail) {

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/aside.h"
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/nearest_name.h"
@@ -180,10 +181,12 @@ void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionSt
   const PositionLayout layout(path, pcd.fields, pcd.point_bytes);
   std::ifstream stream(path, std::ios::binary);
   stream.seekg(pcd.data_offset);
-  constexpr auto kPart = static_cast<std::int64_t>(PositionStream::kPointsAPiece);
-  std::vector<std::uint8_t> part(static_cast<std::size_t>(kPart * pcd.point_bytes));
-  for (std::int64_t begin = 0; begin < pcd.points; begin += kPart) {
-    const std::int64_t count = std::min(kPart, pcd.points - begin);
+  // A point of many values is no reason for a large piece.
+  constexpr std::int64_t kPartBytes = std::int64_t{1} << 22;
+  const std::int64_t part_points = std::clamp<std::int64_t>(kPartBytes / pcd.point_bytes, 1, PositionStream::kPointsAPiece);
+  std::vector<std::uint8_t> part(static_cast<std::size_t>(part_points * pcd.point_bytes));
+  for (std::int64_t begin = 0; begin < pcd.points; begin += part_points) {
+    const std::int64_t count = std::min(part_points, pcd.points - begin);
     if (!stream.read(reinterpret_cast<char*>(part.data()), count * pcd.point_bytes)) fail_to_read(path, kMalformed);
     positions.add(layout, part.data(), count);
   }
@@ -243,7 +246,7 @@ std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLo
 }
 
 void write_point_cloud(const std::string& path, const std::vector<Eigen::Vector3f>& points) {
-  const std::string aside = path + ".part";
+  const std::string aside = aside_name(path);
   std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
   stream << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
          << "WIDTH " << points.size() << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << points.size()

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
+
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
@@ -50,9 +53,27 @@ TEST_F(ConvertCommand, RefusesInOneLine) {
   expect_refused("convert " + path("text.bag") + " --out " + path("a.mcap"), "is no log");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.txt"), "expected bag, db3, mcap");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.db3") + " --compression lz4", "this format knows none, zstd");
-  expect_refused("convert " + path("text.bag") + " --out " + path("text.bag"), "is the log itself");
+  expect_refused("convert " + path("text.bag") + " --out " + path("text.bag"), "which this command reads");
   EXPECT_FALSE(std::filesystem::exists(path("a.mcap")));
-  EXPECT_FALSE(std::filesystem::exists(path("a.mcap.part")));
+}
+
+TEST_F(ConvertCommand, AFullDiskIsOneLineAndLeavesNothing) {
+  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 2 "
+              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " + path(""));
+  ASSERT_GT(std::filesystem::file_size(path("log.bag")), 100'000U);
+  std::filesystem::create_directory(path("full"));
+  for (const char* out : {"full/a.bag --compression none", "full/b.bag --compression lz4", "full/c.mcap", "full/d.mcap --compression none",
+                          "full/e.db3", "full/f.db3 --compression zstd"}) {
+    // A limit on the size of files stands for the disk: 48 KiB.
+    const std::string command = "ulimit -f 48; exec " LODESTONE_PROGRAM " convert " + path("log.bag") + " --out " + path(out) + " >/dev/null 2>" + path("err");
+    const int status = std::system(("bash -c \"" + command + "\"").c_str());
+    ASSERT_TRUE(WIFEXITED(status)) << out;
+    EXPECT_EQ(WEXITSTATUS(status), 2) << out;
+    const std::string line = content_of(path("err"));
+    EXPECT_THAT(line, ::testing::HasSubstr("make room or choose another --out")) << out;
+    EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
+    EXPECT_TRUE(std::filesystem::is_empty(path("full"))) << out;
+  }
 }
 
 }  // namespace

@@ -1,4 +1,9 @@
 // The command line as a whole: what is misspelt is named, with the right word where one is near.
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
@@ -21,6 +26,30 @@ TEST(Program, AnUnknownCommandIsNamedAtEveryDepth) {
   expect_refused("rnu a.bag", "there is no command 'rnu'; did you mean 'run'? (known: simulate, ");
   expect_refused("map truht a.yaml", "there is no command 'truht' of lodestone map; did you mean 'truth'? (known: ");
   expect_refused("calibrate camera", "there is no command 'camera' of lodestone calibrate (known: magnetometers)");
+}
+
+TEST(Program, ResultsDoNotTakeThePlaceOfWhatTheyComeFrom) {
+  const TemporaryFolder folder;
+  const std::string truth = folder / "truth.tum";
+  std::ofstream(truth) << "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n";
+  const std::string content = content_of(truth);
+  const std::string other = folder.path().string() + "/./truth.tum";
+  for (const std::string& call : {"evaluate " + truth + " " + truth + " --errors " + truth, "evaluate " + truth + " " + truth + " --errors=" + other,
+                                  "check " + truth + " --out " + truth, "map import " + truth + " --out=" + truth}) {
+    expect_refused(call, "choose another name for the results");
+    EXPECT_EQ(content_of(truth), content) << call;
+  }
+  EXPECT_EQ(run_lodestone("evaluate " + truth + " " + truth + " --errors " + (folder / "errors.csv").string()).code, 0);
+  EXPECT_EQ(run_lodestone("evaluate " + truth + " " + truth + " --errors " + (folder / "errors.csv").string()).code, 0);
+}
+
+TEST(Program, WhatIsNoFileIsOneLine) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  expect_refused("evaluate " + (folder / "pipe").string() + " " + (folder / "pipe").string(), "found a pipe, a device or a socket");
+  expect_refused("evaluate /dev/zero /dev/zero", "found a pipe, a device or a socket");
+  std::filesystem::create_symlink("loop", folder / "loop");
+  expect_refused("check " + (folder / "loop").string(), "Too many levels of symbolic links");
 }
 
 }  // namespace

@@ -118,6 +118,8 @@ CheckResult check_log(const CheckCall& call) {
   } else {
     platform = load_platform(call.platform);
   }
+  const bool maps = !call.cloud.empty() || !call.magnetic.empty();
+  if (!maps && !call.initial_pose_from.empty()) read_trajectory(call.initial_pose_from);  // of no use, but perhaps not what was meant
   result.sample = read_log_sample(call.log, platform, call.seconds, warnings);
   for (const auto& [kind, entry] : warnings.entries()) {
     result.findings.push_back({Severity::warning, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), ""});
@@ -137,7 +139,6 @@ CheckResult check_log(const CheckCall& call) {
   append(result.findings, check_sensors(result.sample, platform, needed_sensors(call)));
   check_motion(result.sample, platform, odometry, result.findings);
   if (call.cloud.empty()) append(result.findings, check_floor(result.sample, platform, odometry.front()));
-  const bool maps = !call.cloud.empty() || !call.magnetic.empty();
   if (run_would_start(call, platform, result.findings) && maps) {
     check_on_maps(call, platform, odometry.front(), result);
   }

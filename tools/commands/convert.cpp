@@ -70,8 +70,6 @@ void convert(const ConvertCall& call) {
   catch_interrupts();
   const LogFormat format = format_of(call);
   const Codec codec = codec_of(call, format);
-  std::error_code ignored;
-  if (std::filesystem::equivalent(call.log, call.out, ignored)) throw InputError(call.out + ": is the log itself");
   WarningLog warnings;
   const auto source = open_log(call.log, warnings);
   Time begin = 0, end = 0;

@@ -15,6 +15,8 @@ nlohmann::ordered_json read_json(const std::filesystem::path& path) {
     return nlohmann::ordered_json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     throw InputError(fmt::format("{}: expected JSON, found a mistake at byte {}; write the file again", path.string(), error.byte));
+  } catch (const nlohmann::json::exception& error) {  // a number beyond all numbers
+    throw InputError(fmt::format("{}: expected JSON, found what cannot be read ({}); write the file again", path.string(), error.what()));
   }
 }
 

@@ -22,10 +22,11 @@ std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity&
   const fs::path summary = fs::path(call.out) / "summary.json";
   if (fs::exists(checkpoint_folder(call)) || !fs::exists(summary)) return std::nullopt;
   const auto json = nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
-  if (!json.is_object() || json.value("identity", "") != digest(identity)) return std::nullopt;
-  const std::string status = json.value("status", "");
-  if (status == "done") return exit_code::done;
-  if (status == "lost") return exit_code::track_lost;
+  if (!json.is_object() || !json.contains("identity") || json["identity"] != digest(identity) || !json.contains("status")) {
+    return std::nullopt;
+  }
+  if (json["status"] == "done") return exit_code::done;
+  if (json["status"] == "lost") return exit_code::track_lost;
   return std::nullopt;
 }
 

@@ -95,6 +95,9 @@ RunMaterial load_small_files(const RunCall& call) {
   load_options(load_configuration(call.configurations, settings), material.options);
   material.platform = load_platform(call.platform);
   if (!call.magnetic.empty()) choose_magnetometers(material.options.magnetic.magnetometers, material.platform);
+  if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
+    throw InputError("--refine: none of the estimators chosen can be refined; expected smoother or magnetic among them");
+  }
   if (call.max_range_m) material.platform.suite.lidar.max_range_m = *call.max_range_m;
   if (!call.truth.empty()) material.truth = read_trajectory(call.truth);
   if (!call.initial_pose_from.empty()) material.start = read_trajectory(call.initial_pose_from);

@@ -8,13 +8,13 @@
 #include <system_error>
 #include <utility>
 
+#include "core/aside.h"
 #include "core/error.h"
 
 namespace lodestone {
 
 OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
-  aside_ = path_;
-  aside_ += fmt::format(".partial-{}", getpid());
+  aside_ = aside_name(path_.string());
   file_ = std::fopen(aside_.c_str(), "wb");
   if (file_ == nullptr) {
     throw InputError(fmt::format("{}: cannot be written: {}; choose another --out", path_.string(), std::strerror(errno)));

@@ -4,7 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <string_view>
 
@@ -42,12 +45,35 @@ FileKind kind_of(const std::string& path) {
   return FileKind::other;
 }
 
+/// The folder of temporary files.
+fs::path temporary_folder() {
+  std::error_code error;
+  const fs::path folder = fs::temp_directory_path(error);
+  if (error) throw InputError("TMPDIR: is no folder (" + error.message() + "); set it to one with room for an unpacked log");
+  return folder;
+}
+
+/// What a killed process has unpacked there.
+void remove_leftovers(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    int process = 0;
+    if (std::sscanf(name.c_str(), "lodestone-%d-", &process) != 1 || fs::exists("/proc/" + std::to_string(process), ignored)) continue;
+    fs::remove(entry.path(), ignored);
+  }
+}
+
 /// A file that is gone when this is.
 class TemporaryFile {
  public:
   TemporaryFile() {
-    static std::atomic<int> number{0};
-    path_ = (fs::temp_directory_path() / fmt::format("lodestone-{}-{}.log", ::getpid(), number++)).string();
+    const fs::path folder = temporary_folder();
+    remove_leftovers(folder);
+    path_ = (folder / fmt::format("lodestone-{}-XXXXXX", ::getpid())).string();
+    const int file = mkstemp(path_.data());
+    if (file < 0) throw InputError(fmt::format("{}: cannot be written ({}); set TMPDIR to another folder", folder.string(), std::strerror(errno)));
+    ::close(file);
   }
   ~TemporaryFile() {
     std::error_code ignored;
@@ -122,6 +148,9 @@ Source open_folder(const fs::path& folder, WarningLog& warnings) {
   if (files.empty() && CsvLog::is_in(folder.string())) return std::make_unique<CsvLog>(folder.string(), warnings);
   if (files.empty()) {
     throw InputError(folder.string() + ": the folder holds no log: no bag, no MCAP file, no CSV file");
+  }
+  if (!listed && CsvLog::is_in(folder.string())) {
+    warnings.add("log.csv_passed_over", folder.string() + ": holds bags, which are read, and CSV or PCD files beside them, which are not", 0);
   }
   std::vector<RecordingPart> parts;
   for (const std::string& file : files) parts.push_back({file, open_file(file, warnings)});

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <map>
 
+#include "core/aside.h"
 #include "core/error.h"
 #include "frontends/readers/logs/known_types.h"
 #include "frontends/readers/logs/topic_list.h"
@@ -79,7 +80,7 @@ struct McapWriter::Implementation {
   Content chunk_indexes;
   std::uint32_t chunks = 0;
 
-  [[noreturn]] void fail() const { throw InputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno))); }
+  [[noreturn]] void fail() const { throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", path, std::strerror(errno))); }
   void put(std::span<const std::uint8_t> bytes) {
     if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
     offset += bytes.size();
@@ -161,7 +162,7 @@ void McapWriter::Implementation::put_summary() {
 McapWriter::McapWriter(const std::string& path, Codec codec) : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.path = path;
-  self.aside = path + ".part";
+  self.aside = aside_name(path);
   self.codec = codec;
   self.file.reset(std::fopen(self.aside.c_str(), "wb"));
   if (self.file == nullptr) self.fail();
@@ -202,7 +203,7 @@ void McapWriter::close() {
   if (std::fflush(self.file.get()) != 0) self.fail();
   std::error_code error;
   std::filesystem::rename(self.aside, self.path, error);
-  if (error) throw InputError(fmt::format("{}: cannot be written: {}", self.path, error.message()));
+  if (error) throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", self.path, error.message()));
   self.file.reset();
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "core/aside.h"
 #include "frontends/readers/ros1/serialization.h"
 
 namespace lodestone::ros1 {
@@ -76,16 +77,28 @@ rosbag::CompressionType rosbag_compression(Compression compression) {
 struct BagWriter::Implementation {
   std::string path;
   std::string aside;
-  rosbag::Bag bag;
+  std::unique_ptr<rosbag::Bag> bag = std::make_unique<rosbag::Bag>();
+  bool is_whole = false;
 
   [[noreturn]] void fail(const std::exception& error) const {
-    throw BagError(path + ": cannot write the bag: " + error.what());
+    throw BagError(path + ": cannot write the bag: " + error.what() + "; make room or choose another --out");
+  }
+
+  void give_up() {
+    try {
+      bag->close();
+    } catch (const std::exception&) {
+      // Where the disk is full its destructor would throw the same once more, and end the program: it is kept for good.
+      static auto* const given_up = new std::vector<std::unique_ptr<rosbag::Bag>>;
+      given_up->push_back(std::move(bag));
+    }
+    std::remove(aside.c_str());
   }
 
   template <class Message>
   void write(const std::string& topic, Time record_time, const Message& message) {
     try {
-      bag.write(topic, to_ros(record_time), message);
+      bag->write(topic, to_ros(record_time), message);
     } catch (const std::exception& error) {
       fail(error);
     }
@@ -95,23 +108,18 @@ struct BagWriter::Implementation {
 BagWriter::BagWriter(const std::string& path, Compression compression)
     : implementation_(std::make_unique<Implementation>()) {
   implementation_->path = path;
-  implementation_->aside = path + ".part";
+  implementation_->aside = aside_name(path);
   try {
-    implementation_->bag.open(implementation_->aside, rosbag::bagmode::Write);
-    implementation_->bag.setCompression(rosbag_compression(compression));
+    implementation_->bag->open(implementation_->aside, rosbag::bagmode::Write);
+    implementation_->bag->setCompression(rosbag_compression(compression));
   } catch (const std::exception& error) {
+    implementation_->give_up();
     implementation_->fail(error);
   }
 }
 
 BagWriter::~BagWriter() {
-  if (!implementation_->bag.isOpen()) return;
-  try {
-    implementation_->bag.close();
-  } catch (const std::exception&) {
-    // The file is given up anyway.
-  }
-  std::remove(implementation_->aside.c_str());
+  if (!implementation_->is_whole) implementation_->give_up();
 }
 
 void BagWriter::write(const std::string& topic, Time record_time, const PointCloudMessage& message) {
@@ -143,8 +151,9 @@ void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8
 
 void BagWriter::close() {
   try {
-    implementation_->bag.close();
+    implementation_->bag->close();
     std::filesystem::rename(implementation_->aside, implementation_->path);
+    implementation_->is_whole = true;
   } catch (const std::exception& error) {
     implementation_->fail(error);
   }

@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "core/error.h"
@@ -38,6 +39,9 @@ std::vector<std::string> bag_files(const std::string& metadata) {
     if (found == nullptr) {
       throw InputError((folder / name).string() + ": there is no such file, but " + metadata + " lists it; bring it there, or "
                        "take it out of the list");
+    }
+    if (std::find(files.begin(), files.end(), found->string()) != files.end()) {
+      throw InputError(metadata + ": lists " + name + " twice; take one of the two out of the list");
     }
     files.push_back(found->string());
   }

@@ -74,6 +74,7 @@ struct SqliteSource::Implementation {
   std::int64_t lost = 0;  ///< stretches of rows that cannot be reached
 
   void open();
+  void check_tables();
   void read_topics();
   void read_definitions();
   void read_rows();
@@ -87,6 +88,7 @@ void SqliteSource::Implementation::open() {
     database = open_sqlite(uri_of(path, options), flags);
     // Of a file that is shorter than it says, SQLite reads what is there only with this.
     execute_sqlite(database.get(), "PRAGMA writable_schema=ON");
+    execute_sqlite(database.get(), "PRAGMA trusted_schema=OFF");
     execute_sqlite(database.get(), "SELECT count(*) FROM sqlite_master");
   };
   try {
@@ -96,6 +98,19 @@ void SqliteSource::Implementation::open() {
     try_open("?immutable=1");  // a write-ahead log whose folder cannot be written
     warnings.add("log.write_ahead", path + ": its folder cannot be written, so that the messages in its -wal file, if it has "
                                            "one, are not read; copy the bag elsewhere", 0);
+  }
+}
+
+/// A view may be a program that never ends: what is read must be tables.
+void SqliteSource::Implementation::check_tables() {
+  const std::uint64_t longest = std::clamp<std::uint64_t>(file_bytes, 1 << 20, largest_message);
+  sqlite3_limit(database.get(), SQLITE_LIMIT_LENGTH, static_cast<int>(longest));
+  SqliteStatement statement(database.get(), "SELECT name, type, coalesce(sql, '') FROM sqlite_master WHERE lower(name) IN "
+                                            "('topics', 'messages', 'message_definitions')");
+  while (statement.step()) {
+    if (statement.text(1) == "table" && statement.text(2).rfind("CREATE TABLE", 0) == 0) continue;
+    throw InputError(fmt::format("{}: is no bag of ROS 2: its '{}' is no table of rows but a {}", path, statement.text(0),
+                                 statement.text(1) == "table" ? "virtual table" : statement.text(1)));
   }
 }
 
@@ -219,6 +234,7 @@ SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
   self.announced = announced_bytes(file);
   try {
     self.open();
+    self.check_tables();
     self.read_topics();
     self.read_definitions();
     self.read_rows();

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "core/aside.h"
 #include "core/error.h"
 #include "frontends/readers/logs/known_types.h"
 #include "frontends/readers/logs/topic_list.h"
@@ -24,7 +25,7 @@ struct SqliteWriter::Implementation {
   std::set<std::string> types;
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: cannot be written: {}", path, what));
+    throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", path, what));
   }
   void open();
   std::int64_t id_of(const TopicInfo& topic);
@@ -74,7 +75,7 @@ std::int64_t SqliteWriter::Implementation::id_of(const TopicInfo& topic) {
 SqliteWriter::SqliteWriter(const std::string& path, Codec codec) : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.path = path;
-  self.aside = path + ".part";
+  self.aside = aside_name(path);
   self.codec = codec;
   try {
     self.open();

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
 #include "frontends/readers/field_import.h"
+#include "frontends/readers/logs/compression.h"
 #include "frontends/readers/logs/known_types.h"
 #include "frontends/readers/logs/log_conversion.h"
 #include "frontends/readers/logs/message_decoder.h"
@@ -55,6 +56,16 @@ void write_converted(const fs::path& folder) {
   fs::remove(bag);
 }
 
+/// A log that was packed as a whole.
+void write_packed_log(const fs::path& folder) {
+  write_converted<LogFormat::mcap, Codec::none>(folder);
+  const std::string plain = read_text_file((folder / "log").string());
+  const std::vector<std::uint8_t> packed =
+      pack(Codec::zstd, {reinterpret_cast<const std::uint8_t*>(plain.data()), plain.size()});
+  std::ofstream(folder / "log", std::ios::binary)
+      .write(reinterpret_cast<const char*>(packed.data()), static_cast<std::streamsize>(packed.size()));
+}
+
 /// Turns a message into what the estimators get.
 void decode(MessageDecoder& decoder, PointCloudDecoder& clouds, const TopicInfo& topic, const RawMessage& raw) {
   if (topic.encoding == Encoding::other || message_type(topic.type) == MessageType::other) return;
@@ -90,6 +101,12 @@ void write_csv_log(const fs::path& folder) {
                     "accelerometer_y_m_s2,accelerometer_z_m_s2\n";
   for (int i = 0; i < 20; ++i) imu += std::to_string(1'700'000'000'000'000'000 + i * 5'000'000) + ",0,0.25,-1e-3,0,0,9.8\n";
   write_text(folder / "imu.csv", imu);
+}
+
+void write_csv_magnetometer(const fs::path& folder) {
+  std::string field = "time_s,field_x_ut,field_y_ut,field_z_ut\n";
+  for (int i = 0; i < 20; ++i) field += "1700000000." + std::to_string(100 + i) + ",18.5,-2e0,-41\n";
+  write_text(folder / "magnetometers/left.csv", field);
 }
 
 /// The first byte of the file `message` says the type; the rest are its bytes.
@@ -144,6 +161,24 @@ void write_ascii_cloud(const fs::path& folder) {
 
 void write_binary_cloud(const fs::path& folder) {
   write_text(folder / "cloud.pcd", std::string(kCloudHeader) + "DATA binary\n" + std::string(16 * 12, '?'));
+}
+
+/// LZF of literals alone: a length less one, then the bytes. Packed clouds hold each field in one piece.
+void write_packed_cloud(const fs::path& folder) {
+  const std::string plain(16 * 12, '?');
+  std::string packed;
+  for (std::size_t at = 0; at < plain.size(); at += 32) packed += std::string(1, 31) + plain.substr(at, 32);
+  const std::uint32_t sizes[2] = {static_cast<std::uint32_t>(packed.size()), static_cast<std::uint32_t>(plain.size())};
+  write_text(folder / "cloud.pcd", std::string(kCloudHeader) + "DATA binary_compressed\n" +
+                                       std::string(reinterpret_cast<const char*>(sizes), 8) + packed);
+}
+
+/// A cloud of a log that is a folder of files.
+void write_cloud_of_log(const fs::path& folder) {
+  std::string text = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity ring t\nSIZE 4 4 4 4 2 4\nTYPE F F F F U U\nCOUNT 1 1 1 1 1 1\nWIDTH 16\nHEIGHT 1\n"
+                     "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 16\nDATA ascii\n";
+  for (int i = 0; i < 16; ++i) text += std::to_string(i + 1) + " 0.5 -1e-2 100 " + std::to_string(i % 2) + " " + std::to_string(i * 6'000'000) + "\n";
+  write_text(folder / "points/1700000000.25.pcd", text);
 }
 
 void read_cloud(const fs::path& folder) {
@@ -268,17 +303,23 @@ const std::vector<Boundary>& boundaries() {
   static const std::vector<Boundary> all{
       {"rosbag", "log", write_bag<ros1::Compression::none>, read_log_file},
       {"rosbag_lz4", "log", write_bag<ros1::Compression::lz4>, read_log_file},
+      {"rosbag_bz2", "log", write_bag<ros1::Compression::bz2>, read_log_file},
       {"rosbag_cut", "log", write_cut_bag, read_log_file},
       {"mcap", "log", write_converted<LogFormat::mcap, Codec::none>, read_log_file},
       {"mcap_zstd", "log", write_converted<LogFormat::mcap, Codec::zstd>, read_log_file},
       {"mcap_lz4", "log", write_converted<LogFormat::mcap, Codec::lz4>, read_log_file},
       {"sqlite", "log", write_converted<LogFormat::db3, Codec::none>, read_log_file},
+      {"sqlite_zstd", "log", write_converted<LogFormat::db3, Codec::zstd>, read_log_file},
+      {"packed_log", "log", write_packed_log, read_log_file},
       {"bag_metadata", "metadata.yaml", write_split_bag, read_log_folder},
       {"csv", "imu.csv", write_csv_log, read_log_folder},
+      {"csv_magnetometer", "magnetometers/left.csv", write_csv_magnetometer, read_log_folder},
+      {"csv_cloud", "points/1700000000.25.pcd", write_cloud_of_log, read_log_folder},
       {"message_ros1", "message", write_message<Encoding::ros1>, read_message<Encoding::ros1>},
       {"message_cdr", "message", write_message<Encoding::cdr>, read_message<Encoding::cdr>},
       {"cloud_ascii", "cloud.pcd", write_ascii_cloud, read_cloud},
       {"cloud_binary", "cloud.pcd", write_binary_cloud, read_cloud},
+      {"cloud_packed", "cloud.pcd", write_packed_cloud, read_cloud},
       {"cloud_ply_ascii", "cloud.ply", write_ascii_ply, read_ply},
       {"cloud_ply_binary", "cloud.ply", write_binary_ply, read_ply},
       {"field_yaml", "field.yaml", write_field, read_field},

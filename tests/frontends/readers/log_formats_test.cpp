@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <fastcdr/Cdr.h>
+#include <sqlite3.h>
 
 #include <cstring>
 #include <map>
 
+#include "frontends/readers/ros2/sqlite_handle.h"
 #include "tests/frontends/readers/decoded_log.h"
 #include "tests/frontends/readers/test_files.h"
 
@@ -76,6 +78,23 @@ Measured measured_in(const std::string& path) {
     }
   }
   return result;
+}
+
+TEST(CraftedLog, AViewInATablesPlaceIsRefusedAndNotRun) {
+  const std::string topics = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)";
+  const std::string endless = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x AS id, 1 AS topic_id, x AS timestamp, "
+                              "zeroblob(900000000) AS data FROM c";
+  const TemporaryFolder folder;
+  for (const auto& [name, statement] : std::map<std::string, std::string>{{"messages", "CREATE VIEW messages AS " + endless},
+                                                                          {"Messages", "CREATE VIEW Messages AS " + endless}}) {
+    const std::string path = folder / (name + ".db3");
+    {
+      const SqliteDatabase database = open_sqlite(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+      for (const std::string& each : {topics, statement}) execute_sqlite(database.get(), each);
+    }
+    WarningLog warnings;
+    EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }), HasSubstr("is no bag of ROS 2: its '" + name + "' is no table of rows but a view"));
+  }
 }
 
 TEST(RealLogs, AnMcapFileOfLibmcapHoldsWhatItsStatisticsSay) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/error.h"
 #include "tests/frontends/readers/test_files.h"
@@ -70,6 +71,24 @@ TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewAbsurdOnesDropped) {
   EXPECT_EQ(warnings.count("cloud.far_points"), 2);
   write_point_cloud(folder / "absurd.pcd", {{1e20F, 0, 0}});
   EXPECT_THAT(cloud_error(folder / "absurd.pcd"), HasSubstr("no finite points within 10,000 km"));
+}
+
+TEST(PointCloudFile, AnnouncedSizesAreNotBelieved) {
+  const TemporaryFolder folder;
+  std::string many = pcd_header("x y z", 2);  // a point of 400 kB
+  many.replace(many.find("ascii"), 5, "binary").replace(many.find("COUNT 1 1 1"), 11, "COUNT 1 1 99998");
+  std::string points(2 * 400'000, '\0');
+  const float second[3] = {1, 2, 3};
+  std::memcpy(points.data() + 400'000, second, 12);
+  write_text(folder / "many.pcd", many + points);
+  WarningLog warnings;
+  EXPECT_EQ(read_point_cloud(folder / "many.pcd", warnings), (std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 2, 3}}));
+  std::string bomb = pcd_header("x y z", 75'000'000);
+  bomb.replace(bomb.find("ascii"), 5, "binary_compressed");
+  const std::uint32_t sizes[2] = {100, 900'000'000};
+  bomb.append(reinterpret_cast<const char*>(sizes), 8).append(100, '\xff');
+  write_text(folder / "bomb.pcd", bomb);
+  EXPECT_THAT(cloud_error(folder / "bomb.pcd"), HasSubstr("it announces 900000000 bytes, packed in 108"));
 }
 
 TEST(PointCloudFile, ReadsCompressedPcd) {

@@ -254,20 +254,31 @@ TEST(PointLayouts, WhatIsNoRingsNumberIsARingOfItsOwn) {
   for (std::size_t i = 0; i < read.points.size(); ++i) EXPECT_EQ(read.points[i].ring, expected[i % 8]) << i;
 }
 
-TEST(PointLayouts, ATimeBeyondAllTimesIsOneLine) {
-  for (const double time : {1e300, -1e300, 5e9, static_cast<double>(NAN)}) {
-    const CloudLayout cloud{"timestamp", Field::float64, s, PointTimeZero::stamp, ScanStamp::end};
-    std::vector<std::uint8_t> data;
-    WarningLog warnings;
-    const Platform platform = platform_of(told(cloud));
-    PointCloudDecoder decoder("log.bag", platform, warnings);
-    LidarScan read;
-    decoder.decode(cloud.write(simulated_scans()[0], data), read);
-    ros1::PointCloudMessage message = cloud.write(simulated_scans()[1], data);
-    std::memcpy(data.data() + 24, &time, 8);
-    EXPECT_THAT(message_of<InputError>([&] { decoder.decode(message, read); }),
-                AllOf(HasSubstr("log.bag: /points at 1700000000."), HasSubstr("in robot.yaml")))
-        << time;
+TEST(PointLayouts, APointWithoutATimeIsLeftOut) {
+  const LidarScan& scan = simulated_scans()[1];
+  for (const bool first_scan : {true, false}) {  // the times are told from, and one after it
+    for (const double time : {1e300, -1e300, 5e9, static_cast<double>(NAN), 0.0}) {
+      const CloudLayout cloud{"timestamp", Field::float64, s, PointTimeZero::epoch};
+      std::vector<std::uint8_t> data;
+      WarningLog warnings;
+      const Platform platform = platform_of(first_scan && time == 0.0 ? untold(std::nullopt) : told(cloud));
+      PointCloudDecoder decoder("log.bag", platform, warnings);
+      LidarScan read;
+      if (!first_scan) decoder.decode(cloud.write(simulated_scans()[0], data), read);
+      const ros1::PointCloudMessage message = cloud.write(scan, data);
+      for (const std::size_t i : {std::size_t{7}, std::size_t{100}}) std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
+      if (first_scan && (time == 1e300 || time == -1e300 || time == 5e9)) continue;  // which of the times are wrong is not known yet
+      decoder.decode(message, read);
+      ASSERT_EQ(read.points.size(), scan.points.size() - 2) << time;
+      EXPECT_EQ(warnings.count("lidar.untimed_points"), 2) << time;
+      EXPECT_EQ(read.points[7].position, scan.points[8].position);
+      EXPECT_LT(std::abs(static_cast<double>(read.start + read.points[7].offset_ns - scan.start - scan.points[8].offset_ns)), 300.0);
+      // Where most have none, it is another mistake.
+      for (std::size_t i = 0; 2 * i < scan.points.size() + 4; ++i) std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
+      EXPECT_THAT(message_of<InputError>([&] { decoder.decode(message, read); }),
+                  AllOf(HasSubstr("log.bag: /points at 1700000000."), HasSubstr("points have no time in 'timestamp'"), HasSubstr("in robot.yaml")))
+          << time;
+    }
   }
 }
 

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace lodestone {
+
+/// Where a file is written until it is whole and renamed: beside it, `NAME.partial-PID`, so that two processes do not meet there and
+/// leftovers of a killed one can be told.
+std::string aside_name(const std::string& path);
+
+}  // namespace lodestone
