@@ -136,13 +136,6 @@ class TableReader {
     if (!comment) take_numbers(cells);
   }
 
-  static char separator_of(std::string_view text) {
-    for (const char separator : {';', '\t', ','}) {
-      if (text.find(separator) != std::string_view::npos) return separator;
-    }
-    return ' ';
-  }
-
   bool take_header(const std::vector<std::string_view>& cells) {
     std::array<int, columns> places;
     places.fill(-1);

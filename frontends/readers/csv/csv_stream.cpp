@@ -89,7 +89,8 @@ class CsvStream : public CsvLog::Stream {
     std::string_view text = trimmed(line_);
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as some spreadsheets begin a file
     if (text.starts_with('#')) text = trimmed(text.substr(1));
-    const std::vector<std::string_view> found = split_cells(text);
+    separator_ = separator_of(text);
+    const std::vector<std::string_view> found = split_cells(text, separator_);
     const auto place_of = [&](std::string_view name) {
       const auto at = std::find(found.begin(), found.end(), name);
       return at == found.end() ? -1 : static_cast<int>(at - found.begin());
@@ -101,14 +102,15 @@ class CsvStream : public CsvLog::Stream {
     const Names& names = is_imu_ ? imu_columns : field_columns;
     for (const std::string& name : names) columns_.push_back(place_of(name));
     if (std::find(columns_.begin(), columns_.end(), -1) == columns_.end()) return;
-    throw InputError(fmt::format("{}:{}: found the columns {}; expected time_s (or time_ns) and either {}, or {}", path_,
+    throw InputError(fmt::format("{}:{}: found the columns {}; expected time_s (or time_ns) and either {}, or {}; name them so, or "
+                                 "take the file out of the folder", path_,
                                  number_, join_names(Names(found.begin(), found.end())), join_names(field_columns),
                                  join_names(imu_columns)));
   }
 
   /// Fills time and values; what is wrong with the line, if anything.
   std::string parse(std::string_view text) {
-    const std::vector<std::string_view> parts = split_cells(text);
+    const std::vector<std::string_view> parts = split_cells(text, separator_);
     const auto part = [&](std::size_t i) {
       const auto column = static_cast<std::size_t>(columns_[i]);
       return column < parts.size() ? parts[column] : std::string_view();
@@ -140,6 +142,7 @@ class CsvStream : public CsvLog::Stream {
   std::ifstream file_;
   std::string line_;
   int number_ = 0;  ///< of the line
+  char separator_ = ',';
   bool is_imu_ = false, nanoseconds_ = false;
   std::vector<int> columns_;  ///< of the time and the values
   Time time_ = 0;

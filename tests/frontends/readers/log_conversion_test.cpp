@@ -250,7 +250,7 @@ TEST(CsvLog, GivesWhatItsFilesSay) {
                       "accelerometer_y_m_s2,accelerometer_z_m_s2,temperature\n"
                       "1700000000.000000001,0.1,0.2,0.3,1,2,9.5,20\n1700000000.005,0,0,-1e-3,0,0,9.8,20\n17000");
   testing::write_text(folder / "log/array_0.csv",
-                      "field_z_ut, time_ns, field_x_ut, field_y_ut\r\n-40, 1700000000002000000, 20, 1.5\r\n");
+                      "field_z_ut; time_ns; field_x_ut; field_y_ut\r\n-40; 1700000000002000000; 20; 1.5\r\n");
   testing::write_text(folder / "log/lidar/points/1700000000.001.pcd",
                       "VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\n"
                       "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2 3 0\n4 5 6 50000000\n");
@@ -282,7 +282,7 @@ TEST(CsvLog, GivesWhatItsFilesSay) {
 
   testing::write_text(folder / "log/imu.csv", "time_s,wx\n1,2\n");
   const auto error = [&] { return testing::message_of<InputError>([&] { testing::DecodedLog again(folder / "log"); }); };
-  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:1"), HasSubstr("gyroscope_x_rad_s")));
+  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:1"), HasSubstr("gyroscope_x_rad_s"), HasSubstr("take the file out of the folder")));
   testing::write_text(folder / "log/imu.csv", "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n2,x,3,4\n3,4,5,6\n");
   EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:3"), HasSubstr("'x' is no number")));
 }
