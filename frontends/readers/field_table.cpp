@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/nearest_name.h"
 #include "frontends/readers/csv/csv_text.h"
 
@@ -101,6 +102,10 @@ class TableReader {
     std::error_code code;
     if (!std::filesystem::exists(path_, code)) throw InputError(path_ + ": there is no such file");
     if (!std::filesystem::is_regular_file(path_, code)) throw InputError(path_ + ": expected a text table, found no file");
+    const SeemingKind kind = seeming_kind_of_file(path_);
+    if (kind == SeemingKind::log || kind == SeemingKind::point_cloud || kind == SeemingKind::raster) {
+      throw InputError(path_ + ": expected a table of x, y, z, Bx, By, Bz in text" + looks_like(path_));
+    }
     std::ifstream file(path_, std::ios::binary);
     if (!file) throw InputError(path_ + ": cannot be opened for reading; check its permissions");
     for (std::string line; std::getline(file, line);) {

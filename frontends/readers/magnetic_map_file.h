@@ -34,4 +34,7 @@ constexpr std::size_t default_magnetic_map_bytes = 64U << 20U;
 /// are not four a layer, of one size, float32.
 MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes = default_magnetic_map_bytes);
 
+/// The image that the map's YAML names. Throws InputError where it cannot be read or names none.
+std::string image_of_magnetic_map(const std::string& yaml_path);
+
 }  // namespace lodestone

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "frontends/configuration/options.h"
+#include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/text_file.h"
 #include "tools/run/growing_file.h"
 
@@ -61,7 +62,7 @@ std::string content_mark(const std::string& path) {
 }  // namespace
 
 RunIdentity identify(const RunCall& call, const RunOptions& options) {
-  const std::string raster = call.magnetic.empty() ? "" : fs::path(call.magnetic).replace_extension(".tif").string();
+  const std::string raster = call.magnetic.empty() ? "" : image_of_magnetic_map(call.magnetic);
   std::string estimators;
   for (const std::string& name : call.estimators) estimators += (estimators.empty() ? "" : ",") + name;
   RunIdentity parts{{"the program", std::string(LODESTONE_VERSION) + " " + content_mark("/proc/self/exe")},

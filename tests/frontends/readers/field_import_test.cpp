@@ -171,6 +171,7 @@ TEST_F(FieldImport, ScatteredReadingsAreForMapMagnetic) {
 
 TEST_F(FieldImport, SaysWhatIsWrong) {
   Style style;
+  EXPECT_THAT(error("#ROSBAG V2.0\n"), HasSubstr("expected a table of x, y, z, Bx, By, Bz in text; this looks like a log"));
   EXPECT_THAT(error("a,b,c\n1,2,3\n"), HasSubstr("field.csv:1: found the columns a, b, c; expected x, y, z, Bx, By, Bz"));
   EXPECT_THAT(error("1,2,3\n"), HasSubstr("3 columns without names"));
   EXPECT_THAT(error("# nothing\n"), HasSubstr("has no line of numbers"));
