@@ -68,6 +68,21 @@ Header read_header(const std::string& path, const std::string& advice) {
   header.fail("its header has no line DATA");
 }
 
+/// PCL goes on reading a header after its last line, for as long as lines look like some of it: values must not.
+void check_end_of_header(const Header& header) {
+  std::ifstream stream(header.path, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(header.data_offset));
+  for (std::string line; std::getline(stream, line);) {
+    std::string word;
+    std::istringstream(line) >> word;
+    if (word.empty() || word.front() == '#') continue;
+    for (const char* key : {"VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA"}) {
+      if (word.starts_with(key)) header.fail(fmt::format("a line {} after the line DATA", key));
+    }
+    return;
+  }
+}
+
 /// The lines that are not empty, from `offset` on.
 std::uint64_t lines_of_values(const std::string& path, std::uint64_t offset) {
   std::ifstream stream(path, std::ios::binary);
@@ -106,6 +121,7 @@ void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::str
   const std::uint64_t points = header.number("POINTS", 1, 0);
   if (header.number("WIDTH", 1, 0) * header.number("HEIGHT", 1, 0) != points) header.fail("WIDTH x HEIGHT is not POINTS");
   if (points > most_bytes / point_bytes) header.fail(fmt::format("{} points of {} bytes", points, point_bytes));
+  check_end_of_header(header);
   const FileBytes file(path);
   const std::uint64_t there = file.size() - header.data_offset;
   const std::uint64_t bytes = points * point_bytes;

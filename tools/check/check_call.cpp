@@ -54,14 +54,15 @@ bool run_would_start(const CheckCall& call, const Platform& platform, Findings& 
   return true;
 }
 
-std::optional<Pose> given_start(const CheckCall& call, Time time) {
-  if (!call.initial_pose_from.empty())
-    return initial_pose_from(read_trajectory(call.initial_pose_from), call.initial_pose_from, time);
+/// `poses`: those of --initial-pose-from.
+std::optional<Pose> given_start(const CheckCall& call, const Trajectory& poses, Time time) {
+  if (!call.initial_pose_from.empty()) return initial_pose_from(poses, call.initial_pose_from, time);
   if (!call.initial_pose.empty() && call.initial_pose != "auto") return parse_initial_pose(call.initial_pose);
   return std::nullopt;
 }
 
-void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOdometry& odometry, CheckResult& result) {
+void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platform& platform, const ScanOdometry& odometry,
+                   CheckResult& result) {
   Findings& findings = result.findings;
   CheckDrive drive;
   drive.log = call.log;
@@ -80,7 +81,7 @@ void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOd
   const bool scans = result.sample.scans().size() >= kFewestScans;
   if (result.sample.imu.empty() || (drive.planes != nullptr && !scans)) return;
   const Time begin = scans ? result.sample.scans().front().start : result.sample.imu.front().time;
-  std::optional<Pose> start = given_start(call, begin);
+  std::optional<Pose> start = given_start(call, poses, begin);
   if (call.initial_pose == "auto") start = drive.find_start(findings);
   if (!start) {
     if (call.initial_pose.empty()) {
@@ -91,7 +92,7 @@ void check_on_maps(const CheckCall& call, const Platform& platform, const ScanOd
   }
   if (drive.planes != nullptr) {
     // The trajectory knows where the first scan ends; a given pose is that of a robot that stands.
-    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, result.sample.scans().front().end);
+    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, poses, result.sample.scans().front().end);
     append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_end,
                                   [&]() { return drive.find_anywhere(); }}));
   }
@@ -118,8 +119,8 @@ CheckResult check_log(const CheckCall& call) {
   } else {
     platform = load_platform(call.platform);
   }
-  const bool maps = !call.cloud.empty() || !call.magnetic.empty();
-  if (!maps && !call.initial_pose_from.empty()) read_trajectory(call.initial_pose_from);  // of no use, but perhaps not what was meant
+  // Without maps they serve nothing, but a wrong name should not pass in silence.
+  const Trajectory poses = call.initial_pose_from.empty() ? Trajectory{} : read_trajectory(call.initial_pose_from);
   result.sample = read_log_sample(call.log, platform, call.seconds, warnings);
   for (const auto& [kind, entry] : warnings.entries()) {
     result.findings.push_back({Severity::warning, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), ""});
@@ -139,8 +140,9 @@ CheckResult check_log(const CheckCall& call) {
   append(result.findings, check_sensors(result.sample, platform, needed_sensors(call)));
   check_motion(result.sample, platform, odometry, result.findings);
   if (call.cloud.empty()) append(result.findings, check_floor(result.sample, platform, odometry.front()));
+  const bool maps = !call.cloud.empty() || !call.magnetic.empty();
   if (run_would_start(call, platform, result.findings) && maps) {
-    check_on_maps(call, platform, odometry.front(), result);
+    check_on_maps(call, poses, platform, odometry.front(), result);
   }
   for (Finding& one : result.findings) {
     const std::string prefix = call.log + ": ";
