@@ -16,7 +16,7 @@ constexpr double span_tolerance = 0.4;  // of the period: a scan may be cut off,
 constexpr std::size_t fewest_points = 100;
 
 bool sounds_like_time(const std::string& name) {
-  return name == "t" || name.find("time") != std::string::npos || name.find("stamp") != std::string::npos;
+  return name == "t" || name.find("time") != std::string::npos || name.find("stamp") != std::string::npos || time_part_of(name);
 }
 
 /// One LiDAR of a platform and what the log has of it.

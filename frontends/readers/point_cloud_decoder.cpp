@@ -184,7 +184,8 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
   std::string seen_fields;
   for (const PointColumn& candidate : fields_.times) {
     std::string why_not;
-    const PointTimesSeen seen = look_at_times(message, candidate, scan);
+    PointTimesSeen seen = look_at_times(message, candidate, scan);
+    seen.doubtful = layout_.time_field.empty() && is_doubtful_time_name(candidate.name);
     reading_ = read_point_times(seen, layout_, message.stamp, period_ns_, why_not);
     if (!reading_) {
       seen_fields += fmt::format("{}'{}' ({}) {}", seen_fields.empty() ? "" : ", ", candidate.name,
@@ -212,7 +213,7 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
   }
   if (returns < points_that_tell) return false;
   fail(message, fmt::format("no point field reads as each point's own time: {}; set {}.fields.time and time_unit, or "
-                            "scan_period_s, in {}", seen_fields, keys_, platform_file_));
+                            "scan_period_s, in {}, or record the driver's full points", seen_fields, keys_, platform_file_));
 }
 
 void PointCloudDecoder::read_points(const PointCloudMessage& message, std::size_t count, LidarScan& scan) {

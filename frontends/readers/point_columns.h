@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "frontends/readers/ros1/messages.h"
 
@@ -15,6 +17,9 @@ struct PointColumn {
   std::uint32_t offset = 0;   ///< bytes from a point's first
   std::uint8_t datatype = 0;  ///< ros1::PointField's; 0: absent
   std::string name{};
+  /// Of a time in two fields, whose seconds are above: the nanoseconds beside them. A datatype of 0: the field stands alone.
+  std::uint32_t nanoseconds_offset = 0;
+  std::uint8_t nanoseconds_datatype = 0;
 };
 
 /// Bytes of one number; 0 for an unknown type.
@@ -61,12 +66,11 @@ void read_column_as(const std::uint8_t* data, std::size_t count, std::size_t ste
   }
 }
 
-/// `data`: of the first point, null where there is none. An absent column calls nothing.
+/// One field of all points; see read_column.
 template <class Sink>
-void read_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
-                 const Sink& sink) {
+void read_single_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
+                        const Sink& sink) {
   using Field = ros1::PointField;
-  if (count == 0) return;
   data += column.offset;
   switch (column.datatype) {
     case Field::int8:
@@ -92,6 +96,31 @@ void read_column(const PointColumn& column, const std::uint8_t* data, std::size_
     default:
       return;
   }
+}
+
+template <class Sink>
+void read_paired_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step, const Sink& sink) {
+  // Whatever the bytes are, the sum is an integer of 64 bits: 9e18 + 2e17.
+  const auto within = [](auto value, std::int64_t most) {
+    const auto number = static_cast<double>(value);
+    if (!(number > -static_cast<double>(most))) return -most;
+    return number < static_cast<double>(most) ? static_cast<std::int64_t>(value) : most;
+  };
+  std::vector<std::int64_t> times(count);
+  read_single_column({column.offset, column.datatype}, data, count, step,
+                     [&](std::size_t i, auto seconds) { times[i] = within(seconds, 9'000'000'000) * 1'000'000'000; });
+  read_single_column({column.nanoseconds_offset, column.nanoseconds_datatype}, data, count, step,
+                     [&](std::size_t i, auto nanoseconds) { sink(i, times[i] + within(nanoseconds, 200'000'000'000'000'000)); });
+}
+
+/// `data`: of the first point, null where there is none. An absent column calls nothing; one of seconds and nanoseconds gives
+/// their sum, std::int64_t ns.
+template <class Sink>
+void read_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
+                 const Sink& sink) {
+  if (count == 0) return;
+  if (column.nanoseconds_datatype != 0) return read_paired_column(column, data, count, step, sink);
+  read_single_column(column, data, count, step, sink);
 }
 
 }  // namespace lodestone

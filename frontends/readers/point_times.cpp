@@ -6,6 +6,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <initializer_list>
+#include <string_view>
 
 #include "frontends/configuration/options.h"
 
@@ -13,10 +15,32 @@ namespace lodestone {
 namespace {
 
 /// In the order of preference: what drivers call it, letters and digits alone.
-constexpr std::array time_names{"t",           "time",      "timestamp",    "offsettime", "timeoffset", "timeoffsetns",
-                                "timestampns", "pointtime", "relativetime", "reltime",    "deltatime",  "deltat",
-                                "dt",          "ts",        "stamp",        "timens",     "timeus",     "tns",
-                                "tus",         "toffset"};
+constexpr std::array time_names{"t",           "time",      "timestamp",    "offsettime", "timeoffset",   "timeoffsetns",
+                                "timestampns", "pointtime", "relativetime", "reltime",    "deltatime",    "deltat",
+                                "dt",          "ts",        "stamp",        "timens",     "timeus",       "timems",
+                                "tns",         "tus",       "toffset",      "utime",      "timeoffsetus", "timestampus",
+                                "gpstime",     "curvature"};
+
+std::string lower_case(const std::string& name) {
+  std::string lower = name;
+  for (char& letter : lower) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return lower;
+}
+
+std::string without_underscores(std::string name) {
+  std::erase(name, '_');
+  return name;
+}
+
+/// `name` without the first of `words` in it, which may start with an underscore and then stands at the end; nothing where none is.
+std::optional<std::string> stem_without(const std::string& name, std::initializer_list<std::string_view> words) {
+  for (const std::string_view word : words) {
+    const std::size_t at = name.rfind(word);
+    if (at == std::string::npos || (word.front() == '_' && at + word.size() != name.size())) continue;
+    return without_underscores(name.substr(0, at) + name.substr(at + word.size()));
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -45,6 +69,16 @@ std::optional<PointTimeUnit> fitting_time_unit(double span, Time period) {
 std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, const LidarMessageLayout& layout, Time stamp,
                                                  Time period, std::string& why_not) {
   const double span = seen.latest - seen.earliest;
+  if (seen.doubtful) {
+    const double periods = span * 1e6 / static_cast<double>(period);
+    const bool from_zero = std::abs(seen.earliest) * 1e6 < 0.1 * static_cast<double>(period);
+    const bool otherwise = layout.time_unit && *layout.time_unit != PointTimeUnit::milliseconds;
+    if (otherwise || !from_zero || !(periods > 0.5 && periods < 1.5)) {
+      why_not = fmt::format("goes from {:.6g} to {:.6g}, which is no scan of {:g} s in ms since its start", seen.earliest, seen.latest,
+                            to_seconds(period));
+      return std::nullopt;
+    }
+  }
   const auto unit = layout.time_unit ? layout.time_unit : fitting_time_unit(span, period);
   if (!unit) {
     why_not = fmt::format("spans {:.6g} in its own numbers, which is no scan of {:g} s in s, ms, us or ns", span,
@@ -108,13 +142,21 @@ ScanPlace place_scan(const PointTimeReading& reading, Time earliest, Time latest
 }
 
 std::optional<std::size_t> time_name_rank(const std::string& field) {
-  std::string plain;
-  for (const char letter : field) {
-    if (letter != '_') plain += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-  }
-  const auto found = std::find(time_names.begin(), time_names.end(), plain);
+  const auto found = std::find(time_names.begin(), time_names.end(), without_underscores(lower_case(field)));
   if (found == time_names.end()) return std::nullopt;
   return static_cast<std::size_t>(found - time_names.begin());
+}
+
+bool is_doubtful_time_name(const std::string& field) { return lower_case(field) == "curvature"; }
+
+std::optional<TimePart> time_part_of(const std::string& field) {
+  const std::string name = lower_case(field);
+  // Nanoseconds first: their names hold those of seconds.
+  if (auto stem = stem_without(name, {"nanoseconds", "nanosecond", "nanosecs", "nanosec", "nanos", "nsecs", "nsec", "_ns"})) {
+    return TimePart{*stem, true};
+  }
+  if (auto stem = stem_without(name, {"seconds", "second", "secs", "sec", "_s"})) return TimePart{*stem, false};
+  return std::nullopt;
 }
 
 std::string describe(const PointTimeReading& reading) {

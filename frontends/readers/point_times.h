@@ -26,6 +26,7 @@ struct PointTimesSeen {
   double latest = 0.0;
   double step = 0.0;  ///< of the field's type at such numbers; 0 where it has none worth speaking of
   double limit = 0.0;  ///< the largest number of a type of one or two bytes; 0 for others
+  bool doubtful = false;  ///< by its name the field is mostly no time: nothing but milliseconds of a whole scan from 0 on is read
 };
 
 /// Fewer points than this may lie in any part of a scan: they prove no unit unless they lie all over it.
@@ -57,6 +58,19 @@ ScanPlace place_scan(const PointTimeReading& reading, Time earliest, Time latest
 /// How well a point field's name says "each point's time": its place among the names that drivers use, from 0; nothing for
 /// any other name. Case and underscores do not count.
 std::optional<std::size_t> time_name_rank(const std::string& field);
+
+/// Whether a field of this name is mostly no time: FAST-LIO's "curvature" holds milliseconds since the scan's start, that of
+/// a cloud of normals how much the surface bends.
+bool is_doubtful_time_name(const std::string& field);
+
+/// One of the two fields of a time, "time_sec" or "time_nsec": those that share a stem belong together.
+struct TimePart {
+  std::string stem;  ///< lower-case, without underscores and what says seconds or nanoseconds: "time"
+  bool nanoseconds = false;
+};
+
+/// Nothing where the name says neither seconds nor nanoseconds.
+std::optional<TimePart> time_part_of(const std::string& field);
 
 /// "ns since the scan's start, which the stamp names", for people.
 std::string describe(const PointTimeReading& reading);
