@@ -63,7 +63,7 @@ struct CloudLayout {
     return message;
   }
 
- private:
+  /// The time in the field's unit and type.
   void put_time(std::uint8_t* at, Time value_ns) const {
     const Time unit_ns = nanoseconds_per(unit);
     const Time rounded = (value_ns + (value_ns < 0 ? -unit_ns / 2 : unit_ns / 2)) / unit_ns;
