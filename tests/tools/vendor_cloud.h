@@ -120,7 +120,7 @@ struct VendorCloud {
   }
 };
 
-/// Fields, types and places as the drivers' sources have them.
+/// Names, types and order of what the drivers publish; packed, or aligned as PCL does it.
 inline std::vector<VendorCloud> vendor_clouds() {
   using Field = ros1::PointField;
   using Role = FieldRole;
