@@ -56,7 +56,10 @@ Header read_header(const std::string& path, const std::string& advice) {
   for (int number = 0; number < 100 && std::getline(stream, line); ++number) {
     std::istringstream words(line);
     std::string key, word;
-    if (!(words >> key) || key.front() == '#') continue;
+    if (line.empty()) continue;
+    // PCL takes a line of blanks, or an empty one that ends as on Windows, for the header's end, and reads on without it.
+    if (!(words >> key)) header.fail("a line of blanks in its header");
+    if (key.front() == '#') continue;
     const auto [entry, is_new] = header.lines.try_emplace(key);
     if (!is_new) header.fail(fmt::format("two lines {}", key));
     while (words >> word) entry->second.push_back(word);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -53,13 +54,15 @@ fs::path temporary_folder() {
   return folder;
 }
 
-/// What a killed process has unpacked there.
+/// What a killed process has unpacked there: a day old, for a process of another container may live unseen.
 void remove_leftovers(const fs::path& folder) {
+  const auto oldest = fs::file_time_type::clock::now() - std::chrono::hours(24);
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
     int process = 0;
     if (std::sscanf(name.c_str(), "lodestone-%d-", &process) != 1 || fs::exists("/proc/" + std::to_string(process), ignored)) continue;
+    if (fs::last_write_time(entry.path(), ignored) > oldest) continue;
     fs::remove(entry.path(), ignored);
   }
 }

@@ -86,6 +86,9 @@ TEST(PointCloudFile, AnnouncedSizesAreNotBelieved) {
   // PCL would take the fields anew, and points of another size than memory was taken for.
   write_text(folder / "twice.pcd", pcd_header("x y z", 2) + "\n# values\nFIELDS-1 0 0\n1 2 3\n4 5 6\n");
   EXPECT_THAT(cloud_error(folder / "twice.pcd"), HasSubstr("a line FIELDS after the line DATA"));
+  // PCL would take the blank for the header's end, and look at points that it has no memory of.
+  write_text(folder / "blank.pcd", "\r\n" + pcd_header("x y z", 2) + "1 2 3\n4 5 6\n");
+  EXPECT_THAT(cloud_error(folder / "blank.pcd"), HasSubstr("a line of blanks in its header"));
   std::string bomb = pcd_header("x y z", 75'000'000);
   bomb.replace(bomb.find("ascii"), 5, "binary_compressed");
   const std::uint32_t sizes[2] = {100, 900'000'000};
