@@ -87,7 +87,7 @@ void check_outputs(const std::vector<std::string>& words) {
     if (!is_output[out] || !fs::is_regular_file(values[out], ignored)) continue;
     for (std::size_t other = 0; other < values.size(); ++other) {
       if (other == out || !fs::equivalent(values[out], values[other], ignored)) continue;
-      throw InputError(values[out] + ": is " + values[other] + ", which this command reads or writes as well; choose another name for the results");
+      throw InputError(values[out] + ": is " + values[other] + ", which the results would overwrite; choose another name for them");
     }
   }
 }

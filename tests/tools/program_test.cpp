@@ -36,7 +36,7 @@ TEST(Program, ResultsDoNotTakeThePlaceOfWhatTheyComeFrom) {
   const std::string other = folder.path().string() + "/./truth.tum";
   for (const std::string& call : {"evaluate " + truth + " " + truth + " --errors " + truth, "evaluate " + truth + " " + truth + " --errors=" + other,
                                   "check " + truth + " --out " + truth, "map import " + truth + " --out=" + truth}) {
-    expect_refused(call, "choose another name for the results");
+    expect_refused(call, "which the results would overwrite; choose another name for them");
     EXPECT_EQ(content_of(truth), content) << call;
   }
   EXPECT_EQ(run_lodestone("evaluate " + truth + " " + truth + " --errors " + (folder / "errors.csv").string()).code, 0);

@@ -13,6 +13,7 @@
 #include "frontends/simulation/magnetic_field.h"
 #include "frontends/simulation/world.h"
 #include "tools/commands.h"
+#include "tools/sinks/output_file.h"
 
 namespace lodestone {
 namespace {
@@ -26,12 +27,7 @@ struct MapTruthCall {
 };
 
 void map_truth(const MapTruthCall& call) {
-  if (std::filesystem::path(call.out).extension() != ".yaml") {
-    throw InputError(call.out + ": expected a name ending in .yaml for --out");
-  }
-  if (std::filesystem::weakly_canonical(call.out) == std::filesystem::weakly_canonical(call.like)) {
-    throw InputError(call.out + ": --out would overwrite the map given by --like; choose another name");
-  }
+  yaml_output(call.out);
   const simulation::World world = simulation::load_world(call.world, call.settings);
   const MagneticMap like = read_magnetic_map(call.like);
   const simulation::MagneticField field(world.earth_field_ut, simulation::build_scene(world, call.scene).sources);
