@@ -8,4 +8,7 @@ namespace lodestone {
 /// leftovers of a killed one can be told.
 std::string aside_name(const std::string& path);
 
+/// Whether a file of this name was written aside, by whichever process.
+bool is_aside_name(const std::string& name);
+
 }  // namespace lodestone

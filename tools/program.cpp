@@ -69,25 +69,23 @@ void check_options(const NamedCommand& command, const std::vector<std::string>& 
 void check_outputs(const std::vector<std::string>& words) {
   namespace fs = std::filesystem;
   std::error_code ignored;
-  // --name=value and --name value alike
-  std::vector<std::string> values;
-  std::vector<bool> is_output;
-  for (const std::string& word : words) {
-    const std::size_t assigned = word.starts_with("--") ? word.find('=') : std::string::npos;
-    const std::string name = word.substr(0, assigned);
+  struct Given {
+    std::string name, value;  // of --name=value and of --name value; of another word that before it
+  };
+  std::vector<Given> given;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::size_t assigned = words[i].starts_with("--") ? words[i].find('=') : std::string::npos;
     if (assigned != std::string::npos) {
-      values.push_back(word.substr(assigned + 1));
-      is_output.push_back(name == "--out" || name == "--errors");
+      given.push_back({words[i].substr(0, assigned), words[i].substr(assigned + 1)});
     } else {
-      is_output.push_back(!values.empty() && (values.back() == "--out" || values.back() == "--errors"));
-      values.push_back(word);
+      given.push_back({i > 0 ? words[i - 1] : "", words[i]});
     }
   }
-  for (std::size_t out = 0; out < values.size(); ++out) {
-    if (!is_output[out] || !fs::is_regular_file(values[out], ignored)) continue;
-    for (std::size_t other = 0; other < values.size(); ++other) {
-      if (other == out || !fs::equivalent(values[out], values[other], ignored)) continue;
-      throw InputError(values[out] + ": is " + values[other] + ", which the results would overwrite; choose another name for them");
+  for (const Given& out : given) {
+    if ((out.name != "--out" && out.name != "--errors") || !fs::is_regular_file(out.value, ignored)) continue;
+    for (const Given& other : given) {
+      if (&other == &out || !fs::equivalent(out.value, other.value, ignored)) continue;
+      throw InputError(out.value + ": is " + other.value + ", which the results would overwrite; choose another name for them");
     }
   }
 }

@@ -1,6 +1,5 @@
 #include "frontends/rasters/raster_writer.h"
 
-#include <fmt/format.h>
 #include <tiffio.h>
 
 #include <algorithm>

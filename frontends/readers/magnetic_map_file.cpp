@@ -91,10 +91,15 @@ void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, co
   write_text_file(yaml_path, text);
 }
 
-std::string image_of_magnetic_map(const std::string& yaml_path) {
-  const std::string name = ConfigurationNode::load(yaml_path).at("image").as_string();
-  return (std::filesystem::path(yaml_path).parent_path() / name).string();
+namespace {
+
+std::string image_beside(const std::string& yaml_path, const ConfigurationNode& node) {
+  return (std::filesystem::path(yaml_path).parent_path() / node.at("image").as_string()).string();
 }
+
+}  // namespace
+
+std::string image_of_magnetic_map(const std::string& yaml_path) { return image_beside(yaml_path, ConfigurationNode::load(yaml_path)); }
 
 MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes) {
   const std::string ending = std::filesystem::path(yaml_path).extension().string();
@@ -122,7 +127,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   }
   const double max_sigma = positive(node.at("max_sigma_ut"));
 
-  const std::string image = image_of_magnetic_map(yaml_path);
+  const std::string image = image_beside(yaml_path, node);
   std::error_code code;
   if (!std::filesystem::is_regular_file(image, code)) {
     throw InputError(image + ": there is no such file, though the map's yaml names it as its image");

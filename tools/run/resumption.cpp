@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "core/aside.h"
 #include "core/error.h"
 #include "frontends/readers/text_file.h"
 #include "tools/commands.h"
@@ -38,7 +39,7 @@ void remove_leftovers(const RunCall& call) {
   std::error_code ignored;
   for (const fs::path& folder : folders) {
     for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-      if (entry.path().filename().string().find(".partial-") != std::string::npos) fs::remove(entry.path(), ignored);
+      if (is_aside_name(entry.path().filename().string())) fs::remove(entry.path(), ignored);
     }
   }
 }

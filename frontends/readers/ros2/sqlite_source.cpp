@@ -99,12 +99,13 @@ void SqliteSource::Implementation::open() {
     warnings.add("log.write_ahead", path + ": its folder cannot be written, so that the messages in its -wal file, if it has "
                                            "one, are not read; copy the bag elsewhere", 0);
   }
+  // No value is longer than the file.
+  const std::uint64_t longest = std::clamp<std::uint64_t>(file_bytes, 1 << 20, largest_message);
+  sqlite3_limit(database.get(), SQLITE_LIMIT_LENGTH, static_cast<int>(longest));
 }
 
 /// A view may be a program that never ends: what is read must be tables.
 void SqliteSource::Implementation::check_tables() {
-  const std::uint64_t longest = std::clamp<std::uint64_t>(file_bytes, 1 << 20, largest_message);
-  sqlite3_limit(database.get(), SQLITE_LIMIT_LENGTH, static_cast<int>(longest));
   SqliteStatement statement(database.get(), "SELECT name, type, coalesce(sql, '') FROM sqlite_master WHERE lower(name) IN "
                                             "('topics', 'messages', 'message_definitions')");
   while (statement.step()) {
