@@ -4,10 +4,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/error.h"
 #include "tools/commands.h"
 #include "tools/report/report.h"
 
@@ -25,14 +23,6 @@ struct ReportCall {
   std::string out;
 };
 
-std::size_t report_on(const std::string& folder, const std::filesystem::path& out) {
-  try {
-    return write_report(folder, out);
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: its summary.json has other values than `lodestone run` writes ({}); run again", folder, error.what()));
-  }
-}
-
 }  // namespace
 
 void add_report_command(CLI::App& app, int* code) {
@@ -44,7 +34,7 @@ void add_report_command(CLI::App& app, int* code) {
   command->callback([call, code]() {
     const std::filesystem::path out =
         call->out.empty() ? std::filesystem::path(call->folder) / "report.html" : std::filesystem::path(call->out);
-    const std::size_t size = report_on(call->folder, out);
+    const std::size_t size = write_report(call->folder, out);
     fmt::print("report: {} ({:.1f} MB)\n", out.string(), static_cast<double>(size) * 1e-6);
     *code = exit_code::done;
   });

@@ -20,4 +20,12 @@ nlohmann::ordered_json read_json(const std::filesystem::path& path) {
   }
 }
 
+nlohmann::ordered_json values_of(const std::filesystem::path& path, const std::function<nlohmann::ordered_json()>& use) {
+  try {
+    return use();
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(fmt::format("{}: it has other values than Lodestone writes ({}); write the file again", path.string(), error.what()));
+  }
+}
+
 }  // namespace lodestone

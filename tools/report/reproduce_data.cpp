@@ -94,18 +94,7 @@ DetailLimits limits_for(const std::vector<Json>& runs) {
   return limits;
 }
 
-}  // namespace
-
-bool is_reproduce_folder(const fs::path& folder) { return fs::exists(folder / "reproduce.json"); }
-
-Json read_reproduce(const fs::path& folder) {
-  const fs::path path = folder / "reproduce.json";
-  const Json source = read_json(path);
-  for (const char* key : {"runs", "tables", "figures"}) {
-    if (!source.is_object() || !source.contains(key) || !source[key].is_array()) {
-      throw InputError(fmt::format("{}: expected a list under '{}'; run `lodestone reproduce` again", path.string(), key));
-    }
-  }
+Json reproduce_json(const fs::path& folder, const Json& source) {
   Json missing = Json::array();
   Json json;
   json["experiment"] = text_of(source, "experiment");
@@ -125,6 +114,21 @@ Json read_reproduce(const fs::path& folder) {
   }
   json["missing"] = missing;
   return json;
+}
+
+}  // namespace
+
+bool is_reproduce_folder(const fs::path& folder) { return fs::exists(folder / "reproduce.json"); }
+
+Json read_reproduce(const fs::path& folder) {
+  const fs::path path = folder / "reproduce.json";
+  const Json source = read_json(path);
+  for (const char* key : {"runs", "tables", "figures"}) {
+    if (!source.is_object() || !source.contains(key) || !source[key].is_array()) {
+      throw InputError(fmt::format("{}: expected a list under '{}'; run `lodestone reproduce` again", path.string(), key));
+    }
+  }
+  return values_of(path, [&]() { return reproduce_json(folder, source); });
 }
 
 }  // namespace lodestone

@@ -129,25 +129,33 @@ std::string status_of(const EstimatorFiles& files, const std::string& overall) {
   return overall == "lost" ? "done" : overall;
 }
 
-}  // namespace
+struct OverviewNotes {
+  Time begin = 0;  ///< of the log
+  double cloud_voxel_m = 0.1;
+};
 
-bool is_run_folder(const fs::path& folder) { return fs::exists(folder / "summary.json"); }
+/// `first_scan`: where the log begins as far as is known without notes.
+OverviewNotes overview_notes(const fs::path& overview, Time first_scan) {
+  OverviewNotes notes{first_scan};
+  const fs::path path = overview / "overview.json";
+  if (!fs::exists(path)) return notes;
+  const Json json = read_json(path);
+  values_of(path, [&]() {
+    parse_stamp(json.value("log_begin_s", ""), notes.begin);
+    notes.cloud_voxel_m = json.value("cloud_voxel_m", notes.cloud_voxel_m);
+    return Json();
+  });
+  return notes;
+}
 
-Json read_run(const fs::path& folder, const DetailLimits& limits) {
-  const Json summary = read_json(folder / "summary.json");
-  if (!summary.is_object() || !summary.contains("estimators") || !summary["estimators"].is_object()) {
-    throw InputError(fmt::format("{}: expected the summary of a run with 'estimators'; name a folder that `lodestone run` wrote",
-                                 (folder / "summary.json").string()));
-  }
+Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& summary) {
   std::vector<EstimatorFiles> estimators;
   for (const auto& [name, figures] : summary["estimators"].items()) estimators.push_back(read_estimator(folder / name));
   const TimeBuckets buckets(all_stamps(estimators), limits.points_a_series);
   if (buckets.size() == 0) throw InputError(fmt::format("{}: no estimator gave a scan; there is nothing to show", folder.string()));
 
   const fs::path overview = folder / "overview";
-  const Json notes = fs::exists(overview / "overview.json") ? read_json(overview / "overview.json") : Json::object();
-  Time begin = buckets.times().front();
-  parse_stamp(notes.value("log_begin_s", ""), begin);
+  const OverviewNotes notes = overview_notes(overview, buckets.times().front());
   Json json;
   json["inputs"] = Json::object();
   for (const auto& [name, value] : summary.items()) {
@@ -157,10 +165,10 @@ Json read_run(const fs::path& folder, const DetailLimits& limits) {
     for (const auto& [name, value] : summary["call"].items()) json["inputs"][name] = shown(value);
   }
   json["status"] = summary.value("status", "done");
-  json["begin_s"] = format_stamp(begin);
+  json["begin_s"] = format_stamp(notes.begin);
   json["scans_a_point"] = buckets.width();
   std::vector<double> seconds;
-  for (const Time time : buckets.times()) seconds.push_back(to_seconds(time - begin));
+  for (const Time time : buckets.times()) seconds.push_back(to_seconds(time - notes.begin));
   json["t"] = with_decimals(seconds, 3);
 
   Trajectory truth;
@@ -184,10 +192,24 @@ Json read_run(const fs::path& folder, const DetailLimits& limits) {
   }
   if (fs::exists(overview / "field.png")) json["field"] = field_json(overview / "field.png", limits.field_values);
   if (fs::exists(overview / "cloud.pcd")) {
-    json["cloud"] = cloud_json(overview / "cloud.pcd", notes.value("cloud_voxel_m", 0.1), limits.cloud_points);
+    json["cloud"] = cloud_json(overview / "cloud.pcd", notes.cloud_voxel_m, limits.cloud_points);
   }
   json["configuration"] = configuration;
   return json;
+}
+
+}  // namespace
+
+bool is_run_folder(const fs::path& folder) { return fs::exists(folder / "summary.json"); }
+
+Json read_run(const fs::path& folder, const DetailLimits& limits) {
+  const fs::path path = folder / "summary.json";
+  const Json summary = read_json(path);
+  if (!summary.is_object() || !summary.contains("estimators") || !summary["estimators"].is_object()) {
+    throw InputError(fmt::format("{}: expected the summary of a run with 'estimators'; name a folder that `lodestone run` wrote",
+                                 path.string()));
+  }
+  return values_of(path, [&]() { return run_json(folder, limits, summary); });
 }
 
 }  // namespace lodestone

@@ -181,6 +181,25 @@ TEST_F(ReportPage, GathersAnExperiment) {
   fs::remove(*folder_ / "lane/reproduce.json");
 }
 
+TEST_F(ReportPage, NamesTheFileWhoseValuesAreOfAnotherKind) {
+  const auto expect_named = [](const std::string& file, const char* key, const Json& value) {
+    fs::copy(path("lane/run"), path("lane/other"), fs::copy_options::recursive);
+    std::ifstream in(path("lane/other/" + file));
+    Json json = Json::parse(in);
+    json[key] = value;
+    std::ofstream(path("lane/other/" + file)) << json.dump();
+    expect_refused("report " + path("lane/other"), file + ": it has other values than Lodestone writes");
+    fs::remove_all(path("lane/other"));
+  };
+  expect_named("summary.json", "status", 3);
+  expect_named("overview/overview.json", "cloud_voxel_m", "fine");
+  expect_named("overview/overview.json", "log_begin_s", Json::array());
+  std::ofstream(path("lane/reproduce.json")) << R"({"experiment": "x", "tables": [], "figures": [],
+    "runs": [{"folder": "run", "seed": "a"}, {"folder": "alone", "seed": "b"}]})";
+  expect_refused("report " + path("lane"), "reproduce.json: it has other values");
+  fs::remove(path("lane/reproduce.json"));
+}
+
 TEST(ReportCommand, RefusesWhatIsNoRun) {
   const TemporaryFolder folder;
   expect_refused("report " + (folder / "nowhere").string(), "no such folder");
