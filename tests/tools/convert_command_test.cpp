@@ -57,6 +57,23 @@ TEST_F(ConvertCommand, RefusesInOneLine) {
   EXPECT_FALSE(std::filesystem::exists(path("a.mcap")));
 }
 
+TEST_F(ConvertCommand, TwoPartsOfALogAreTheWhole) {
+  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 3 "
+              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " + path(""));
+  const auto messages = [this](const std::string& options, const std::string& out) {
+    const ProgramResult result = run_lodestone("convert " + path("log.bag") + " --out " + path(out) + options);
+    EXPECT_EQ(result.code, 0) << result.errors;
+    return std::stoi(result.output.substr(result.output.find(": ") + 2));
+  };
+  const int whole = messages("", "whole.mcap"), first = messages(" --to 1.5", "first.mcap"), second = messages(" --from 1.5", "second.mcap");
+  EXPECT_EQ(first + second, whole);
+  EXPECT_NEAR(first, whole / 2, whole / 20);
+  EXPECT_LT(messages(" --from 1 --to 1.1", "short.mcap"), whole / 10);
+  expect_refused("convert " + path("log.bag") + " --from 99 --out " + path("a.mcap"), "--from 99: is after the log's end");
+  expect_refused("convert " + path("log.bag") + " --from -1 --out " + path("a.mcap"), "--from: expected seconds");
+  expect_refused("convert " + path("log.bag") + " --from 2 --to 1 --out " + path("a.mcap"), "--to: expected seconds, more than --from");
+}
+
 TEST_F(ConvertCommand, AFullDiskIsOneLineAndLeavesNothing) {
   expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 2 "
               "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " + path(""));

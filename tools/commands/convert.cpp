@@ -2,9 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/error.h"
@@ -23,10 +25,12 @@ within their own ROS.
 
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
   lodestone convert /tmp/tunnel/log.bag --out /tmp/tunnel/log.mcap
-  lodestone convert /tmp/tunnel/log.mcap --out /tmp/tunnel/log.db3 --compression zstd)";
+  lodestone convert /tmp/tunnel/log.mcap --out /tmp/tunnel/log.db3 --compression zstd
+  lodestone convert /tmp/tunnel/log.bag --from 10 --to 20 --out /tmp/tunnel/part.bag)";
 
 struct ConvertCall {
   std::string log, out, format, compression;
+  std::optional<double> from_s, to_s;  ///< after the log's first message
 };
 
 const std::map<std::string, LogFormat> formats{{"bag", LogFormat::rosbag}, {"mcap", LogFormat::mcap}, {"db3", LogFormat::db3}};
@@ -66,8 +70,28 @@ Codec codec_of(const ConvertCall& call, LogFormat format) {
   return codec;
 }
 
+void check_part(const ConvertCall& call) {
+  const auto is_time = [](double seconds) { return std::isfinite(seconds) && seconds >= 0.0; };
+  if (call.from_s && !is_time(*call.from_s)) throw InputError(fmt::format("--from: expected seconds, 0 or more, found {}", *call.from_s));
+  if (call.to_s && !(is_time(*call.to_s) && *call.to_s > call.from_s.value_or(0.0))) {
+    throw InputError(fmt::format("--to: expected seconds, more than --from, found {}", *call.to_s));
+  }
+}
+
+/// Of a log whose first message was recorded at `begin`.
+LogPart part_of(const ConvertCall& call, Time begin, Time end) {
+  LogPart part;
+  if (call.from_s) part.from = begin + from_seconds(*call.from_s);
+  if (call.to_s) part.to = begin + from_seconds(*call.to_s);
+  if (call.from_s && part.from > end) {
+    throw InputError(fmt::format("--from {}: is after the log's end; {} lasts {:.3f} s", *call.from_s, call.log, to_seconds(end - begin)));
+  }
+  return part;
+}
+
 void convert(const ConvertCall& call) {
   catch_interrupts();
+  check_part(call);
   const LogFormat format = format_of(call);
   const Codec codec = codec_of(call, format);
   WarningLog warnings;
@@ -80,15 +104,16 @@ void convert(const ConvertCall& call) {
     end = any ? std::max(end, topic.end) : topic.end;
     any = true;
   }
+  const LogPart part = part_of(call, begin, end);
   const auto writer = make_log_writer(call.out, format, codec);
   Progress progress(std::filesystem::path(call.out).filename().string(), begin, end);
   const Conversion conversion = convert_log(call.log, *source, *writer, [&progress](Time time) {
     progress.update(time);
     throw_if_interrupted();
-  });
+  }, part);
   writer->close();
   progress.finish();
-  fmt::print("{}: {} messages of {:.1f} s, {:.1f} MB\n", call.out, conversion.messages, to_seconds(end - begin),
+  fmt::print("{}: {} messages of {:.1f} s, {:.1f} MB\n", call.out, conversion.messages, to_seconds(std::min(end, part.to) - std::max(begin, part.from)),
              static_cast<double>(std::filesystem::file_size(call.out)) * 1e-6);
   for (const TopicInfo* topic : conversion.left_out) {
     fmt::print("left out: {} ({} messages): {} has no counterpart that is known\n", topic->name, topic->messages,
@@ -113,6 +138,8 @@ void add_convert_command(CLI::App& app, int* code) {
       ->add_option("--compression", call->compression,
                    "none, lz4, zstd or bz2, as the format knows it (default: lz4 for bag, zstd for mcap, none for db3)")
       ->check(CLI::IsMember({"none", "lz4", "zstd", "bz2"}));
+  command->add_option("--from", call->from_s, "leave out what was recorded earlier: seconds after the log's first message");
+  command->add_option("--to", call->to_s, "leave out what was recorded from then on: seconds after the log's first message");
   command->callback([call, code] {
     convert(*call);
     *code = exit_code::done;

@@ -42,16 +42,18 @@ class CsvStream : public CsvLog::Stream {
       ++number_;
       const std::string_view text = trimmed(line_);
       if (text.empty() || text.front() == '#') continue;
+      if (file_.eof()) {
+        // The last line has no end: its recorder was stopped, and where a number was cut in two it still reads as one.
+        if (warnings_ == nullptr) return false;
+        warnings_->add("log.cut_off",
+                       fmt::format("{}:{}: the last line does not end with a newline, so that it may be cut off; it is left out; "
+                                   "where it is whole, add a newline", path_, number_), time_);
+        return false;
+      }
       const std::string wrong = parse(text);
-      if (wrong.empty()) {
-        time = time_;
-        return true;
-      }
-      if (!file_.eof()) throw InputError(fmt::format("{}:{}: {}", path_, number_, wrong));
-      // The last line has no end: its recorder was stopped.
-      if (warnings_ != nullptr) {
-        warnings_->add("log.cut_off", fmt::format("{}:{}: the last line is cut off and left out", path_, number_), time_);
-      }
+      if (!wrong.empty()) throw InputError(fmt::format("{}:{}: {}", path_, number_, wrong));
+      time = time_;
+      return true;
     }
     return false;
   }

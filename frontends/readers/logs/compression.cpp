@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 
 #include "core/error.h"
@@ -133,29 +134,50 @@ bool starts_like_zstd(std::span<const std::uint8_t> bytes) {
   return bytes.size() >= 4 && std::memcmp(bytes.data(), magic, 4) == 0;
 }
 
-void unpack_zstd_file(const std::string& path, const std::string& out) {
+std::span<const std::uint8_t> unpacked_cdr(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& unpacked) {
+  if (!starts_like_zstd(bytes)) return bytes;
+  unpack(Codec::zstd, bytes, largest_message, UnpackedSize::at_most, unpacked);
+  return unpacked;
+}
+
+void unpack_zstd_file(const std::string& path, const std::string& out, std::uint64_t room,
+                      const std::function<void(std::span<const std::uint8_t>)>& check) {
   const File from(std::fopen(path.c_str(), "rb"), std::fclose);
   const File to(std::fopen(out.c_str(), "wb"), std::fclose);
   if (from == nullptr) throw InputError(path + ": cannot be opened for reading; check its permissions");
   if (to == nullptr) throw InputError(fmt::format("{}: cannot be written, to unpack {} there; set TMPDIR", out, path));
   const std::unique_ptr<ZSTD_DStream, std::size_t (*)(ZSTD_DStream*)> context(ZSTD_createDStream(), ZSTD_freeDStream);
-  std::vector<char> input(ZSTD_DStreamInSize()), output(ZSTD_DStreamOutSize());
+  if (context == nullptr) throw std::bad_alloc();
+  std::vector<std::uint8_t> input(ZSTD_DStreamInSize()), output(ZSTD_DStreamOutSize());
+  ZSTD_outBuffer piece{output.data(), output.size(), 0};
+  std::uint64_t written = 0;
+  const auto write_piece = [&] {
+    if (written == 0) check({output.data(), piece.pos});
+    written += piece.pos;
+    if (written > room) {
+      throw InputError(fmt::format("{}: unpacked it has more than the {:.1f} MB that {} has room for; set TMPDIR to a folder with "
+                                   "more, or unpack it with 'zstd -d'", path, static_cast<double>(room) * 1e-6,
+                                   std::filesystem::path(out).parent_path().string()));
+    }
+    if (std::fwrite(output.data(), 1, piece.pos, to.get()) != piece.pos || std::fflush(to.get()) != 0) {
+      throw InputError(fmt::format("{}: the disk is full; {} is unpacked there: set TMPDIR", out, path));
+    }
+    piece.pos = 0;
+  };
+  // A piece is written when it is full, for the first must be long enough to tell what comes out of many small frames.
   while (const std::size_t count = std::fread(input.data(), 1, input.size(), from.get())) {
-    for (ZSTD_inBuffer in{input.data(), count, 0}; in.pos < in.size;) {
-      ZSTD_outBuffer piece{output.data(), output.size(), 0};
+    bool more = true;  // what did not fit into the last piece waits in the decoder
+    for (ZSTD_inBuffer in{input.data(), count, 0}; in.pos < in.size || more;) {
       const std::size_t result = ZSTD_decompressStream(context.get(), &piece, &in);
       if (ZSTD_isError(result)) {
         throw InputError(fmt::format("{}: its zstd compression is damaged near byte {} ({})", path, std::ftell(from.get()),
                                      ZSTD_getErrorName(result)));
       }
-      if (std::fwrite(piece.dst, 1, piece.pos, to.get()) != piece.pos) {
-        throw InputError(fmt::format("{}: the disk is full; {} is unpacked there: set TMPDIR", out, path));
-      }
+      more = piece.pos == piece.size;
+      if (more) write_piece();
     }
   }
-  if (std::fflush(to.get()) != 0) {
-    throw InputError(fmt::format("{}: the disk is full; {} is unpacked there: set TMPDIR", out, path));
-  }
+  write_piece();
 }
 
 }  // namespace lodestone

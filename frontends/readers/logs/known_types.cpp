@@ -75,4 +75,11 @@ std::string ros2_definition(MessageType type) {
   return {};
 }
 
+TypeDefinition ros2_definition(const TopicInfo& topic) {
+  const std::string text = topic.definition.empty() ? ros2_definition(message_type(topic.type)) : topic.definition;
+  if (text.empty()) return {};
+  const bool said = !topic.definition.empty() && !topic.definition_encoding.empty();
+  return {text, said ? topic.definition_encoding : "ros2msg"};
+}
+
 }  // namespace lodestone

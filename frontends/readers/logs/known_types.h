@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "frontends/readers/logs/message_source.h"
+
 namespace lodestone {
 
 /// The messages that Lodestone understands.
@@ -15,5 +17,13 @@ std::string expected_md5(MessageType type);
 
 /// The type's definition as ROS 2's recorders store it (ros2msg). Empty for `other`.
 std::string ros2_definition(MessageType type);
+
+/// A type's fields as text, and the language that it is in; both empty where nobody says.
+struct TypeDefinition {
+  std::string text, encoding;
+};
+
+/// What a log of ROS 2 holds of the topic's type: what its source says, else what is known of it.
+TypeDefinition ros2_definition(const TopicInfo& topic);
 
 }  // namespace lodestone

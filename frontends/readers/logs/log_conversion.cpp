@@ -18,7 +18,7 @@ bool is_convertible(const TopicInfo& topic, Encoding to) {
 }  // namespace
 
 Conversion convert_log(const std::string& path, MessageSource& source, LogWriter& writer,
-                       const std::function<void(Time)>& progress) {
+                       const std::function<void(Time)>& progress, const LogPart& part) {
   Conversion result;
   std::vector<const TopicInfo*> chosen;
   std::vector<std::string> names;
@@ -36,18 +36,22 @@ Conversion convert_log(const std::string& path, MessageSource& source, LogWriter
                             "MagneticField or livox_ros_driver2/CustomMsg");
   }
   source.select(names);
-  for (RawMessage message; source.next(message); ++result.messages) {
+  for (RawMessage message; source.next(message);) {
+    progress(message.record_time);
+    if (!part.has(message.record_time)) continue;
+    ++result.messages;
     const TopicInfo& topic = *chosen[message.topic];
     if (topic.encoding == writer.encoding()) {
-      writer.write(topic, message.record_time, {message.data, message.size});
+      writer.write(topic, message);
     } else {
       const std::vector<std::uint8_t> bytes = transcode(path, topic, message, writer.encoding());
       TopicInfo rewritten = topic;
-      rewritten.md5.clear();  // checksum and definition are those of the other ROS
+      rewritten.md5.clear();  // checksum, definition and who sent it how are those of the other ROS
       rewritten.definition.clear();
-      writer.write(rewritten, message.record_time, bytes);
+      rewritten.definition_encoding.clear();
+      rewritten.metadata.clear();
+      writer.write(rewritten, {message.record_time, message.topic, bytes.data(), bytes.size()});
     }
-    progress(message.record_time);
   }
   return result;
 }

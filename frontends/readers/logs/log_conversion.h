@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,14 @@
 
 namespace lodestone {
 
+/// Of a log: what was recorded at `from` or later, and before `to`.
+struct LogPart {
+  Time from = std::numeric_limits<Time>::min();
+  Time to = std::numeric_limits<Time>::max();
+
+  bool has(Time time) const { return from <= time && time < to; }
+};
+
 /// What convert_log() did.
 struct Conversion {
   std::int64_t messages = 0;
@@ -16,9 +25,10 @@ struct Conversion {
 };
 
 /// Copies the topics of a log that the writer's ROS understands, in order of record time: as they are where the log speaks
-/// it already; else those of the types that Lodestone knows, field by field. `path` names the log in messages, `progress` is
-/// called with each record time; the caller closes the writer. Throws InputError where nothing can be written.
+/// it already; else those of the types that Lodestone knows, field by field; of all that, what is in `part`. `path` names the
+/// log in messages, `progress` is called with each record time; the caller closes the writer. Throws InputError where nothing
+/// can be written.
 Conversion convert_log(const std::string& path, MessageSource& source, LogWriter& writer,
-                       const std::function<void(Time)>& progress);
+                       const std::function<void(Time)>& progress, const LogPart& part = {});
 
 }  // namespace lodestone

@@ -14,8 +14,8 @@ class RosbagWriter : public LogWriter {
                       : codec == Codec::bz2 ? ros1::Compression::bz2
                                             : ros1::Compression::none) {}
   Encoding encoding() const override { return Encoding::ros1; }
-  void write(const TopicInfo& topic, Time record_time, std::span<const std::uint8_t> message) override {
-    writer_.write(topic, record_time, message.data(), message.size());
+  void write(const TopicInfo& topic, const RawMessage& message) override {
+    writer_.write(topic, message.record_time, message.data, message.size, message.publisher);
   }
   void close() override { writer_.close(); }
 

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 
 #include "frontends/readers/logs/compression.h"
@@ -20,9 +19,9 @@ class LogWriter {
   /// How the messages must be laid out.
   virtual Encoding encoding() const = 0;
 
-  /// `topic` gives name, type and, where it has them, checksum and definition. Throws InputError where the disk does not take
-  /// it, or a time cannot be stored.
-  virtual void write(const TopicInfo& topic, Time record_time, std::span<const std::uint8_t> message) = 0;
+  /// `topic` gives name, type and, where it has them, checksum, definition and metadata; the message's own number of the topic
+  /// is not looked at. Throws InputError where the disk does not take it, or a time cannot be stored.
+  virtual void write(const TopicInfo& topic, const RawMessage& message) = 0;
 
   virtual void close() = 0;
 };

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,16 @@ struct TopicInfo {
   Time end = 0;            ///< record time of the last message
   std::string md5;         ///< ROS 1's checksum of the type; empty where the log says none
   std::string definition;  ///< the type's fields as text; empty where the log says none
+  std::string definition_encoding{};  ///< of ROS 2: what language that is in, ros2msg or ros2idl; empty where the log says none
+  /// What recorders of ROS 2 say besides, by MCAP's names: offered_qos_profiles, without which a latched topic is latched no
+  /// more, topic_type_hash.
+  std::map<std::string, std::string> metadata{};
+};
+
+/// The node of ROS 1 that sent a message. A latched topic may have several, each of which latches its own last message.
+struct Publisher {
+  std::string name;
+  bool latching = false;
 };
 
 /// One message as its recorder got it. The bytes are a view that holds until the next call of the source.
@@ -34,6 +45,7 @@ struct RawMessage {
   std::size_t topic = 0;  ///< index into the list given to select()
   const std::uint8_t* data = nullptr;
   std::size_t size = 0;  ///< bytes
+  const Publisher* publisher = nullptr;  ///< lives as long as the source; null where the log does not say
 };
 
 /// A log of any kind: which topics it has, and their messages in order of record time. Streams: memory does not grow

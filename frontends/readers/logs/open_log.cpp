@@ -1,15 +1,9 @@
 #include "frontends/readers/logs/open_log.h"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
+#include <map>
+#include <span>
 #include <string_view>
 
 #include "core/error.h"
@@ -20,6 +14,7 @@
 #include "frontends/readers/logs/merged_source.h"
 #include "frontends/readers/logs/recording_parts.h"
 #include "frontends/readers/logs/segment_source.h"
+#include "frontends/readers/logs/temporary_file.h"
 #include "frontends/readers/mcap/mcap_index.h"
 #include "frontends/readers/ros2/bag_metadata.h"
 #include "frontends/readers/ros2/sqlite_source.h"
@@ -34,10 +29,8 @@ using Source = std::unique_ptr<MessageSource>;
 
 enum class FileKind { ros1_bag, sqlite, mcap, zstd, other };
 
-FileKind kind_of(const std::string& path) {
-  const FileBytes file(path);
-  std::vector<std::uint8_t> bytes;
-  file.read(0, static_cast<std::size_t>(std::min<std::uint64_t>(16, file.size())), bytes);
+/// By the bytes that it begins with.
+FileKind kind_of(std::span<const std::uint8_t> bytes) {
   const std::string_view start(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (start.starts_with("#ROSBAG V")) return FileKind::ros1_bag;
   if (start.starts_with("SQLite format 3")) return FileKind::sqlite;
@@ -46,79 +39,83 @@ FileKind kind_of(const std::string& path) {
   return FileKind::other;
 }
 
-/// The folder of temporary files.
-fs::path temporary_folder() {
-  std::error_code error;
-  const fs::path folder = fs::temp_directory_path(error);
-  if (error) throw InputError("TMPDIR: is no folder (" + error.message() + "); set it to one with room for an unpacked log");
-  return folder;
+FileKind kind_of_file(const std::string& path) {
+  const FileBytes file(path);
+  std::vector<std::uint8_t> bytes;
+  file.read(0, static_cast<std::size_t>(std::min<std::uint64_t>(16, file.size())), bytes);
+  return kind_of(bytes);
 }
 
-/// What a killed process has unpacked there: a day old, for a process of another container may live unseen.
-void remove_leftovers(const fs::path& folder) {
-  const auto oldest = fs::file_time_type::clock::now() - std::chrono::hours(24);
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string name = entry.path().filename().string();
-    int process = 0;
-    if (std::sscanf(name.c_str(), "lodestone-%d-", &process) != 1 || fs::exists("/proc/" + std::to_string(process), ignored)) continue;
-    if (fs::last_write_time(entry.path(), ignored) > oldest) continue;
-    fs::remove(entry.path(), ignored);
-  }
+[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+  throw InputError(path + ": " + why + ": expected a ROS 1 bag (it starts with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
+                                       "ROS 2" + looks_like(path));
 }
-
-/// A file that is gone when this is.
-class TemporaryFile {
- public:
-  TemporaryFile() {
-    const fs::path folder = temporary_folder();
-    remove_leftovers(folder);
-    path_ = (folder / fmt::format("lodestone-{}-XXXXXX", ::getpid())).string();
-    const int file = mkstemp(path_.data());
-    if (file < 0) throw InputError(fmt::format("{}: cannot be written ({}); set TMPDIR to another folder", folder.string(), std::strerror(errno)));
-    ::close(file);
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 Source open_file(const std::string& path, WarningLog& warnings);
 
-/// A bag that was packed as a whole: a database needs to be read anywhere, so it is unpacked beside.
+/// A log that was packed as a whole: a database needs to be read anywhere, so it is unpacked beside. What is said of it names the
+/// file that was given.
 class UnpackedSource : public MessageSource {
  public:
-  UnpackedSource(const std::string& path, WarningLog& warnings) {
-    unpack_zstd_file(path, file_.path());
-    if (kind_of(file_.path()) == FileKind::zstd) throw InputError(path + ": is packed by zstd twice; unpack it with 'zstd -d'");
-    source_ = open_file(file_.path(), warnings);
+  UnpackedSource(const std::string& path, WarningLog& warnings) : path_(path), warnings_(warnings) {
+    unpack_zstd_file(path, file_.path(), file_.room(), [&path](std::span<const std::uint8_t> begin) {
+      const FileKind kind = kind_of(begin);
+      if (kind == FileKind::zstd) throw InputError(path + ": is packed by zstd twice; unpack it with 'zstd -d'");
+      if (kind == FileKind::other) refuse(path, "holds no log under its zstd compression");
+    });
+    named([this] { source_ = open_file(file_.path(), inner_warnings_); });
   }
   const std::vector<TopicInfo>& topics() const override { return source_->topics(); }
-  void select(const std::vector<std::string>& names) override { source_->select(names); }
-  bool next(RawMessage& message) override { return source_->next(message); }
+  void select(const std::vector<std::string>& names) override {
+    named([&] { source_->select(names); });
+  }
+  bool next(RawMessage& message) override {
+    bool more = false;
+    named([&] { more = source_->next(message); });
+    return more;
+  }
 
  private:
+  std::string with_given_name(std::string text) const {
+    const std::string& name = file_.path();
+    for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + path_.size())) {
+      text.replace(at, name.size(), path_);
+    }
+    return text;
+  }
+
+  template <class Call>
+  void named(const Call& call) {
+    try {
+      call();
+    } catch (const InputError& error) {
+      throw InputError(with_given_name(error.what()));
+    }
+    for (const auto& [kind, entry] : inner_warnings_.entries()) {
+      std::int64_t& told = told_[kind];
+      if (entry.count > told) warnings_.add(kind, with_given_name(entry.first_detail), entry.last_time, entry.count - told);
+      told = entry.count;
+    }
+  }
+
+  std::string path_;
+  WarningLog& warnings_;
+  WarningLog inner_warnings_;
+  std::map<std::string, std::int64_t> told_;  ///< how many of each kind have been passed on
   TemporaryFile file_;
   Source source_;
 };
 
 Source open_bag(const std::string& path, WarningLog& warnings) {
   try {
-    return std::make_unique<CheckedBag>(path);
+    return std::make_unique<CheckedBag>(path, warnings);
   } catch (const BagCutOff&) {
     return std::make_unique<SegmentSource>(std::make_unique<CutBag>(path, warnings), warnings);
   }
 }
 
 Source open_file(const std::string& path, WarningLog& warnings) {
-  switch (kind_of(path)) {
+  switch (kind_of_file(path)) {
     case FileKind::ros1_bag:
       return open_bag(path, warnings);
     case FileKind::sqlite:
@@ -130,15 +127,14 @@ Source open_file(const std::string& path, WarningLog& warnings) {
     case FileKind::other:
       break;
   }
-  throw InputError(path + ": is no log: expected a ROS 1 bag (it starts with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
-                          "ROS 2" + looks_like(path));
+  refuse(path, "is no log");
 }
 
 /// Files of a folder that are logs by their content, in the order of names.
 std::vector<std::string> logs_in(const fs::path& folder) {
   std::vector<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && kind_of(entry.path().string()) != FileKind::other) files.push_back(entry.path().string());
+    if (entry.is_regular_file() && kind_of_file(entry.path().string()) != FileKind::other) files.push_back(entry.path().string());
   }
   std::sort(files.begin(), files.end());
   return files;

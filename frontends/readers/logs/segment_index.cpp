@@ -19,7 +19,7 @@ ChannelTopics collect_topics(const std::string& path, const std::map<std::uint32
   std::vector<std::uint32_t> taken;
   for (const auto& [id, info] : channels) {
     TopicInfo& topic = found.try_emplace(info.name, info).first->second;
-    if (topic.type != info.type || topic.encoding != info.encoding) {
+    if (topic.type != info.type || topic.md5 != info.md5 || topic.encoding != info.encoding) {
       warnings.add("log.mixed_topic",
                    fmt::format("{}: {} holds messages of two types; those of {} are left out", path, info.name,
                                info.type.empty() ? "an unknown one" : info.type), 0);

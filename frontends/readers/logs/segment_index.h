@@ -34,6 +34,8 @@ class SegmentIndex {
   virtual const std::vector<TopicInfo>& topics() const = 0;
   /// Index into topics() of a channel; -1 where it is unknown, or its type differs from the topic's other channels.
   virtual int topic_of(std::uint32_t channel) const = 0;
+  /// Who sends what the channel holds; null where the file does not say.
+  virtual const Publisher* publisher_of(std::uint32_t) const { return nullptr; }
 
   virtual std::size_t segment_count() const = 0;
   /// The time of its first message; never before that of the segment ahead of it.
@@ -57,8 +59,8 @@ struct ChannelTopics {
   std::map<std::uint32_t, int> topic_of;
 };
 
-/// `channels`: of each its topic's name, type, encoding and definition. Those that differ in type or encoding from their
-/// topic's first are left out and counted: log.mixed_topic. `path` names the file.
+/// `channels`: of each its topic's name, type, checksum, encoding and definition. Those that differ in type, checksum or encoding
+/// from their topic's first are left out and counted: log.mixed_topic. `path` names the file.
 ChannelTopics collect_topics(const std::string& path, const std::map<std::uint32_t, TopicInfo>& channels,
                              const std::map<std::uint32_t, MessageCount>& counts, WarningLog& warnings);
 

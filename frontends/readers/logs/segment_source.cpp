@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "frontends/readers/logs/compression.h"
 #include "frontends/readers/logs/topic_list.h"
 
 namespace lodestone {
@@ -79,19 +80,39 @@ void SegmentSource::advance() {
 
 bool SegmentSource::next(RawMessage& message) {
   if (selection_.empty()) return false;
-  advance();
-  while (next_segment_ < index_->segment_count() &&
-         (active_.empty() || index_->begin_of(next_segment_) <= active_.front()->time())) {
-    load_segment(next_segment_++);
+  while (true) {
+    advance();
+    while (next_segment_ < index_->segment_count() &&
+           (active_.empty() || index_->begin_of(next_segment_) <= active_.front()->time())) {
+      load_segment(next_segment_++);
+    }
+    if (active_.empty()) return false;
+    given_ = true;
+    if (take(*active_.front(), message)) return true;
   }
-  if (active_.empty()) return false;
-  const Active& front = *active_.front();
-  const SegmentEntry& entry = front.loaded.entries[front.at];
+}
+
+/// False where the message is packed by itself, and damaged.
+bool SegmentSource::take(const Active& active, RawMessage& message) {
+  const SegmentEntry& entry = active.loaded.entries[active.at];
+  const TopicInfo& topic = topics()[static_cast<std::size_t>(index_->topic_of(entry.channel))];
+  std::span<const std::uint8_t> bytes(active.loaded.bytes.data() + entry.offset, entry.size);
+  try {
+    if (topic.encoding == Encoding::cdr) bytes = unpacked_cdr(bytes, unpacked_);
+  } catch (const CompressionError& error) {
+    if (lost_.insert({active.segment, entry.offset}).second) {
+      warnings_.add("log.damaged_message",
+                    fmt::format("{}: a message of {} cannot be unpacked: {}; it is left out", index_->path(), topic.name,
+                                error.what()),
+                    entry.time);
+    }
+    return false;
+  }
   message.record_time = entry.time;
   message.topic = static_cast<std::size_t>(selection_[static_cast<std::size_t>(index_->topic_of(entry.channel))]);
-  message.data = front.loaded.bytes.data() + entry.offset;
-  message.size = entry.size;
-  given_ = true;
+  message.data = bytes.data();
+  message.size = bytes.size();
+  message.publisher = index_->publisher_of(entry.channel);
   return true;
 }
 

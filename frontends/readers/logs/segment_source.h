@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace lodestone {
 /// recorders write them.
 class SegmentSource : public MessageSource {
  public:
-  /// Counts log.unknown_channel in `warnings`, which must outlive this.
+  /// Counts log.unknown_channel and log.damaged_message in `warnings`, which must outlive this.
   SegmentSource(std::unique_ptr<SegmentIndex> index, WarningLog& warnings);
 
   const std::vector<TopicInfo>& topics() const override { return index_->topics(); }
@@ -33,6 +34,7 @@ class SegmentSource : public MessageSource {
   static bool later(const std::unique_ptr<Active>& a, const std::unique_ptr<Active>& b);
   void load_segment(std::size_t segment);
   void advance();
+  bool take(const Active& active, RawMessage& message);
 
   std::unique_ptr<SegmentIndex> index_;
   WarningLog& warnings_;
@@ -43,6 +45,8 @@ class SegmentSource : public MessageSource {
   std::size_t loaded_bytes_ = 0;
   std::size_t counted_segments_ = 0;  ///< whose unknown channels were counted, in this reading or one before
   bool given_ = false;  ///< the front's entry has been given
+  std::vector<std::uint8_t> unpacked_;  ///< the last message, where it was packed by itself
+  std::set<std::pair<std::size_t, std::size_t>> lost_;  ///< segment and offset of those that a second reading does not count again
 };
 
 }  // namespace lodestone

@@ -158,10 +158,12 @@ void McapIndex::name_topics() {
     TopicInfo& info = infos[id];
     info.name = channel.topic;
     info.encoding = encoding_named(channel.encoding);
+    if (info.encoding == Encoding::cdr) info.metadata = channel.metadata;
     const auto schema = schemas_.find(channel.schema);
     if (schema == schemas_.end()) continue;
     info.type = ros1_type_name(schema->second.name);
     info.definition = schema->second.data;
+    info.definition_encoding = schema->second.encoding;
   }
   topics_ = collect_topics(path(), infos, counts_, warnings_);
 }

@@ -20,6 +20,15 @@ Channel parse_channel(std::span<const std::uint8_t> content) {
   result.schema = cursor.number<std::uint16_t>();
   result.topic = cursor.text();
   result.encoding = cursor.text();
+  try {
+    RecordCursor pairs(cursor.bytes(cursor.number<std::uint32_t>()));
+    while (pairs.left() > 0) {
+      const std::string key = pairs.text();
+      result.metadata.try_emplace(key, pairs.text());
+    }
+  } catch (const RecordError&) {
+    // No message is read by it: what there is of it is kept.
+  }
   return result;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -55,11 +57,11 @@ class RecordCursor {
   Number number() {
     return little_endian<Number>(bytes(sizeof(Number)).data());
   }
-  /// Times are unsigned in the file; those beyond the year 2262 are no times.
+  /// Times are unsigned in the file; those beyond the year 2262 are no times, and what is further than `farthest_time` is that far.
   Time time() {
     const auto value = number<std::uint64_t>();
     if (value > 0x7FFFFFFFFFFFFFFFULL) throw RecordError("a time of " + std::to_string(value) + " ns");
-    return static_cast<Time>(value);
+    return std::min(static_cast<Time>(value), farthest_time);
   }
   std::string text() {
     const auto piece = bytes(number<std::uint32_t>());
@@ -78,6 +80,7 @@ struct Schema {
 struct Channel {
   std::uint16_t id = 0, schema = 0;  ///< schema 0: none
   std::string topic, encoding;
+  std::map<std::string, std::string> metadata;
 };
 
 struct MessageHeader {

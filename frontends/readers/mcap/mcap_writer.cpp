@@ -106,13 +106,16 @@ WrittenChannel& McapWriter::Implementation::channel_of(const TopicInfo& topic) {
   };
   const auto [schema, is_new_type] = schemas.try_emplace(topic.type, static_cast<std::uint16_t>(schemas.size() + 1));
   if (is_new_type) {
-    const std::string text = topic.definition.empty() ? ros2_definition(message_type(topic.type)) : topic.definition;
+    const TypeDefinition definition = ros2_definition(topic);
     define(mcap::Opcode::schema,
-           Content().number(schema->second).text(ros2_type_name(topic.type)).text(text.empty() ? "" : "ros2msg").text(text));
+           Content().number(schema->second).text(ros2_type_name(topic.type)).text(definition.encoding).text(definition.text));
   }
   channel.id = static_cast<std::uint16_t>(channels.size() - 1);
+  Content metadata;
+  for (const auto& [key, value] : topic.metadata) metadata.text(key).text(value);
   define(mcap::Opcode::channel,
-         Content().number(channel.id).number(schema->second).text(topic.name).text("cdr").number(std::uint32_t{0}));
+         Content().number(channel.id).number(schema->second).text(topic.name).text("cdr")
+             .number(static_cast<std::uint32_t>(metadata.size())).raw(metadata.bytes()));
   return channel;
 }
 
@@ -176,16 +179,19 @@ McapWriter::~McapWriter() {
   std::remove(implementation_->aside.c_str());
 }
 
-void McapWriter::write(const TopicInfo& topic, Time record_time, std::span<const std::uint8_t> message) {
+void McapWriter::write(const TopicInfo& topic, const RawMessage& message) {
   Implementation& self = *implementation_;
-  if (record_time < 0) throw InputError(fmt::format("{}: a record time of {} ns cannot be written", self.path, record_time));
-  const auto time = static_cast<std::uint64_t>(record_time);
+  if (message.record_time < 0) {
+    throw InputError(fmt::format("{}: a record time of {} ns cannot be written", self.path, message.record_time));
+  }
+  const auto time = static_cast<std::uint64_t>(message.record_time);
   const bool new_chunk = self.chunk.size() == 0;
   WrittenChannel& channel = self.channel_of(topic);
   channel.index.push_back({time, self.chunk.size()});
   // prefix, channel, sequence, log and publish time, payload: not through a copy of the payload
-  self.chunk.number(std::uint8_t{mcap::Opcode::message}).number(std::uint64_t{mcap::MessageHeader::bytes + message.size()});
-  self.chunk.number(channel.id).number(static_cast<std::uint32_t>(channel.messages)).number(time).number(time).raw(message);
+  self.chunk.number(std::uint8_t{mcap::Opcode::message}).number(std::uint64_t{mcap::MessageHeader::bytes + message.size});
+  self.chunk.number(channel.id).number(static_cast<std::uint32_t>(channel.messages)).number(time).number(time);
+  self.chunk.raw({message.data, message.size});
   self.chunk_begin = new_chunk ? time : std::min(self.chunk_begin, time);
   self.chunk_end = new_chunk ? time : std::max(self.chunk_end, time);
   self.begin = self.messages == 0 ? time : std::min(self.begin, time);

@@ -14,7 +14,7 @@ class McapWriter : public LogWriter {
   ~McapWriter() override;
 
   Encoding encoding() const override { return Encoding::cdr; }
-  void write(const TopicInfo& topic, Time record_time, std::span<const std::uint8_t> message) override;
+  void write(const TopicInfo& topic, const RawMessage& message) override;
   void close() override;
 
  private:

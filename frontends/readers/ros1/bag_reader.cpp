@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "frontends/readers/logs/topic_list.h"
 #include "frontends/readers/ros1/serialization.h"
@@ -66,19 +67,29 @@ void open_bag(rosbag::Bag& bag, const std::string& path) {
   }
 }
 
+/// What a connection says of its sender; nothing where the bag was not recorded but written by a program.
+Publisher publisher_of(const ros::M_string& header) {
+  Publisher publisher;
+  if (const auto name = header.find("callerid"); name != header.end()) publisher.name = name->second;
+  if (const auto latching = header.find("latching"); latching != header.end()) publisher.latching = latching->second == "1";
+  return publisher;
+}
+
 }  // namespace
 
 struct BagReader::Implementation {
   std::string path;
   rosbag::Bag bag;
   std::vector<TopicInfo> topics;
+  std::set<std::uint32_t> left_out;  ///< connections
+  std::map<const ros::M_string*, Publisher> publishers;  ///< by the connection's header
   std::map<std::string, std::size_t> selected;
   std::unique_ptr<rosbag::View> view;
   rosbag::View::iterator position;
   boost::shared_ptr<BytesView> bytes;
 };
 
-BagReader::BagReader(const std::string& path) : implementation_(std::make_unique<Implementation>()) {
+BagReader::BagReader(const std::string& path, WarningLog& warnings) : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.path = path;
   open_bag(self.bag, path);
@@ -87,11 +98,23 @@ BagReader::BagReader(const std::string& path) : implementation_(std::make_unique
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
     // A topic may have several connections: one a publisher.
     rosbag::View one(self.bag, [connection](const rosbag::ConnectionInfo* other) { return other->id == connection->id; });
-    TopicInfo& topic = found[connection->topic];
-    topic.name = connection->topic;
-    topic.type = connection->datatype;
-    topic.md5 = connection->md5sum;
-    topic.definition = connection->msg_def;
+    const auto [entry, is_new] = found.try_emplace(connection->topic);
+    TopicInfo& topic = entry->second;
+    if (is_new) {
+      topic.name = connection->topic;
+      topic.type = connection->datatype;
+      topic.md5 = connection->md5sum;
+      topic.definition = connection->msg_def;
+    }
+    if (topic.type != connection->datatype || topic.md5 != connection->md5sum) {
+      self.left_out.insert(connection->id);
+      warnings.add("log.mixed_topic",
+                   path + ": " + topic.name + " holds messages of two types; those of " + connection->datatype +
+                       (topic.type == connection->datatype ? " (MD5 " + connection->md5sum + ")" : "") + " are left out", 0);
+      continue;
+    }
+    const ros::M_string& header = *connection->header;
+    if (header.count("callerid") + header.count("latching") > 0) self.publishers[&header] = publisher_of(header);
     if (one.size() == 0) continue;
     add_messages(topic, from_ros(one.getBeginTime()), from_ros(one.getEndTime()), one.size());
   }
@@ -108,7 +131,7 @@ void BagReader::select(const std::vector<std::string>& names) {
   self.selected.clear();
   for (std::size_t i = 0; i < names.size(); ++i) self.selected[names[i]] = i;
   self.view = std::make_unique<rosbag::View>(self.bag, [&self](const rosbag::ConnectionInfo* connection) {
-    return self.selected.count(connection->topic) > 0;
+    return self.selected.count(connection->topic) > 0 && self.left_out.count(connection->id) == 0;
   });
   self.position = self.view->begin();
 }
@@ -126,6 +149,8 @@ bool BagReader::next(RawMessage& message) {
   try {
     const rosbag::MessageInstance& instance = *self.position;
     message.topic = self.selected.at(instance.getTopic());
+    const auto publisher = self.publishers.find(instance.getConnectionHeader().get());
+    message.publisher = publisher == self.publishers.end() ? nullptr : &publisher->second;
     // A chunk's bytes stay in the bag's buffer until the next chunk is read.
     self.bytes = instance.instantiate<BytesView>();
     message.data = self.bytes->data;

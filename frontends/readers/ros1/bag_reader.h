@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/warnings.h"
 #include "frontends/readers/logs/message_source.h"
 #include "frontends/readers/ros1/messages.h"
 
@@ -13,8 +14,9 @@ namespace lodestone::ros1 {
 /// file says of its own lengths: CheckedBag looks first.
 class BagReader : public MessageSource {
  public:
-  /// Throws BagError where the file is missing, is no ROS 1 bag, or has no index (cut off while recording).
-  explicit BagReader(const std::string& path);
+  /// Throws BagError where the file is missing, is no ROS 1 bag, or has no index (cut off while recording). Connections of another
+  /// type than their topic's first are left out and counted in `warnings`: log.mixed_topic.
+  BagReader(const std::string& path, WarningLog& warnings);
   ~BagReader() override;
   BagReader(const BagReader&) = delete;
   BagReader& operator=(const BagReader&) = delete;

@@ -2,8 +2,11 @@
 
 #include <rosbag/bag.h>
 
+#include <boost/make_shared.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <map>
+#include <tuple>
 
 #include "core/aside.h"
 #include "frontends/readers/ros1/serialization.h"
@@ -60,6 +63,8 @@ struct Serializer<lodestone::ros1::SerializedMessage> {
 namespace lodestone::ros1 {
 namespace {
 
+using ConnectionHeader = boost::shared_ptr<ros::M_string>;
+
 rosbag::CompressionType rosbag_compression(Compression compression) {
   switch (compression) {
     case Compression::lz4:
@@ -79,6 +84,7 @@ struct BagWriter::Implementation {
   std::string aside;
   std::unique_ptr<rosbag::Bag> bag = std::make_unique<rosbag::Bag>();
   bool is_whole = false;
+  std::map<std::tuple<std::string, std::string, bool>, ConnectionHeader> headers;  ///< by topic and publisher
 
   [[noreturn]] void fail(const std::exception& error) const {
     throw BagError(path + ": cannot write the bag: " + error.what() + "; make room or choose another --out");
@@ -95,10 +101,22 @@ struct BagWriter::Implementation {
     std::remove(aside.c_str());
   }
 
+  /// As rosbag's recorder writes it.
+  ConnectionHeader header_of(const std::string& topic, const SerializedMessage& message, const Publisher& publisher) {
+    ConnectionHeader& header = headers[{topic, publisher.name, publisher.latching}];
+    if (header == nullptr) {
+      header = boost::make_shared<ros::M_string>(ros::M_string{{"topic", topic}, {"type", message.type}, {"md5sum", message.md5},
+                                                               {"message_definition", message.definition},
+                                                               {"latching", publisher.latching ? "1" : "0"}});
+      if (!publisher.name.empty()) (*header)["callerid"] = publisher.name;
+    }
+    return header;
+  }
+
   template <class Message>
-  void write(const std::string& topic, Time record_time, const Message& message) {
+  void write(const std::string& topic, Time record_time, const Message& message, const ConnectionHeader& header = nullptr) {
     try {
-      bag->write(topic, to_ros(record_time), message);
+      bag->write(topic, to_ros(record_time), message, header);
     } catch (const std::exception& error) {
       fail(error);
     }
@@ -138,7 +156,8 @@ void BagWriter::write(const std::string& topic, Time record_time, const Magnetic
   implementation_->write(topic, record_time, message);
 }
 
-void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size) {
+void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size,
+                      const Publisher* publisher) {
   SerializedMessage message{topic.type, topic.md5, topic.definition, data, size};
   // The first generation of Livox' driver writes the same message under its own name.
   if (message.type == "livox_ros_driver/CustomMsg" && message.md5.empty()) message.type = "livox_ros_driver2/CustomMsg";
@@ -146,7 +165,8 @@ void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8
       !describe_as<ImuMessage>(message) && !describe_as<MagneticFieldMessage>(message)) {
     throw BagError(implementation_->path + ": topic " + topic.name + ": the type " + topic.type + " has no known definition");
   }
-  implementation_->write(topic.name, record_time, message);
+  const ConnectionHeader header = publisher == nullptr ? nullptr : implementation_->header_of(topic.name, message, *publisher);
+  implementation_->write(topic.name, record_time, message, header);
 }
 
 void BagWriter::close() {

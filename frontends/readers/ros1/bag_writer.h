@@ -27,8 +27,9 @@ class BagWriter {
   void write(const std::string& topic, Time record_time, const MagneticFieldMessage& message);
 
   /// A message of any type that lies serialized already. Checksum and definition are the topic's, or where it has none
-  /// those of a known type; throws BagError where the type is unknown too.
-  void write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size);
+  /// those of a known type; throws BagError where the type is unknown too. Each publisher has a connection of its own.
+  void write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size,
+             const Publisher* publisher = nullptr);
 
   /// Writes the index and gives the file its name. Throws BagError. Nothing can be written afterwards.
   void close();

@@ -18,12 +18,10 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t largest_message = std::size_t{1} << 29;  // bytes
-
 /// A row of the table of messages, without its content.
 struct Row {
   Time time = 0;
-  std::int64_t id = 0;
+  std::int64_t number = 0;  ///< of the row in its table
   std::int32_t topic = 0;  ///< index into the topics
 };
 
@@ -65,6 +63,7 @@ struct SqliteSource::Implementation {
   std::vector<TopicInfo> topics;
   std::map<std::int64_t, std::int32_t> topic_of_id;
   std::vector<Row> rows;  ///< of the whole file, in order of time
+  std::string row_number;  ///< the column by which a row is found again without a search
   std::optional<SqliteStatement> content;
   std::vector<int> selection;
   std::size_t next_row = 0;
@@ -76,7 +75,9 @@ struct SqliteSource::Implementation {
   void open();
   void check_tables();
   void read_topics();
-  void read_definitions();
+  void read_metadata(const std::string& column, const std::string& key);
+  bool read_definitions(const std::string& encoding);
+  std::string find_row_number();
   void read_rows();
   void take_row(SqliteStatement& statement);
   bool read_content(const Row& row, RawMessage& message);
@@ -136,27 +137,60 @@ void SqliteSource::Implementation::read_topics() {
   }
 }
 
-/// Newer bags hold the types' definitions too.
-void SqliteSource::Implementation::read_definitions() try {
-  SqliteStatement statement(database.get(), "SELECT topic_type, encoded_message_definition FROM message_definitions");
+/// What a column of the topics says beyond what is needed to read them.
+void SqliteSource::Implementation::read_metadata(const std::string& column, const std::string& key) try {
+  SqliteStatement statement(database.get(), "SELECT id, " + column + " FROM topics ORDER BY id");
+  while (statement.step()) {
+    const auto topic = topic_of_id.find(statement.integer(0));
+    const std::string text = statement.text(1);
+    if (topic == topic_of_id.end() || text.empty()) continue;
+    topics[static_cast<std::size_t>(topic->second)].metadata.try_emplace(key, text);
+  }
+} catch (const SqliteError&) {
+  // An older bag has no such column.
+}
+
+/// Newer bags hold the types' definitions too. False where there is no such table or column.
+bool SqliteSource::Implementation::read_definitions(const std::string& encoding) try {
+  SqliteStatement statement(database.get(),
+                            "SELECT topic_type, encoded_message_definition, " + encoding + " FROM message_definitions");
   while (statement.step()) {
     const std::string type = ros1_type_name(statement.text(0));
     for (TopicInfo& topic : topics) {
-      if (topic.type == type) topic.definition = statement.text(1);
+      if (topic.type != type) continue;
+      topic.definition = statement.text(1);
+      topic.definition_encoding = statement.text(2);
     }
   }
+  return true;
 } catch (const SqliteError&) {
-  // An older bag has no such table.
+  return false;
+}
+
+/// Every table has numbers of its own for its rows, whatever its columns are, but for those that were made WITHOUT ROWID: these
+/// are sorted by their primary key. An `id` that is no key would be searched for from the table's start, for every message.
+std::string SqliteSource::Implementation::find_row_number() {
+  SqliteStatement(database.get(), "SELECT 1 FROM messages");  // there is such a table
+  try {
+    SqliteStatement(database.get(), "SELECT _rowid_ FROM messages");
+    return "_rowid_";
+  } catch (const SqliteError& error) {
+    if (error.code != SQLITE_ERROR) throw;
+  }
+  SqliteStatement keys(database.get(), "SELECT count(*), sum(lower(name) = 'id') FROM pragma_table_info('messages') WHERE pk > 0");
+  if (keys.step() && keys.integer(0) == 1 && keys.integer(1) == 1) return "id";
+  throw InputError(path + ": its table 'messages' cannot be read: it was made WITHOUT ROWID, and expected 'id' as its primary key, "
+                          "which it is not; write the bag anew with 'ros2 bag convert'");
 }
 
 void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
+  const Time time = std::clamp(Time{statement.integer(2)}, -farthest_time, farthest_time);  // sums of two must not overflow
   const auto topic = topic_of_id.find(statement.integer(1));
   if (topic == topic_of_id.end()) {
-    warnings.add("log.unknown_channel", path + ": messages of a topic that the bag does not name are left out",
-                 statement.integer(2));
+    warnings.add("log.unknown_channel", path + ": messages of a topic that the bag does not name are left out", time);
     return;
   }
-  const Row row{statement.integer(2), statement.integer(0), topic->second};
+  const Row row{time, statement.integer(0), topic->second};
   rows.push_back(row);
   add_messages(topics[static_cast<std::size_t>(row.topic)], row.time, row.time, 1);
 }
@@ -164,7 +198,8 @@ void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
 /// Goes through the table in the order in which it was written. Where a page is missing or damaged it looks further on,
 /// with steps that double until a page is readable: the rows of a cut-off file end somewhere.
 void SqliteSource::Implementation::read_rows() {
-  SqliteStatement statement(database.get(), "SELECT id, topic_id, timestamp FROM messages WHERE id >= ? ORDER BY id");
+  SqliteStatement statement(database.get(), fmt::format("SELECT {0}, topic_id, timestamp FROM messages WHERE {0} >= ? ORDER BY {0}",
+                                                        row_number));
   std::int64_t from = std::numeric_limits<std::int64_t>::min();
   std::int64_t stride = 1;
   constexpr std::int64_t farthest = std::int64_t{1} << 40;
@@ -202,21 +237,16 @@ void SqliteSource::Implementation::read_rows() {
 
 bool SqliteSource::Implementation::read_content(const Row& row, RawMessage& message) {
   const auto lose = [&](const std::string& what) {
-    if (lost_messages.insert(row.id).second) {  // a second reading does not count it again
-      warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.id, what), row.time);
+    if (lost_messages.insert(row.number).second) {  // a second reading does not count it again
+      warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.number, what), row.time);
     }
     return false;
   };
   try {
     content->reset();
-    content->bind(1, row.id);
+    content->bind(1, row.number);
     if (!content->step()) return lose("it is not there");
-    std::span<const std::uint8_t> bytes = content->blob(0);
-    // CDR starts with a zero: packed messages tell themselves.
-    if (starts_like_zstd(bytes)) {
-      unpack(Codec::zstd, bytes, largest_message, UnpackedSize::at_most, unpacked);
-      bytes = unpacked;
-    }
+    const std::span<const std::uint8_t> bytes = unpacked_cdr(content->blob(0), unpacked);
     message.data = bytes.data();
     message.size = bytes.size();
     return true;
@@ -237,9 +267,12 @@ SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
     self.open();
     self.check_tables();
     self.read_topics();
-    self.read_definitions();
+    self.read_metadata("offered_qos_profiles", "offered_qos_profiles");
+    self.read_metadata("type_description_hash", "topic_type_hash");
+    if (!self.read_definitions("encoding")) self.read_definitions("''");
+    self.row_number = self.find_row_number();
     self.read_rows();
-    self.content.emplace(self.database.get(), "SELECT data FROM messages WHERE id = ?");
+    self.content.emplace(self.database.get(), fmt::format("SELECT data FROM messages WHERE {} = ?", self.row_number));
   } catch (const SqliteError& error) {
     throw InputError(fmt::format("{}: cannot be read as a ROS 2 bag ({}); copy it again, or try what 'sqlite3 OLD.db3 .recover | "
                                  "sqlite3 NEW.db3' brings back", path, error.what()));

@@ -55,18 +55,27 @@ std::int64_t SqliteWriter::Implementation::id_of(const TopicInfo& topic) {
   const auto [entry, is_new] = topics.try_emplace(topic.name, static_cast<std::int64_t>(topics.size()) + 1);
   if (!is_new) return entry->second;
   const std::string type = ros2_type_name(topic.type);
-  SqliteStatement add(database.get(), "INSERT INTO topics VALUES (?, ?, ?, 'cdr', '', '')");
+  const auto said = [&topic](const char* key) {
+    const auto found = topic.metadata.find(key);
+    return found == topic.metadata.end() ? std::string() : found->second;
+  };
+  const std::string hash = said("topic_type_hash");
+  SqliteStatement add(database.get(), "INSERT INTO topics VALUES (?, ?, ?, 'cdr', ?, ?)");
   add.bind(1, entry->second);
   add.bind(2, topic.name);
   add.bind(3, type);
+  add.bind(4, said("offered_qos_profiles"));
+  add.bind(5, hash);
   add.step();
-  const std::string text = topic.definition.empty() ? ros2_definition(message_type(topic.type)) : topic.definition;
-  if (!text.empty() && types.insert(type).second) {
+  const TypeDefinition definition = ros2_definition(topic);
+  if (!definition.text.empty() && types.insert(type).second) {
     SqliteStatement define(database.get(),
                            "INSERT INTO message_definitions (topic_type, encoding, encoded_message_definition, "
-                           "type_description_hash) VALUES (?, 'ros2msg', ?, '')");
+                           "type_description_hash) VALUES (?, ?, ?, ?)");
     define.bind(1, type);
-    define.bind(2, text);
+    define.bind(2, definition.encoding);
+    define.bind(3, definition.text);
+    define.bind(4, hash);
     define.step();
   }
   return entry->second;
@@ -93,14 +102,15 @@ SqliteWriter::~SqliteWriter() {
   std::filesystem::remove(self.aside, ignored);
 }
 
-void SqliteWriter::write(const TopicInfo& topic, Time record_time, std::span<const std::uint8_t> message) {
+void SqliteWriter::write(const TopicInfo& topic, const RawMessage& message) {
   Implementation& self = *implementation_;
+  const std::span<const std::uint8_t> bytes(message.data, message.size);
   try {
-    const std::vector<std::uint8_t> packed = self.codec == Codec::none ? std::vector<std::uint8_t>{} : pack(self.codec, message);
+    const std::vector<std::uint8_t> packed = self.codec == Codec::none ? std::vector<std::uint8_t>{} : pack(self.codec, bytes);
     self.insert->reset();
     self.insert->bind(1, self.id_of(topic));
-    self.insert->bind(2, record_time);
-    self.insert->bind(3, self.codec == Codec::none ? message : std::span<const std::uint8_t>(packed));
+    self.insert->bind(2, message.record_time);
+    self.insert->bind(3, self.codec == Codec::none ? bytes : std::span<const std::uint8_t>(packed));
     self.insert->step();
   } catch (const SqliteError& error) {
     self.fail(error.what());

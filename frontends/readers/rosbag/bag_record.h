@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <stdexcept>
@@ -56,6 +57,9 @@ class BagHeader {
       if (field.name == name) return field.value;
     }
     throw BagRecordError("a header has no field '" + std::string(name) + "'");
+  }
+  bool has(std::string_view name) const {
+    return std::any_of(fields_.begin(), fields_.end(), [name](const Field& field) { return field.name == name; });
   }
   std::string text(std::string_view name) const { return std::string(value(name)); }
   template <class Number>

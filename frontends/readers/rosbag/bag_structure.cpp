@@ -183,8 +183,12 @@ void BagStructure::check_chunk_info(const Record& record) {
   const auto count = record.header.number<std::uint32_t>("count");
   record.header.number<std::uint64_t>("start_time");
   record.header.number<std::uint64_t>("end_time");
-  const auto found = std::find_if(chunks_.begin(), chunks_.end(), [&](const Chunk& chunk) { return chunk.record == position; });
-  if (found == chunks_.end()) fail(record.offset, fmt::format("there is no chunk at byte {}", position));
+  // The walk has come by the chunks in their order in the file.
+  const auto found = std::lower_bound(chunks_.begin(), chunks_.end(), position,
+                                      [](const Chunk& chunk, std::uint64_t at) { return chunk.record < at; });
+  if (found == chunks_.end() || found->record != position) {
+    fail(record.offset, fmt::format("there is no chunk at byte {}", position));
+  }
   if (record.size != std::uint64_t{count} * 8 || found->indexes.size() != count) {
     fail(record.offset, fmt::format("a chunk of {} connections has {} indexes", count, found->indexes.size()));
   }

@@ -110,7 +110,11 @@ void CutBag::define(const BagHeader& header, std::span<const std::uint8_t> conte
   info.type = description.text("type");
   info.md5 = description.text("md5sum");
   info.definition = description.text("message_definition");
-  connections_.try_emplace(header.number<std::uint32_t>("conn"), std::move(info));
+  const auto connection = header.number<std::uint32_t>("conn");
+  if (!connections_.try_emplace(connection, std::move(info)).second) return;
+  if (!description.has("callerid") && !description.has("latching")) return;
+  publishers_[connection] = {description.has("callerid") ? description.text("callerid") : std::string(),
+                             description.has("latching") && description.value("latching") == "1"};
 }
 
 /// The last chunk's indexes have all been read: they count its messages, and say when it begins. A chunk without them, or
@@ -144,6 +148,11 @@ void CutBag::close_chunk() {
 int CutBag::topic_of(std::uint32_t channel) const {
   const auto found = topics_.topic_of.find(channel);
   return found == topics_.topic_of.end() ? -1 : found->second;
+}
+
+const Publisher* CutBag::publisher_of(std::uint32_t channel) const {
+  const auto found = publishers_.find(channel);
+  return found == publishers_.end() ? nullptr : &found->second;
 }
 
 void CutBag::load(const Chunk& chunk, LoadedSegment& loaded) {

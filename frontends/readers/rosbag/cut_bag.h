@@ -22,6 +22,7 @@ class CutBag : public SegmentIndex {
   const std::string& path() const override { return file_.path(); }
   const std::vector<TopicInfo>& topics() const override { return topics_.topics; }
   int topic_of(std::uint32_t channel) const override;
+  const Publisher* publisher_of(std::uint32_t channel) const override;
   std::size_t segment_count() const override { return chunks_.size(); }
   Time begin_of(std::size_t segment) const override { return chunks_[segment].begin; }
   void load(std::size_t segment, LoadedSegment& loaded) override { load(chunks_[segment], loaded); }
@@ -48,6 +49,7 @@ class CutBag : public SegmentIndex {
   WarningLog& warnings_;
   std::vector<Chunk> chunks_;  ///< in order of begin after construction
   std::map<std::uint32_t, TopicInfo> connections_;
+  std::map<std::uint32_t, Publisher> publishers_;  ///< of connections
   std::map<std::uint32_t, MessageCount> counts_;
   std::map<std::uint32_t, MessageCount> chunk_counts_;  ///< of the chunk whose indexes are being read
   ChannelTopics topics_;

@@ -287,6 +287,25 @@ TEST(CsvLog, GivesWhatItsFilesSay) {
   EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:3"), HasSubstr("'x' is no number")));
 }
 
+/// Of "10.069626" a stopped recorder may have written "10.0", which is a number too.
+TEST(CsvLog, LeavesOutALastLineWithoutAnEnd) {
+  const TemporaryFolder folder;
+  const std::string rows = "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n2,3,4,10.0";
+  for (const auto& [end, messages] : std::map<std::string, int>{{"", 1}, {"\r", 1}, {"\n", 2}, {"\r\n", 2}, {"\n\n  ", 2}}) {
+    std::ofstream(folder / "field.csv", std::ios::binary) << rows << end;
+    testing::DecodedLog log(folder.path().string());
+    EXPECT_EQ(log.topic("/field").messages, messages);
+    EXPECT_EQ(log.warnings.count("log.cut_off"), 2 - messages);
+    log.select({"/field"});
+    ros1::Message message;
+    std::size_t topic = 0;
+    int count = 0;
+    for (Time time = 0; log.next(message, topic, time);) ++count;
+    EXPECT_EQ(count, messages);
+    EXPECT_EQ(log.warnings.count("log.cut_off"), 2 - messages) << "the second reading must not count it again";
+  }
+}
+
 /// A cloud in each of PCD's encodings, with bytes altered in the header or anywhere.
 TEST(CsvLog, SurvivesAlteredBytes) {
   const TemporaryFolder folder;

@@ -132,12 +132,13 @@ TEST(BagWriterTest, RefusesWhatItCannotWrite) {
 
 TEST(BagReaderTest, SaysWhatIsWrongWithAFile) {
   const TemporaryFolder folder;
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "none.bag"); }), HasSubstr("no such file"));
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder.path().string()); }), HasSubstr("no regular file"));
+  WarningLog warnings;
+  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "none.bag", warnings); }), HasSubstr("no such file"));
+  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder.path().string(), warnings); }), HasSubstr("no regular file"));
   testing::write_text(folder / "empty.bag", "");
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "empty.bag"); }), HasSubstr("is no ROS 1 bag"));
+  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "empty.bag", warnings); }), HasSubstr("is no ROS 1 bag"));
   testing::write_text(folder / "other.bag", "just some text, and no bag");
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "other.bag"); }), HasSubstr("is no ROS 1 bag"));
+  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "other.bag", warnings); }), HasSubstr("is no ROS 1 bag"));
 }
 
 TEST(BagReaderTest, SaysThatABagIsTruncatedWhereverItEnds) {
@@ -148,13 +149,14 @@ TEST(BagReaderTest, SaysThatABagIsTruncatedWhereverItEnds) {
     for (int i = 0; i < 500; ++i) writer.write("/imu", start + i, ImuMessage{start + i, "imu", {1.0 * i}, {}});
     writer.close();
   }
+  WarningLog warnings;
   const auto size = std::filesystem::file_size(path);
   for (const double share : {0.99, 0.8, 0.5, 0.1}) {
     const std::string cut = folder / "cut.bag";
     std::filesystem::copy_file(path, cut, std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(cut, static_cast<std::uintmax_t>(share * static_cast<double>(size)));
-    EXPECT_THAT(message_of<BagError>([&] { BagReader reader(cut); }), HasSubstr("truncated")) << share;
-    EXPECT_THAT(message_of<InputError>([&] { CheckedBag reader(cut); }), HasSubstr("truncated")) << share;
+    EXPECT_THAT(message_of<BagError>([&] { BagReader reader(cut, warnings); }), HasSubstr("truncated")) << share;
+    EXPECT_THAT(message_of<InputError>([&] { CheckedBag reader(cut, warnings); }), HasSubstr("truncated")) << share;
   }
 }
 
