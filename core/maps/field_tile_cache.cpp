@@ -43,8 +43,7 @@ FieldTileCache::FieldTileCache(const FieldGrid& grid, std::shared_ptr<const Fiel
       rows_(tiles_along(grid.rows)),
       nodes_(std::move(nodes)),
       max_tiles_(std::max<std::size_t>(16, max_bytes / FieldTile::bytes())),
-      serial_(next_serial++),
-      empty_(grid.heights_m.size() * static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_), false) {}
+      serial_(next_serial++) {}
 
 const FieldTile* FieldTileCache::find(int layer, int row, int column) const {
   const std::int64_t index = index_of(layer, row, column);
@@ -60,7 +59,7 @@ const FieldTile* FieldTileCache::find(int layer, int row, int column) const {
 
 std::shared_ptr<const FieldTile> FieldTileCache::load(std::int64_t index, int layer, int row, int column) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (empty_[static_cast<std::size_t>(index)]) return nullptr;
+  if (empty_.contains(index)) return nullptr;
   if (const auto found = resident_.find(index); found != resident_.end()) {
     used_.splice(used_.begin(), used_, found->second);
     return found->second->second;
@@ -68,7 +67,7 @@ std::shared_ptr<const FieldTile> FieldTileCache::load(std::int64_t index, int la
   std::shared_ptr<const FieldTile> tile =
       FieldTile::make(grid_, *nodes_, layer, row * FieldTile::cells, column * FieldTile::cells);
   if (!tile) {
-    empty_[static_cast<std::size_t>(index)] = true;
+    empty_.insert(index);
     return nullptr;
   }
   if (resident_.size() >= max_tiles_) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "core/maps/field_tile.h"
@@ -50,7 +51,8 @@ class FieldTileCache {
   mutable std::mutex mutex_;
   mutable std::list<Entry> used_;  ///< the last used in front
   mutable std::unordered_map<std::int64_t, std::list<Entry>::iterator> resident_;
-  mutable std::vector<bool> empty_;  ///< tiles known to have no field
+  /// Tiles known to have no field. A set: a file announces a larger grid than anyone asks for, in next to no bytes.
+  mutable std::unordered_set<std::int64_t> empty_;
   mutable std::int64_t loads_ = 0;
   mutable std::size_t most_resident_ = 0;
 };

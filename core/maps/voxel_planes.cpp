@@ -14,7 +14,8 @@ namespace {
 
 // Of one axis in a voxel's key.
 constexpr int kBits = 21;
-constexpr int kOffset = 1 << (kBits - 1);
+constexpr int kOffset = voxels_to_a_side;
+static_assert(kOffset == 1 << (kBits - 1));
 
 /// A point as a member of a voxel: its own one, or one that it lies just outside of.
 struct Entry {
@@ -25,12 +26,15 @@ struct Entry {
 
 using Wanted = std::function<bool(const Eigen::Vector3i&)>;
 
+/// Beyond, a key would be that of a voxel elsewhere.
+bool has_key(const Eigen::Vector3i& voxel) { return voxel.minCoeff() >= -kOffset && voxel.maxCoeff() < kOffset; }
+
 void append_memberships(const VoxelRange& range, std::uint32_t index, const Wanted& wanted, std::vector<Entry>& entries) {
   for (int x = range.low.x(); x <= range.high.x(); ++x) {
     for (int y = range.low.y(); y <= range.high.y(); ++y) {
       for (int z = range.low.z(); z <= range.high.z(); ++z) {
         const Eigen::Vector3i voxel(x, y, z);
-        if (!wanted || wanted(voxel)) entries.push_back({voxel_key(voxel), index});
+        if (has_key(voxel) && (!wanted || wanted(voxel))) entries.push_back({voxel_key(voxel), index});
       }
     }
   }

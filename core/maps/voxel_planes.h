@@ -59,6 +59,12 @@ inline Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxe
   return (point * inverse_voxel).array().floor().cast<int>();
 }
 
+/// Voxels have numbers up to so many to either side of the origin, on each axis.
+constexpr int voxels_to_a_side = 1 << 20;
+
+/// Points up to here, m, on each axis, lie in voxels that have numbers.
+constexpr double voxels_reach_m(double voxel_m) { return (voxels_to_a_side - 1) * voxel_m; }
+
 /// One number a voxel, in the order x, y, z. Voxels count to ±2²⁰ on each axis.
 std::uint64_t voxel_key(const Eigen::Vector3i& voxel);
 
@@ -96,7 +102,8 @@ struct VoxelPlane {
 
 /// Fits a plane to each voxel of `points` (map frame, metres; finite) for which `wanted` holds (null: all), ordered by
 /// key. A voxel's plane depends on the points of its grown box in their order alone: the same bits whatever else
-/// `points` holds, on any number of threads. No limit of thickness over the median is applied yet.
+/// `points` holds, on any number of threads. Voxels without a number (voxels_reach_m) are left out. No limit of thickness over
+/// the median is applied yet.
 std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
                                          const std::function<bool(const Eigen::Vector3i&)>& wanted = nullptr);
 

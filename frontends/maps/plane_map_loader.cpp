@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <optional>
 #include <vector>
 
@@ -30,6 +32,39 @@ double reach_of(const PlaneMapOptions& options, const LidarModel& lidar) {
   return reach;
 }
 
+/// Hands on the points that lie in voxels with numbers: all of a site's, unless the voxels are very fine.
+class WithinVoxels {
+ public:
+  explicit WithinVoxels(double voxel_m) : reach_m_(static_cast<float>(voxels_reach_m(voxel_m))) {}
+
+  std::span<const Eigen::Vector3f> of(std::span<const Eigen::Vector3f> piece) {
+    all_ += static_cast<std::int64_t>(piece.size());
+    const auto is_far = [this](const Eigen::Vector3f& point) { return point.cwiseAbs().maxCoeff() > reach_m_; };
+    if (std::none_of(piece.begin(), piece.end(), is_far)) return piece;
+    kept_.clear();
+    std::remove_copy_if(piece.begin(), piece.end(), std::back_inserter(kept_), is_far);
+    dropped_ += static_cast<std::int64_t>(piece.size() - kept_.size());
+    return kept_;
+  }
+
+  void finish(const std::string& path, double voxel_m, WarningLog& warnings) const {
+    if (dropped_ == 0) return;
+    if (2 * dropped_ > all_) {
+      throw InputError(fmt::format("{}: {} of {} points lie further than {:.0f} m from the origin, where voxels of lidar.map.voxel_m = {:g} "
+                                   "end; raise it, or shift the cloud, the field map, the truth and the start to an origin at the site",
+                                   path, dropped_, all_, reach_m_, voxel_m));
+    }
+    warnings.add("cloud.far_points",
+                 fmt::format("{}: map points further than {:.0f} m from the origin were dropped: voxels of lidar.map.voxel_m = {:g} are "
+                             "counted no further", path, reach_m_, voxel_m), 0, dropped_);
+  }
+
+ private:
+  float reach_m_;
+  std::vector<Eigen::Vector3f> kept_;
+  std::int64_t all_ = 0, dropped_ = 0;
+};
+
 }  // namespace
 
 LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options, const LidarModel& lidar,
@@ -37,7 +72,9 @@ LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options
   const double reach = reach_of(options, lidar);
   std::vector<Eigen::Vector3f> points;
   std::optional<TiledPlaneMapBuilder> builder;
-  stream_point_cloud(path, warnings, [&](std::span<const Eigen::Vector3f> piece) {
+  WithinVoxels within(options.voxel_m);
+  stream_point_cloud(path, warnings, [&](std::span<const Eigen::Vector3f> all) {
+    const std::span<const Eigen::Vector3f> piece = within.of(all);
     if (!builder && points.size() + piece.size() > static_cast<std::size_t>(options.tile_above_points)) {
       builder.emplace(options, folder);
       builder->add(points);
@@ -49,6 +86,7 @@ LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options
       points.insert(points.end(), piece.begin(), piece.end());
     }
   });
+  within.finish(path, options.voxel_m, warnings);
   if (!builder) {
     const auto map = std::make_shared<const PlaneMap>(points, options);
     return {map, fmt::format("{} planes", map->planes().size())};

@@ -18,6 +18,9 @@ namespace {
 
 constexpr std::uint64_t largest_number = 1ULL << 31;
 
+/// PCL counts the bytes of a text's points in 32 bits, and writes those beyond over the first.
+constexpr std::uint64_t most_bytes_of_text = (1ULL << 32) - 1;
+
 /// The header's lines by their first word.
 struct Header {
   std::string path, advice;
@@ -123,12 +126,17 @@ void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::str
   }
   const std::uint64_t points = header.number("POINTS", 1, 0);
   if (header.number("WIDTH", 1, 0) * header.number("HEIGHT", 1, 0) != points) header.fail("WIDTH x HEIGHT is not POINTS");
+  const std::string& kind = header.words("DATA", 1)[0];
+  if (kind == "ascii" && points > most_bytes_of_text / point_bytes) {
+    throw InputError(fmt::format("{}: {} points of {} bytes as text, of which at most {} can be read; write so large a cloud as "
+                                 "binary PCD or as PLY", path, points, point_bytes,
+                                 most_bytes_of_text / point_bytes));
+  }
   if (points > most_bytes / point_bytes) header.fail(fmt::format("{} points of {} bytes", points, point_bytes));
   check_end_of_header(header);
   const FileBytes file(path);
   const std::uint64_t there = file.size() - header.data_offset;
   const std::uint64_t bytes = points * point_bytes;
-  const std::string& kind = header.words("DATA", 1)[0];
   std::uint64_t needed = 0;
   if (kind == "ascii") {
     needed = points * values;  // a character at least for each value

@@ -24,6 +24,12 @@ bool same_fields(const std::vector<PointField>& a, const std::vector<PointField>
 
 bool is_return(const Eigen::Vector3f& position) { return position.allFinite() && !position.isZero(0.0F); }
 
+/// An organized cloud's rows may be longer than their points.
+bool has_padded_rows(const PointCloudMessage& message) {
+  return message.height > 1 && message.row_step > std::uint64_t{message.width} * message.point_step &&
+         message.data_size >= std::uint64_t{message.height} * message.row_step;
+}
+
 /// A longer scan than this is none, in periods.
 constexpr double longest_scan = 5.0;
 
@@ -49,9 +55,34 @@ PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platfor
       warnings_(warnings) {}
 
 void PointCloudDecoder::decode(const PointCloudMessage& message, LidarScan& scan) {
-  if (fields_.step == 0 || message.point_step != known_step_ || !same_fields(message.fields, known_fields_)) {
-    resolve_fields(message);
+  decode_compact(has_padded_rows(message) ? without_padding(message) : message, scan);
+}
+
+/// Copies the rows once, so that all that reads points steps through them evenly.
+const PointCloudMessage& PointCloudDecoder::without_padding(const PointCloudMessage& message) {
+  const std::size_t row_bytes = std::size_t{message.width} * message.point_step;
+  compact_data_.resize(row_bytes * message.height);
+  for (std::size_t row = 0; row < message.height; ++row) {
+    std::copy_n(message.data + row * message.row_step, row_bytes, compact_data_.data() + row * row_bytes);
   }
+  compact_cloud_ = message;
+  compact_cloud_.row_step = static_cast<std::uint32_t>(row_bytes);
+  compact_cloud_.data = compact_data_.data();
+  compact_cloud_.data_size = compact_data_.size();
+  return compact_cloud_;
+}
+
+/// Whether the columns that were found in an earlier message are this one's, too.
+bool PointCloudDecoder::fields_hold(const PointCloudMessage& message) const {
+  if (fields_.step == 0 || message.point_step != known_step_ || !same_fields(message.fields, known_fields_)) return false;
+  const std::size_t count = std::size_t{message.width} * message.height;
+  if (count == 0) return true;
+  // Points lie packed, or as announced, where the data's size says so; more data than points are no word for either.
+  return step_settled_ && (fields_.packed ? message.data_size == count * fields_.step : message.data_size / fields_.step >= count);
+}
+
+void PointCloudDecoder::decode_compact(const PointCloudMessage& message, LidarScan& scan) {
+  if (!fields_hold(message)) resolve_fields(message);
   const std::size_t count = point_count(message);
   read_points(message, count, scan);
   if (!reading_holds_ && !settle_reading(message, scan)) {
@@ -131,6 +162,7 @@ void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
   }
   known_fields_ = message.fields;
   known_step_ = message.point_step;
+  step_settled_ = message.width > 0 && message.height > 0;
   time_ = fields_.times.front();
   if (!reading_holds_) return;
   // Once the times are understood, they stay in the field that they were found in; where that is gone, they are told anew.

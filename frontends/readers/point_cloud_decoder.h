@@ -21,7 +21,7 @@ namespace lodestone {
 /// unit, and what its zero means (point_times.h); intensity and ring by their names. A Livox' PointCloud2 and CustomMsg
 /// are known and need no word.
 ///
-/// Points that are not finite are dropped and counted ("lidar.nan_points"); points at the exact origin, which is how
+/// The rows of an organized cloud may be padded (row_step). Points that are not finite are dropped and counted ("lidar.nan_points"); points at the exact origin, which is how
 /// organized clouds say "no return", are dropped as well. A scan without points keeps its stamp and gets the nominal
 /// period ("lidar.empty_scan"); so does one in the midst of which the LiDAR's own clock jumps ("lidar.clock_jump"), and
 /// one with too few points to tell what is left out.
@@ -42,6 +42,9 @@ class PointCloudDecoder {
   [[noreturn]] void fail(const ros1::PointCloudMessage& message, const std::string& what) const;
   [[noreturn]] void fail_unit(const ros1::PointCloudMessage& message, double span_s) const;
   bool take_livox_fields(const ros1::PointCloudMessage& message);
+  const ros1::PointCloudMessage& without_padding(const ros1::PointCloudMessage& message);
+  void decode_compact(const ros1::PointCloudMessage& message, LidarScan& scan);
+  bool fields_hold(const ros1::PointCloudMessage& message) const;
   void resolve_fields(const ros1::PointCloudMessage& message);
   std::size_t point_count(const ros1::PointCloudMessage& message);
   bool settle_reading(const ros1::PointCloudMessage& message, const LidarScan& scan);
@@ -63,6 +66,7 @@ class PointCloudDecoder {
 
   std::vector<ros1::PointField> known_fields_;  ///< the fields that the columns below were found in
   std::uint32_t known_step_ = 0;
+  bool step_settled_ = false;  ///< by a message with points: only its size tells how they lie
   PointFields fields_;
   PointColumn time_;  ///< one of fields_.times
   std::optional<PointTimeReading> reading_;
@@ -70,6 +74,8 @@ class PointCloudDecoder {
   Time time_origin_ = 0;        ///< added to the points' times, which are absolute then
   std::vector<Time> times_;     ///< of the points, in ns as the message gives them
   ros1::PointCloudMessage livox_cloud_;
+  ros1::PointCloudMessage compact_cloud_;  ///< the last one whose rows were padded, without the padding
+  std::vector<std::uint8_t> compact_data_;
 };
 
 }  // namespace lodestone

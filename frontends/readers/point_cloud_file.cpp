@@ -102,9 +102,10 @@ constexpr const char* kMalformed = "it is malformed or truncated";
   throw InputError(path + ": the point cloud has no points; expected a map of the site");
 }
 
-/// Beyond it floats are more than a centimetre apart, m: coordinates of a country's grid, not of a site.
+/// Beyond it floats are more than a centimetre apart, m: coordinates of a country's grid, not of a site. Voxels of an eighth of a
+/// metre have numbers up to here.
 constexpr float kLargestSite_m = 131'072.0F;
-/// Beyond it nothing is measured; voxels have no numbers there.
+/// Beyond it there is not even a country.
 constexpr float kFarthest_m = 1e7F;
 
 /// Hands finite positions on in pieces and counts the others.
@@ -128,24 +129,27 @@ class PositionStream {
       ++too_far_;
       return;
     }
-    if (away_m > kLargestSite_m && off_site_++ == 0) first_off_site_ = position;
+    if (away_m > kLargestSite_m) {
+      if (off_site_++ == 0) first_off_site_ = position;
+      return;
+    }
     piece_.push_back(position);
     if (piece_.size() == kPointsAPiece) flush();
   }
 
   void finish(const std::string& path, WarningLog& warnings) {
     flush();
-    if (kept_ == 0) {
+    if (kept_ == 0 && off_site_ == 0) {
       throw InputError(path + ": the point cloud has no finite points within 10,000 km of its origin; expected a map of the site");
     }
-    if (2 * off_site_ > kept_) {
+    if (off_site_ > kept_) {
       throw InputError(fmt::format("{}: its origin is far away, a point lies at ({:.0f}, {:.0f}, {:.0f}) m, where points are stored "
                                    "centimetres apart and more; expected metres from an origin at the site; subtract one shift from the "
                                    "cloud, the field map, the truth and the start", path, first_off_site_.x(), first_off_site_.y(),
                                    first_off_site_.z()));
     }
-    if (too_far_ > 0) {
-      warnings.add("cloud.far_points", path + ": map points further than 10,000 km from the origin were dropped", 0, too_far_);
+    if (off_site_ + too_far_ > 0) {
+      warnings.add("cloud.far_points", path + ": map points further than 131 km from the origin were dropped", 0, off_site_ + too_far_);
     }
     if (dropped_ > 0) {
       warnings.add("cloud.nan_points", path + ": map points without a finite position were dropped", 0, dropped_);
@@ -167,7 +171,7 @@ class PositionStream {
   std::int64_t kept_ = 0;
   std::int64_t dropped_ = 0;   ///< not finite
   std::int64_t too_far_ = 0;   ///< dropped as well
-  std::int64_t off_site_ = 0;  ///< kept
+  std::int64_t off_site_ = 0;  ///< dropped as well: nearer than those
   Eigen::Vector3f first_off_site_ = Eigen::Vector3f::Zero();
 };
 

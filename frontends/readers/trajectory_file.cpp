@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 
 #include "core/error.h"
@@ -15,6 +16,9 @@ namespace lodestone {
 namespace {
 
 constexpr Time nanoseconds_per_second = 1'000'000'000;
+
+/// Of a stamp within `farthest_time`, however it is written; sums with it stay far from an int's ends.
+constexpr int largest_exponent = 1000;
 
 bool is_digit(char character) { return character >= '0' && character <= '9'; }
 
@@ -82,6 +86,9 @@ Trajectory read_lines(const std::string& path, const std::string& text, const Pa
   return trajectory;
 }
 
+/// Further apart, the difference of two stamps is no Time.
+constexpr const char* kStampsWithin = " within 127 years (4e9 s) of zero";
+
 Trajectory parse_tum(const std::string& path, const std::string& text) {
   return read_lines(path, text, [](const Line& line) {
     const auto parts = split(line.text, " \t\r");
@@ -89,7 +96,7 @@ Trajectory parse_tum(const std::string& path, const std::string& text) {
       line.fail("expected 8 values (t x y z qx qy qz qw), found " + std::to_string(parts.size()));
     }
     StampedPose pose;
-    if (!parse_stamp(parts[0], pose.time)) line.fail("'" + std::string(parts[0]) + "' is no stamp in seconds");
+    if (!parse_stamp(parts[0], pose.time)) line.fail("'" + std::string(parts[0]) + "' is no stamp in seconds" + kStampsWithin);
     std::array<double, 7> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (!parse_double(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
@@ -107,8 +114,9 @@ Trajectory parse_euroc(const std::string& path, const std::string& text) {
     }
     StampedPose pose;
     const auto result = std::from_chars(parts[0].data(), parts[0].data() + parts[0].size(), pose.time);
-    if (result.ec != std::errc() || result.ptr != parts[0].data() + parts[0].size()) {
-      line.fail("'" + std::string(parts[0]) + "' is no stamp in whole nanoseconds");
+    if (result.ec != std::errc() || result.ptr != parts[0].data() + parts[0].size() || pose.time > farthest_time ||
+        pose.time < -farthest_time) {
+      line.fail("'" + std::string(parts[0]) + "' is no stamp in whole nanoseconds" + kStampsWithin);
     }
     std::array<double, 7> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -130,6 +138,7 @@ bool parse_stamp(std::string_view text, Time& time) {
     if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
     const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
     if (result.ec != std::errc() || result.ptr != digits.data() + digits.size()) return false;
+    if (exponent > largest_exponent || exponent < -largest_exponent) return false;
     text = text.substr(0, e);
   }
   // Walk the digits; the place of each is known from the point, so that ns are collected exactly.
@@ -155,13 +164,14 @@ bool parse_stamp(std::string_view text, Time& time) {
     Time part = 0;
     if (__builtin_mul_overflow(place, Time{digit}, &part) || __builtin_add_overflow(sum, part, &sum)) return false;
   }
-  if (half >= 5) ++sum;
+  if (half >= 5 && sum < farthest_time) ++sum;
+  if (sum > farthest_time) return false;
   time = negative ? -sum : sum;
   return any;
 }
 
 std::string format_stamp(Time time) {
-  const Time magnitude = time < 0 ? -time : time;
+  const auto magnitude = time < 0 ? 0 - static_cast<std::uint64_t>(time) : static_cast<std::uint64_t>(time);
   return fmt::format("{}{}.{:09}", time < 0 ? "-" : "", magnitude / nanoseconds_per_second,
                      magnitude % nanoseconds_per_second);
 }

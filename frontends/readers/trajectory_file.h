@@ -8,7 +8,7 @@
 namespace lodestone {
 
 /// A stamp in decimal seconds as exact nanoseconds: digits are never sent through a double. An exponent ("1.4e+09", as
-/// numpy writes it) is understood too. False where the text is no number.
+/// numpy writes it) is understood too. False where the text is no number, or further than `farthest_time`.
 bool parse_stamp(std::string_view text, Time& time);
 
 /// Seconds with nine decimals, exact: "1403715529.112143517".

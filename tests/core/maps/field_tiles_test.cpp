@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "core/maps/field_tile_cache.h"
 #include "core/maps/magnetic_map.h"
 #include "core/parallel.h"
 
@@ -64,6 +65,24 @@ std::vector<Vector3> tile_places(int count) {
   std::vector<Vector3> result;
   for (int i = 0; i < count; ++i) result.emplace_back(-7.3 + 40.0 * uniform(generator), 4.1 + 33.0 * uniform(generator), 0.6 * uniform(generator));
   return result;
+}
+
+class NoField final : public FieldNodes {
+ public:
+  bool read(int, int, int, int, int, Eigen::Vector4f*) const override { return ++reads, false; }
+  mutable std::atomic<int> reads{0};
+};
+
+TEST(FieldTiles, WhatNobodyAsksForTakesNoMemory) {
+  // A bit a tile would be 200 TB.
+  const FieldGrid grid{0.1, {0.0, 0.0}, 1 << 28, 1 << 28, std::vector<double>(100, 0.0)};
+  const auto source = std::make_shared<const NoField>();
+  const FieldTileCache cache(grid, source, 0);
+  for (int again = 0; again < 3; ++again) {
+    EXPECT_EQ(cache.find(99, cache.rows() - 1, 5), nullptr);
+    EXPECT_EQ(cache.find(99, cache.rows() - 1, 7), nullptr);
+  }
+  EXPECT_EQ(source->reads, 2);  // it is remembered all the same
 }
 
 TEST(FieldTiles, MapsOfAFewTilesGiveTheBitsOfTheWhole) {

@@ -187,6 +187,40 @@ TEST_F(PlaneMapLoading, TilesALargeCloudAndLeavesNothingBehind) {
   }
 }
 
+TEST_F(PlaneMapLoading, PointsBeyondTheVoxelsMakeNoPlanesElsewhere) {
+  PlaneMapOptions options = small_tiles();
+  options.voxel_m = 0.0625;
+  options.margin_m = 0.02;
+  options.fit.min_spread_m = 0.01;
+  options.max_thickness_over_median = 0.0;
+  const auto planes = [&](const std::vector<Eigen::Vector3f>& points, int tile_above_points) {
+    write_point_cloud(folder_ / "map.pcd", points);
+    options.tile_above_points = tile_above_points;
+    std::int64_t count = 0;
+    load(options).source->for_each_voxel([&count](const Eigen::Vector3i&, const Plane* plane) { count += plane != nullptr; });
+    return count;
+  };
+  std::vector<Eigen::Vector3f> points;  // a floor of 2 x 2 m
+  for (int i = 0; i < 200; ++i) {
+    for (int j = 0; j < 200; ++j) {
+      points.emplace_back(0.005F + 0.01F * static_cast<float>(i), 0.005F + 0.01F * static_cast<float>(j),
+                          0.03F + 0.001F * static_cast<float>((7 * i + 13 * j) % 5 - 2));
+    }
+  }
+  const std::int64_t expected = planes(points, 1'000'000);
+  EXPECT_GT(expected, 31 * 31);
+  EXPECT_EQ(warnings_.count("cloud.far_points"), 0);
+  // Twice the voxels' reach away: their numbers would be those of voxels beside the floor.
+  for (int i = 0; i < 1000; ++i) {
+    points.emplace_back(131'072.0F - 0.0625F * static_cast<float>(i % 8), 5.0F + 0.001F * static_cast<float>(i), 0.03F);
+  }
+  EXPECT_EQ(planes(points, 1'000'000), expected);
+  EXPECT_EQ(warnings_.count("cloud.far_points"), 1000);
+  EXPECT_EQ(planes(points, 1000), expected);
+  std::erase_if(points, [](const Eigen::Vector3f& point) { return point.x() < 1000.0F; });
+  EXPECT_THAT(message_of<InputError>([&] { planes(points, 1'000'000); }), HasSubstr("1000 of 1000 points lie further than 65536 m"));
+}
+
 TEST_F(PlaneMapLoading, SaysWhatIsWrong) {
   PlaneMapOptions options = small_tiles();
   options.resident_radius_m = 50.0;

@@ -59,7 +59,7 @@ TEST(PointCloudFile, ReadsAsciiWithFurtherFieldsAndCountsNan) {
   EXPECT_EQ(warnings.count("cloud.nan_points"), 1);
 }
 
-TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewAbsurdOnesDropped) {
+TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewFarOnesDropped) {
   const TemporaryFolder folder;
   const Eigen::Vector3f far(463012.0F, 5254871.0F, 480.0F);
   write_point_cloud(folder / "country.pcd", std::vector<Eigen::Vector3f>(10, far));
@@ -67,8 +67,8 @@ TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewAbsurdOnesDropped) {
                                                                   HasSubstr("subtract one shift")));
   write_point_cloud(folder / "few.pcd", {{1, 2, 3}, {1e20F, 0, 0}, {0, -3e9F, 0}, {4, 5, 6}, far});
   WarningLog warnings;
-  EXPECT_EQ(read_point_cloud(folder / "few.pcd", warnings), (std::vector<Eigen::Vector3f>{{1, 2, 3}, {4, 5, 6}, far}));
-  EXPECT_EQ(warnings.count("cloud.far_points"), 2);
+  EXPECT_EQ(read_point_cloud(folder / "few.pcd", warnings), (std::vector<Eigen::Vector3f>{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(warnings.count("cloud.far_points"), 3);
   write_point_cloud(folder / "absurd.pcd", {{1e20F, 0, 0}});
   EXPECT_THAT(cloud_error(folder / "absurd.pcd"), HasSubstr("no finite points within 10,000 km"));
 }
@@ -95,6 +95,16 @@ TEST(PointCloudFile, AnnouncedSizesAreNotBelieved) {
   bomb.append(reinterpret_cast<const char*>(sizes), 8).append(100, '\xff');
   write_text(folder / "bomb.pcd", bomb);
   EXPECT_THAT(cloud_error(folder / "bomb.pcd"), HasSubstr("it announces 900000000 bytes, packed in 108"));
+}
+
+TEST(PointCloudFile, MoreTextThanPclCountsIsRefusedWithTheWayToBinary) {
+  const TemporaryFolder folder;
+  // 4 GiB and a point: it would be written over the first.
+  write_text(folder / "map.pcd", pcd_header("x y z", 357'913'942) + "1 2 3\n");
+  EXPECT_THAT(cloud_error(folder / "map.pcd"), ::testing::AllOf(HasSubstr("map.pcd: 357913942 points of 12 bytes as text, of which at most 357913941"),
+                                                                HasSubstr("as binary PCD or as PLY")));
+  write_text(folder / "map.pcd", pcd_header("x y z", 357'913'941) + "1 2 3\n");
+  EXPECT_THAT(cloud_error(folder / "map.pcd"), HasSubstr("is cut off"));
 }
 
 TEST(PointCloudFile, ReadsCompressedPcd) {
