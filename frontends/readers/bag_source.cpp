@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
+#include <limits>
 #include <optional>
 
 #include "frontends/readers/bag_streams.h"
 #include "frontends/readers/logs/open_log.h"
 #include "frontends/readers/scan_merger.h"
 #include "frontends/readers/sensor_checks.h"
+#include "frontends/readers/stamp_order.h"
 #include "frontends/readers/stream_decoder.h"
 
 namespace lodestone {
@@ -18,31 +21,29 @@ namespace {
 /// A gap is longer than this many IMU periods: a lost packet or two are none.
 constexpr double imu_gap_periods = 5.0;
 
-/// A stamp that departs by more from the recorder's clock than the first one did is a broken one. Taken at its word, one
-/// stamp in the far future would make all that follow look late.
-constexpr Time largest_stamp_jump = 10'000'000'000;
+/// No sensor is silent for so long but in a log that was stopped, or in two that were joined. Nothing bridges that.
+constexpr Time longest_silence = 60'000'000'000;
 
-/// What was accepted of a stream.
-struct StampOrder {
-  Time last_stamp = 0;
-  Time recorder_lag = 0;  ///< record time less stamp, of the first message
-  bool any = false;
-};
+/// Scans that are decoded to see how far the recorder's clock is from the stamps': one may be odd.
+constexpr std::int64_t first_scans = 3;
 
-/// The first reading of a stream's sensor in the unit of the measurement; of a scan, which is decoded to see whether it can
-/// be, its start alone.
-void add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings& readings) {
+/// The first readings of a stream's sensor in the unit of the measurement; of scans, which are decoded to see whether they can
+/// be, their starts alone. Returns the stamp.
+Time add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings& readings) {
   if (stream.sensor == Sensor::imu) {
     const ImuSample sample = decoder.imu(stream);
     readings.add(sample.time, sample.linear_acceleration.norm());
-  } else if (stream.sensor == Sensor::magnetometer) {
+    return sample.time;
+  }
+  if (stream.sensor == Sensor::magnetometer) {
     const MagneticSample sample = decoder.field(stream);
     readings.add(sample.time, sample.field_ut.norm());
-  } else {
-    LidarScan scan;
-    decoder.scan(stream, scan);
-    readings.add(scan.start, 0.0);
+    return sample.time;
   }
+  LidarScan scan;
+  decoder.scan(stream, scan);
+  readings.add(scan.start, 0.0);
+  return scan.start;
 }
 
 }  // namespace
@@ -73,14 +74,18 @@ struct BagSource::Implementation {
   std::vector<StampOrder> orders;   ///< one a stream
   std::vector<std::string> topics;  ///< that are chosen
   Time record_time = 0;             ///< of the message that was read last
+  Time first_recorded = 0;          ///< when the first message of any topic was
   std::deque<Measurement> ready;
   Time begin = 0;
   Time end = 0;
+  std::optional<Time> newest;  ///< when the newest measurement was complete
+  bool broken_off = false;
 
   void choose();
   void inspect();
   bool read_message(RawMessage& raw);
   bool accept(const SensorStream& stream, StampOrder& order, Time stamp);
+  bool goes_on(const Measurement& measurement);
   void take_message(const RawMessage& raw);
   void take_imu(const SensorStream& stream, StampOrder& order);
   void take_field(const SensorStream& stream, StampOrder& order);
@@ -89,6 +94,10 @@ struct BagSource::Implementation {
 
 void BagSource::Implementation::choose() {
   topics = find_topics(path, platform, reader->topics(), streams);
+  first_recorded = std::numeric_limits<Time>::max();
+  for (const TopicInfo& topic : reader->topics()) {
+    if (topic.messages > 0) first_recorded = std::min(first_recorded, topic.begin);
+  }
   for (const SensorStream& stream : streams) {
     const TopicInfo& topic = *stream.info;
     const bool first = &stream == &streams.front();
@@ -107,9 +116,10 @@ void BagSource::Implementation::inspect() {
   std::vector<FirstReadings> readings(streams.size());
   std::size_t unsatisfied = streams.size();
   for (std::size_t i = 0; i < streams.size(); ++i) {
-    const std::int64_t worth = streams[i].sensor == Sensor::lidar ? 1 : 200;
+    const std::int64_t worth = streams[i].sensor == Sensor::lidar ? first_scans : 200;
     readings[i].wanted = static_cast<int>(std::min(worth, streams[i].info->messages));
   }
+  std::vector<std::vector<Time>> lags(streams.size());
   WarningLog counted_later;
   StreamDecoder first(path, platform, counted_later);  // what it tells of the scans is told again when they are read
   reader->select(topics);
@@ -118,7 +128,7 @@ void BagSource::Implementation::inspect() {
     for (std::size_t i = 0; i < streams.size(); ++i) {
       FirstReadings& reading = readings[i];
       if (streams[i].topic_index != raw.topic || reading.count >= reading.wanted) continue;
-      add_first(first, streams[i], reading);
+      lags[i].push_back(record_time - add_first(first, streams[i], reading));
       if (reading.count >= reading.wanted) --unsatisfied;
     }
   }
@@ -131,32 +141,38 @@ void BagSource::Implementation::inspect() {
     if (streams[i].sensor == Sensor::magnetometer) check_field(path, platform, streams[i].index, readings[i], &warnings);
     first_stamp = std::min(first_stamp, readings[i].first_stamp);
   }
-  end += first_stamp - begin;  // from the recorder's clock to the stamps'
+  for (std::size_t i = 0; i < streams.size(); ++i) orders[i] = StampOrder(lags[i]);
+  const Time lag = orders.front().usual_lag();  // from the recorder's clock to the stamps'
+  if (std::abs(lag) <= farthest_time) end -= lag;
   begin = first_stamp;
 }
 
 /// Stamps of one topic must increase: what does not is dropped and counted.
 bool BagSource::Implementation::accept(const SensorStream& stream, StampOrder& order, Time stamp) {
-  if (!order.any) order.recorder_lag = record_time - stamp;
-  const Time jump = stamp - (record_time - order.recorder_lag);
-  if (std::abs(jump) > largest_stamp_jump) {
+  const StampOrder::Verdict verdict = order.judge(record_time, stamp);
+  if (verdict.what == StampOrder::Verdict::broken) {
     warnings.add(std::string(part_of(stream.sensor)) + ".stamp_jump",
                  fmt::format("{}: a stamp is {:.3f} s off the recorder's clock; such messages are dropped", stream.topic,
-                             to_seconds(jump)),
+                             verdict.off_s),
                  record_time);
     return false;
   }
-  if (order.any && stamp <= order.last_stamp) {
-    const bool repeated = stamp == order.last_stamp;
+  if (verdict.what == StampOrder::Verdict::recorder_leapt) {
+    warnings.add("log.recorder_clock",
+                 fmt::format("{}: the recorder's clock leaps by {:.3f} s; the stamps go on, and are taken", stream.topic,
+                             verdict.off_s),
+                 stamp);
+  }
+  if (order.any() && stamp <= order.last_stamp()) {
+    const bool repeated = stamp == order.last_stamp();
     warnings.add(fmt::format("{}.{}", part_of(stream.sensor), repeated ? "stamp_repeated" : "stamp_back"),
                  fmt::format("{}: a stamp {} {:.6f} s; such messages are dropped", stream.topic,
                              repeated ? "is there twice:" : "goes back by",
-                             repeated ? to_seconds(stamp) : to_seconds(order.last_stamp - stamp)),
+                             repeated ? to_seconds(stamp) : to_seconds(order.last_stamp() - stamp)),
                  stamp);
     return false;
   }
-  order.any = true;
-  order.last_stamp = stamp;
+  order.take(record_time, stamp);
   return true;
 }
 
@@ -166,8 +182,8 @@ void BagSource::Implementation::take_imu(const SensorStream& stream, StampOrder&
     warnings.add("imu.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
     return;
   }
-  const Time previous = order.last_stamp;
-  const bool first = !order.any;
+  const Time previous = order.last_stamp();
+  const bool first = !order.any();
   if (!accept(stream, order, sample.time)) return;
   const double gap_s = to_seconds(sample.time - previous);
   if (!first && gap_s > imu_gap_periods / platform.suite.imu.rate_hz) {
@@ -221,8 +237,26 @@ BagSource::BagSource(const std::string& path, const Platform& platform, WarningL
 
 BagSource::~BagSource() = default;
 
+/// False from the first measurement on that comes too long after all others: there the log is at its end.
+bool BagSource::Implementation::goes_on(const Measurement& measurement) {
+  const Time complete = completion_time(measurement);
+  if (newest && complete - *newest > longest_silence) {
+    broken_off = true;
+    const double cut_s = std::floor(to_seconds(record_time) - to_seconds(first_recorded));
+    warnings.add("log.broken_off",
+                 fmt::format("{}: no sensor says anything for {:.0f} s; the log is read up to there, for nobody knows how the robot moved "
+                             "meanwhile; cut it (lodestone convert --to {:.0f}, and --from {:.0f}) and give each part a start of its own",
+                             path, to_seconds(complete - *newest), cut_s, cut_s),
+                 *newest);
+    return false;
+  }
+  newest = newest ? std::max(*newest, complete) : complete;
+  return true;
+}
+
 bool BagSource::next(Measurement& measurement) {
   Implementation& self = *implementation_;
+  if (self.broken_off) return false;
   for (RawMessage raw; self.ready.empty();) {
     if (self.read_message(raw)) {
       self.take_message(raw);
@@ -234,6 +268,7 @@ bool BagSource::next(Measurement& measurement) {
     if (!self.merger->take(merged)) return false;
     self.ready.emplace_back(std::move(merged));
   }
+  if (!self.goes_on(self.ready.front())) return false;
   measurement = std::move(self.ready.front());
   self.ready.pop_front();
   return true;

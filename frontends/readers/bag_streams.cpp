@@ -99,7 +99,7 @@ void bind_paths(const std::string& path, const std::vector<SensorStream>& stream
 
 std::vector<std::string> find_topics(const std::string& path, const Platform& platform,
                                      const std::vector<TopicInfo>& topics, std::vector<SensorStream>& streams) {
-  if (streams.empty()) throw InputError(path + ": no sensor of the platform is chosen");
+  if (streams.empty()) throw InputError(platform.file_name() + ": it has none of the sensors that are read here; add their topics (magnetometers: - topic: ...)");
   if (topics.empty()) throw InputError(path + ": the log holds no messages");
   std::string list;
   for (const auto& topic : topics) list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", topic.name, topic.type);
@@ -123,6 +123,11 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
     if (stream.paths.empty() && !is_type_of(stream.sensor, found->type)) {
       throw InputError(fmt::format("{}: topic {} is a {}; expected a {}; set {}; the log has {}", path, stream.topic,
                                    found->type, types_of(stream), key, list));
+    }
+    if (found->messages == 0) {
+      const char* out = stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out" : "";
+      throw InputError(fmt::format("{}: topic {} is there and holds no message: the sensor was silent; set {} to one that spoke{}; the log has {}",
+                                   path, stream.topic, key, out, list));
     }
     bind_paths(path, streams, stream);
     const auto place = std::find(chosen.begin(), chosen.end(), stream.topic);

@@ -6,6 +6,8 @@
 #include <fstream>
 
 #include "core/error.h"
+#include "frontends/readers/bag_streams.h"
+#include "frontends/readers/stamp_order.h"
 #include "tests/frontends/readers/log_contents.h"
 #include "tests/frontends/readers/synthetic_log.h"
 #include "tests/frontends/readers/test_files.h"
@@ -202,6 +204,16 @@ TEST_F(BagSourceTest, AMagnetometerInMicroteslaIsRefusedUnlessThePlatformSaysSo)
   EXPECT_EQ(first_field(read(), 1), Vector3(20.0, 1.0, -40.0));
 }
 
+TEST_F(BagSourceTest, AFieldBeyondTheEarthsInAnyUnitIsCounted) {
+  for (const double factor : {0.01, 8.0}) {
+    log.on_field = [factor](int, int, ros1::MagneticFieldMessage& field) {
+      for (double& component : field.field_tesla) component *= factor;
+      return true;
+    };
+    EXPECT_EQ(read().warnings.count("magnetometer.magnitude"), 2) << factor;
+  }
+}
+
 TEST_F(BagSourceTest, AMagnetometerInTeslaIsRefusedWhereThePlatformSaysMicrotesla) {
   change_platform = [](Platform& platform) { platform.magnetometers[1].unit = FieldUnit::microtesla; };
   EXPECT_THAT(error(), HasSubstr("set magnetometers[1].unit: tesla in platform.yaml"));
@@ -246,6 +258,90 @@ TEST_F(BagSourceTest, OneStampInTheFarFutureDoesNotSpoilTheRest) {
   const Contents contents = read();
   EXPECT_EQ(contents.imu.size(), 404U);
   EXPECT_EQ(contents.warnings.count("imu.stamp_jump"), 1);
+}
+
+TEST_F(BagSourceTest, AFirstMessageThatWasRecordedOddlyDoesNotSpoilTheRest) {
+  for (const Time early : {Time{11'000'000'000}, log.start - 1'000'000'000}) {
+    log.on_record = [this, early](Time time) { return time < log.start ? time - early : time; };
+    const Contents contents = read();
+    EXPECT_EQ(contents.imu.size() + static_cast<std::size_t>(contents.warnings.count("imu.stamp_jump")), 405U);
+    EXPECT_LE(contents.warnings.count("imu.stamp_jump"), 1);
+    EXPECT_EQ(contents.scans.size(), 20U);
+  }
+}
+
+TEST_F(BagSourceTest, WhereTheRecordersClockAloneLeapsTheStampsAreTaken) {
+  log.on_record = [this](Time time) { return time < log.start + 1'000'000'000 ? time : time + 3'600'000'000'000; };
+  const Contents contents = read();
+  EXPECT_EQ(contents.imu.size(), 405U);
+  EXPECT_EQ(contents.scans.size(), 20U);
+  EXPECT_EQ(contents.fields.size(), 2U * 203U);
+  EXPECT_GT(contents.warnings.count("log.recorder_clock"), 0);
+  EXPECT_LE(contents.warnings.count("log.recorder_clock"), 4) << "once of a stream";
+}
+
+TEST_F(BagSourceTest, TwoDrivesInOneLogEndWithTheFirst) {
+  const Time second = log.start + 1'000'000'000;
+  const auto later = [second](Time time) { return time < second ? time : time + 3'600'000'000'000; };
+  log.on_record = later;
+  log.on_imu = [later](int, ros1::ImuMessage& imu) { return imu.stamp = later(imu.stamp), true; };
+  log.on_field = [later](int, int, ros1::MagneticFieldMessage& field) { return field.stamp = later(field.stamp), true; };
+  log.on_scan = [later](int, ros1::PointCloudMessage& cloud, std::vector<std::uint8_t>&) {
+    return cloud.stamp = later(cloud.stamp), true;
+  };
+  const Contents contents = read();
+  EXPECT_NEAR(static_cast<double>(contents.imu.size()), 200.0, 2.0);
+  EXPECT_LT(contents.imu.back().time, second);
+  EXPECT_EQ(contents.warnings.count("log.broken_off"), 1);
+  EXPECT_THAT(contents.warnings.entries().at("log.broken_off").first_detail, HasSubstr("--to 3601, and --from 3601"));
+}
+
+TEST_F(BagSourceTest, ASilentTopicIsNamed) {
+  SensorStream stream;
+  stream.sensor = Sensor::imu;
+  stream.topic = "/imu/data";
+  stream.key = "imu.topic";
+  TopicInfo topic;
+  topic.name = "/imu/data";
+  topic.type = "sensor_msgs/Imu";
+  std::vector<SensorStream> streams{stream};
+  const std::string message = message_of<InputError>([&] { find_topics("log.db3", log.platform(), {topic}, streams); });
+  EXPECT_THAT(message, AllOf(HasSubstr("/imu/data is there and holds no message"), HasSubstr("imu.topic")));
+}
+
+TEST(StampOrder, WhatARecorderThatStoodStillWritesLateIsTakenAndWhatFollowsToo) {
+  StampOrder order;
+  for (int i = 0; i < 4000; ++i) {
+    const Time stamp = Time{i} * 5'000'000;
+    // Still from 5 s to 17 s, then everything at once.
+    const Time recorded = stamp < 5'000'000'000 ? stamp : std::max(stamp, Time{17'000'000'000});
+    ASSERT_NE(order.judge(recorded, stamp).what, StampOrder::Verdict::broken) << i;
+    order.take(recorded, stamp);
+  }
+}
+
+TEST(StampOrder, OneOddLagAmongTheFirstIsNoGoodOne) {
+  const Time odd = 60'000'000'000;
+  for (const std::vector<Time>& lags : {std::vector<Time>{odd, 0, 0}, {0, odd, 1}, {-odd, 0, 5, odd, 7}}) {
+    StampOrder order(lags);
+    EXPECT_LE(order.usual_lag(), 7);
+    EXPECT_EQ(order.judge(odd, 0).what, StampOrder::Verdict::broken);
+    EXPECT_EQ(order.judge(odd, odd).what, StampOrder::Verdict::sound);
+  }
+  StampOrder set(std::vector<Time>{0, 0, 0, odd, odd});
+  EXPECT_EQ(set.judge(odd, 0).what, StampOrder::Verdict::sound) << "the recorder's clock was set meanwhile";
+}
+
+TEST(StampOrder, AClockThatCreepsAwayIsNotFollowed) {
+  StampOrder order;
+  int taken = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const Time recorded = Time{i} * 5'000'000, stamp = 2 * recorded;
+    if (order.judge(recorded, stamp).what == StampOrder::Verdict::broken) continue;
+    order.take(recorded, stamp);
+    ++taken;
+  }
+  EXPECT_EQ(taken, 2001) << "10 s at twice the speed";
 }
 
 TEST_F(BagSourceTest, SamplesThatAreNotFiniteAreDroppedAndCounted) {

@@ -24,10 +24,14 @@ struct SyntheticLog {
   std::function<bool(int, ros1::ImuMessage&)> on_imu;
   std::function<bool(int, int, ros1::MagneticFieldMessage&)> on_field;  ///< sample, magnetometer
 
+  std::function<Time(Time)> on_record;  ///< when a message of this record time was recorded instead
+
   static constexpr std::uint32_t point_step = 32;
   static constexpr Time period = 100'000'000;
   static constexpr Time imu_period = 5'000'000;
   static constexpr Time field_period = 10'000'000;
+
+  Time recorded(Time time) const { return on_record ? on_record(time) : time; }
 
   static void put(std::vector<std::uint8_t>& data, int point, int offset, const void* value, std::size_t size) {
     std::memcpy(data.data() + point * point_step + offset, value, size);
@@ -59,7 +63,7 @@ struct SyntheticLog {
     cloud.row_step = cloud.width * cloud.point_step;
     cloud.data = data.data();
     cloud.data_size = data.size();
-    writer.write("/ouster/points", record_time, cloud);
+    writer.write("/ouster/points", recorded(record_time), cloud);
   }
 
   void write_imu(ros1::BagWriter& writer, int i) const {
@@ -68,7 +72,7 @@ struct SyntheticLog {
     imu.linear_acceleration = {0.0, 0.0, 9.80665};
     imu.angular_velocity = {0.0, 0.0, 0.001 * i};
     const Time record_time = imu.stamp;
-    if (!on_imu || on_imu(i, imu)) writer.write("/imu/data", record_time, imu);
+    if (!on_imu || on_imu(i, imu)) writer.write("/imu/data", recorded(record_time), imu);
   }
 
   void write_fields(ros1::BagWriter& writer, int i) const {
@@ -78,7 +82,7 @@ struct SyntheticLog {
       field.field_tesla = {20e-6, 1e-6 * k, -40e-6};
       const Time record_time = field.stamp;
       if (on_field && !on_field(i, k, field)) continue;
-      writer.write("/magnetometer_" + std::to_string(k) + "/field", record_time, field);
+      writer.write("/magnetometer_" + std::to_string(k) + "/field", recorded(record_time), field);
     }
   }
 
