@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/nearest_name.h"
 #include "tools/commands.h"
 
@@ -65,6 +66,17 @@ void check_options(const NamedCommand& command, const std::vector<std::string>& 
   }
 }
 
+/// Whether the file is a part of what `given`, a folder, seems to be: of a log, or of a map.
+bool is_part_of(const std::string& file, const std::string& given) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  if (!fs::is_directory(given, ignored)) return false;
+  const fs::path below = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(given));
+  if (below.empty() || *below.begin() == "..") return false;
+  const SeemingKind kind = seeming_kind_of_file(file);
+  return kind == SeemingKind::log || kind == SeemingKind::point_cloud || fs::path(file).extension() == ".csv";
+}
+
 /// A file of results must not take the place of what they come from.
 void check_outputs(const std::vector<std::string>& words) {
   namespace fs = std::filesystem;
@@ -84,8 +96,11 @@ void check_outputs(const std::vector<std::string>& words) {
   for (const Given& out : given) {
     if ((out.name != "--out" && out.name != "--errors") || !fs::is_regular_file(out.value, ignored)) continue;
     for (const Given& other : given) {
-      if (&other == &out || !fs::equivalent(out.value, other.value, ignored)) continue;
-      throw InputError(out.value + ": is " + other.value + ", which the results would overwrite; choose another name for them");
+      if (&other == &out) continue;
+      const bool same = fs::equivalent(out.value, other.value, ignored);
+      if (!same && !is_part_of(out.value, other.value)) continue;
+      throw InputError(out.value + (same ? ": is " : ": is a part of ") + other.value +
+                       ", which the results would overwrite; choose another name for them");
     }
   }
 }

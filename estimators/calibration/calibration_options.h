@@ -12,7 +12,7 @@ struct CalibrationOptions {
   double misalignment_sigma_deg = 2.0;
   double min_gain = 0.5;
   double gyroscope_bias_sigma_rad_s = 0.01;
-  double max_walk_ut_sqrt_s = 2.0;
+  double max_walk_ut_sqrt_s = 1.0;
   double map_correlation_m = 0.3;
   double map_sigma_floor_ut = 0.2;
   double position_sigma_m = 0.02;

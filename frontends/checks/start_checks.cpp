@@ -29,20 +29,26 @@ constexpr double near_deg = 2.0;
 constexpr double same_share = 0.05;  // two fits so near to each other are as good
 constexpr double exact_m = 0.08;     // a start so near is the right one
 constexpr double exact_deg = 0.7;
-constexpr double tilt_deg = 2.5;  // accelerometer bias and motion are within
+constexpr double tilt_deg = 2.5;  // of a robot at rest: the accelerometer's bias is within
+constexpr double moving_tilt_deg = 6.0;  // of one that drives off: 2.5 m/s within the span are 3 degrees
 constexpr double floor_tilt_deg = 2.0;
 constexpr double gravity_span_s = 5.0;  // of a robot that does not rest at the begin
 constexpr double rest_within_s = 2.0;
 
-/// Against gravity, imu frame at the first sample.
-Vector3 up_at_begin(const LogSample& sample) {
+struct Up {
+  Vector3 direction;  ///< imu frame
+  bool at_rest = false;
+};
+
+/// Against gravity, at the first sample.
+Up up_at_begin(const LogSample& sample) {
   const Time begin = sample.imu.front().time;
   const std::optional<RestSpan> rest = calmest_span(sample.imu);
   if (rest && rest->at_rest && to_seconds(rest->begin - begin) < rest_within_s)
-    return rest->linear_acceleration.normalized();
+    return {rest->linear_acceleration.normalized(), true};
   std::size_t count = 0;
   while (count < sample.imu.size() && to_seconds(sample.imu[count].time - begin) < gravity_span_s) ++count;
-  return mean_up(std::span(sample.imu).first(count));
+  return {mean_up(std::span(sample.imu).first(count)), false};
 }
 
 double tilt_between_deg(const Vector3& a, const Vector3& b) {
@@ -102,7 +108,8 @@ class StartCheck {
       } else if (given.moved_m > near_m || given.turned_deg > near_deg) {
         add(Severity::warning, "start.off",
             fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start", given.moved_m, given.turned_deg),
-            fmt::format("--initial-pose \"{}\"", pose_text(given.T_map_imu)));
+            fmt::format("--initial-pose \"{}\"; or, should the start be right, the translation of lidar.T_imu_lidar in {}",
+                        pose_text(given.T_map_imu), file_));
       }
     }
     if (given.registered.share > poor_share) upright(given.T_map_imu);
@@ -172,11 +179,12 @@ class StartCheck {
 
   void upright(const Pose& T_map_imu) {
     if (material_.sample.imu.empty()) return;
-    const double tilt = tilt_between_deg(T_map_imu.rotation * up_at_begin(material_.sample), Vector3::UnitZ());
+    const Up up = up_at_begin(material_.sample);
+    const double tilt = tilt_between_deg(T_map_imu.rotation * up.direction, Vector3::UnitZ());
     if (tilt > 90.0) {
       add(Severity::error, "imu.upside_down", fmt::format("gravity points up ({:.0f} deg from the map's down)", tilt),
           "imu: acceleration must read +g upwards at rest; or the IMU's axes in lidar.T_imu_lidar");
-    } else if (tilt > tilt_deg) {
+    } else if (tilt > (up.at_rest ? tilt_deg : moving_tilt_deg)) {
       add(Severity::error, "start.tilt",
           fmt::format("where the scan fits the map, gravity stands {:.1f} deg from the map's vertical", tilt),
           "--cloud: a map that is level; or the rotation of lidar.T_imu_lidar in " + file_);
@@ -198,7 +206,7 @@ Findings check_start(const StartMaterial& material) {
 
 Findings check_floor(const LogSample& sample, const Platform& platform, const ScanOdometry& odometry) {
   if (sample.imu.empty() || odometry.points.empty()) return {};
-  const Vector3 up = up_at_begin(sample);
+  const Vector3 up = up_at_begin(sample).direction;
   const Quaternion& R_imu_lidar = platform.suite.lidar.T_imu_lidar.rotation;
   struct Floor {
     int points = 0;

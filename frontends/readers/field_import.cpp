@@ -167,7 +167,7 @@ class Importer {
     }
     median_ut_ = median * microtesla_per(unit_);
     if (median_ut_ < 0.1 || median_ut_ > 1000.0) {
-      fail(fmt::format("half of the field is above {:.4g} microtesla if it is in {}; expected 10 to 1000{}", median_ut_,
+      fail(fmt::format("half of the field is above {:.4g} microtesla if it is in {}; expected 0.1 to 1000{}", median_ut_,
                        options_detail::write_value(unit_), fitting.empty() ? "" : ": it looks like " + fitting + ", give --unit " + fitting));
     }
     return microtesla_per(unit_);

@@ -128,6 +128,9 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
   node.refuse_keys_other_than({"name", "topic", "values", "unit", "noise_ut", "T_imu_mag", "hard_iron_ut", "soft_iron_correction"});
   MagnetometerModel& model = platform.suite.magnetometers.emplace_back();
   read_value(node.at("name"), model.name);
+  for (const MagnetometerModel& other : platform.suite.magnetometers) {
+    if (&other != &model && other.name == model.name) node.at("name").fail("another magnetometer is called " + model.name + " already");
+  }
   MagnetometerMessageLayout layout;
   read_value(node.at("topic"), layout.topic);
   read_if_there(node, "values", layout.path);

@@ -11,7 +11,7 @@ namespace lodestone {
 std::string fitting_field_unit(double value_as_written) {
   constexpr double earth_ut = 45.0;
   std::string fitting;
-  double nearest = std::log(12.0);  // a factor, either way
+  double nearest = std::log(6.0);  // a factor, either way: steel makes as much
   for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
     const double away = std::abs(std::log(value_as_written * microtesla_per(unit) / earth_ut));
     if (!(away < nearest)) continue;
@@ -60,14 +60,14 @@ void check_field(const std::string& source, const Platform& platform, std::size_
           ? fmt::format("check the unit of magnetometers[{}]", magnetometer)
           : fmt::format("it looks like {0}: set magnetometers[{1}].unit: {0}", fitting, magnetometer);
   if (mean_ut < smallest_ut || mean_ut > largest_ut) {
-    throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}; expected 10 to 1000 microtesla; {} in {}",
-                                 source, layout.topic, as_written, unit_name, change, platform.file_name()));
+    throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; expected {:g} to {:g} microtesla; {} in {}",
+                                 source, layout.topic, as_written, unit_name, mean_ut, smallest_ut, largest_ut, change, platform.file_name()));
   }
-  // Steel and hard iron make strange fields; only what another unit explains better is worth a word.
-  if (warnings == nullptr || fitting.empty() || fitting == unit_name || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
+  // Steel and hard iron make strange fields, but hardly such.
+  if (warnings == nullptr || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
   warnings->add("magnetometer.magnitude",
-               fmt::format("{}: the field's mean magnitude is {:.4g} {}; 20 to 70 microtesla are usual; {} in {}, if it is",
-                           layout.topic, as_written, unit_name, change, platform.file_name()),
+               fmt::format("{}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; 20 to 70 are usual; {} in {}, if it is",
+                           layout.topic, as_written, unit_name, mean_ut, change, platform.file_name()),
                readings.first_stamp);
 }
 

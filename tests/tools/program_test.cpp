@@ -43,6 +43,21 @@ TEST(Program, ResultsDoNotTakeThePlaceOfWhatTheyComeFrom) {
   EXPECT_EQ(run_lodestone("evaluate " + truth + " " + truth + " --errors " + (folder / "errors.csv").string()).code, 0);
 }
 
+TEST(Program, ResultsDoNotTakeThePlaceOfAPartOfALog) {
+  const TemporaryFolder folder;
+  const std::string log = (folder / "log").string(), part = log + "/part_0.bag", samples = log + "/imu.csv";
+  std::filesystem::create_directories(log);
+  std::ofstream(part) << "#ROSBAG V2.0\n";
+  std::ofstream(samples) << "time_s\n";
+  for (const std::string& out : {part, samples}) {
+    const std::string content = content_of(out);
+    for (const std::string& given : {log, log + "/../log/"}) {
+      expect_refused("convert " + given + " --out " + out, "is a part of " + given + ", which the results would overwrite");
+      EXPECT_EQ(content_of(out), content);
+    }
+  }
+}
+
 TEST(Program, WhatIsNoFileIsOneLine) {
   const TemporaryFolder folder;
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);

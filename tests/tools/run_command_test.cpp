@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/platform.h"
 #include "frontends/readers/point_cloud_file.h"
 #include "frontends/readers/trajectory_file.h"
@@ -173,6 +174,38 @@ TEST_F(RunCommand, LogAndOutputAreLookedAtBeforeTheMaps) {
   expect_refused("run " + path("log.bag") + rest + path("file") + "/deep/out", "file is no folder; choose another --out");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   expect_refused("run " + path("log.bag") + rest + path("out"), "nowhere.pcd");
+}
+
+TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
+  namespace fs = std::filesystem;
+  fs::create_directories(folder_ / "out/smoother");
+  fs::create_directories(folder_ / "out/checkpoint");
+  fs::create_directories(folder_ / "log");
+  for (const char* name : {"out/smoother/trajectory.tum", "out/summary.json"}) fs::copy(folder_ / "truth.tum", folder_ / name);
+  const std::string truth = content_of(folder_ / "truth.tum");
+  for (const char* given : {"--truth ", "--initial-pose-from "}) {
+    for (const char* name : {"out/smoother/trajectory.tum", "out/../out/summary.json"}) {
+      expect_refused(call(given + path(name)), "is among the results that --out");
+      EXPECT_EQ(content_of(folder_ / name), truth);
+    }
+  }
+  fs::copy(folder_ / "log.bag", folder_ / "log/log.bag");
+  const std::string maps = " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd");
+  for (const char* out : {"log", "log/deep/out"}) {
+    expect_refused("run " + path("log") + maps + " --out " + path(out), "is in the folder of the log");
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "log/deep"));
+  // Others' files in the folder of checkpoints are not swept out with those.
+  std::ofstream(folder_ / "out/checkpoint/model.pt") << "weeks of work";
+  std::ofstream(folder_ / "out/checkpoint/smoother.state") << "of old";
+  expect_refused(call(""), "model.pt: is no checkpoint of a run");
+  EXPECT_EQ(content_of(folder_ / "out/checkpoint/model.pt"), "weeks of work");
+}
+
+TEST_F(RunCommand, AMagneticMapIsForMagnetometers) {
+  const FieldGrid grid{0.5, {-1.0, -1.0}, 5, 5, {0.0}};
+  write_magnetic_map(MagneticMap(grid, std::vector<Eigen::Vector4f>(25, Eigen::Vector4f(20.0F, 0.0F, -40.0F, 0.5F)), 2.0), {}, path("field.yaml"));
+  expect_refused(call("--magnetic " + path("field.yaml")), "platform.yaml: it has no magnetometers, which --magnetic is for");
 }
 
 TEST_F(RunCommand, FilesOfAnotherKindAreCalledWhatTheyAre) {

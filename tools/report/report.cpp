@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "core/error.h"
 #include "frontends/readers/text_file.h"
@@ -38,9 +42,21 @@ std::string name_of(const std::filesystem::path& folder) {
   return parent.empty() ? path.filename().string() : parent + "/" + path.filename().string();
 }
 
+/// A page takes the place of a page alone: --out run/summary.json would lose what the page is made from.
+void refuse_what_is_no_page(const std::filesystem::path& out) {
+  if (!std::filesystem::is_regular_file(out)) return;
+  constexpr std::string_view kBegin = "<!doctype html>";
+  std::string begin(kBegin.size(), ' ');
+  std::ifstream(out, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  std::transform(begin.begin(), begin.end(), begin.begin(), [](unsigned char letter) { return std::tolower(letter); });
+  if (std::filesystem::file_size(out) == 0 || begin == kBegin) return;
+  throw InputError(out.string() + ": is there and is no HTML page, which the report would overwrite; choose another --out");
+}
+
 }  // namespace
 
 std::size_t write_report(const std::filesystem::path& folder, const std::filesystem::path& out) {
+  refuse_what_is_no_page(out);
   if (!std::filesystem::is_directory(folder)) {
     throw InputError(fmt::format("{}: there is no such folder; name one that `lodestone run` or `lodestone reproduce` wrote",
                                  folder.string()));

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "core/aside.h"
 #include "core/error.h"
+#include "estimators/factory.h"
 #include "frontends/readers/text_file.h"
 #include "tools/commands.h"
 #include "tools/run/run_checkpoint.h"
@@ -74,10 +76,25 @@ std::optional<int> begin_or_go_on(const RunCall& call, const RunIdentity& identi
 }
 
 void forget_checkpoints(const RunCall& call) {
-  std::error_code error;
-  fs::remove_all(checkpoint_folder(call), error);
-  if (error) {
-    throw InputError(fmt::format("{}: cannot be removed: {}", checkpoint_folder(call).string(), error.message()));
+  const fs::path folder = checkpoint_folder(call);
+  if (!fs::is_directory(fs::symlink_status(folder))) return;
+  const std::vector<std::string> estimators = estimator_names();
+  std::vector<fs::path> ours;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string(), ending = entry.path().extension().string();
+    const bool state = ending == ".state" || ending == ".estimates" || ending == ".keyframes";
+    const bool of_an_estimator = std::find(estimators.begin(), estimators.end(), entry.path().stem().string()) != estimators.end();
+    if (!(state && of_an_estimator) && !is_aside_name(name)) {
+      throw InputError(fmt::format("{}: is no checkpoint of a run, and its folder is emptied by the run; move it, or choose another --out",
+                                   entry.path().string()));
+    }
+    ours.push_back(entry.path());
+  }
+  ours.push_back(folder);
+  for (const fs::path& each : ours) {
+    std::error_code error;
+    fs::remove(each, error);
+    if (error) throw InputError(fmt::format("{}: cannot be removed: {}", each.string(), error.message()));
   }
 }
 

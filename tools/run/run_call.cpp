@@ -30,6 +30,7 @@
 #include "tools/run/initial_pose.h"
 #include "tools/run/picture_series.h"
 #include "tools/run/resources.h"
+#include "tools/run/results_apart.h"
 #include "tools/run/resumption.h"
 #include "tools/run/stale_results.h"
 #include "tools/sinks/output_file.h"
@@ -85,6 +86,7 @@ void check_call(const RunCall& call) {
   if (!call.initial_pose.empty() && !is_automatic(call)) parse_initial_pose(call.initial_pose);
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
   check_folder(call.out);
+  check_results_apart(call);
 }
 
 /// Everything but the maps.
@@ -118,6 +120,10 @@ void load_maps(const RunCall& call, RunMaterial& material, WarningLog& warnings)
   if (!call.magnetic.empty()) {
     material.field = std::make_shared<MagneticMap>(
         read_magnetic_map(call.magnetic, material.options.magnetic.map.max_bytes()));
+    if (material.platform.magnetometers.empty()) {
+      throw InputError(fmt::format("{}: it has no magnetometers, which --magnetic is for; add them under 'magnetometers', or leave "
+                                   "--magnetic out", material.platform.file_name()));
+    }
     const FieldGrid& grid = material.field->grid();
     std::printf("%s: %d x %d nodes of %g m, %zu layer%s\n", call.magnetic.c_str(), grid.columns, grid.rows,
                 grid.resolution_m, grid.heights_m.size(), grid.heights_m.size() == 1 ? "" : "s");

@@ -113,6 +113,7 @@ TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
   EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"), 
               ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("say by 'values' which is which")));
+  EXPECT_THAT(error_with("name: front_1", "name: front_0"), HasSubstr("another magnetometer is called front_0 already"));
   EXPECT_THAT(error_with("  rate_hz: 200.0\n", "  rate_hz: 200.0\n  angular_velocity: gyro\n"),
               HasSubstr("imu: the key 'linear_acceleration' is missing"));
   EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron_ut: [1, 2]"), HasSubstr("a list of 3 numbers"));

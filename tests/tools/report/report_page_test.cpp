@@ -191,6 +191,11 @@ TEST_F(ReportPage, NamesTheFileWhoseValuesAreOfAnotherKind) {
     expect_refused("report " + path("lane/other"), file + ": it has other values than Lodestone writes");
     fs::remove_all(path("lane/other"));
   };
+  for (const char* file : {"lane/run/summary.json", "lane/run/smoother/trajectory.tum"}) {
+    const std::string before = content_of(path(file));
+    expect_refused("report " + path("lane/run") + " --out " + path(file), "is no HTML page, which the report would overwrite");
+    EXPECT_EQ(content_of(path(file)), before);
+  }
   expect_named("summary.json", "status", 3);
   expect_named("overview/overview.json", "cloud_voxel_m", "fine");
   expect_named("overview/overview.json", "log_begin_s", Json::array());
