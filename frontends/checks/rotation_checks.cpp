@@ -141,6 +141,8 @@ void find_step(const std::vector<Pair>& pairs, const Quaternion& R_imu_lidar, do
   fit.bias_step_time = pairs[step.index].time;
 }
 
+double share_of_scan(ScanStamp stamp) { return stamp == ScanStamp::start ? 0.0 : stamp == ScanStamp::middle ? 0.5 : 1.0; }
+
 /// What concerns the clocks of the IMU and one LiDAR.
 Finding clock_finding(const RotationFit& fit, const Platform& platform, std::size_t lidar) {
   const std::string name = lidar == 0 ? "the LiDAR" : lidar_key(lidar);
@@ -155,9 +157,11 @@ Finding clock_finding(const RotationFit& fit, const Platform& platform, std::siz
   const double period_s = model_of(platform, lidar).scan_period_s;
   std::string change =
       fmt::format("let one clock stamp both, or shift one sensor's stamps by {:.3f} s", std::abs(fit.offset_s));
-  const bool at_start = layout_of(platform, lidar).stamp == ScanStamp::start;
-  if (std::abs(fit.offset_s + (at_start ? period_s : -period_s)) < 0.3 * period_s) {
-    change = fmt::format("{}.stamp: {}; else ", lidar_key(lidar), at_start ? "end" : "start") + change;
+  // Where in the scan its stamp would be, for the clocks to agree.
+  const double stamped = share_of_scan(layout_of(platform, lidar).stamp.value_or(ScanStamp::start)) - fit.offset_s / period_s;
+  for (const auto& [stamp, name_of_stamp] : enum_names(ScanStamp::start)) {
+    if (stamp == layout_of(platform, lidar).stamp || std::abs(stamped - share_of_scan(stamp)) > 0.2) continue;
+    change = fmt::format("{}.stamp: {}; else ", lidar_key(lidar), name_of_stamp) + change;
   }
   return {
       Severity::warning, "clock.lidar_imu",
@@ -236,8 +240,8 @@ Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& p
          fit ? fmt::format("the robot turns too little ({:.3f} rad/s rms about the mean) to tell the clocks of "
                            "LiDAR and IMU and the direction of T_imu_lidar",
                            fit->excitation_rad_s)
-             : "too few scans and IMU samples together to compare their turns",
-         "--seconds: a longer span, with a turn in it"});
+             : "too few scans that could be followed, with IMU samples, to compare their turns",
+         fit ? "--seconds: a longer span, with a turn in it" : ""});
   } else {
     findings.push_back(clock_finding(*fit, platform, lidar));
     if (lidar == 0) append(findings, check_scale(*fit, platform));

@@ -20,15 +20,22 @@ namespace {
 /// Positions closer than this are one: files round to millimetres, often to centimetres.
 constexpr double same_m = 5e-4;
 
+/// Measured positions scatter about their nodes: where no grid is seen otherwise, those so close are one.
+constexpr std::array scatters_m{same_m, 5e-3, 2e-2};
+
+/// Nodes stand further apart than what is taken for their scatter.
+constexpr double least_step_over_scatter = 5.0;
+
 /// A grid of more nodes a line than this is none, only numbers of few digits.
 constexpr double most_nodes_a_row = 1000.0;
 
-/// Sorted values that differ.
-std::vector<double> distinct(std::vector<double> values) {
+/// The middle of each heap of values that lie closer together than `scatter`, sorted.
+std::vector<double> heaps_of(std::vector<double> values, double scatter) {
   std::sort(values.begin(), values.end());
   std::vector<double> result;
-  for (const double value : values) {
-    if (result.empty() || value - result.back() > same_m) result.push_back(value);
+  for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
+    for (end = begin + 1; end < values.size() && values[end] - values[end - 1] <= scatter;) ++end;
+    result.push_back(values[begin + (end - begin) / 2]);
   }
   return result;
 }
@@ -112,23 +119,44 @@ class Importer {
     std::vector<double> values;
     values.reserve(table_.rows.size());
     for (const FieldTableRow& row : table_.rows) values.push_back(row.position[axis]);
-    return distinct(std::move(values));
+    return values;
+  }
+
+  Axis find_axis(std::size_t axis) const {
+    const std::vector<double> values = positions(axis);
+    for (const double scatter : scatters_m) {
+      const std::vector<double> places = heaps_of(values, scatter);
+      if (places.size() < 2) break;
+      const auto even = even_axis(places);
+      if (even && (scatter == same_m || even->step > least_step_over_scatter * scatter)) return *even;
+    }
+    const char name = "xy"[axis];
+    if (heaps_of(values, same_m).size() < 2) fail(fmt::format("all positions have one {}; a map needs at least two a side", name));
+    fail_scattered(fmt::format("the positions' {} are not evenly spaced", name));
+  }
+
+  /// Layers that most nodes of are there.
+  std::vector<double> find_heights() const {
+    const std::vector<double> values = positions(2);
+    for (const double scatter : scatters_m) {
+      std::vector<double> heights = heaps_of(values, scatter);
+      if (static_cast<double>(x_.count) * y_.count * static_cast<double>(heights.size()) < 4.0 * static_cast<double>(values.size())) {
+        return heights;
+      }
+    }
+    return heaps_of(values, same_m);
   }
 
   void find_grid() {
     if (table_.has_height && options_.height_m) fail("the table has heights of its own (z); leave out --height");
     if (!table_.has_height && !options_.height_m) fail("the table has no heights (z); say by --height at which the map is, metres");
-    const std::vector<double> xs = positions(0), ys = positions(1);
-    if (xs.size() < 2 || ys.size() < 2) fail(fmt::format("{} x {} different positions; a map needs at least two a side", xs.size(), ys.size()));
-    const auto x_axis = even_axis(xs), y_axis = even_axis(ys);
-    if (!x_axis || !y_axis) fail_scattered(fmt::format("the positions' {} are not evenly spaced", x_axis ? "y" : "x"));
-    x_ = *x_axis;
-    y_ = *y_axis;
+    x_ = find_axis(0);
+    y_ = find_axis(1);
     if (std::abs(x_.step - y_.step) > 0.01 * std::max(x_.step, y_.step)) {
       fail(fmt::format("the nodes lie {:.4g} m apart along x and {:.4g} m along y; expected one distance: resample the grid",
                        x_.step, y_.step));
     }
-    grid_.heights_m = table_.has_height ? positions(2) : std::vector<double>{*options_.height_m};
+    grid_.heights_m = table_.has_height ? find_heights() : std::vector<double>{*options_.height_m};
     const double rows = static_cast<double>(table_.rows.size());
     if (static_cast<double>(x_.count) * y_.count * static_cast<double>(grid_.heights_m.size()) > most_nodes_a_row * rows) {
       fail_scattered(fmt::format("{} lines for {} x {} x {} places", table_.rows.size(), x_.count, y_.count,
@@ -184,8 +212,8 @@ class Importer {
       }
       int layer = 0;
       if (table_.has_height) {
-        const auto above = std::upper_bound(grid_.heights_m.begin(), grid_.heights_m.end(), row.position[2]);
-        layer = static_cast<int>(above - grid_.heights_m.begin()) - 1;
+        const auto nearer = [&](double a, double b) { return std::abs(a - row.position[2]) < std::abs(b - row.position[2]); };
+        layer = static_cast<int>(std::min_element(grid_.heights_m.begin(), grid_.heights_m.end(), nearer) - grid_.heights_m.begin());
       }
       placed_.push_back({layer, y_.place(row.position[1]), x_.place(row.position[0]), &row});
     }

@@ -84,12 +84,16 @@ struct ColumnName {
       }
     }
     if (name == "height") kind = z;
-    if (name == "sigma" || name == "std" || name == "stddev" || name == "uncertainty") kind = sigma;
+    for (const std::string stem : {"sigma", "std", "stddev", "uncertainty"}) {
+      if (name == stem) kind = sigma;
+      for (const char letter : {'x', 'y', 'z'}) sigma_of_an_axis = sigma_of_an_axis || name == stem + letter;
+    }
     return kind != columns;
   }
 
   std::string name;
   Column kind = columns;
+  bool sigma_of_an_axis = false;
   std::optional<FieldUnit> unit;
   std::string length_unit;
 };
@@ -144,8 +148,11 @@ class TableReader {
   bool take_header(const std::vector<std::string_view>& cells) {
     std::array<int, columns> places;
     places.fill(-1);
+    std::size_t with_unit = 0;
+    std::string_view of_an_axis;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const ColumnName name(cells[i]);
+      if (name.sigma_of_an_axis && of_an_axis.empty()) of_an_axis = cells[i];
       if (name.kind == columns) continue;
       int& place = places[name.kind];
       if (place >= 0) fail(fmt::format("two columns are called like '{}'", cells[i]));
@@ -154,8 +161,11 @@ class TableReader {
         fail(fmt::format("the column '{}' is in {}; expected metres", cells[i], name.length_unit));
       }
       if (name.kind >= field_x && name.unit) {
-        if (table_.unit && table_.unit != name.unit) fail("the field's columns have different units");
+        if (table_.unit && table_.unit != name.unit) {
+          fail(fmt::format("the columns '{}' and '{}' have different units; write the field and its sigma in one", cells[with_unit], cells[i]));
+        }
         table_.unit = name.unit;
+        with_unit = i;
       }
     }
     for (const Column needed : {x, y, field_x, field_y, field_z}) {
@@ -163,6 +173,10 @@ class TableReader {
         table_.unit.reset();
         return false;
       }
+    }
+    if (places[sigma] < 0 && !of_an_axis.empty()) {
+      fail(fmt::format("the column '{}' is the sigma of one axis; expected one column 'sigma' for all three: name the largest so",
+                       of_an_axis));
     }
     places_ = places;
     table_.has_height = places[z] >= 0;

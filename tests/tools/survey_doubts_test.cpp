@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace lodestone {
 namespace {
 
@@ -43,6 +45,18 @@ TEST(SurveyDoubts, NameFiguresAndCauses) {
   }
   EXPECT_THAT(survey_doubts(fit_with(4.0, 0.5), kReading_ut, std::nullopt), HasSubstr("4.00 uT a cell"));
   EXPECT_THAT(survey_doubts(fit_with(0.2, 0.2), kReading_ut, missed_by(8.0)), HasSubstr("8.0 of its sigmas"));
+}
+
+TEST(SurveyDoubts, NameLayersThatNoReadingReaches) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const FieldGrid grid{0.5, {0.0, 0.0}, 5, 5, {0.1, 2.0}};
+  std::vector<Eigen::Vector4f> nodes(50, Eigen::Vector4f(20.0F, 0.0F, -40.0F, 0.5F));
+  std::vector<FieldObservation> readings(10);
+  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].position = {0.5 + 0.1 * static_cast<double>(i), 1.0, 0.1};
+  EXPECT_EQ(unreached_heights(readings, MagneticMap(grid, nodes, 2.0)), "");
+  std::fill(nodes.begin() + 25, nodes.end(), Eigen::Vector4f::Constant(nan));
+  EXPECT_THAT(unreached_heights(readings, MagneticMap(grid, nodes, 2.0)),
+              ::testing::AllOf(HasSubstr("no field at the height 2 m"), HasSubstr("at 0.100 to 0.100 m: change heights_m")));
 }
 
 }  // namespace

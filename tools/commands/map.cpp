@@ -181,8 +181,9 @@ void map_magnetic(const MapMagneticCall& call) {
   throw_if_interrupted();
 
   if (result.nodes == 0) {
+    const std::string unreached = unreached_heights(survey.observations, result.map);
     throw InputError(fmt::format("{}: no node of a map of it has a sigma within {:.3f} uT, so that nothing is written: {}", call.survey,
-                                 result.map.max_sigma_ut(), kSurveyCauses));
+                                 result.map.max_sigma_ut(), unreached.empty() ? kSurveyCauses : unreached));
   }
 
   std::string held_out;
@@ -200,6 +201,8 @@ void map_magnetic(const MapMagneticCall& call) {
       fmt::print("held out, {}; {:.1f} s\n", held_out, clock.lap());
     }
   }
+  const std::string unreached = unreached_heights(survey.observations, result.map);
+  if (!unreached.empty()) fmt::print("warning: map.height (1 times): {}\n", unreached);
   const std::string doubts = survey_doubts(result.fit, reading_noise(platform), held_out_score);
   if (!doubts.empty()) fmt::print("warning: map.survey_noise (1 times): {}\n", doubts);
   write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out, doubts), call.out, options.tile_nodes());

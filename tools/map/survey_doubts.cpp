@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lodestone {
@@ -34,6 +35,26 @@ std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut, co
                        rms(held_out->normalized_rms), kSurveyCauses);
   }
   return {};
+}
+
+std::string unreached_heights(const std::vector<FieldObservation>& readings, const MagneticMap& map) {
+  constexpr std::size_t kLooks = 2000;
+  if (readings.empty()) return {};
+  const auto lower = [](const FieldObservation& a, const FieldObservation& b) { return a.position.z() < b.position.z(); };
+  const auto [low, high] = std::minmax_element(readings.begin(), readings.end(), lower);
+  std::string heights;
+  for (const double height : map.grid().heights_m) {
+    if (height >= low->position.z() && height <= high->position.z()) continue;
+    bool reached = false;
+    for (std::size_t i = 0; i < readings.size() && !reached; i += 1 + readings.size() / kLooks) {
+      const Vector3& at = readings[i].position;
+      reached = map.query({at.x(), at.y(), height}, FieldInterpolation::bilinear).has_value();
+    }
+    if (!reached) heights += fmt::format("{}{:g}", heights.empty() ? "" : ", ", height);
+  }
+  if (heights.empty()) return {};
+  return fmt::format("no field at the height {} m, for the survey's readings lie at {:.3f} to {:.3f} m: change heights_m, or survey there",
+                     heights, low->position.z(), high->position.z());
 }
 
 }  // namespace lodestone

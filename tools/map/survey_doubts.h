@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/mapping/magnetic_map_builder.h"
 
@@ -14,6 +15,10 @@ namespace lodestone {
 /// - one above a reading's, and three times what the likelihood says without a second pass;
 /// - held-out cells missed by more than three of their sigmas (rms).
 std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut, const std::optional<HeldOutScore>& held_out);
+
+/// The layers of `map` above or below all readings, in which no place of a reading has field: in one line, with the heights that the
+/// readings have; empty where there are none such.
+std::string unreached_heights(const std::vector<FieldObservation>& readings, const MagneticMap& map);
 
 /// What mostly makes a survey contradict itself.
 extern const char* const kSurveyCauses;

@@ -146,6 +146,35 @@ TEST_F(FieldImport, RoundedPositionsAndLayers) {
   expect_field(import(table(style)), style);
 }
 
+TEST_F(FieldImport, PositionsThatWereMeasuredScatterAboutTheirNodes) {
+  Style style;
+  style.step_m = 0.2;
+  style.heights_m = {0.1, 0.6};
+  std::mt19937 random(5);
+  for (const double scatter_m : {0.001, 0.004}) {
+    std::uniform_real_distribution<double> off(-scatter_m, scatter_m);
+    std::string text;
+    for (const double height : style.heights_m) {
+      for (int i = 0; i < 35; ++i) {
+        const double x = 3.0 + 0.2 * (i % 7), y = -2.0 + 0.2 * (i / 7);
+        const Vector3 field = field_at(x, y, height);
+        text += fmt::format("{:.6f},{:.6f},{:.6f},{:.9g},{:.9g},{:.9g}\n", x + off(random), y + off(random), height + off(random),
+                            field.x(), field.y(), field.z());
+      }
+    }
+    const ImportedField imported = import(text);
+    EXPECT_EQ(imported.nodes, 70);
+    EXPECT_EQ(imported.in_cells, 70);
+    const FieldGrid& grid = imported.map.grid();
+    EXPECT_NEAR(grid.resolution_m, 0.2, 0.002);
+    ASSERT_EQ(grid.heights_m.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(grid.heights_m[i], style.heights_m[i], scatter_m);
+    const auto middle = imported.map.query({3.6, -1.6, grid.heights_m[0]}, FieldInterpolation::bilinear);
+    ASSERT_TRUE(middle);
+    EXPECT_LT((middle->field_ut - field_at(3.6, -1.6, 0.1)).norm(), 0.5);
+  }
+}
+
 TEST_F(FieldImport, MissingNodesAreWithoutField) {
   Style style;
   style.has = [](int row, int column) { return row != 2 || column != 3; };
@@ -173,6 +202,8 @@ TEST_F(FieldImport, SaysWhatIsWrong) {
   Style style;
   EXPECT_THAT(error("#ROSBAG V2.0\n"), HasSubstr("expected a table of x, y, z, Bx, By, Bz in text; this looks like a log"));
   EXPECT_THAT(error("a,b,c\n1,2,3\n"), HasSubstr("field.csv:1: found the columns a, b, c; expected x, y, z, Bx, By, Bz"));
+  EXPECT_THAT(error("x,y,z,Bx_nT,By_nT,Bz_nT,sigma_uT\n1,2,3,4,5,6,7\n"), HasSubstr("the columns 'Bz_nT' and 'sigma_uT' have different units"));
+  EXPECT_THAT(error("x,y,z,Bx,By,Bz,sigma_x,sigma_y,sigma_z\n1,2,3,4,5,6,7,8,9\n"), HasSubstr("'sigma_x' is the sigma of one axis"));
   EXPECT_THAT(error("1,2,3\n"), HasSubstr("3 columns without names"));
   EXPECT_THAT(error("# nothing\n"), HasSubstr("has no line of numbers"));
   EXPECT_THAT(error(table(style) + "3,4,five,1,2,3\n"), HasSubstr("field.csv:37: 'five' is no number, in the column 3"));
@@ -193,7 +224,7 @@ TEST_F(FieldImport, SaysWhatIsWrong) {
   EXPECT_THAT(error(table(style)), HasSubstr("say by --unit"));
   EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n0,2,0,20,0,-40\n1,2,0,20,0,-40\n"),
               HasSubstr("1 m apart along x and 2 m along y"));
-  EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n"), HasSubstr("2 x 1 different positions"));
+  EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n"), HasSubstr("all positions have one y"));
   EXPECT_THAT(message_of<InputError>([&] { import_field_table(folder_ / "absent.csv", {}); }), HasSubstr("no such file"));
 }
 

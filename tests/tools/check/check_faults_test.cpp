@@ -113,8 +113,11 @@ TEST(CheckFaults, WrongLinesOfThePlatformFile) {
               UnorderedElementsAre("magnetometer.unit"));
   EXPECT_THAT(at_begin([](Platform& platform) { platform.imu.acceleration_unit = AccelerationUnit::standard_gravity; }),
               UnorderedElementsAre("imu.acceleration_unit"));
-  EXPECT_THAT(alarms(site().call_with([](Platform& platform) { platform.lidar.stamp = ScanStamp::end; })),
-              UnorderedElementsAre("clock.lidar_imu"));
+  for (const ScanStamp stamp : {ScanStamp::middle, ScanStamp::end}) {
+    const CheckCall call = site().call_with([stamp](Platform& platform) { platform.lidar.stamp = stamp; });
+    EXPECT_THAT(alarms(call), UnorderedElementsAre("clock.lidar_imu"));
+    EXPECT_THAT(find(check_log(call), "clock.lidar_imu")->change, HasSubstr("lidar.stamp: start"));
+  }
   const auto two_lines = [](Platform& platform) {
     platform.suite.imu.rate_hz = 100.0;
     platform.suite.magnetometers[5].T_imu_mag.rotation.setIdentity();  // it looks backwards
