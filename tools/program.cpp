@@ -1,5 +1,7 @@
 #include "tools/program.h"
 
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
@@ -105,10 +107,19 @@ void check_outputs(const std::vector<std::string>& words) {
   }
 }
 
+/// A log of a night in a thousand parts takes a descriptor or two a part, and most shells begin with 1024.
+void take_all_descriptors() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 }  // namespace
 
 int run_program(int argument_count, char** arguments) {
   std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is a full disk, and told as one
+  take_all_descriptors();
   CLI::App app{
       "Lodestone reprocesses logs of a robot with LiDAR, IMU and magnetometers against prior maps.\n"
       "Start with:  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel"};

@@ -74,6 +74,22 @@ TEST_F(ConvertCommand, TwoPartsOfALogAreTheWhole) {
   expect_refused("convert " + path("log.bag") + " --from 2 --to 1 --out " + path("a.mcap"), "--to: expected seconds, more than --from");
 }
 
+TEST_F(ConvertCommand, ManyPartsAreReadWhereTheShellAllowsFewFiles) {
+  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 2 "
+              "--set sensors.lidar.rows=8 --set sensors.lidar.columns=64 --out " + path(""));
+  std::filesystem::create_directory(path("parts"));
+  for (int i = 0; i < 20; ++i) {
+    expect_done("convert " + path("log.bag") + " --from " + std::to_string(0.1 * i) + " --to " + std::to_string(0.1 * (i + 1)) + " --out " +
+                path("parts/" + std::to_string(i) + ".bag"));
+  }
+  const std::string call = "bash -c 'ulimit -S -n 16; exec " LODESTONE_PROGRAM " convert " + path("parts") + " --out " + path("whole.bag") + " >/dev/null'";
+  EXPECT_EQ(std::system(call.c_str()), 0);
+  const std::string hard = "bash -c 'ulimit -n 16; exec " LODESTONE_PROGRAM " convert " + path("parts") + " --out " + path("a.bag") + " 2>" + path("err") + "'";
+  EXPECT_NE(std::system(hard.c_str()), 0);
+  EXPECT_THAT(content_of(path("err")), ::testing::HasSubstr("raise the limit (ulimit -n)"));
+  EXPECT_GT(std::filesystem::file_size(path("whole.bag")), 100'000U);
+}
+
 TEST_F(ConvertCommand, AFullDiskIsOneLineAndLeavesNothing) {
   expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 2 "
               "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " + path(""));

@@ -17,7 +17,11 @@ FileBytes::FileBytes(std::string path) : path_(std::move(path)) {
   if (::stat(path_.c_str(), &status) != 0) throw InputError(path_ + ": there is no such file");
   if (!S_ISREG(status.st_mode)) throw InputError(path_ + ": expected a log, found no regular file");
   descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0) throw InputError(path_ + ": cannot be opened for reading; check its permissions");
+  if (descriptor_ < 0) {
+    const bool too_many = errno == EMFILE || errno == ENFILE;
+    throw InputError(path_ + ": cannot be opened for reading; " +
+                     (too_many ? "too many files are open: raise the limit (ulimit -n)" : "check its permissions"));
+  }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
 
