@@ -12,16 +12,23 @@
 
 namespace lodestone {
 
+namespace {
+
+/// As errno says.
+[[noreturn]] void fail_to_open(const std::string& path) {
+  const bool too_many = errno == EMFILE || errno == ENFILE;
+  throw InputError(path + ": cannot be opened for reading; " +
+                   (too_many ? "too many files are open: raise the limit (ulimit -n)" : "check its permissions"));
+}
+
+}  // namespace
+
 FileBytes::FileBytes(std::string path) : path_(std::move(path)) {
   struct stat status {};
   if (::stat(path_.c_str(), &status) != 0) throw InputError(path_ + ": there is no such file");
   if (!S_ISREG(status.st_mode)) throw InputError(path_ + ": expected a log, found no regular file");
   descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0) {
-    const bool too_many = errno == EMFILE || errno == ENFILE;
-    throw InputError(path_ + ": cannot be opened for reading; " +
-                     (too_many ? "too many files are open: raise the limit (ulimit -n)" : "check its permissions"));
-  }
+  if (descriptor_ < 0) fail_to_open(path_);
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
 
@@ -46,6 +53,19 @@ void FileBytes::read(std::uint64_t offset, std::span<std::uint8_t> bytes) const 
     }
     done += static_cast<std::size_t>(count);
   }
+}
+
+void require_descriptors(const std::string& path, std::size_t count) {
+  std::vector<int> held;
+  while (held.size() < count) {
+    const int descriptor = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) break;
+    held.push_back(descriptor);
+  }
+  const int why = errno;
+  for (const int descriptor : held) ::close(descriptor);
+  errno = why;
+  if (held.size() < count) fail_to_open(path);
 }
 
 }  // namespace lodestone

@@ -107,6 +107,8 @@ class UnpackedSource : public MessageSource {
 };
 
 Source open_bag(const std::string& path, WarningLog& warnings) {
+  constexpr std::size_t of_rosbag = 8;  // it reads lists of plugins at each opening
+  require_descriptors(path, of_rosbag);
   try {
     return std::make_unique<CheckedBag>(path, warnings);
   } catch (const BagCutOff&) {
