@@ -15,7 +15,7 @@ namespace lodestone {
 namespace {
 
 /// As errno says.
-[[noreturn]] void fail_to_open(const std::string& path) {
+[[noreturn]] void refuse_to_open(const std::string& path) {
   const bool too_many = errno == EMFILE || errno == ENFILE;
   throw InputError(path + ": cannot be opened for reading; " +
                    (too_many ? "too many files are open: raise the limit (ulimit -n)" : "check its permissions"));
@@ -28,7 +28,7 @@ FileBytes::FileBytes(std::string path) : path_(std::move(path)) {
   if (::stat(path_.c_str(), &status) != 0) throw InputError(path_ + ": there is no such file");
   if (!S_ISREG(status.st_mode)) throw InputError(path_ + ": expected a log, found no regular file");
   descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0) fail_to_open(path_);
+  if (descriptor_ < 0) refuse_to_open(path_);
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
 
@@ -65,7 +65,7 @@ void require_descriptors(const std::string& path, std::size_t count) {
   const int why = errno;
   for (const int descriptor : held) ::close(descriptor);
   errno = why;
-  if (held.size() < count) fail_to_open(path);
+  if (held.size() < count) refuse_to_open(path);
 }
 
 }  // namespace lodestone
