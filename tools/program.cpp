@@ -16,6 +16,7 @@
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/nearest_name.h"
 #include "tools/commands.h"
+#include "tools/sinks/path_below.h"
 
 namespace lodestone {
 
@@ -73,8 +74,7 @@ bool is_part_of(const std::string& file, const std::string& given) {
   namespace fs = std::filesystem;
   std::error_code ignored;
   if (!fs::is_directory(given, ignored)) return false;
-  const fs::path below = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(given));
-  if (below.empty() || *below.begin() == "..") return false;
+  if (path_below(file, given).empty()) return false;
   const SeemingKind kind = seeming_kind_of_file(file);
   return kind == SeemingKind::log || kind == SeemingKind::point_cloud || fs::path(file).extension() == ".csv";
 }

@@ -109,9 +109,14 @@ class ImuCheck {
         rest.begin);
   }
 
-  bool noise_is_of_degrees(const RestSpan& rest) const {
+  /// Over what the platform says.
+  double gyroscope_noise(const RestSpan& rest) const {
     const ImuNoise& model = platform_.suite.imu;
-    const double ratio = rest.gyroscope_noise / (model.gyroscope_noise_density * std::sqrt(model.rate_hz));
+    return rest.gyroscope_noise / (model.gyroscope_noise_density * std::sqrt(model.rate_hz));
+  }
+
+  bool noise_is_of_degrees(const RestSpan& rest) const {
+    const double ratio = gyroscope_noise(rest);
     return ratio > 0.5 * degrees_per_radian && ratio < 2.0 * degrees_per_radian;
   }
 
@@ -120,7 +125,8 @@ class ImuCheck {
     const double rate = rest.angular_velocity.norm();
     if (!rest.at_rest || rate < degrees_bias_rad_s || !noise_is_of_degrees(rest)) return false;
     add(Severity::error, "gyroscope_unit",
-        fmt::format("at rest the gyroscope reads {:.3f} rad/s, with 57 times the noise that the platform says: degrees per second", rate),
+        fmt::format("at rest the gyroscope reads {:.3f} rad/s, with {:.0f} times the noise that the platform says: degrees per second", rate,
+                    gyroscope_noise(rest)),
         "an Imu message holds rad/s: convert before recording", rest.begin);
     return true;
   }
@@ -138,7 +144,7 @@ class ImuCheck {
   void noise(const RestSpan& rest) {
     const ImuNoise& model = platform_.suite.imu;
     const double root_rate = std::sqrt(model.rate_hz);
-    const double gyroscope = rest.gyroscope_noise / (model.gyroscope_noise_density * root_rate);
+    const double gyroscope = gyroscope_noise(rest);
     const double accelerometer = rest.accelerometer_noise / (model.accelerometer_noise_density * root_rate);
     if (gyroscope > noise_factor) {
       add(Severity::warning, "gyroscope_noise",

@@ -8,18 +8,13 @@
 
 #include "core/error.h"
 #include "estimators/factory.h"
+#include "tools/sinks/path_below.h"
 
 namespace lodestone {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// `path` as seen from `folder`; empty where it is not below it. Both may not be there yet.
-fs::path below(const std::string& path, const std::string& folder) {
-  const fs::path relative = fs::weakly_canonical(path).lexically_relative(fs::weakly_canonical(folder));
-  return relative.empty() || *relative.begin() == ".." ? fs::path() : relative;
-}
 
 bool is_written_by_a_run(const fs::path& in_out) {
   const fs::path first = *in_out.begin();
@@ -35,13 +30,13 @@ bool is_written_by_a_run(const fs::path& in_out) {
 }  // namespace
 
 void check_results_apart(const RunCall& call) {
-  if (fs::is_directory(call.log) && !below(call.out, call.log).empty()) {
+  if (fs::is_directory(call.log) && !path_below(call.out, call.log).empty()) {
     throw InputError(fmt::format("--out {}: is in the folder of the log {}, so that the results would be read as parts of it; choose "
                                  "another folder", call.out, call.log));
   }
   for (const std::string& input : {call.log, call.platform, call.cloud, call.magnetic, call.truth, call.initial_pose_from}) {
     if (input.empty()) continue;
-    const fs::path in_out = below(input, call.out);
+    const fs::path in_out = path_below(input, call.out);
     if (in_out.empty() || in_out == "." || !is_written_by_a_run(in_out)) continue;
     throw InputError(fmt::format("{}: is among the results that --out {} would replace; choose another folder for them", input, call.out));
   }
