@@ -43,8 +43,8 @@ void check_motion(const LogSample& sample, const Platform& platform, const std::
     }
     const Findings turns = check_rotation(rotation, platform, i);
     append(findings, turns);
-    // Stamps that differ make accelerations that differ, too.
-    if (has(turns, "clock.lidar_imu", Severity::warning) || has_error(findings)) continue;
+    // Stamps that differ make accelerations that differ, too; and turns tell more of the heading where they tell of it.
+    if (has(turns, "clock.lidar_imu", Severity::warning) || has_error(findings) || (rotation && rotation->tells_turn())) continue;
     const Findings heading = check_heading(poses, sample, platform, i);
     // Turns about axes that are taken for others look like a bias.
     if (!heading.empty()) std::erase_if(findings, [](const Finding& one) { return one.kind == "imu.gyroscope_step"; });

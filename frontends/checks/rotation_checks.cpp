@@ -2,144 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "core/angles.h"
-#include "core/evaluation/statistics.h"
-#include "frontends/checks/step_search.h"
-#include "frontends/checks/turn_integral.h"
 #include "frontends/readers/platform_lidars.h"
 
 namespace lodestone {
 namespace {
 
-constexpr double largest_offset_s = 5.0;
-constexpr double coarse_step_s = 0.02;
-constexpr double fine_step_s = 0.002;
-constexpr double least_overlap = 0.6;  // of the intervals: a few that happen to agree are no evidence
-constexpr std::size_t fewest_turns = 20;
 constexpr double telling_offset_s = 0.015;
 constexpr double better_by = 1.5;  // times less unexplained variance at the offset than without
 constexpr double scale_tolerance = 0.05;
 constexpr double axis_tolerance_rad = 0.07;  // 4°: what a drifting odometry may be wrong by
+constexpr double least_turn_rad = 0.17;   // 10°: noise that is the same scan after scan counts for more than its sigma says
+constexpr double turn_sigmas = 8.0;
 constexpr double rotation_step_sigmas = 8.0;
 constexpr double telling_step_rad_s = 0.01;
-constexpr std::size_t least_rotation_side = 5;
-
-struct Turn {
-  Time begin;
-  Time end;
-  Vector3 rate;  // rad/s, lidar frame
-};
-
-struct Pair {
-  Vector3 gyroscope;
-  Vector3 lidar;
-  Time time;
-};
-
-std::vector<Pair> pairs_at(const std::vector<Turn>& turns, const TurnIntegral& gyroscope, double offset_s) {
-  const Time shift = from_seconds(offset_s);
-  std::vector<Pair> pairs;
-  for (const Turn& turn : turns) {
-    const auto turned = gyroscope.over(turn.begin + shift, turn.end + shift);
-    if (turned) pairs.push_back({*turned / to_seconds(turn.end - turn.begin), turn.rate, turn.end});
-  }
-  return pairs;
-}
-
-struct Moments {
-  Matrix3 cross = Matrix3::Zero();  // Σ (gyroscope − mean)(lidar − mean)ᵀ
-  Matrix3 lidar = Matrix3::Zero();
-  double gyroscope = 0.0;
-};
-
-Moments moments_of(const std::vector<Pair>& pairs) {
-  Vector3 gyroscope = Vector3::Zero();
-  Vector3 lidar = Vector3::Zero();
-  for (const Pair& pair : pairs) {
-    gyroscope += pair.gyroscope / static_cast<double>(pairs.size());
-    lidar += pair.lidar / static_cast<double>(pairs.size());
-  }
-  Moments result;
-  for (const Pair& pair : pairs) {
-    result.cross += (pair.gyroscope - gyroscope) * (pair.lidar - lidar).transpose();
-    result.lidar += (pair.lidar - lidar) * (pair.lidar - lidar).transpose();
-    result.gyroscope += (pair.gyroscope - gyroscope).squaredNorm();
-  }
-  return result;
-}
-
-/// After the best rotation between the frames (Kabsch): the sum of the cross moments' singular values.
-double correlation_at(const std::vector<Turn>& turns, const TurnIntegral& gyroscope, double offset_s) {
-  const std::vector<Pair> pairs = pairs_at(turns, gyroscope, offset_s);
-  if (static_cast<double>(pairs.size()) < least_overlap * static_cast<double>(turns.size())) return 0.0;
-  const Moments moments = moments_of(pairs);
-  const double size = std::sqrt(moments.gyroscope * moments.lidar.trace());
-  if (!(size > 0.0)) return 0.0;
-  const Eigen::JacobiSVD<Matrix3> svd(moments.cross);
-  const double sign = moments.cross.determinant() < 0.0 ? -1.0 : 1.0;
-  const Vector3& values = svd.singularValues();
-  return (values[0] + values[1] + sign * values[2]) / size;
-}
-
-double best_offset(const std::vector<Turn>& turns, const TurnIntegral& gyroscope) {
-  double best_s = 0.0;
-  double best = correlation_at(turns, gyroscope, 0.0);
-  const auto look = [&](double from_s, double until_s, double step_s) {
-    for (double offset_s = from_s; offset_s <= until_s + 1e-9; offset_s += step_s) {
-      const double found = correlation_at(turns, gyroscope, offset_s);
-      if (found > best) {
-        best = found;
-        best_s = offset_s;
-      }
-    }
-  };
-  look(-largest_offset_s, largest_offset_s, coarse_step_s);
-  look(best_s - coarse_step_s, best_s + coarse_step_s, fine_step_s);
-  return best_s;
-}
-
-double angle_between(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-/// The one axis that a robot on a floor turns about, as both see it.
-/// Returns `R_imu_lidar` turned by as little as brings the two together.
-Quaternion compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, RotationFit& fit) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments.lidar);
-  const Vector3 axis = solver.eigenvectors().col(2);
-  const Vector3 seen = moments.cross * axis;
-  fit.scale = seen.norm() / solver.eigenvalues()[2];
-  fit.axis_error_rad = angle_between(R_imu_lidar * axis, seen);
-  fit.axis_error_inverse_rad = angle_between(R_imu_lidar.conjugate() * axis, seen);
-  return Quaternion::FromTwoVectors(R_imu_lidar * axis, seen) * R_imu_lidar;
-}
-
-void find_step(const std::vector<Pair>& pairs, const Quaternion& R_imu_lidar, double scale, RotationFit& fit) {
-  std::vector<Vector3> differences;
-  for (const Pair& pair : pairs) differences.push_back(pair.gyroscope / scale - R_imu_lidar * pair.lidar);
-  const LargestStep step = largest_step(differences, least_rotation_side);
-  if (step.index == 0) return;
-  // A few turns that the odometry got wrong move a mean; a bias moves the median as much.
-  const auto middle = [&](std::size_t begin, std::size_t end) {
-    Vector3 result;
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<double> values;
-      for (std::size_t i = begin; i < end; ++i) values.push_back(differences[i][axis]);
-      result[axis] = summarize(values).median;
-    }
-    return result;
-  };
-  const Vector3 middles = middle(step.index, differences.size()) - middle(0, step.index);
-  if (middles.dot(step.step) < 0.5 * step.step.squaredNorm()) return;
-  fit.bias_step_rad_s = step.step.norm();
-  fit.bias_step_sigma_rad_s = step.sigma;
-  fit.bias_step_time = pairs[step.index].time;
-}
 
 double share_of_scan(ScanStamp stamp) { return stamp == ScanStamp::start ? 0.0 : stamp == ScanStamp::middle ? 0.5 : 1.0; }
 
@@ -182,15 +61,35 @@ Findings check_scale(const RotationFit& fit, const Platform& platform) {
            "an Imu message holds rad/s: convert or calibrate before recording"}};
 }
 
+/// The rotation that both show, for the platform file.
+std::string rotation_line(const RotationFit& fit) {
+  const Quaternion q = fit.R_imu_lidar.w() < 0.0 ? Quaternion(-fit.R_imu_lidar.coeffs()) : fit.R_imu_lidar;
+  return fmt::format("quaternion_xyzw: [{:.3f}, {:.3f}, {:.3f}, {:.3f}] to some degrees", q.x(), q.y(), q.z(), q.w());
+}
+
 Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_t lidar) {
-  if (fit.axis_error_rad <= axis_tolerance_rad) return {};
-  const bool inverse = fit.axis_error_inverse_rad < axis_tolerance_rad;
-  return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
-           fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and {}; with "
-                       "the inverse of T_imu_lidar by {:.1f} deg",
-                       fit.axis_error_rad * degrees_per_radian, lidar == 0 ? "LiDAR" : lidar_key(lidar),
-                       fit.axis_error_inverse_rad * degrees_per_radian),
-           fmt::format("{} {}.T_imu_lidar in {}", inverse ? "invert" : "correct", lidar_key(lidar), platform.file_name())}};
+  const std::string name = lidar == 0 ? "LiDAR" : lidar_key(lidar);
+  const double turn_tolerance_rad = std::max(least_turn_rad, turn_sigmas * fit.turn_sigma_rad);
+  const bool turned = fit.tells_turn() && std::abs(fit.turn_about_axis_rad) > std::max(turn_tolerance_rad, fit.axis_error_rad);
+  const bool inverse_fits_turn = !fit.tells_turn() || std::abs(fit.turn_about_axis_inverse_rad) <= turn_tolerance_rad;
+  const bool inverse = fit.axis_error_inverse_rad < axis_tolerance_rad && inverse_fits_turn;
+  std::string change = fmt::format("{} {}.T_imu_lidar in {}", inverse ? "invert" : turned ? "turn" : "correct", lidar_key(lidar),
+                                   platform.file_name());
+  if (!inverse && fit.tells_turn()) change += ": " + rotation_line(fit);
+  if (fit.axis_error_rad > axis_tolerance_rad && !turned) {
+    return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
+             fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and {}; with "
+                         "the inverse of T_imu_lidar by {:.1f} deg",
+                         fit.axis_error_rad * degrees_per_radian, name, fit.axis_error_inverse_rad * degrees_per_radian),
+             change}};
+  }
+  if (!turned) return {};
+  return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.heading",
+           fmt::format("about the axis about which the robot turns {} is {:.0f} deg from where T_imu_lidar has it, by the little turns "
+                       "across (sigma {:.1f} deg); {:.0f} deg from its inverse",
+                       lidar == 0 ? "the LiDAR" : name, fit.turn_about_axis_rad * degrees_per_radian,
+                       fit.turn_sigma_rad * degrees_per_radian, fit.turn_about_axis_inverse_rad * degrees_per_radian),
+           change}};
 }
 
 Findings check_step(const RotationFit& fit, const Platform& platform) {
@@ -203,34 +102,6 @@ Findings check_step(const RotationFit& fit, const Platform& platform) {
 }
 
 }  // namespace
-
-std::optional<RotationFit> fit_rotation(const Trajectory& lidar_poses, const std::vector<ImuSample>& imu,
-                                        const Quaternion& R_imu_lidar) {
-  std::vector<Turn> turns;
-  for (std::size_t i = 1; i < lidar_poses.size(); ++i) {
-    const StampedPose& before = lidar_poses[i - 1];
-    const StampedPose& after = lidar_poses[i];
-    const double step_s = to_seconds(after.time - before.time);
-    if (step_s > 0.5) continue;
-    // Exp(φ) is the turn of the moving frame; φ is the same in the frames before and after it.
-    turns.push_back(
-        {before.time, after.time, so3::log(before.pose.rotation.conjugate() * after.pose.rotation) / step_s});
-  }
-  const TurnIntegral gyroscope(imu);
-  if (turns.size() < fewest_turns || pairs_at(turns, gyroscope, 0.0).size() < fewest_turns) return std::nullopt;
-  RotationFit fit;
-  fit.correlation_unshifted = correlation_at(turns, gyroscope, 0.0);
-  fit.offset_s = best_offset(turns, gyroscope);
-  fit.correlation = correlation_at(turns, gyroscope, fit.offset_s);
-  const std::vector<Pair> pairs = pairs_at(turns, gyroscope, fit.offset_s);
-  const Moments moments = moments_of(pairs);
-  fit.excitation_rad_s = std::sqrt(moments.lidar.trace() / static_cast<double>(pairs.size()));
-  const Quaternion aligned = compare_axes(moments, R_imu_lidar, fit);
-  // Turns about an axis that is a little off look like a bias while they last.
-  find_step(fit.tells() ? pairs : pairs_at(turns, gyroscope, 0.0), fit.tells() ? aligned : R_imu_lidar,
-            fit.tells() ? fit.scale : 1.0, fit);
-  return fit;
-}
 
 Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar) {
   Findings findings;

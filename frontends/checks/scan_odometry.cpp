@@ -1,12 +1,16 @@
 #include "frontends/checks/scan_odometry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
 #include <memory>
+#include <numeric>
 
+#include "core/angles.h"
 #include "core/maps/plane_map.h"
+#include "frontends/checks/scan_tracking.h"
 #include "frontends/localization/scan_registration.h"
 
 namespace lodestone {
@@ -20,17 +24,35 @@ constexpr int rounds = 2;               // of deskewing and registering
 // What no robot does from one scan to the next: the way is lost from there on.
 constexpr double largest_turn_step_rad_s = 2.0;
 constexpr double largest_velocity_step_m_s = 3.0;
-constexpr double least_share = 0.25;
+// A sparse scan by itself makes few planes: far points lie in voxels that hold a row of them at most.
+constexpr double least_share = 0.03;
+constexpr int fewest_on_planes = 60;
+// The share on planes, over that where the scan was predicted and over the last scan's: above 0.85 on the shipped worlds.
+constexpr double least_of_before = 0.6;
+// What is not known of a motion that is only beginning, and the changes that robots bring about from one scan to the next.
+constexpr PredictionTrust first_trust{4.0 * degree, 0.3};
+constexpr double trusted_turn_change_rad_s2 = 5.0;
+constexpr double trusted_velocity_change_m_s2 = 10.0;
+constexpr std::size_t beginning = 3;
 
-PlaneMapOptions local_planes() {
+/// The rows of a scan must fall into one voxel: the finest in which so many of a first scan's points make planes.
+constexpr std::array<double, 3> voxel_edges_m{0.6, 1.2, 2.4};
+constexpr double enough_on_planes = 0.04;
+
+PlaneMapOptions local_planes(double voxel_m) {
   PlaneMapOptions options;
-  options.voxel_m = 0.6;  // the rows of a scan must fall into one voxel
-  options.margin_m = 0.1;
+  options.voxel_m = voxel_m;
+  options.margin_m = std::min(voxel_m / 6.0, 0.2);
   options.fit.min_points = 8;
   options.fit.max_thickness_m = 0.05;
-  options.fit.min_spread_m = 0.06;
+  options.fit.min_spread_m = 0.1 * voxel_m;
   options.max_thickness_over_median = 0.0;
   return options;
+}
+
+double share_on_planes(const PlaneMap& map, std::size_t points) {
+  const auto count = [](double sum, const Plane& plane) { return sum + plane.count; };
+  return std::accumulate(map.planes().begin(), map.planes().end(), 0.0, count) / static_cast<double>(points);
 }
 
 /// A motion at constant velocity in the moving frame.
@@ -46,7 +68,17 @@ Twist twist_between(const Pose& before, const Pose& after, double seconds) {
   return {so3::log(step.rotation) / seconds, step.position / seconds};
 }
 
-std::vector<Eigen::Vector3f> deskew_at(const LidarScan& scan, const Twist& twist) {
+PredictionTrust trust_after(std::size_t scans, double step_s) {
+  if (scans < beginning) return first_trust;
+  return {std::clamp(trusted_turn_change_rad_s2 * step_s * step_s, 1.0 * degree, first_trust.sigma_rad),
+          std::clamp(trusted_velocity_change_m_s2 * step_s * step_s, 0.02, first_trust.sigma_m)};
+}
+
+/// A scan says where its points were on average: there an error of the twist that undistorts it cancels. At its end the turn of
+/// its first half would stand for the whole, some 25 ms late at 10 Hz.
+Time middle_of(const LidarScan& scan) { return scan.start + (scan.end - scan.start) / 2; }
+
+std::vector<Eigen::Vector3f> deskew_to_middle(const LidarScan& scan, const Twist& twist) {
   std::vector<Eigen::Vector3f> points;
   points.reserve(scan.points.size());
   std::int32_t offset_ns = std::numeric_limits<std::int32_t>::min();
@@ -55,9 +87,9 @@ std::vector<Eigen::Vector3f> deskew_at(const LidarScan& scan, const Twist& twist
   for (const LidarPoint& point : scan.points) {
     if (point.offset_ns != offset_ns) {
       offset_ns = point.offset_ns;
-      const Pose T_end_then = twist.over(to_seconds(scan.start + offset_ns - scan.end));
-      rotation = T_end_then.rotation.toRotationMatrix().cast<float>();
-      position = T_end_then.position.cast<float>();
+      const Pose T_middle_then = twist.over(to_seconds(scan.start + offset_ns - middle_of(scan)));
+      rotation = T_middle_then.rotation.toRotationMatrix().cast<float>();
+      position = T_middle_then.position.cast<float>();
     }
     points.push_back(rotation * point.position + position);
   }
@@ -84,7 +116,8 @@ class LocalMap {
     if (keyframes_.size() > kept_keyframes) keyframes_.pop_front();
     std::vector<Eigen::Vector3f> all;
     for (const Keyframe& each : keyframes_) all.insert(all.end(), each.points.begin(), each.points.end());
-    planes_ = std::make_shared<const PlaneMap>(all, local_planes());
+    if (keyframes_.size() == 1) choose_voxel(all);
+    planes_ = std::make_shared<const PlaneMap>(all, local_planes(voxel_m_));
   }
 
  private:
@@ -92,6 +125,15 @@ class LocalMap {
     Pose pose;
     std::vector<Eigen::Vector3f> points;  // start frame
   };
+
+  void choose_voxel(const std::vector<Eigen::Vector3f>& points) {
+    for (const double edge_m : voxel_edges_m) {
+      voxel_m_ = edge_m;
+      if (share_on_planes(PlaneMap(points, local_planes(edge_m)), points.size()) >= enough_on_planes) return;
+    }
+  }
+
+  double voxel_m_ = voxel_edges_m.front();
   std::deque<Keyframe> keyframes_;
   std::shared_ptr<const PlaneMap> planes_;
   int standing_ = 0;
@@ -107,33 +149,40 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
   Twist twist;
   for (const LidarScan& scan : scans) {
     if (scan.points.empty()) continue;
+    const Time time = middle_of(scan);
     if (map.empty()) {
-      result.poses.push_back({scan.end, Pose{}});
+      result.poses.push_back({time, Pose{}});
       result.share.push_back(1.0);
-      result.points.push_back(deskew_at(scan, twist));
+      result.points.push_back(deskew_to_middle(scan, twist));
       map.add(Pose{}, result.points.back());
       continue;
     }
     const StampedPose before = result.poses.back();
-    const double step_s = to_seconds(scan.end - before.time);
+    const double step_s = to_seconds(time - before.time);
+    if (!(step_s > 0.0)) continue;  // within the one before
     if (step_s > longest_step_s) twist = Twist{};
-    Pose pose = before.pose * twist.over(step_s);
     const Twist predicted = twist;
-    std::vector<Eigen::Vector3f> points;
+    const Pose predicted_pose = before.pose * twist.over(step_s);
+    const PredictionTrust trust = trust_after(result.poses.size(), step_s);
+    std::vector<Eigen::Vector3f> points = deskew_to_middle(scan, twist);
+    double share_before = agreement(points, predicted_pose, map.planes()).share;
+    if (result.share.size() > 1) share_before = std::max(share_before, result.share.back());
+    Pose pose = predicted_pose;
     for (int round = 0; round < rounds; ++round) {
-      points = deskew_at(scan, twist);
-      pose = register_scan(points, pose, map.planes(), own, AssociationOptions{}).T_map_imu;
+      if (round > 0) points = deskew_to_middle(scan, twist);
+      pose = track_scan(points, predicted_pose, trust, map.planes(), own);
       if (step_s <= longest_step_s) twist = twist_between(before.pose, pose, step_s);
     }
     const double share = agreement(points, pose, map.planes()).share;
     const bool leaps = (twist.turn_rad_s - predicted.turn_rad_s).norm() > largest_turn_step_rad_s ||
                        (twist.velocity_m_s - predicted.velocity_m_s).norm() > largest_velocity_step_m_s;
-    if (share < least_share || leaps) {
+    const bool sees_too_little = share < std::max(least_share, fewest_on_planes / static_cast<double>(points.size()));
+    if (sees_too_little || share < least_of_before * share_before || leaps) {
       result.lost = true;
       break;
     }
     result.share.push_back(share);
-    result.poses.push_back({scan.end, pose});
+    result.poses.push_back({time, pose});
     map.add(pose, points);
     result.points.push_back(std::move(points));
   }

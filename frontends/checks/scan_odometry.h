@@ -11,9 +11,9 @@ namespace lodestone {
 
 /// How the LiDAR moved by its scans alone.
 struct ScanOdometry {
-  Trajectory poses;  ///< T_start_lidar at each scan's end: the lidar frame then, in that at the first scan's end
+  Trajectory poses;  ///< T_start_lidar at each scan's middle: the lidar frame then, in that at the first scan's middle
   std::vector<double> share;                         ///< of a scan's points that lie on the surfaces seen before it
-  std::vector<std::vector<Eigen::Vector3f>> points;  ///< each scan, deskewed, lidar frame at its end, metres
+  std::vector<std::vector<Eigen::Vector3f>> points;  ///< each scan, deskewed, lidar frame at its middle, metres
   bool lost = false;  ///< the scans could not be followed to their end: what is here ends before
 };
 

@@ -90,10 +90,10 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
     }
     return;
   }
-  if (drive.planes != nullptr) {
-    // The trajectory knows where the first scan ends; a given pose is that of a robot that stands.
-    const Pose at_end = call.initial_pose_from.empty() ? *start : *given_start(call, poses, result.sample.scans().front().end);
-    append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_end,
+  if (drive.planes != nullptr && !odometry.poses.empty()) {
+    // The trajectory knows where the first scan was taken; a given pose is that of a robot that stands.
+    const Pose at_scan = call.initial_pose_from.empty() ? *start : *given_start(call, poses, odometry.poses.front().time);
+    append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_scan,
                                   [&]() { return drive.find_anywhere(); }}));
   }
   if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning) ||

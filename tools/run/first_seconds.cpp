@@ -58,7 +58,7 @@ Findings look(const FirstSeconds& run, const LogSample& sample) {
   check_motion(sample, run.platform, odometry, findings);
   std::optional<Pose> start;
   try {
-    start = run.start_at(sample.scans().front().end);
+    if (!odometry.front().poses.empty()) start = run.start_at(odometry.front().poses.front().time);
   } catch (const InputError&) {
     // The run says it where it needs the start.
   }

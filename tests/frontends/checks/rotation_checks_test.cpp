@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "core/geometry/pose.h"
 
@@ -18,15 +19,18 @@ struct Motion {
 };
 
 /// Twenty seconds; the IMU's stamps are late by `offset_s`, its readings `scale` times the truth, with a bias that steps.
-Motion make_motion(const Quaternion& R_imu_lidar, double offset_s, double scale, const Vector3& bias_step) {
+/// `sway_rad_s`: how fast it pitches and rolls.
+Motion make_motion(const Quaternion& R_imu_lidar, double offset_s, double scale, const Vector3& bias_step, double sway_rad_s = 0.0) {
   Motion motion;
-  double heading = 0.0;
+  const auto rate_at = [&](double seconds) {
+    return Vector3(sway_rad_s * std::sin(5.1 * seconds), sway_rad_s * std::sin(7.3 * seconds + 0.4), turn_rate(seconds));
+  };
+  Quaternion R_map_imu = Quaternion::Identity();
   for (int i = 0; i < 4000; ++i) {
     const double seconds = 0.005 * i;
-    heading += 0.005 * turn_rate(seconds + 0.0025);
-    const Quaternion R_map_imu = so3::exp(Vector3(0, 0, heading));
+    R_map_imu = R_map_imu * so3::exp(0.005 * rate_at(seconds + 0.0025));
     const Vector3 bias = Vector3(0.01, -0.02, 0.005) + (i > 2000 ? bias_step : Vector3(Vector3::Zero()));
-    motion.imu.push_back({from_seconds(seconds + offset_s), scale * Vector3(0, 0, turn_rate(seconds)) + bias, Vector3::Zero()});
+    motion.imu.push_back({from_seconds(seconds + offset_s), scale * rate_at(seconds) + bias, Vector3::Zero()});
     if (i % 20 == 19) motion.lidar.push_back({from_seconds(seconds + 0.005), {R_map_imu * R_imu_lidar, Vector3::Zero()}});
   }
   return motion;
@@ -56,6 +60,36 @@ TEST(RotationFit, TellsAMountingFromItsInverse) {
   EXPECT_GT(right->axis_error_inverse_rad, 0.3);
   EXPECT_GT(inverted->axis_error_rad, 0.3);
   EXPECT_LT(inverted->axis_error_inverse_rad, 0.01);
+}
+
+/// The way's own axis says nothing of the turn about it; pitching and rolling do, as far as they stand out from noise.
+TEST(RotationFit, TellsTheTurnAboutTheAxisByTheSwayAlone) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0.0, 3e-4);  // rad a scan
+  const double half_turn = 3.0;
+  const Quaternion wrong = so3::exp(Vector3(0, 0, half_turn)) * kMount;
+  for (const double sway_rad_s : {0.0, 0.02}) {
+    double squares = 0.0, sigma = 0.0;
+    constexpr int runs = 20;
+    for (int run = 0; run < runs; ++run) {
+      Motion motion = make_motion(kMount, 0.0, 1.0, Vector3::Zero(), sway_rad_s);
+      Quaternion drift = Quaternion::Identity();
+      for (StampedPose& pose : motion.lidar) {
+        drift = drift * so3::exp(Vector3(noise(random), noise(random), noise(random)));
+        pose.pose.rotation = pose.pose.rotation * drift;
+      }
+      const auto fit = fit_rotation(motion.lidar, motion.imu, wrong);
+      ASSERT_TRUE(fit && fit->tells());
+      EXPECT_LT(fit->axis_error_rad, 0.02);
+      EXPECT_EQ(fit->tells_turn(), sway_rad_s > 0.0) << fit->turn_sigma_rad;
+      squares += std::pow(std::abs(fit->turn_about_axis_rad) - half_turn, 2) / runs;
+      sigma += fit->turn_sigma_rad / runs;
+      const double off_rad = so3::log(fit->R_imu_lidar * kMount.conjugate()).norm();
+      EXPECT_EQ(off_rad < 0.1, sway_rad_s > 0.0);
+    }
+    if (sway_rad_s == 0.0) continue;
+    EXPECT_NEAR(std::sqrt(squares) / sigma, 1.0, 0.4) << "of a sigma of " << sigma;
+  }
 }
 
 TEST(RotationFit, FindsAStepOfTheBias) {

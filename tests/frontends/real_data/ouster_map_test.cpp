@@ -13,6 +13,8 @@
 #include <memory>
 #include <vector>
 
+#include "frontends/checks/scan_odometry.h"
+#include "frontends/lidar/scan_sampling.h"
 #include "frontends/readers/bag_source.h"
 #include "frontends/readers/point_cloud_file.h"
 #include "tests/frontends/readers/test_files.h"
@@ -31,6 +33,23 @@ std::vector<Pose> read_kitti_poses(const std::string& path) {
     if (!file) return poses;
     poses.push_back({Quaternion(Matrix3(matrix.leftCols<3>())).normalized(), matrix.col(3)});
   }
+}
+
+/// The scans as a run reads them, and as `check` thins them.
+std::vector<LidarScan> read_thinned_scans(const std::string& path) {
+  Platform platform;
+  platform.imu.topic = "/ouster/imu";
+  platform.suite.imu.rate_hz = 100.0;
+  WarningLog warnings;
+  BagSource source(path, platform, warnings);
+  std::vector<LidarScan> scans;
+  for (Measurement measurement; source.next(measurement);) {
+    auto* scan = std::get_if<LidarScan>(&measurement);
+    if (scan == nullptr) continue;
+    scan->points = sample_scan(*scan, platform.suite.lidar, {0.2, 4000});
+    scans.push_back(std::move(*scan));
+  }
+  return scans;
 }
 
 /// Points of each scan beyond the sensor's own housing, in the frame of the message, not deskewed.
@@ -66,6 +85,7 @@ class OusterMap : public ::testing::Test {
     LODESTONE_REAL_DATA(map_path, "lidar/ouster_map.ply");
     LODESTONE_REAL_DATA(poses_path, "lidar/ouster_poses_kitti.txt");
     scans_ = read_scans(bag_path);
+    thinned_ = read_thinned_scans(bag_path);
     poses_ = read_kitti_poses(poses_path);
     WarningLog warnings;
     PlaneMapOptions map_options;
@@ -90,6 +110,7 @@ class OusterMap : public ::testing::Test {
   }
 
   std::vector<std::vector<Eigen::Vector3f>> scans_;
+  std::vector<LidarScan> thinned_;
   std::vector<Pose> poses_;
   std::unique_ptr<PlaneMap> map_;
 };
@@ -123,6 +144,18 @@ TEST_F(OusterMap, RegistrationFindsThePosesFromTheOneBefore) {
     EXPECT_GT(found.share, 0.99 * given.share);
     EXPECT_LT(error.tail<3>().norm(), 0.05);
     EXPECT_LT(error.head<3>().norm() * 180.0 / M_PI, 0.1);
+  }
+}
+
+TEST_F(OusterMap, TheScansAreFollowedWithoutIt) {
+  const ScanOdometry odometry = follow_scans(thinned_, LidarModel{});
+  EXPECT_FALSE(odometry.lost);
+  ASSERT_EQ(odometry.poses.size(), 3U);
+  for (std::size_t k = 1; k < 3; ++k) {
+    const double found_m = (odometry.poses[k].pose.position - odometry.poses[k - 1].pose.position).norm();
+    const double given_m = (poses_[k].position - poses_[k - 1].position).norm();
+    std::printf("scan %zu: %.3f m from the one before, by the given poses %.3f m\n", k + 1, found_m, given_m);
+    EXPECT_NEAR(found_m, given_m, 0.05);
   }
 }
 
