@@ -9,6 +9,7 @@
 
 #include "core/angles.h"
 #include "core/evaluation/statistics.h"
+#include "frontends/checks/field_exchange.h"
 #include "frontends/checks/field_series.h"
 
 namespace lodestone {
@@ -45,8 +46,10 @@ class FieldCheck {
   FieldCheck(const FieldComparison& comparison, const Platform& platform, const std::set<std::size_t>& known)
       : platform_(platform), file_(platform.file_name()) {
     std::vector<FieldSeries> all = field_series(comparison);
+    for (const std::size_t j : known) all[j] = FieldSeries{};
+    set_right(all);
     for (std::size_t j = 0; j < all.size(); ++j) {
-      if (all[j].times.size() < fewest_readings || known.count(j) > 0) continue;
+      if (all[j].times.size() < fewest_readings) continue;
       const FieldModels models = fit_models(all[j]);
       sensors_.push_back({j, std::move(all[j]), models});
     }
@@ -79,7 +82,32 @@ class FieldCheck {
     blames_.push_back({Severity::warning, kind, seen, change, time});
   }
 
-  std::string name_of(const FieldSensor& sensor) const { return platform_.suite.magnetometers[sensor.index].name; }
+  std::string name_of(const FieldSensor& sensor) const { return name_of(sensor.index); }
+  const std::string& name_of(std::size_t index) const { return platform_.suite.magnetometers[index].name; }
+
+  /// Readings that were exchanged, which would look turned, stretched and late all at once: said, and taken for what they are.
+  void set_right(std::vector<FieldSeries>& all) {
+    const std::vector<std::size_t> followed = mounts_followed(all);
+    std::vector<FieldSeries> right = all;
+    std::set<std::size_t> told;
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      if (followed[j] == j) continue;
+      right[followed[j]] = exchanged(all[followed[j]], all[j]);
+      if (told.count(j) > 0) continue;
+      std::string ring = name_of(j), change;
+      for (std::size_t k = j; told.insert(k).second; k = followed[k]) {
+        ring += " -> " + name_of(followed[k]);
+        const MagnetometerMessageLayout& read = platform_.magnetometers[k];
+        const bool whole_array = read.topic == platform_.magnetometers[followed[k]].topic;
+        change += fmt::format("{}magnetometers[{}].{}: {}", change.empty() ? "" : ", ", followed[k], whole_array ? "path" : "topic",
+                              whole_array ? read.path : read.topic);
+      }
+      add(Severity::warning, "magnetometer.exchanged",
+          fmt::format("{}: what each of these reads is the field at the next one's place: their topics or plugs are exchanged", ring),
+          change + " in " + file_, all[j].times.front());
+    }
+    all = std::move(right);
+  }
 
   double middle(double FieldModels::*value) const {
     std::vector<double> values;

@@ -28,16 +28,6 @@ double robust_rms(const std::vector<Vector3>& vectors) {
   return squares.empty() ? 0.0 : std::sqrt(mean_over_median * summarize(squares).median);
 }
 
-Vector3 median_of(const std::vector<Vector3>& vectors) {
-  Vector3 result = Vector3::Zero();
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Vector3& vector : vectors) values.push_back(vector[axis]);
-    result[axis] = summarize(values).median;
-  }
-  return result;
-}
-
 std::vector<Vector3> without(std::vector<Vector3> vectors, const Vector3& offset) {
   for (Vector3& vector : vectors) vector -= offset;
   return vectors;
@@ -104,7 +94,7 @@ double rms_delayed(const FieldSeries& series, double delay_s) {
     if (expected) left.push_back(series.measured_ut[i] - *expected);
   }
   if (3 * left.size() < 2 * series.times.size()) return 1e9;
-  return robust_rms(without(left, median_of(left)));
+  return robust_rms(without(left, component_medians(left)));
 }
 
 void fit_delay(const FieldSeries& series, FieldModels& models) {
@@ -126,7 +116,7 @@ void fit_drift(const FieldSeries& series, const std::vector<Vector3>& difference
   if (third == 0) return;
   const std::vector<Vector3> first(differences.begin(), differences.begin() + static_cast<std::ptrdiff_t>(third));
   const std::vector<Vector3> last(differences.end() - static_cast<std::ptrdiff_t>(third), differences.end());
-  models.drift_ut = median_of(last) - median_of(first);
+  models.drift_ut = component_medians(last) - component_medians(first);
   models.drift_sigma_ut = std::sqrt(6.0) * models.offset_sigma_ut;
   const double lasted_s = to_seconds(series.times.back() - series.times.front());
   std::vector<Vector3> left;
@@ -135,10 +125,20 @@ void fit_drift(const FieldSeries& series, const std::vector<Vector3>& difference
     const double share = to_seconds(series.times[i] - series.times.front()) / std::max(lasted_s, 1e-9);
     left.push_back(differences[i] - 1.5 * share * models.drift_ut);
   }
-  models.rms_drift_ut = robust_rms(without(left, median_of(left)));
+  models.rms_drift_ut = robust_rms(without(left, component_medians(left)));
 }
 
 }  // namespace
+
+Vector3 component_medians(const std::vector<Vector3>& vectors) {
+  Vector3 result = Vector3::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Vector3& vector : vectors) values.push_back(vector[axis]);
+    result[axis] = summarize(values).median;
+  }
+  return result;
+}
 
 std::vector<Vector3> FieldSeries::differences() const {
   std::vector<Vector3> result;
@@ -172,7 +172,7 @@ FieldModels fit_models(const FieldSeries& series) {
   if (series.times.empty()) throw std::invalid_argument("fit_models: a series without readings");
   FieldModels models;
   const std::vector<Vector3> differences = series.differences();
-  models.offset_ut = median_of(differences);
+  models.offset_ut = component_medians(differences);
   models.rms_ut = robust_rms(differences);
   models.rms_offset_ut = robust_rms(without(differences, models.offset_ut));
   models.offset_sigma_ut = std::sqrt(summarize(series.variance_ut2).mean / independent_readings(series) +

@@ -12,6 +12,7 @@
 namespace lodestone {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -57,6 +58,23 @@ TEST(CheckFaults, HealthOfSingleMagnetometers) {
                                  "{kind: dead, magnetometer: rear_3, begin_s: 4}")),
               UnorderedElementsAre("magnetometer.drift", "magnetometer.stuck", "magnetometer.limit", "magnetometer.spike",
                                    "magnetometer.silent"));
+}
+
+TEST(CheckFaults, ExchangedMagnetometers) {
+  const auto exchange = [](std::vector<std::size_t> ring) {
+    return site().call_with([ring](Platform& platform) {
+      for (std::size_t i = 1; i < ring.size(); ++i) std::swap(platform.magnetometers[ring[0]].topic, platform.magnetometers[ring[i]].topic);
+    });
+  };
+  // Neighbours of one side; front and rear, which look the other way; three in a ring.
+  for (const std::vector<std::size_t>& ring : {std::vector<std::size_t>{0, 2}, {1, 6}, {0, 3, 5}}) {
+    EXPECT_THAT(alarms(exchange(ring)), UnorderedElementsAre("magnetometer.exchanged"));
+  }
+  const CheckResult result = check_log(exchange({0, 6}));
+  const Finding* finding = find(result, "magnetometer.exchanged");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_THAT(finding->change,
+              AllOf(HasSubstr("magnetometers[0].topic: /magnetometer_0/field"), HasSubstr("magnetometers[6].topic: /magnetometer_6/field")));
 }
 
 TEST(CheckFaults, ADeadMagnetometerHasNoTopic) {
