@@ -17,6 +17,8 @@ constexpr double scale_tolerance = 0.05;
 constexpr double axis_tolerance_rad = 0.07;  // 4°: what a drifting odometry may be wrong by
 constexpr double least_turn_rad = 0.17;   // 10°: noise that is the same scan after scan counts for more than its sigma says
 constexpr double turn_sigmas = 8.0;
+constexpr double better_inverse = 0.5;
+constexpr double steady_rad_s = 0.03;  // the LiDAR's turn rate about its mean, of a robot at rest or on a straight way
 constexpr double rotation_step_sigmas = 8.0;
 constexpr double telling_step_rad_s = 0.01;
 
@@ -53,7 +55,7 @@ Finding clock_finding(const RotationFit& fit, const Platform& platform, std::siz
 }
 
 Findings check_scale(const RotationFit& fit, const Platform& platform) {
-  if (std::abs(fit.scale - 1.0) <= scale_tolerance) return {};
+  if (fit.scale_least <= 1.0 + scale_tolerance && fit.scale_most >= 1.0 - scale_tolerance) return {};
   const bool in_degrees = std::abs(fit.scale / degrees_per_radian - 1.0) < 0.2;
   return {{in_degrees ? Severity::error : Severity::warning, "imu.gyroscope_unit",
            fmt::format("{}: the gyroscope's turns are {:.3f} times those of the LiDAR{}", platform.imu.topic, fit.scale,
@@ -71,8 +73,13 @@ Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_
   const std::string name = lidar == 0 ? "LiDAR" : lidar_key(lidar);
   const double turn_tolerance_rad = std::max(least_turn_rad, turn_sigmas * fit.turn_sigma_rad);
   const bool turned = fit.tells_turn() && std::abs(fit.turn_about_axis_rad) > std::max(turn_tolerance_rad, fit.axis_error_rad);
-  const bool inverse_fits_turn = !fit.tells_turn() || std::abs(fit.turn_about_axis_inverse_rad) <= turn_tolerance_rad;
-  const bool inverse = fit.axis_error_inverse_rad < axis_tolerance_rad && inverse_fits_turn;
+  // Of a mounting near the identity the inverse is hardly another: it must be the better by far, for it stops a run.
+  const bool inverse_fits_turn = !fit.tells_turn() ||
+                                 std::abs(fit.turn_about_axis_inverse_rad) <= turn_tolerance_rad ||
+                                 std::abs(fit.turn_about_axis_inverse_rad) < better_inverse * std::abs(fit.turn_about_axis_rad);
+  const double given_rad = turned ? std::abs(fit.turn_about_axis_rad) : fit.axis_error_rad;
+  const double inverse_rad = turned ? std::abs(fit.turn_about_axis_inverse_rad) : fit.axis_error_inverse_rad;
+  const bool inverse = fit.axis_error_inverse_rad < axis_tolerance_rad && inverse_fits_turn && inverse_rad < better_inverse * given_rad;
   std::string change = fmt::format("{} {}.T_imu_lidar in {}", inverse ? "invert" : turned ? "turn" : "correct", lidar_key(lidar),
                                    platform.file_name());
   if (!inverse && fit.tells_turn()) change += ": " + rotation_line(fit);
@@ -87,18 +94,30 @@ Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_
   return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.heading",
            fmt::format("about the axis about which the robot turns {} is {:.0f} deg from where T_imu_lidar has it, by the little turns "
                        "across (sigma {:.1f} deg); {:.0f} deg from its inverse",
-                       lidar == 0 ? "the LiDAR" : name, fit.turn_about_axis_rad * degrees_per_radian,
-                       fit.turn_sigma_rad * degrees_per_radian, fit.turn_about_axis_inverse_rad * degrees_per_radian),
+                       lidar == 0 ? "the LiDAR" : name, given_rad * degrees_per_radian, fit.turn_sigma_rad * degrees_per_radian,
+                       inverse_rad * degrees_per_radian),
            change}};
 }
 
 Findings check_step(const RotationFit& fit, const Platform& platform) {
   if (fit.bias_step_rad_s <= std::max(telling_step_rad_s, rotation_step_sigmas * fit.bias_step_sigma_rad_s)) return {};
   if (fit.tells() && fit.axis_error_rad >= axis_tolerance_rad) return {};
+  // Turns that do not go together say nothing of a bias: an odometry that does not see a heading turns by itself.
+  if (!fit.tells() && fit.excitation_rad_s > steady_rad_s) return {};
   return {{Severity::warning, "imu.gyroscope_step",
            fmt::format("{}: the gyroscope's bias steps by {:.4f} rad/s against the LiDAR's turns", platform.imu.topic,
                        fit.bias_step_rad_s),
            "check the IMU (shocks, temperature, power)", fit.bias_step_time}};
+}
+
+std::string why_untold(const std::optional<RotationFit>& fit) {
+  if (!fit) return "too few scans that could be followed, with IMU samples, to compare their turns";
+  const char* untold = "the clocks of LiDAR and IMU and the direction of T_imu_lidar are not told";
+  if (fit->excitation_rad_s <= RotationFit::least_excitation_rad_s) {
+    return fmt::format("the robot turns too little ({:.3f} rad/s rms about the mean): {}", fit->excitation_rad_s, untold);
+  }
+  return fmt::format("the turns of LiDAR ({:.3f} rad/s rms about the mean) and IMU go too little together (correlation {:.2f} over {} scans): {}",
+                     fit->excitation_rad_s, fit->correlation, fit->intervals, untold);
 }
 
 }  // namespace
@@ -106,13 +125,7 @@ Findings check_step(const RotationFit& fit, const Platform& platform) {
 Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar) {
   Findings findings;
   if (!fit || !fit->tells()) {
-    findings.push_back(
-        {Severity::note, "clock.untold",
-         fit ? fmt::format("the robot turns too little ({:.3f} rad/s rms about the mean) to tell the clocks of "
-                           "LiDAR and IMU and the direction of T_imu_lidar",
-                           fit->excitation_rad_s)
-             : "too few scans that could be followed, with IMU samples, to compare their turns",
-         fit ? "--seconds: a longer span, with a turn in it" : ""});
+    findings.push_back({Severity::note, "clock.untold", why_untold(fit), fit ? "--seconds: a longer span, with a turn in it" : ""});
   } else {
     findings.push_back(clock_finding(*fit, platform, lidar));
     if (lidar == 0) append(findings, check_scale(*fit, platform));

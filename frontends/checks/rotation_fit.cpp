@@ -43,7 +43,7 @@ std::vector<Pair> pairs_at(const std::vector<Turn>& turns, const TurnIntegral& g
 struct Moments {
   Matrix3 cross = Matrix3::Zero();  // Σ (gyroscope − mean)(lidar − mean)ᵀ
   Matrix3 lidar = Matrix3::Zero();
-  double gyroscope = 0.0;
+  Matrix3 gyroscope = Matrix3::Zero();
 };
 
 Moments moments_of(const std::vector<Pair>& pairs) {
@@ -57,7 +57,7 @@ Moments moments_of(const std::vector<Pair>& pairs) {
   for (const Pair& pair : pairs) {
     result.cross += (pair.gyroscope - gyroscope) * (pair.lidar - lidar).transpose();
     result.lidar += (pair.lidar - lidar) * (pair.lidar - lidar).transpose();
-    result.gyroscope += (pair.gyroscope - gyroscope).squaredNorm();
+    result.gyroscope += (pair.gyroscope - gyroscope) * (pair.gyroscope - gyroscope).transpose();
   }
   return result;
 }
@@ -81,7 +81,7 @@ double correlation_at(const std::vector<Turn>& turns, const TurnIntegral& gyrosc
   const std::vector<Pair> pairs = pairs_at(turns, gyroscope, offset_s);
   if (static_cast<double>(pairs.size()) < least_overlap * static_cast<double>(turns.size())) return 0.0;
   const Moments moments = moments_of(pairs);
-  const double size = std::sqrt(moments.gyroscope * moments.lidar.trace());
+  const double size = std::sqrt(moments.gyroscope.trace() * moments.lidar.trace());
   if (!(size > 0.0)) return 0.0;
   const BestRotation best = best_rotation(moments.cross);
   return (best.along + best.across) / size;
@@ -114,7 +114,10 @@ void compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, Rotatio
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments.lidar);
   const Vector3 axis = solver.eigenvectors().col(2);
   const Vector3 seen = moments.cross * axis;
-  fit.scale = seen.norm() / solver.eigenvalues()[2];
+  // Noise of the LiDAR makes the one too small, the gyroscope's the other too large.
+  fit.scale_least = seen.norm() / solver.eigenvalues()[2];
+  fit.scale_most = seen.normalized().dot(moments.gyroscope * seen.normalized()) / seen.norm();
+  fit.scale = std::sqrt(fit.scale_least * fit.scale_most);
   fit.axis_error_rad = angle_between(R_imu_lidar * axis, seen);
   fit.axis_error_inverse_rad = angle_between(R_imu_lidar.conjugate() * axis, seen);
   fit.R_imu_lidar = Quaternion::FromTwoVectors(R_imu_lidar * axis, seen) * R_imu_lidar;
@@ -128,15 +131,23 @@ void compare_turns(const Moments& moments, const Quaternion& R_imu_lidar, Rotati
   const BestRotation best = best_rotation(moments.cross);
   const double across = best.across / fit.scale;
   const double unexplained =
-      moments.gyroscope / (fit.scale * fit.scale) - 2.0 * (best.along / fit.scale + across) + moments.lidar.trace();
+      moments.gyroscope.trace() / (fit.scale * fit.scale) - 2.0 * (best.along / fit.scale + across) + moments.lidar.trace();
   const double variance = std::max(0.0, unexplained) / (3.0 * fit.intervals);
   if (!(across > 0.0)) return;
   fit.turn_sigma_rad = std::sqrt(variance * lidar_across) / across;
   const Vector3 axis = best.R_imu_lidar * solver.eigenvectors().col(2);
-  const auto about_axis = [&](const Quaternion& given) { return so3::log(best.R_imu_lidar * given.conjugate()).dot(axis); };
+  const auto about_axis = [&](const Quaternion& given) {
+    const Quaternion error = best.R_imu_lidar * given.conjugate();
+    return std::remainder(2.0 * std::atan2(error.vec().dot(axis), error.w()), 2.0 * M_PI);
+  };
   fit.turn_about_axis_rad = about_axis(R_imu_lidar);
   fit.turn_about_axis_inverse_rad = about_axis(R_imu_lidar.conjugate());
-  if (fit.tells_turn()) fit.R_imu_lidar = best.R_imu_lidar;
+  if (!fit.tells_turn()) return;
+  // Of two strong axes noise mixes a little of one into the other; the whole rotation is free of that.
+  const Vector3 axis_lidar = best.R_imu_lidar.conjugate() * axis;
+  fit.axis_error_rad = angle_between(R_imu_lidar * axis_lidar, axis);
+  fit.axis_error_inverse_rad = angle_between(R_imu_lidar.conjugate() * axis_lidar, axis);
+  fit.R_imu_lidar = best.R_imu_lidar;
 }
 
 void find_step(const std::vector<Pair>& pairs, const Quaternion& R_imu_lidar, double scale, RotationFit& fit) {

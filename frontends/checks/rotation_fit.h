@@ -11,12 +11,15 @@ namespace lodestone {
 
 /// The gyroscope held against the turns that the scans show.
 struct RotationFit {
+  static constexpr double least_excitation_rad_s = 0.015;
   double excitation_rad_s = 0.0;  ///< rms of the LiDAR's turn rate about its mean
   double offset_s = 0.0;          ///< the IMU's stamps less the LiDAR's, where both agree best
   double correlation = 0.0;       ///< there, 0 to 1
   double correlation_unshifted = 0.0;
   int intervals = 0;                    ///< between scans, that the gyroscope has there, too
   double scale = 1.0;                   ///< the gyroscope's turns over the LiDAR's, there
+  double scale_least = 1.0;             ///< were all that they do not agree on the gyroscope's noise
+  double scale_most = 1.0;              ///< were it all the LiDAR's
   double axis_error_rad = 0.0;          ///< between the axes of turning that both see, with T_imu_lidar as given
   double axis_error_inverse_rad = 0.0;  ///< with its inverse
   /// About that axis, by the little turns about the others (a robot's swaying): from T_imu_lidar as given to what both see.
@@ -35,13 +38,13 @@ struct RotationFit {
   }
 
   /// Whether there is turning enough to tell anything.
-  bool tells() const { return excitation_rad_s > 0.015 && correlation > 0.85 && axis_sigma_rad() < 0.02; }
+  bool tells() const { return excitation_rad_s > least_excitation_rad_s && correlation > 0.85 && axis_sigma_rad() < 0.02; }
 
   /// Whether the turn about the axis is known, too.
   bool tells_turn() const { return tells() && turn_sigma_rad < 0.05; }
 };
 
-/// `lidar_poses`: of follow_scans. Correlates rotation vectors between scan ends with the gyroscope's at every shift up
+/// `lidar_poses`: of follow_scans. Correlates rotation vectors between scans with the gyroscope's at every shift up
 /// to ± 5 s, after the best rotation between the two frames: neither extrinsics nor biases nor scale have a say in the
 /// offset. Nothing where there are fewer than 20 intervals.
 std::optional<RotationFit> fit_rotation(const Trajectory& lidar_poses, const std::vector<ImuSample>& imu,

@@ -129,7 +129,7 @@ class StartCheck {
     association.map_error_repeats = 30.0;
     association.surface_roughness_m = 0.005;
     std::vector<Eigen::Vector3f> points;
-    for (const Eigen::Vector3f& point : material_.odometry.points.front()) {
+    for (const Eigen::Vector3f& point : material_.odometry.first_scan) {
       points.push_back((T_imu_lidar * point.cast<double>()).cast<float>());
     }
     Fit fit;
@@ -200,12 +200,12 @@ class StartCheck {
 }  // namespace
 
 Findings check_start(const StartMaterial& material) {
-  if (material.odometry.points.empty()) return {};
+  if (material.odometry.first_scan.empty()) return {};
   return StartCheck(material).run();
 }
 
 Findings check_floor(const LogSample& sample, const Platform& platform, const ScanOdometry& odometry) {
-  if (sample.imu.empty() || odometry.points.empty()) return {};
+  if (sample.imu.empty() || odometry.first_scan.empty()) return {};
   const Vector3 up = up_at_begin(sample).direction;
   const Quaternion& R_imu_lidar = platform.suite.lidar.T_imu_lidar.rotation;
   struct Floor {
@@ -216,7 +216,7 @@ Findings check_floor(const LogSample& sample, const Platform& platform, const Sc
   const std::array<Quaternion, 2> turns{R_imu_lidar, R_imu_lidar.conjugate()};
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const Vector3 up_lidar = turns[i].conjugate() * up;
-    const auto ground = find_ground(odometry.points.front(), up_lidar);
+    const auto ground = find_ground(odometry.first_scan, up_lidar);
     if (ground) floors[i] = {ground->points, tilt_between_deg(ground->normal, up_lidar)};
   }
   const auto& [given, inverse] = floors;

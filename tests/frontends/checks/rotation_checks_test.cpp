@@ -47,6 +47,8 @@ TEST(RotationFit, FindsOffsetAndScaleWhateverTheMounting) {
       EXPECT_TRUE(fit->tells());
       EXPECT_NEAR(fit->offset_s, offset_s, 0.003);
       EXPECT_NEAR(fit->scale / scale, 1.0, 0.01);
+      EXPECT_LE(fit->scale_least, fit->scale);
+      EXPECT_GE(fit->scale_most, fit->scale);
     }
   }
 }

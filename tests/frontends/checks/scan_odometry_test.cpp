@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
+
 #include "frontends/lidar/scan_sampling.h"
 #include "frontends/simulation/world.h"
 #include "frontends/simulation/simulation_source.h"
@@ -69,12 +72,32 @@ TEST_P(ScanOdometryIn, FollowsTheTurnsToTheEndAndInTime) {
 
 INSTANTIATE_TEST_SUITE_P(Worlds, ScanOdometryIn, testing::Values("tunnel", "warehouse", "seaport"));
 
+/// Three seconds without a scan: what comes after is followed for itself.
+TEST(ScanOdometry, StartsAnewAfterAnOutage) {
+  Drive drive = drive_through("warehouse", 10.0);
+  const Time begin = drive.scans.front().start;
+  const auto is_out = [begin](const LidarScan& scan) {
+    return scan.start > begin + from_seconds(4.0) && scan.start < begin + from_seconds(7.0);
+  };
+  const std::size_t all = drive.scans.size();
+  drive.scans.erase(std::remove_if(drive.scans.begin(), drive.scans.end(), is_out), drive.scans.end());
+  ASSERT_LT(drive.scans.size(), all);
+  const ScanOdometry odometry = follow_scans(drive.scans, drive.lidar);
+  EXPECT_FALSE(odometry.lost);
+  EXPECT_EQ(odometry.poses.size(), drive.scans.size());
+}
+
+/// A robot that falls over, or a recorder that was carried on.
 TEST(ScanOdometry, EndsWhereTheScansAreNoneOfOnePlace) {
   const Drive tunnel = drive_through("tunnel", 1.0);
   Drive mixed = tunnel;
-  for (LidarScan scan : drive_through("warehouse", 1.0).scans) {
-    scan.start += from_seconds(1.0);
-    scan.end += from_seconds(1.0);
+  const std::vector<LidarScan> others = drive_through("warehouse", 1.0).scans;
+  const Time later = tunnel.scans.back().end - others.front().start;
+  for (LidarScan scan : others) {
+    scan.start += later;
+    scan.end += later;
+    const Eigen::Matrix3f fallen = so3::exp(Vector3(0.6, 0.6, 0.0)).toRotationMatrix().cast<float>();
+    for (LidarPoint& point : scan.points) point.position = fallen * point.position;
     mixed.scans.push_back(scan);
   }
   const ScanOdometry odometry = follow_scans(mixed.scans, mixed.lidar);
