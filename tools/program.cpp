@@ -13,10 +13,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/nearest_name.h"
 #include "tools/commands.h"
-#include "tools/sinks/path_below.h"
+#include "tools/outputs_apart.h"
 
 namespace lodestone {
 
@@ -69,44 +68,6 @@ void check_options(const NamedCommand& command, const std::vector<std::string>& 
   }
 }
 
-/// Whether the file is a part of what `given`, a folder, seems to be: of a log, or of a map.
-bool is_part_of(const std::string& file, const std::string& given) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  if (!fs::is_directory(given, ignored)) return false;
-  if (path_below(file, given).empty()) return false;
-  const SeemingKind kind = seeming_kind_of_file(file);
-  return kind == SeemingKind::log || kind == SeemingKind::point_cloud || fs::path(file).extension() == ".csv";
-}
-
-/// A file of results must not take the place of what they come from.
-void check_outputs(const std::vector<std::string>& words) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  struct Given {
-    std::string name, value;  // of --name=value and of --name value; of another word that before it
-  };
-  std::vector<Given> given;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::size_t assigned = words[i].starts_with("--") ? words[i].find('=') : std::string::npos;
-    if (assigned != std::string::npos) {
-      given.push_back({words[i].substr(0, assigned), words[i].substr(assigned + 1)});
-    } else {
-      given.push_back({i > 0 ? words[i - 1] : "", words[i]});
-    }
-  }
-  for (const Given& out : given) {
-    if ((out.name != "--out" && out.name != "--errors") || !fs::is_regular_file(out.value, ignored)) continue;
-    for (const Given& other : given) {
-      if (&other == &out) continue;
-      const bool same = fs::equivalent(out.value, other.value, ignored);
-      if (!same && !is_part_of(out.value, other.value)) continue;
-      throw InputError(out.value + (same ? ": is " : ": is a part of ") + other.value +
-                       ", which the results would overwrite; choose another name for them");
-    }
-  }
-}
-
 /// A log of a night in a thousand parts takes a descriptor or two a part, and most shells begin with 1024.
 void take_all_descriptors() {
   rlimit limit{};
@@ -146,7 +107,7 @@ int run_program(int argument_count, char** arguments) {
     std::erase(words, std::string());
     command = find_command(app, words);
     check_options(command, words);
-    check_outputs(words);
+    check_outputs_apart(*command.app, command.name, {words.begin() + static_cast<std::ptrdiff_t>(command.words), words.end()});
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
     // Help and version are no errors; everything else about the call is exit code 2, whatever CLI11 numbers it.

@@ -29,6 +29,9 @@ constexpr double least_step_over_scatter = 5.0;
 /// A grid of more nodes a line than this is none, only numbers of few digits.
 constexpr double most_nodes_a_row = 1000.0;
 
+/// Larger sites, and coarser maps whose places are whole numbers, are rather told in millimetres.
+constexpr double largest_usual_site_m = 20e3, largest_usual_step_m = 20.0;
+
 /// The middle of each heap of values that lie closer together than `scatter`, sorted.
 std::vector<double> heaps_of(std::vector<double> values, double scatter) {
   std::sort(values.begin(), values.end());
@@ -99,7 +102,7 @@ class Importer {
     // A float's rounding must not put the largest sigma above the limit.
     const double max_sigma = std::max(largest_sigma * (1.0 + 1e-6), 1e-3);
     return {MagneticMap(grid_, nodes, max_sigma, cache_bytes), unit_, unit_from_size_, table_.rows.front().sigma >= 0.0,
-            median_ut_, static_cast<std::int64_t>(placed_.size()), in_cells_};
+            median_ut_, static_cast<std::int64_t>(placed_.size()), in_cells_, metres_in_doubt()};
   }
 
  private:
@@ -167,6 +170,14 @@ class Importer {
     grid_.origin = {x_.origin, y_.origin};
     grid_.columns = x_.count;
     grid_.rows = y_.count;
+  }
+
+  bool metres_in_doubt() const {
+    if (table_.names_metres) return false;
+    if (std::max(grid_.columns - 1, grid_.rows - 1) * grid_.resolution_m > largest_usual_site_m) return true;
+    return grid_.resolution_m > largest_usual_step_m && std::all_of(table_.rows.begin(), table_.rows.end(), [](const FieldTableRow& row) {
+      return std::nearbyint(row.position[0]) == row.position[0] && std::nearbyint(row.position[1]) == row.position[1];
+    });
   }
 
   /// Factor to µT.

@@ -23,6 +23,7 @@ struct ImportedField {
   double median_ut = 0.0;     ///< of the field's magnitude
   std::int64_t nodes = 0;     ///< with field
   std::int64_t in_cells = 0;  ///< of them with three neighbours in a square: elsewhere there is no interpolation
+  bool metres_in_doubt = false;  ///< nobody says that the positions are metres, and they look like millimetres
 };
 
 /// Makes a map of a table (field_table.h) whose positions are nodes of a regular grid with one distance along x and y, in any

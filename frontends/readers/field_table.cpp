@@ -160,6 +160,7 @@ class TableReader {
       if (name.length_unit == "mm" || name.length_unit == "cm") {
         fail(fmt::format("the column '{}' is in {}; expected metres", cells[i], name.length_unit));
       }
+      table_.names_metres = table_.names_metres || !name.length_unit.empty();
       if (name.kind >= field_x && name.unit) {
         if (table_.unit && table_.unit != name.unit) {
           fail(fmt::format("the columns '{}' and '{}' have different units; write the field and its sigma in one", cells[with_unit], cells[i]));
@@ -171,6 +172,7 @@ class TableReader {
     for (const Column needed : {x, y, field_x, field_y, field_z}) {
       if (places[needed] < 0) {
         table_.unit.reset();
+        table_.names_metres = false;
         return false;
       }
     }

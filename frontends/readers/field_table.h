@@ -22,6 +22,7 @@ struct FieldTable {
   std::vector<FieldTableRow> rows;
   std::optional<FieldUnit> unit;  ///< where the header names it: Bx_uT, "Bx [nT]"
   bool has_height = false;        ///< whether there was a column z
+  bool names_metres = false;      ///< whether the header does: x_m, "y [m]"
 };
 
 /// Reads a CSV of x, y, z (m), B_x, B_y, B_z and perhaps sigma: separated by commas, semicolons, tabs or blanks; '#' starts a

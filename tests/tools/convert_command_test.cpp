@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "frontends/readers/logs/open_log.h"
+#include "frontends/readers/ros1/bag_writer.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
@@ -72,6 +74,32 @@ TEST_F(ConvertCommand, TwoPartsOfALogAreTheWhole) {
   expect_refused("convert " + path("log.bag") + " --from 99 --out " + path("a.mcap"), "--from 99: is after the log's end");
   expect_refused("convert " + path("log.bag") + " --from -1 --out " + path("a.mcap"), "--from: expected seconds");
   expect_refused("convert " + path("log.bag") + " --from 2 --to 1 --out " + path("a.mcap"), "--to: expected seconds, more than --from");
+}
+
+TEST_F(ConvertCommand, APartSaysWhatWasLatchedBeforeIt) {
+  TopicInfo fixed;
+  fixed.name = "/tf_static";
+  fixed.type = "tf2_msgs/TFMessage";
+  fixed.md5 = "94810edda583a504dfda3829e70d7eec";
+  fixed.definition = "geometry_msgs/TransformStamped[] transforms\n";
+  TopicInfo moving = fixed;
+  moving.name = "/tf";
+  const Publisher latching{"/robot", true}, plain{"/robot", false};
+  const std::vector<std::uint8_t> bytes(4);
+  {
+    ros1::BagWriter writer(path("log.bag"), ros1::Compression::none);
+    writer.write(fixed, from_seconds(100.0), bytes.data(), bytes.size(), &latching);
+    for (int i = 0; i < 10; ++i) writer.write(moving, from_seconds(100.0 + i), bytes.data(), bytes.size(), &plain);
+    writer.close();
+  }
+  const ProgramResult result = run_lodestone("convert " + path("log.bag") + " --from 5 --out " + path("part.bag"));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr(": 6 messages of"));
+  EXPECT_THAT(result.output, HasSubstr("of them 1 latched before --from"));
+  WarningLog warnings;
+  const auto part = open_log(path("part.bag"), warnings);
+  for (const TopicInfo& topic : part->topics()) EXPECT_EQ(topic.begin, from_seconds(105.0)) << topic.name;
+  EXPECT_EQ(part->topics().size(), 2U);
 }
 
 TEST_F(ConvertCommand, ManyPartsAreReadWhereTheShellAllowsFewFiles) {

@@ -11,6 +11,7 @@ namespace lodestone {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
   const TemporaryFolder folder;
@@ -36,6 +37,21 @@ TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
   result = run_lodestone("map diff " + table + " " + out + " --out " + (folder / "d").string());
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("make one of this table with `lodestone map import`"));
+}
+
+TEST(MapImportCommand, SaysThatPositionsWereTakenForMetres) {
+  const TemporaryFolder folder;
+  const std::string table = (folder / "field.csv").string(), call = "map import " + table + " --out " + (folder / "field.yaml").string();
+  const std::string rows = "0,0,120,20,0,-40\n200,0,120,21,0,-40\n0,200,120,22,0,-40\n200,200,120,23,0,-40\n";
+  std::ofstream(table) << "x,y,z,Bx,By,Bz\n" << rows;
+  ProgramResult result = run_lodestone(call);
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("warning: map.metres (1 times): the positions are taken for metres, 200 m along x and 200 m along y"));
+  EXPECT_THAT(result.output, HasSubstr("name the columns x_m, y_m and z_m"));
+  std::ofstream(table) << "x_m,y_m,z_m,Bx,By,Bz\n" << rows;
+  result = run_lodestone(call);
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, Not(HasSubstr("map.metres")));
 }
 
 }  // namespace

@@ -43,6 +43,37 @@ TEST(Program, ResultsDoNotTakeThePlaceOfWhatTheyComeFrom) {
   EXPECT_EQ(run_lodestone("evaluate " + truth + " " + truth + " --errors " + (folder / "errors.csv").string()).code, 0);
 }
 
+TEST(Program, WhatIsWrittenBesideAResultDoesNotTakeThePlaceOfAnInputEither) {
+  const TemporaryFolder folder;
+  const std::string in = folder.path().string() + "/", out = " --out " + in;
+  const std::vector<std::string> inputs{"field.tif",       "field.png",       "calibration.json", "platform.yaml", "survey.bag",
+                                        "difference.yaml", "difference.tif", "image.tif",        "places.csv"};
+  for (const std::string& name : inputs) std::ofstream(in + name) << "of " << name;
+  std::ofstream(in + "map.yaml") << "resolution_m: 1\norigin_m: [0, 0]\nimage: image.tif\n";
+  std::filesystem::create_symlink("field.png", in + "link.csv");
+  struct Case {
+    std::string call, out, told;
+  };
+  const std::string too = ", which is written too, is ";
+  for (const Case& wrong :
+       {Case{"map import " + in + "field.png", "field.yaml", in + "field.png" + too + in + "field.png"},
+        Case{"map import " + in + "link.csv", "field.yaml", in + "field.png" + too + in + "link.csv"},
+        Case{"map import " + in + "./field.tif", "field.yaml", in + "field.tif" + too + in + "./field.tif"},
+        Case{"map magnetic a.bag --platform p.yaml --trajectory=" + in + "field.tif", "field.yaml",
+             in + "field.tif" + too + "--trajectory " + in + "field.tif"},
+        Case{"map truth w.yaml --like " + in + "map.yaml", "image.yaml",
+             in + "image.tif" + too + in + "image.tif, the image of --like " + in + "map.yaml"},
+        Case{"map diff " + in + "difference.yaml b.yaml", "", in + "difference.yaml" + too + in + "difference.yaml"},
+        Case{"map diff " + in + "map.yaml " + in + "places.csv", "", in + "places.csv" + too + in + "places.csv"},
+        Case{"calibrate magnetometers a.bag --platform " + in + "calibration.json", "new.yaml",
+             in + "calibration.json" + too + "--platform " + in + "calibration.json"},
+        Case{"simulate " + in + "platform.yaml --only log", "", in + "platform.yaml" + too + in + "platform.yaml"},
+        Case{"check a.bag --magnetic " + in + "map.yaml", "image.tif", "is " + in + "image.tif, the image of --magnetic " + in + "map.yaml"}}) {
+    expect_refused(wrong.call + out + wrong.out, "--out " + in + wrong.out + ": " + wrong.told + ", which the results would overwrite");
+  }
+  for (const std::string& name : inputs) EXPECT_EQ(content_of(in + name), "of " + name);
+}
+
 TEST(Program, ResultsDoNotTakeThePlaceOfAPartOfALog) {
   const TemporaryFolder folder;
   const std::string log = (folder / "log").string(), part = log + "/part_0.bag", samples = log + "/imu.csv";
@@ -55,6 +86,8 @@ TEST(Program, ResultsDoNotTakeThePlaceOfAPartOfALog) {
       expect_refused("convert " + given + " --out " + out, "is a part of " + given + ", which the results would overwrite");
       EXPECT_EQ(content_of(out), content);
     }
+    std::ofstream(log + "/metadata.yaml") << "rosbag2_bagfile_information: {}\n";
+    expect_refused("convert " + log + "/metadata.yaml --out " + out, "is a part of " + log + "/metadata.yaml, which the results would overwrite");
   }
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 #include "frontends/readers/logs/log_conversion.h"
@@ -115,12 +116,15 @@ void convert(const ConvertCall& call) {
   progress.finish();
   fmt::print("{}: {} messages of {:.1f} s, {:.1f} MB\n", call.out, conversion.messages, to_seconds(std::min(end, part.to) - std::max(begin, part.from)),
              static_cast<double>(std::filesystem::file_size(call.out)) * 1e-6);
+  if (conversion.latched > 0) {
+    fmt::print("of them {} latched before --from, recorded there: who listens from then on needs them\n", conversion.latched);
+  }
   for (const TopicInfo* topic : conversion.left_out) {
     fmt::print("left out: {} ({} messages): {} has no counterpart that is known\n", topic->name, topic->messages,
                topic->type.empty() ? "its type" : topic->type);
   }
-  for (const auto& [kind, entry] : warnings.entries()) {
-    fmt::print("warning {} ({}): {}\n", kind, entry.count, entry.first_detail);
+  for (const WarningLog* log : {&std::as_const(warnings), &conversion.warnings}) {
+    for (const auto& [kind, entry] : log->entries()) fmt::print("warning {} ({}): {}\n", kind, entry.count, entry.first_detail);
   }
 }
 
@@ -138,7 +142,7 @@ void add_convert_command(CLI::App& app, int* code) {
       ->add_option("--compression", call->compression,
                    "none, lz4, zstd or bz2, as the format knows it (default: lz4 for bag, zstd for mcap, none for db3)")
       ->check(CLI::IsMember({"none", "lz4", "zstd", "bz2"}));
-  command->add_option("--from", call->from_s, "leave out what was recorded earlier: seconds after the log's first message");
+  command->add_option("--from", call->from_s, "leave out what was recorded earlier, but for what is latched then: seconds after the log's first message");
   command->add_option("--to", call->to_s, "leave out what was recorded from then on: seconds after the log's first message");
   command->callback([call, code] {
     convert(*call);

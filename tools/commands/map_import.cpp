@@ -56,6 +56,11 @@ void map_import(const MapImportCall& call) {
                                                 grid.heights_m.front(), grid.heights_m.back());
   fmt::print("{}: {} nodes with field of {} x {} every {:.4g} m, {}\n", call.table, field.nodes, grid.columns, grid.rows,
              grid.resolution_m, heights);
+  if (field.metres_in_doubt) {
+    fmt::print("warning: map.metres (1 times): the positions are taken for metres, {:g} m along x and {:g} m along y: if they are "
+               "millimetres, divide them by 1000; if they are metres, name the columns x_m, y_m and z_m\n",
+               grid.resolution_m * (grid.columns - 1), grid.resolution_m * (grid.rows - 1));
+  }
   fmt::print("unit {}{}: half of the field is above {:.3g} uT\n", unit,
              field.unit_from_size ? ", told from the field's size (--unit says otherwise)" : "", field.median_ut);
   if (!field.has_sigma) {

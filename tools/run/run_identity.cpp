@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "frontends/configuration/options.h"
+#include "frontends/readers/logs/folder_files.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/text_file.h"
 #include "tools/run/growing_file.h"
@@ -45,13 +46,9 @@ std::string mark_of_file(const fs::path& path) {
 std::string mark(const std::string& path) {
   if (path.empty()) return "none";
   if (!fs::is_directory(path)) return mark_of_file(path);
-  std::vector<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(path)) {
-    if (entry.is_regular_file()) files.push_back(entry.path().string() + ": " + mark_of_file(entry.path()));
-  }
-  std::sort(files.begin(), files.end());
+  const std::vector<fs::path> files = files_below(path);
   std::uint64_t hash = FileExtent{}.hash;
-  for (const std::string& file : files) hash = hash_of(file + "\n", hash);
+  for (const fs::path& file : files) hash = hash_of(file.string() + ": " + mark_of_file(file) + "\n", hash);
   return fmt::format("{} files, {:016x}", files.size(), hash);
 }
 

@@ -27,7 +27,8 @@ class CloudStream : public CsvLog::Stream {
  public:
   CloudStream(const std::string& folder, const std::string& topic) : topic_(topic) {
     for (const auto& entry : fs::directory_iterator(folder)) {
-      if (!entry.is_regular_file() || entry.path().extension() != ".pcd") continue;
+      std::error_code broken;  // a link to nothing, or to itself
+      if (!entry.is_regular_file(broken) || entry.path().extension() != ".pcd") continue;
       CloudFile file{0, entry.path().string()};
       constexpr Time last = Time{0xFFFFFFFF} * 1'000'000'000;
       if (!parse_stamp(entry.path().stem().string(), file.time) || file.time < 0 || file.time > last) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "frontends/readers/logs/folder_files.h"
 #include "frontends/readers/logs/topic_list.h"
 
 namespace lodestone {
@@ -16,10 +17,9 @@ namespace fs = std::filesystem;
 /// Every CSV below the folder, and every folder that holds PCD files.
 std::set<fs::path> parts_of(const fs::path& folder) {
   std::set<fs::path> parts;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    if (entry.path().extension() == ".csv") parts.insert(entry.path());
-    if (entry.path().extension() == ".pcd" && entry.path().parent_path() != folder) parts.insert(entry.path().parent_path());
+  for (const fs::path& file : files_below(folder)) {
+    if (file.extension() == ".csv") parts.insert(file);
+    if (file.extension() == ".pcd" && file.lexically_relative(folder).has_parent_path()) parts.insert(file.parent_path());
   }
   return parts;
 }

@@ -136,7 +136,8 @@ Source open_file(const std::string& path, WarningLog& warnings) {
 std::vector<std::string> logs_in(const fs::path& folder) {
   std::vector<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && kind_of_file(entry.path().string()) != FileKind::other) files.push_back(entry.path().string());
+    std::error_code broken;  // a link to nothing, or to itself
+    if (entry.is_regular_file(broken) && kind_of_file(entry.path().string()) != FileKind::other) files.push_back(entry.path().string());
   }
   std::sort(files.begin(), files.end());
   return files;

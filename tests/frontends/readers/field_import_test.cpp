@@ -175,6 +175,25 @@ TEST_F(FieldImport, PositionsThatWereMeasuredScatterAboutTheirNodes) {
   }
 }
 
+TEST_F(FieldImport, PositionsInMillimetresAreDoubted) {
+  const auto doubted = [&](const std::string& header, double step, double offset) {
+    std::string text = header.empty() ? "" : header + "\n";
+    for (int i = 0; i < 35; ++i) text += fmt::format("{},{},120,20,{},-40\n", offset + step * (i % 7), step * (i / 7), i);
+    return import(text).metres_in_doubt;
+  };
+  for (const std::string header : {"", "x,y,z,Bx,By,Bz", "# of a robot\nx,y,z,Bx_uT,By_uT,Bz_uT"}) {
+    EXPECT_TRUE(doubted(header, 100.0, 3000.0)) << header;  // every 10 cm
+    EXPECT_TRUE(doubted(header, 4000.5, 0.0)) << header;    // 24 km
+    EXPECT_FALSE(doubted(header, 0.1, 3.0)) << header;
+    EXPECT_FALSE(doubted(header, 10.0, 0.0)) << header;
+    EXPECT_FALSE(doubted(header, 25.0, 0.5)) << header << ": no whole numbers";
+  }
+  for (const std::string header : {"x_m,y_m,z_m,Bx,By,Bz", "x [m],y [m],z [m],Bx,By,Bz"}) {
+    EXPECT_FALSE(doubted(header, 100.0, 0.0));
+    EXPECT_FALSE(doubted(header, 4000.0, 0.0));
+  }
+}
+
 TEST_F(FieldImport, MissingNodesAreWithoutField) {
   Style style;
   style.has = [](int row, int column) { return row != 2 || column != 3; };

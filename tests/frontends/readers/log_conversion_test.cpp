@@ -287,6 +287,40 @@ TEST(CsvLog, GivesWhatItsFilesSay) {
   EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:3"), HasSubstr("'x' is no number")));
 }
 
+/// A log that was put together of links, which may lead back to where they lie.
+TEST(CsvLog, FollowsLinksToFolders) {
+  const TemporaryFolder folder;
+  const std::string field = "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n";
+  const std::string cloud =
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\n"
+      "DATA ascii\n1 2 3\n";
+  for (const char* name : {"log/own", "elsewhere/deeper", "clouds"}) fs::create_directories(folder.path() / name);
+  testing::write_text(folder / "log/own/field.csv", field);
+  testing::write_text(folder / "elsewhere/deeper/field.csv", field);
+  testing::write_text(folder / "clouds/1.5.pcd", cloud);
+  fs::create_directory_symlink(folder.path() / "elsewhere", folder.path() / "log/array");
+  fs::create_directory_symlink("../../clouds", folder.path() / "log/own/points");
+  fs::create_directory_symlink("..", folder.path() / "log/own/back");
+  fs::create_directory_symlink("own", folder.path() / "log/again");
+  fs::create_directory_symlink(folder.path() / "log", folder.path() / "elsewhere/deeper/log");
+  fs::create_directory_symlink("absent", folder.path() / "log/absent");
+  for (const std::string& name : {folder / "log", folder / "log/"}) {
+    testing::DecodedLog log(name);
+    std::vector<std::string> topics;
+    for (const TopicInfo& topic : log.topics()) topics.push_back(topic.name);
+    EXPECT_EQ(topics, (std::vector<std::string>{"/array/deeper/field", "/own/field", "/own/points"}));
+    log.select(topics);
+    ros1::Message message;
+    std::size_t topic = 0, count = 0;
+    for (Time time = 0; log.next(message, topic, time);) ++count;
+    EXPECT_EQ(count, 3U);
+  }
+  // A log of nothing else.
+  fs::create_directories(folder.path() / "links");
+  fs::create_directory_symlink("../clouds", folder.path() / "links/points");
+  EXPECT_EQ(testing::DecodedLog(folder / "links").topics().size(), 1U);
+}
+
 /// Of "10.069626" a stopped recorder may have written "10.0", which is a number too.
 TEST(CsvLog, LeavesOutALastLineWithoutAnEnd) {
   const TemporaryFolder folder;
