@@ -54,6 +54,12 @@ class Section {
   void require(bool holds, const std::string& key, const char* expected) const {
     if (!holds) node_.at(key).fail(std::string("must be ") + expected);
   }
+  /// Rounded down. Held to its bounds as a double: what no integer can hold must not be made one.
+  std::int64_t integer(const std::string& key, double fallback, double least, double most) {
+    const double value = number(key, fallback);
+    if (!(value >= least && value <= most)) node_.at(key).fail(fmt::format("must be {:.0f} to {:.0f}", least, most));
+    return static_cast<std::int64_t>(std::floor(value));
+  }
   void finish() const { node_.refuse_keys_other_than(known_); }
 
  private:
@@ -90,9 +96,8 @@ Steel read_steel(const ConfigurationNode& node) {
   if (steel.kind == SteelKind::rings) {
     steel.spacing_m = section.number("spacing_m");
     steel.ring_radius_m = section.number("radius_m");
-    steel.ring_segments = static_cast<int>(section.number("segments", steel.ring_segments));
+    steel.ring_segments = static_cast<int>(section.integer("segments", steel.ring_segments, 3, 1000));
     section.require(steel.spacing_m >= 0.01, "spacing_m", "at least 0.01");
-    section.require(steel.ring_segments >= 3 && steel.ring_segments <= 1000, "segments", "3 to 1000");
   }
   steel.moment_sigma = section.number("moment_sigma_a_m2", 0.0);
   section.finish();
@@ -272,9 +277,9 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   World world;
   world.file = path;
   world.name = section.text("name");
-  world.steel_seed = static_cast<std::uint64_t>(section.number("steel_seed", 1.0));
-  // Whole seconds up to 2^53 are exact in a double.
-  world.start_time = static_cast<Time>(std::floor(section.number("start_time_s", 1.7e9))) * 1'000'000'000;
+  // Whole numbers up to 2^53 are exact in a double; a ROS 1 bag counts seconds in 32 bits, and a drive goes on for days at most.
+  world.steel_seed = static_cast<std::uint64_t>(section.integer("steel_seed", 1.0, 0.0, 9007199254740992.0));
+  world.start_time = section.integer("start_time_s", 1.7e9, 0.0, 4294000000.0) * 1'000'000'000;
   world.gravity_m_s2 = section.number("gravity_m_s2", world.gravity_m_s2);
   world.earth_field_ut = section.vector("earth_field_ut");
   section.options("floor", world.floor);

@@ -89,7 +89,8 @@ TEST(FoundInputs, AreReadOrRefusedInOneLine) {
   const std::string twice = "VERSION 0.7\nFIELDS x y z intensity ring t\nSIZE 4 4 4 4 2 4\nTYPE F F F F U U\nCOUNT 1 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\n"
                             "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\nFIELDS-1e\nWIDTH 90000\nDATA ascii\nFIELDS-1e-2001  0 0\n"
                             "1 2 3 4 5 6\n1 2 3 4 5 6\n";
-  for (const Found& found : {Found{"message_cdr", empty_livox}, Found{"csv_cloud", twice}, Found{"cloud_ascii", twice}}) {
+  const std::string far_future = "name: late\nstart_time_s: 17400000000\n";  // whose nanoseconds no 64 bits hold
+  for (const Found& found : {Found{"world", far_future}, Found{"message_cdr", empty_livox}, Found{"csv_cloud", twice}, Found{"cloud_ascii", twice}}) {
     const TemporaryFolder folder;
     const Boundary& boundary = testing::boundary(found.boundary);
     boundary.write(folder.path());
