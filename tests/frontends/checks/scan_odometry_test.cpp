@@ -36,7 +36,7 @@ Drive drive_through(const std::string& name, double seconds) {
   return drive;
 }
 
-class ScanOdometryIn : public testing::TestWithParam<const char*> {};
+class ScanOdometryIn : public ::testing::TestWithParam<const char*> {};
 
 /// In a tunnel, between racks and on a quay few points of one scan make planes, and along the first nothing is seen: the turns are
 /// followed all the same, and are those of the scans' middles, not late by a quarter of a scan as at their ends.
@@ -70,7 +70,7 @@ TEST_P(ScanOdometryIn, FollowsTheTurnsToTheEndAndInTime) {
   EXPECT_LT(std::abs(cross / power), 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(Worlds, ScanOdometryIn, testing::Values("tunnel", "warehouse", "seaport"));
+INSTANTIATE_TEST_SUITE_P(Worlds, ScanOdometryIn, ::testing::Values("tunnel", "warehouse", "seaport"));
 
 /// Three seconds without a scan: what comes after is followed for itself.
 TEST(ScanOdometry, StartsAnewAfterAnOutage) {
