@@ -11,6 +11,7 @@
 #include "core/evaluation/statistics.h"
 #include "frontends/checks/field_exchange.h"
 #include "frontends/checks/field_series.h"
+#include "frontends/checks/vector_medians.h"
 
 namespace lodestone {
 namespace {
@@ -28,12 +29,6 @@ constexpr double passing_ut = 2.5;
 constexpr double passing_factor = 4.0;  // times the usual difference
 constexpr double passing_share = 0.7;   // of the magnetometers at once
 constexpr Time bin = 500'000'000;
-
-double length(const std::vector<Vector3>& vectors) {
-  std::vector<double> sizes;
-  for (const Vector3& vector : vectors) sizes.push_back(vector.norm());
-  return sizes.empty() ? 0.0 : summarize(sizes).median;
-}
 
 struct FieldSensor {
   std::size_t index;
@@ -119,8 +114,8 @@ class FieldCheck {
   bool whole_map() {
     std::vector<double> measured, expected;
     for (const FieldSensor& sensor : sensors_) {
-      measured.push_back(length(sensor.series.measured_ut));
-      expected.push_back(length(sensor.series.expected_ut));
+      measured.push_back(median_length(sensor.series.measured_ut));
+      expected.push_back(median_length(sensor.series.expected_ut));
     }
     const double found = summarize(measured).median;
     const double should = summarize(expected).median;
@@ -246,7 +241,7 @@ class FieldCheck {
       for (std::size_t i = 0; i < differences.size(); ++i) {
         own[sensor.series.times[i] / bin].push_back(differences[i]);
       }
-      for (const auto& [when, values] : own) bins[when].push_back(length(values));
+      for (const auto& [when, values] : own) bins[when].push_back(median_length(values));
     }
     const double usual = middle(&FieldModels::rms_offset_ut);
     const double limit = std::max(passing_ut, passing_factor * usual);

@@ -1,11 +1,10 @@
 #include "frontends/checks/field_exchange.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
-#include "core/evaluation/statistics.h"
+#include "frontends/checks/vector_medians.h"
 
 namespace lodestone {
 namespace {
@@ -24,12 +23,6 @@ struct Misfit {
     return all_ut < exchange_explains * other.all_ut && shape_ut < shape_explains * other.shape_ut;
   }
 };
-
-double median_length(const std::vector<Vector3>& vectors) {
-  std::vector<double> sizes;
-  for (const Vector3& vector : vectors) sizes.push_back(vector.norm());
-  return summarize(sizes).median;
-}
 
 Misfit misfit_of(const FieldSeries& mount, const FieldSeries& readings) {
   const FieldSeries pair = exchanged(mount, readings);
@@ -75,7 +68,8 @@ std::vector<std::size_t> mounts_followed(const std::vector<FieldSeries>& all) {
   for (const std::size_t j : odd) {
     Misfit least = own[j];
     for (const std::size_t k : odd) {
-      const Misfit there = k == j ? own[j] : misfit_of(all[k], all[j]);
+      if (k == j) continue;
+      const Misfit there = misfit_of(all[k], all[j]);
       if (!there.explains(own[j]) || there.all_ut >= least.all_ut) continue;
       least = there;
       best[j] = k;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/evaluation/statistics.h"
+#include "frontends/checks/vector_medians.h"
 
 namespace lodestone {
 namespace {
@@ -129,16 +130,6 @@ void fit_drift(const FieldSeries& series, const std::vector<Vector3>& difference
 }
 
 }  // namespace
-
-Vector3 component_medians(const std::vector<Vector3>& vectors) {
-  Vector3 result = Vector3::Zero();
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Vector3& vector : vectors) values.push_back(vector[axis]);
-    result[axis] = summarize(values).median;
-  }
-  return result;
-}
 
 std::vector<Vector3> FieldSeries::differences() const {
   std::vector<Vector3> result;

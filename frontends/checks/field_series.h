@@ -38,9 +38,6 @@ struct FieldModels {
 /// One series a magnetometer, in the order of the suite.
 std::vector<FieldSeries> field_series(const FieldComparison& comparison);
 
-/// Each component's median; `vectors` must not be empty.
-Vector3 component_medians(const std::vector<Vector3>& vectors);
-
 /// Throws std::invalid_argument for a series without readings.
 FieldModels fit_models(const FieldSeries& series);
 

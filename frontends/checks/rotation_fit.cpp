@@ -3,10 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <span>
 
-#include "core/evaluation/statistics.h"
 #include "frontends/checks/step_search.h"
 #include "frontends/checks/turn_integral.h"
+#include "frontends/checks/vector_medians.h"
 
 namespace lodestone {
 namespace {
@@ -156,16 +157,8 @@ void find_step(const std::vector<Pair>& pairs, const Quaternion& R_imu_lidar, do
   const LargestStep step = largest_step(differences, least_rotation_side);
   if (step.index == 0) return;
   // A few turns that the odometry got wrong move a mean; a bias moves the median as much.
-  const auto middle = [&](std::size_t begin, std::size_t end) {
-    Vector3 result;
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<double> values;
-      for (std::size_t i = begin; i < end; ++i) values.push_back(differences[i][axis]);
-      result[axis] = summarize(values).median;
-    }
-    return result;
-  };
-  const Vector3 middles = middle(step.index, differences.size()) - middle(0, step.index);
+  const std::span<const Vector3> all(differences);
+  const Vector3 middles = component_medians(all.subspan(step.index)) - component_medians(all.first(step.index));
   if (middles.dot(step.step) < 0.5 * step.step.squaredNorm()) return;
   fit.bias_step_rad_s = step.step.norm();
   fit.bias_step_sigma_rad_s = step.sigma;

@@ -153,6 +153,7 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
   LocalMap map;
   Twist twist;
   std::size_t followed = 0;  // since the last outage
+  double share_of_last = 0.0;
   for (const LidarScan& scan : scans) {
     if (scan.points.empty()) continue;
     const Time time = middle_of(scan);
@@ -166,7 +167,6 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
     if (map.empty()) {
       const std::vector<Eigen::Vector3f> points = deskew_to_middle(scan, twist);
       result.poses.push_back({time, before.pose});
-      result.share.push_back(1.0);
       if (result.first_scan.empty()) result.first_scan = points;
       map.add(before.pose, points);
       followed = 1;
@@ -177,7 +177,7 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
     const PredictionTrust trust = trust_after(followed, step_s);
     std::vector<Eigen::Vector3f> points = deskew_to_middle(scan, twist);
     double share_before = agreement(points, predicted_pose, map.planes()).share;
-    if (followed > 1) share_before = std::max(share_before, result.share.back());
+    if (followed > 1) share_before = std::max(share_before, share_of_last);
     Pose pose = predicted_pose;
     for (int round = 0; round < rounds; ++round) {
       if (round > 0) points = deskew_to_middle(scan, twist);
@@ -193,7 +193,7 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
       break;
     }
     ++followed;
-    result.share.push_back(share);
+    share_of_last = share;
     result.poses.push_back({time, pose});
     map.add(pose, points);
   }

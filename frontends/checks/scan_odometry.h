@@ -13,7 +13,6 @@ namespace lodestone {
 struct ScanOdometry {
   /// T_start_lidar at each scan's middle (the mean of its points' times): the lidar frame then, in that of the first scan.
   Trajectory poses;
-  std::vector<double> share;  ///< of a scan's points that lie on the surfaces seen before it; 1 where there were none
   std::vector<Eigen::Vector3f> first_scan;  ///< lidar frame, metres
   bool lost = false;  ///< the scans could not be followed to their end: what is here ends before
 };
