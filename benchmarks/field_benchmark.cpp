@@ -5,9 +5,9 @@
 #include <random>
 
 #include "core/mapping/sliding_gpr.h"
-#include "core/maps/magnetic_map.h"
-#include "core/maps/sparse_field_nodes.h"
-#include "frontends/magnetometer/localization.h"
+#include "core/magnetometer/magnetic_map.h"
+#include "core/magnetometer/sparse_field_nodes.h"
+#include "core/magnetometer/localization.h"
 
 namespace lodestone {
 namespace {

@@ -6,11 +6,11 @@
 #include <memory>
 #include <random>
 
-#include "core/registration/condensed_cost.h"
+#include "core/lidar/condensed_cost.h"
 #include "estimators/smoother/smoother.h"
-#include "frontends/lidar/association.h"
-#include "frontends/lidar/deskew.h"
-#include "frontends/lidar/scan_sampling.h"
+#include "core/lidar/association.h"
+#include "core/lidar/deskew.h"
+#include "core/lidar/scan_sampling.h"
 
 namespace lodestone {
 namespace {

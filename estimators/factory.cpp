@@ -4,7 +4,7 @@
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 
 namespace lodestone {
 

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "estimators/estimator.h"
-#include "frontends/magnetometer/magnetometer_monitor.h"
+#include "core/magnetometer/magnetometer_monitor.h"
 
 namespace lodestone {
 

@@ -3,15 +3,15 @@
 #include <string>
 
 #include "core/evaluation/stale_map.h"
-#include "core/maps/field_map_options.h"
-#include "core/maps/magnetic_map.h"
-#include "core/maps/plane_map.h"
+#include "core/magnetometer/field_map_options.h"
+#include "core/magnetometer/magnetic_map.h"
+#include "core/lidar/plane_map.h"
 #include "core/observability/degeneracy.h"
 #include "core/option_checks.h"
 #include "core/options.h"
 #include "factors/window_options.h"
-#include "frontends/lidar/association.h"
-#include "frontends/lidar/scan_sampling.h"
+#include "core/lidar/association.h"
+#include "core/lidar/scan_sampling.h"
 #include "frontends/localization/place_search_options.h"
 
 namespace lodestone {

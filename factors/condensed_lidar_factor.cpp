@@ -1,6 +1,6 @@
 #include "factors/condensed_lidar_factor.h"
 
-#include "core/registration/square_root.h"
+#include "core/lidar/square_root.h"
 #include "factors/manifolds.h"
 
 namespace lodestone {

@@ -2,7 +2,7 @@
 
 #include <ceres/cost_function.h>
 
-#include "core/registration/swept_cost.h"
+#include "core/lidar/swept_cost.h"
 #include "factors/pose_mask.h"
 
 namespace lodestone {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/maps/field_residual.h"
+#include "core/magnetometer/field_residual.h"
 #include "factors/manifolds.h"
 
 namespace lodestone {

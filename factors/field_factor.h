@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "factors/pose_mask.h"
 
 namespace lodestone {

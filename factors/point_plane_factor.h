@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/registration/correspondence.h"
+#include "core/lidar/correspondence.h"
 #include "factors/pose_mask.h"
 
 namespace lodestone {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "tools/commands.h"
 #include "tools/outputs_apart.h"
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "core/maps/magnetic_map.h"
-#include "core/maps/plane_map.h"
+#include "core/magnetometer/magnetic_map.h"
+#include "core/lidar/plane_map.h"
 #include "frontends/simulation/simulation_source.h"
 
 namespace lodestone {

@@ -9,7 +9,7 @@
 #include "core/geometry/nav_state.h"
 #include "core/measurements.h"
 #include "core/observability/degeneracy.h"
-#include "core/registration/condensed_cost.h"
+#include "core/lidar/condensed_cost.h"
 
 // How the core's values go into a checkpoint. Structures are taken apart by structured bindings: one that gets another
 // field does not compile here until it is said what becomes of it.

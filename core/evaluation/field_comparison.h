@@ -7,7 +7,7 @@
 
 #include "core/evaluation/array_log.h"
 #include "core/geometry/trajectory.h"
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "core/sensor_suite.h"
 
 namespace lodestone {

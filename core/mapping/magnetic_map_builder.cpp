@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/mapping/gpr_sweep.h"
-#include "core/maps/sparse_field_nodes.h"
+#include "core/magnetometer/sparse_field_nodes.h"
 #include "core/parallel.h"
 
 namespace lodestone {

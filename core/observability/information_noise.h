@@ -3,7 +3,7 @@
 #include <span>
 
 #include "core/geometry/pose.h"
-#include "core/registration/correspondence.h"
+#include "core/lidar/correspondence.h"
 
 namespace lodestone {
 

@@ -12,7 +12,7 @@
 #include "estimators/health.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/initialization.h"
-#include "frontends/lidar/deskew.h"
+#include "core/lidar/deskew.h"
 
 namespace lodestone {
 

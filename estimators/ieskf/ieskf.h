@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "core/observability/degeneracy.h"
-#include "core/registration/condensed_cost.h"
+#include "core/lidar/condensed_cost.h"
 #include "estimators/factory.h"
 #include "estimators/ieskf/iterated_update.h"
 

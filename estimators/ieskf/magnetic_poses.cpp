@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "frontends/magnetometer/localization.h"
+#include "core/magnetometer/localization.h"
 
 namespace lodestone {
 

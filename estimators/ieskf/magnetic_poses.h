@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/imu/scan_motion.h"
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "core/measurements.h"
 #include "core/sensor_suite.h"
 

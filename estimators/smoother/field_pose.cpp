@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "frontends/magnetometer/localization.h"
+#include "core/magnetometer/localization.h"
 
 namespace lodestone {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "factors/field_factor.h"
 #include "factors/pose_factor.h"
 

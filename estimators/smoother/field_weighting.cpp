@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "core/maps/field_residual.h"
+#include "core/magnetometer/field_residual.h"
 #include "core/observability/robust_weight.h"
 
 namespace lodestone {

@@ -4,11 +4,11 @@
 #include <span>
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "core/sensor_suite.h"
 #include "estimators/options.h"
 #include "factors/sliding_window.h"
-#include "frontends/magnetometer/array_reading.h"
+#include "core/magnetometer/array_reading.h"
 
 namespace lodestone {
 

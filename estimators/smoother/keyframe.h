@@ -4,12 +4,12 @@
 #include <memory>
 #include <vector>
 
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "core/measurements.h"
 #include "core/observability/degeneracy.h"
 #include "estimators/estimate.h"
 #include "factors/condensed_lidar_factor.h"
-#include "frontends/lidar/association.h"
+#include "core/lidar/association.h"
 
 namespace lodestone {
 

@@ -7,7 +7,7 @@
 #include "core/observability/robust_weight.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
-#include "frontends/lidar/deskew.h"
+#include "core/lidar/deskew.h"
 
 namespace lodestone {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "estimators/factory.h"
 #include "estimators/smoother/keyframe.h"
 #include "factors/sliding_window.h"

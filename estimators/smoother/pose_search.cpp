@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "core/imu/scan_motion.h"
-#include "core/maps/field_residual.h"
+#include "core/magnetometer/field_residual.h"
 #include "core/parallel.h"
-#include "frontends/lidar/deskew.h"
-#include "frontends/magnetometer/array_reading.h"
+#include "core/lidar/deskew.h"
+#include "core/magnetometer/array_reading.h"
 
 namespace lodestone {
 

@@ -10,7 +10,7 @@
 #include "estimators/initialization.h"
 #include "estimators/smoother/bound.h"
 #include "estimators/smoother/relocation.h"
-#include "frontends/lidar/scan_sampling.h"
+#include "core/lidar/scan_sampling.h"
 
 namespace lodestone {
 

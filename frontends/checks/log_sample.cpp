@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "frontends/lidar/scan_sampling.h"
+#include "core/lidar/scan_sampling.h"
 #include "frontends/readers/logs/open_log.h"
 #include "frontends/readers/platform_lidars.h"
 #include "frontends/readers/stream_decoder.h"

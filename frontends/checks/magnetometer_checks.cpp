@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "frontends/magnetometer/magnetometer_monitor.h"
+#include "core/magnetometer/magnetometer_monitor.h"
 #include "frontends/readers/sensor_checks.h"
 #include "frontends/readers/stream_decoder.h"
 

@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "core/angles.h"
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "frontends/checks/scan_tracking.h"
 #include "frontends/localization/scan_registration.h"
 

@@ -5,8 +5,8 @@
 #include <array>
 
 #include "core/angles.h"
-#include "core/registration/condensed_cost.h"
-#include "frontends/lidar/association.h"
+#include "core/lidar/condensed_cost.h"
+#include "core/lidar/association.h"
 
 namespace lodestone {
 namespace {

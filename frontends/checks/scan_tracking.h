@@ -3,7 +3,7 @@
 #include <span>
 
 #include "core/geometry/pose.h"
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "core/sensor_suite.h"
 
 namespace lodestone {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/angles.h"
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "frontends/checks/imu_checks.h"
 #include "frontends/localization/scan_registration.h"
 #include "frontends/localization/start_scan.h"

@@ -3,7 +3,7 @@
 #include <functional>
 #include <optional>
 
-#include "core/maps/plane_map_source.h"
+#include "core/lidar/plane_map_source.h"
 #include "frontends/checks/finding.h"
 #include "frontends/checks/log_sample.h"
 #include "frontends/checks/scan_odometry.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/logs/known_types.h"
 
 namespace lodestone {

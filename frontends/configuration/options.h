@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/options.h"
 #include "frontends/configuration/configuration_node.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 
 /// Readers and writers of option structs (core/options.h): none of them knows the structs.
 namespace lodestone {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/maps/field_residual.h"
+#include "core/magnetometer/field_residual.h"
 
 namespace lodestone {
 

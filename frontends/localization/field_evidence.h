@@ -1,8 +1,8 @@
 #pragma once
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "frontends/localization/place_search_options.h"
-#include "frontends/magnetometer/array_reading.h"
+#include "core/magnetometer/array_reading.h"
 
 namespace lodestone {
 

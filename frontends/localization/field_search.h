@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "frontends/localization/place_search.h"
-#include "frontends/magnetometer/array_reading.h"
+#include "core/magnetometer/array_reading.h"
 
 namespace lodestone {
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/angles.h"
-#include "core/registration/condensed_cost.h"
+#include "core/lidar/condensed_cost.h"
 
 namespace lodestone {
 

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "core/maps/plane_map_source.h"
-#include "frontends/lidar/association.h"
+#include "core/lidar/plane_map_source.h"
+#include "core/lidar/association.h"
 
 namespace lodestone {
 

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/maps/plane_fit.h"
+#include "core/lidar/plane_fit.h"
 
 namespace lodestone {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/maps/plane_map_source.h"
+#include "core/lidar/plane_map_source.h"
 
 namespace lodestone {
 

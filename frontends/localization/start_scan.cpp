@@ -6,8 +6,8 @@
 #include <set>
 #include <tuple>
 
-#include "frontends/lidar/deskew.h"
-#include "frontends/lidar/scan_sampling.h"
+#include "core/lidar/deskew.h"
+#include "core/lidar/scan_sampling.h"
 
 namespace lodestone {
 

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "frontends/localization/field_search.h"
-#include "frontends/magnetometer/localization.h"
+#include "core/magnetometer/localization.h"
 
 namespace lodestone {
 

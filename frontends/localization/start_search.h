@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "frontends/lidar/association.h"
+#include "core/lidar/association.h"
 #include "frontends/localization/field_evidence.h"
 #include "frontends/localization/place_search.h"
 #include "frontends/localization/scan_registration.h"

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "frontends/magnetometer/magnetometer_monitor.h"
+#include "core/magnetometer/magnetometer_monitor.h"
 #include "frontends/synchronizer/array_grouping.h"
 
 namespace lodestone {

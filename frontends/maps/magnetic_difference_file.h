@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/maps/magnetic_difference.h"
+#include "core/magnetometer/magnetic_difference.h"
 
 namespace lodestone {
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "core/sensor_suite.h"
 #include "core/warnings.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "frontends/maps/spool_file.h"
 
 namespace lodestone {

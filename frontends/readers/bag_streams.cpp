@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/logs/known_types.h"
 
 namespace lodestone {

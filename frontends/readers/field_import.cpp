@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/maps/sparse_field_nodes.h"
+#include "core/magnetometer/sparse_field_nodes.h"
 #include "frontends/configuration/options.h"
 #include "frontends/readers/field_table.h"
 #include "frontends/readers/sensor_checks.h"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "frontends/readers/platform.h"
 
 namespace lodestone {

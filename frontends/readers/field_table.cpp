@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/csv/csv_text.h"
 
 namespace lodestone {

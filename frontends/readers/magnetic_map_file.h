@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 
 namespace lodestone {
 

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 
 namespace lodestone {
 

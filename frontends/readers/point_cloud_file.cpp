@@ -14,7 +14,7 @@
 #include "core/aside.h"
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/pcd_check.h"
 #include "frontends/readers/pcd_layout.h"
 #include "frontends/readers/ply_vertices.h"

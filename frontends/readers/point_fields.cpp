@@ -7,7 +7,7 @@
 #include <map>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/point_times.h"
 
 namespace lodestone {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "frontends/configuration/configuration_node.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/configuration/options.h"
 #include "frontends/simulation/faults.h"
 #include "frontends/simulation/sensor_options.h"

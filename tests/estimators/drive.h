@@ -7,8 +7,8 @@
 
 #include "core/evaluation/errors.h"
 #include "core/geometry/trajectory.h"
-#include "core/maps/magnetic_map.h"
-#include "core/maps/plane_map.h"
+#include "core/magnetometer/magnetic_map.h"
+#include "core/lidar/plane_map.h"
 #include "core/warnings.h"
 #include "estimators/factory.h"
 #include "frontends/simulation/cloud_map.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "core/warnings.h"
 #include "estimators/factory.h"
 #include "frontends/simulation/simulation_source.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 #include "core/warnings.h"
 #include "estimators/factory.h"
 #include "frontends/maps/tiled_plane_map.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/imu/integration.h"
-#include "core/maps/magnetic_map.h"
-#include "core/registration/condensed_cost.h"
+#include "core/magnetometer/magnetic_map.h"
+#include "core/lidar/condensed_cost.h"
 #include "core/sensor_suite.h"
 #include "factors/field_factor.h"
 

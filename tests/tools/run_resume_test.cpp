@@ -14,7 +14,7 @@
 #include <set>
 #include <thread>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/trajectory_file.h"
 #include "tests/tools/reproduce/experiment_files.h"

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/text_file.h"
 #include "tools/ablate/ablation_tables.h"
 #include "tools/commands.h"

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/maps/magnetic_difference.h"
+#include "core/magnetometer/magnetic_difference.h"
 #include "frontends/maps/magnetic_difference_file.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "tools/commands.h"

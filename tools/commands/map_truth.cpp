@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/error.h"
-#include "core/maps/sparse_field_nodes.h"
+#include "core/magnetometer/sparse_field_nodes.h"
 #include "core/parallel.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "frontends/simulation/magnetic_field.h"

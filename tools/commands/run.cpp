@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "estimators/factory.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/configuration/options.h"
 #include "tools/commands.h"
 #include "tools/run/run_call.h"

@@ -8,7 +8,7 @@
 #include "core/angles.h"
 #include "core/error.h"
 #include "core/evaluation/errors.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/text_file.h"
 #include "frontends/readers/trajectory_file.h"
 #include "tools/sinks/covariance_file.h"

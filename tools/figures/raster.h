@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 
 namespace lodestone::figures {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/maps/magnetic_difference.h"
+#include "core/magnetometer/magnetic_difference.h"
 
 namespace lodestone {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/geometry/trajectory.h"
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 
 namespace lodestone {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/evaluation/stale_map.h"
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 
 namespace lodestone {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/maps/magnetic_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "tools/report/cloud_thinning.h"
 
 namespace lodestone {

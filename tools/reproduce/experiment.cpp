@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 
 namespace lodestone::reproduce {
 

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "estimators/factory.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/configuration/options.h"
 #include "tools/reproduce/experiment.h"
 #include "tools/reproduce/plan.h"

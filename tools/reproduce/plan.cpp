@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "tools/reproduce/fingerprint.h"
 
 namespace lodestone::reproduce {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <set>
 
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 
 namespace lodestone::reproduce {
 

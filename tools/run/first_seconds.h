@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/maps/plane_map_source.h"
+#include "core/lidar/plane_map_source.h"
 #include "core/warnings.h"
 #include "frontends/readers/platform.h"
 #include "frontends/readers/sensor_choice.h"

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "estimators/factory.h"
 #include "estimators/smoother/bound.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/configuration/options.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/readers/bag_source.h"

@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/trajectory_file.h"
 
 namespace lodestone {

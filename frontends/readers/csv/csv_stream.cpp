@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/csv/csv_log.h"
 #include "frontends/readers/csv/csv_text.h"
 #include "frontends/readers/logs/wire_ros1.h"

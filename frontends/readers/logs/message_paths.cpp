@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "core/error.h"
-#include "frontends/configuration/nearest_name.h"
+#include "core/nearest_name.h"
 #include "frontends/readers/logs/message_definition.h"
 #include "frontends/readers/logs/message_reading.h"
 #include "frontends/readers/logs/wire_cdr.h"

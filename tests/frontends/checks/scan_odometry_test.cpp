@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "frontends/lidar/scan_sampling.h"
+#include "core/lidar/scan_sampling.h"
 #include "frontends/simulation/world.h"
 #include "frontends/simulation/simulation_source.h"
 

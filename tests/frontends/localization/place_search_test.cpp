@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "core/maps/plane_map.h"
+#include "core/lidar/plane_map.h"
 
 namespace lodestone {
 namespace {

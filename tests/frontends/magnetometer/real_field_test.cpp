@@ -8,7 +8,7 @@
 #include <random>
 
 #include "core/mapping/magnetic_map_builder.h"
-#include "frontends/magnetometer/localization.h"
+#include "core/magnetometer/localization.h"
 #include "tests/frontends/readers/test_files.h"
 
 namespace lodestone {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "frontends/checks/scan_odometry.h"
-#include "frontends/lidar/scan_sampling.h"
+#include "core/lidar/scan_sampling.h"
 #include "frontends/readers/bag_source.h"
 #include "frontends/readers/point_cloud_file.h"
 #include "tests/frontends/readers/test_files.h"

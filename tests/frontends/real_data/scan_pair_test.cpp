@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "core/registration/condensed_cost.h"
-#include "frontends/lidar/association.h"
+#include "core/lidar/condensed_cost.h"
+#include "core/lidar/association.h"
 #include "frontends/readers/point_cloud_file.h"
 #include "tests/frontends/readers/test_files.h"
 #include "tests/frontends/real_data/registration.h"

@@ -1,0 +1,160 @@
+#include "core/lidar/association.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/observability/robust_weight.h"
+#include "core/parallel.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::size_t kChunk = 1024;
+
+// A scan meets most planes more than once, and a smoothed estimate averages twice as many scans as a causal one.
+constexpr double kFewestRepeats = 2.0;
+
+using Matrix6f = Eigen::Matrix<float, 6, 6>;
+using Vector6f = Eigen::Matrix<float, 6, 1>;
+
+/// J P Jᵀ of a residual, by direction: what is not known along a tunnel opens no gate across it.
+float variance_by_pose(const Vector6f& jacobian, const Matrix6f& covariance) {
+  return std::max(0.0F, jacobian.dot(covariance.selfadjointView<Eigen::Lower>() * jacobian));
+}
+
+/// How often a plane's error counts, along every residual.
+struct Repeats {
+  Matrix6f sides = Matrix6f::Zero();  ///< a column a direction: that of P = D Dᵀ in which scans are averaged `counts` times
+  Vector6f counts = Vector6f::Zero();
+  float otherwise = 1.0F;             ///< where nothing is known of these directions
+
+  /// Between the least and the largest count: the mean by how much each direction moves the residual.
+  float along(const Vector6f& jacobian) const {
+    const Vector6f squares = (sides.transpose() * jacobian).array().square();
+    const float sum = squares.sum();
+    return sum > 0.0F ? counts.dot(squares) / sum : otherwise;
+  }
+};
+
+/// By the eigenvalues of P in those of S, each kept within what is sensible; a direction that one scan does not see counts the most
+/// times. Where it is metres wide, noisy normals look along it a little and every plane counts so often, which is too cautious
+/// across; without a say of such directions walkways with LiDAR cut to 10 m were a tenth worse and their NEES 1.23 for 1.05.
+Repeats repeats_of(const ScanAveraging& averaging, double most) {
+  Repeats result;
+  result.otherwise = static_cast<float>(most);
+  const Eigen::LLT<Matrix6> root(averaging.covariance);
+  if (root.info() != Eigen::Success || !averaging.information_of_scan.allFinite()) return result;
+  const Matrix6 lower = root.matrixL();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(lower.transpose() * averaging.information_of_scan * lower);
+  result.sides = (lower * solver.eigenvectors()).cast<float>();
+  for (int i = 0; i < 6; ++i) {
+    const double share = solver.eigenvalues()[i];
+    const double scans = share * most > 1.0 ? std::max(1.0 / share, std::min(kFewestRepeats, most)) : most;
+    result.counts[i] = static_cast<float>(scans);
+  }
+  return result;
+}
+
+struct Noise {
+  float range_variance;
+  float angle_variance;
+  float roughness_variance;
+  float max_distance;
+  Matrix6f pose_covariance;  // φ, p
+  Repeats repeats;
+  float gate_squared;
+  double huber_sigmas;
+};
+
+void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
+                    const PlaneMap& map, const Noise& noise, std::vector<Correspondence>& result) {
+  const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
+  // Doubles for the position: far from the map's origin floats lose millimetres, which the sum would keep.
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f& point = points[i];
+    const Eigen::Vector3f turned = rotation * point;
+    const Eigen::Vector3f place = (turned.cast<double>() + T_map_imu.position).cast<float>();
+    const Plane* plane = map.match(place, noise.max_distance);
+    if (plane == nullptr) continue;
+    const float distance = plane->distance(place);
+    const Eigen::Vector3f beam = rotation * (point - beam_origin);
+    const float range_squared = beam.squaredNorm();
+    const float along_normal = plane->normal.dot(beam);
+    const float cosine_squared = along_normal * along_normal / range_squared;
+    const Eigen::Vector3f normal_in_imu = rotation.transpose() * plane->normal;
+    Vector6f jacobian;
+    jacobian.head<3>() = point.cross(normal_in_imu);
+    jacobian.tail<3>() = plane->normal;
+    const float by_sensor = noise.range_variance * cosine_squared +
+                            noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance;
+    const float by_plane = plane->variance_at(place);
+    const float variance = by_sensor + noise.repeats.along(jacobian) * by_plane;
+    const float expected = variance + variance_by_pose(jacobian, noise.pose_covariance);
+    if (distance * distance > noise.gate_squared * expected) continue;
+    const double sigmas = std::abs(distance) / std::sqrt(expected);
+    result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas)),
+                      ages_s.empty() ? 0.0F : ages_s[i], by_sensor + by_plane});
+  }
+}
+
+}  // namespace
+
+std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
+                                      const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
+                                      const AssociationOptions& options, std::span<const float> ages_s,
+                                      const ScanAveraging& averaging) {
+  const auto square = [](double value) { return static_cast<float>(value * value); };
+  const Noise noise{square(lidar.range_noise_m),
+                    square(lidar.direction_noise_rad),
+                    square(options.surface_roughness_m),
+                    static_cast<float>(options.max_distance_m),
+                    pose_covariance.cast<float>(),
+                    repeats_of(averaging, options.map_error_repeats),
+                    square(options.gate_sigmas),
+                    options.huber_sigmas};
+  const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();
+  const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
+  std::vector<std::vector<Correspondence>> parts(chunks);
+  parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
+    const std::size_t begin = i * kChunk;
+    parts[i].reserve(kChunk);
+    const std::size_t count = std::min(kChunk, points.size() - begin);
+    associate_part(points.subspan(begin, count), ages_s.empty() ? ages_s : ages_s.subspan(begin, count), T_map_imu,
+                   beam_origin, map, noise, parts[i]);
+  });
+  std::vector<Correspondence> result;
+  result.reserve(points.size());
+  for (const auto& part : parts) result.insert(result.end(), part.begin(), part.end());
+  return result;
+}
+
+double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  double sum = 0.0;
+  int count = 0;
+  for (const Correspondence& match : correspondences) {
+    if (!(match.variance_once > 0.0F)) continue;
+    const Vector3 place = T_map_imu * match.point.cast<double>();
+    const double residual = match.plane->normal.cast<double>().dot(place - match.plane->center.cast<double>());
+    sum += residual * residual / static_cast<double>(match.variance_once);
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
+Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  const Matrix3 map_to_imu = T_map_imu.rotation.toRotationMatrix().transpose();
+  Matrix6 sum = Matrix6::Zero();
+  for (const Correspondence& match : correspondences) {
+    const Vector3 normal = match.plane->normal.cast<double>();
+    Vector6 jacobian;
+    jacobian.head<3>() = match.point.cast<double>().cross(map_to_imu * normal);
+    jacobian.tail<3>() = normal;
+    sum.selfadjointView<Eigen::Lower>().rankUpdate(jacobian);
+  }
+  return sum.selfadjointView<Eigen::Lower>();
+}
+
+}  // namespace lodestone

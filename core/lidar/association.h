@@ -1,0 +1,65 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/geometry/pose.h"
+#include "core/lidar/plane_map.h"
+#include "core/option_checks.h"
+#include "core/lidar/correspondence.h"
+#include "core/sensor_suite.h"
+
+namespace lodestone {
+
+struct AssociationOptions {
+  double max_distance_m = 0.3;
+  double gate_sigmas = 4.0;
+  double huber_sigmas = 2.0;
+  double surface_roughness_m = 0.002;
+  double map_error_repeats = 10.0;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("max_distance_m", max_distance_m, "a point further than this from its plane has no correspondence");
+    visitor.field("gate_sigmas", gate_sigmas,
+                  "nor has one whose residual is beyond this many sigmas of it, the predicted pose's own included");
+    visitor.field("huber_sigmas", huber_sigmas, "point-to-plane residuals beyond this many sigmas are weighed down");
+    visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
+    visitor.field("map_error_repeats", map_error_repeats,
+                  "an estimate averages the noise of scans, but not the error of a plane that they all meet: its variance "
+                  "counts as often as scans are averaged along its normal, at most so often");
+  }
+
+  void check() const {
+    option_checks::positive("max_distance_m", max_distance_m);
+    option_checks::positive("gate_sigmas", gate_sigmas);
+    option_checks::positive("huber_sigmas", huber_sigmas);
+    option_checks::positive("surface_roughness_m", surface_roughness_m);
+    option_checks::not_negative("map_error_repeats", map_error_repeats);
+  }
+};
+
+/// How many scans an estimate averages: what one scan alone tells of a pose against what is known of it (φ, p).
+struct ScanAveraging {
+  Matrix6 information_of_scan = Matrix6::Zero();
+  Matrix6 covariance = Matrix6::Zero();  ///< zero: not known, every plane's error counts the most times
+};
+
+/// Finds each point's plane at the pose `T_map_imu` and what its residual is worth. `points`: imu frame at the scan's
+/// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it, of
+/// the surface and of the plane's own fit, this one as often as scans are averaged along r. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no outlier.
+/// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken; none
+/// where that does not matter.
+std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
+                                      const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
+                                      const AssociationOptions& options, std::span<const float> ages_s = {},
+                                      const ScanAveraging& averaging = {});
+
+/// Mean of r² at the pose over its variance by sensor and plane, the plane's error counted once: 1 where points lie as far from
+/// their planes as these explain. 0: no points.
+double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
+
+/// Σ JᵀJ with weight one on metres, order φ, p: what the paper's rule looks at.
+Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
+
+}  // namespace lodestone

@@ -1,0 +1,134 @@
+#include "core/lidar/plane_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+constexpr std::int32_t kNoPlane = -1;
+constexpr float kSameNormal = 0.9F;  // cosine: planes of one surface in neighbouring voxels
+
+std::uint64_t spread(std::uint64_t key) {
+  key *= 0x9E3779B97F4A7C15ULL;
+  return key ^ (key >> 29);
+}
+
+double median_thickness(std::span<const VoxelPlane> voxels) {
+  std::vector<float> thickness;
+  for (const VoxelPlane& voxel : voxels) {
+    if (voxel.is_plane != 0) thickness.push_back(voxel.plane.thickness);
+  }
+  if (thickness.empty()) return 0.0;
+  const auto middle = thickness.begin() + static_cast<std::ptrdiff_t>(thickness.size() / 2);
+  std::nth_element(thickness.begin(), middle, thickness.end());
+  return static_cast<double>(*middle);
+}
+
+}  // namespace
+
+PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options)
+    : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)) {
+  const std::vector<VoxelPlane> voxels = fit_voxel_planes(points, options);
+  median_thickness_m_ = median_thickness(voxels);
+  insert(voxels);
+}
+
+PlaneMap::PlaneMap(std::span<const VoxelPlane> voxels, double median_thickness_m, const PlaneMapOptions& options)
+    : options_(options),
+      inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)),
+      median_thickness_m_(median_thickness_m) {
+  insert(voxels);
+}
+
+void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
+  const double limit = thickness_limit(median_thickness_m_, options_);
+  const auto counts = [limit](const VoxelPlane& voxel) {
+    return voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
+  };
+  planes_.reserve(static_cast<std::size_t>(std::count_if(voxels.begin(), voxels.end(), counts)));
+  std::uint64_t capacity = 16;
+  while (capacity < 2 * voxels.size()) capacity *= 2;
+  mask_ = capacity - 1;
+  table_.assign(capacity, {kEmpty, kNoPlane});
+  for (const VoxelPlane& voxel : voxels) {
+    std::uint64_t slot = spread(voxel.key) & mask_;
+    while (table_[slot].key != kEmpty) slot = (slot + 1) & mask_;
+    table_[slot] = {voxel.key, kNoPlane};
+    if (counts(voxel)) {
+      table_[slot].plane = static_cast<std::int32_t>(planes_.size());
+      planes_.push_back(with_shared_thickness(voxel.plane, median_thickness_m_, options_));
+    } else {
+      ++rejected_voxels_;
+    }
+  }
+}
+
+void PlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
+  for (const Slot& slot : table_) {
+    if (slot.key == kEmpty) continue;
+    visit(voxel_of_key(slot.key), slot.plane == kNoPlane ? nullptr : &planes_[static_cast<std::size_t>(slot.plane)]);
+  }
+}
+
+PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
+  const std::uint64_t key = voxel_key(voxel);
+  for (std::uint64_t slot = spread(key) & mask_;; slot = (slot + 1) & mask_) {
+    const Slot& entry = table_[slot];
+    if (entry.key == key) {
+      return {true, entry.plane == kNoPlane ? nullptr : &planes_[static_cast<std::size_t>(entry.plane)]};
+    }
+    if (entry.key == kEmpty) return {false, nullptr};
+  }
+}
+
+const Plane* PlaneMap::at(const Eigen::Vector3f& point) const { return find(voxel_of(point, inverse_voxel_)).plane; }
+
+bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const {
+  const Eigen::Vector3f foot = point - plane.normal * plane.distance(point);
+  const Eigen::Vector3f step = plane.normal * static_cast<float>(options_.margin_m);
+  for (const float side : {-1.0F, 0.0F, 1.0F}) {
+    const Found there = find(voxel_of(foot + side * step, inverse_voxel_));
+    if (!there.occupied || there.plane == &plane) continue;
+    if (there.plane == nullptr || std::abs(there.plane->normal.dot(plane.normal)) < kSameNormal ||
+        std::abs(there.plane->distance(foot)) > 0.5F * static_cast<float>(options_.margin_m)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m) const {
+  const Eigen::Vector3f scaled = point * inverse_voxel_;
+  const Eigen::Vector3f floor = scaled.array().floor();
+  const Eigen::Vector3i voxel = floor.cast<int>();
+  const Found own = find(voxel);
+  if (own.occupied) {
+    return own.plane != nullptr && std::abs(own.plane->distance(point)) <= max_distance_m &&
+                   serves_both_sides(*own.plane, point)
+               ? own.plane
+               : nullptr;
+  }
+  const Plane* best = nullptr;
+  float best_distance = max_distance_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float share = scaled[axis] - floor[axis];
+    // Only as far over the edge as a match could be off.
+    const float beyond = std::min(share, 1.0F - share) * static_cast<float>(options_.voxel_m);
+    if (beyond > max_distance_m) continue;
+    Eigen::Vector3i neighbour = voxel;
+    neighbour[axis] += share < 0.5F ? -1 : 1;
+    const Plane* candidate = find(neighbour).plane;
+    if (candidate == nullptr) continue;
+    const float distance = std::abs(candidate->distance(point));
+    if (distance <= best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best != nullptr && serves_both_sides(*best, point) ? best : nullptr;
+}
+
+}  // namespace lodestone

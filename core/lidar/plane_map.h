@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/lidar/plane_map_source.h"
+#include "core/lidar/voxel_planes.h"
+
+namespace lodestone {
+
+/// The prior cloud map as planes, fitted once, in a voxel hash. Immutable; look-ups are thread-safe and take tens of
+/// nanoseconds. A surface that lies in a voxel's face would have its noise cut in two, each half a plane of its own beside
+/// the true one; so each voxel is fitted to its points and those within a margin of it. A voxel's plane depends on these
+/// alone: maps cut into tiles that overlap by the margin give the same planes. A map in memory is a source of itself.
+class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_this<PlaneMap> {
+ public:
+  /// Fits a plane to each voxel of `points` (map frame, metres; finite). The result does not depend on threads.
+  PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options);
+
+  /// A part of a map whose planes have the median thickness `median_thickness_m`. `voxels`: of all its tiles, in any order.
+  PlaneMap(std::span<const VoxelPlane> voxels, double median_thickness_m, const PlaneMapOptions& options);
+
+  /// This map, which must be held by a shared_ptr.
+  std::shared_ptr<const PlaneMap> around(const Vector3&) const override { return shared_from_this(); }
+
+  double voxel_m() const override { return options_.voxel_m; }
+  void for_each_voxel(const VoxelVisitor& visit) const override;
+
+  /// The plane of the voxel that holds `point`; nullptr where there is none.
+  const Plane* at(const Eigen::Vector3f& point) const;
+
+  /// The plane for a point that may lie just over a voxel's edge: that of its own voxel; where that voxel holds no points
+  /// of the map at all, the closest of those of the three voxels across the nearest faces. nullptr where none is within
+  /// `max_distance_m`, and where the point's own voxel holds something that is no plane: an edge between two surfaces
+  /// would lend its points to the wrong one. Nor where noise could carry the point, along the normal by the margin, over to
+  /// a voxel that would not take it to the same surface: points in front of a wall would then be taken and those behind it
+  /// not, and the wall would seem to stand nearer than it does.
+  const Plane* match(const Eigen::Vector3f& point, float max_distance_m) const;
+
+  const std::vector<Plane>& planes() const { return planes_; }
+  const PlaneMapOptions& options() const { return options_; }
+
+  /// Median rms distance of the whole map's planes' points from them, metres: the survey's noise and the surfaces' roughness.
+  double median_thickness_m() const { return median_thickness_m_; }
+
+  /// Voxels that held points but no plane.
+  std::int64_t rejected_voxels() const { return rejected_voxels_; }
+
+ private:
+  struct Slot {
+    std::uint64_t key;
+    std::int32_t plane;
+  };
+  struct Found {
+    bool occupied;
+    const Plane* plane;
+  };
+  void insert(std::span<const VoxelPlane> voxels);
+  bool serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const;
+  Found find(const Eigen::Vector3i& voxel) const;
+
+  PlaneMapOptions options_;
+  float inverse_voxel_;
+  std::vector<Plane> planes_;
+  std::vector<Slot> table_;
+  std::uint64_t mask_ = 0;
+  double median_thickness_m_ = 0.0;
+  std::int64_t rejected_voxels_ = 0;
+};
+
+}  // namespace lodestone

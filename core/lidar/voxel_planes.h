@@ -1,0 +1,122 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/lidar/plane_fit.h"
+#include "core/option_checks.h"
+
+namespace lodestone {
+
+struct PlaneMapOptions {
+  double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
+  double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
+  bool height_from_within = true;  ///< a plane's height from the points under and over the voxel alone
+  double max_thickness_over_median = 1.3;
+  double thickness_prior_points = 30.0;
+  PlaneFitOptions fit;
+  int tile_above_points = 10000000;
+  double tile_m = 32.0;
+  double resident_radius_m = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("voxel_m", voxel_m, "edge of a voxel; each holds at most one plane");
+    visitor.field("margin_m", margin_m,
+                  "a voxel's plane is fitted to the points up to so far outside it, too: more than the map's noise");
+    visitor.field("height_from_within", height_from_within,
+                  "take a plane's height from those points whose foot on it lies within the voxel: the chord of a curved wall "
+                  "then lies where points in this voxel do");
+    visitor.field("max_thickness_over_median", max_thickness_over_median,
+                  "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
+    visitor.field("thickness_prior_points", thickness_prior_points,
+                  "a plane's own few points tell badly how noisy they are: the map's median thickness counts as so many; 0: "
+                  "not at all");
+    visitor.section("fit", fit);
+    visitor.field("tile_above_points", tile_above_points,
+                  "a cloud of more points is cut into tiles, of which only those round the robot are in memory; the results "
+                  "are the same");
+    visitor.field("tile_m", tile_m, "edge of such a tile, rounded to whole voxels");
+    visitor.field("resident_radius_m", resident_radius_m,
+                  "tiles are in memory up to so far from the robot; 0: what the LiDAR's range asks for");
+  }
+
+  void check() const {
+    option_checks::within("voxel_m", voxel_m, 0.01, 100.0);
+    option_checks::within("margin_m", margin_m, 0.0, 0.49 * voxel_m);
+    option_checks::not_negative("max_thickness_over_median", max_thickness_over_median);
+    option_checks::not_negative("thickness_prior_points", thickness_prior_points);
+    option_checks::not_negative("tile_above_points", tile_above_points);
+    option_checks::within("tile_m", tile_m, voxel_m, 10000.0);
+    option_checks::not_negative("resident_radius_m", resident_radius_m);
+  }
+};
+
+/// The integer coordinates of the voxel that holds `point`: floor(point · inverse_voxel).
+inline Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxel) {
+  return (point * inverse_voxel).array().floor().cast<int>();
+}
+
+/// Voxels have numbers up to so many to either side of the origin, on each axis.
+constexpr int voxels_to_a_side = 1 << 20;
+
+/// Points up to here, m, on each axis, lie in voxels that have numbers.
+constexpr double voxels_reach_m(double voxel_m) { return (voxels_to_a_side - 1) * voxel_m; }
+
+/// One number a voxel, in the order x, y, z. Voxels count to ±2²⁰ on each axis.
+std::uint64_t voxel_key(const Eigen::Vector3i& voxel);
+
+/// The voxel whose number this is.
+Eigen::Vector3i voxel_of_key(std::uint64_t key);
+
+/// A range of voxels, both ends within.
+struct VoxelRange {
+  Eigen::Vector3i low;
+  Eigen::Vector3i high;
+};
+
+/// The voxels to whose planes a point belongs: those whose box, grown by the margin, holds it.
+class VoxelMembership {
+ public:
+  /// Throws std::invalid_argument where the voxel or its margin (less than half a voxel) is out of range.
+  explicit VoxelMembership(const PlaneMapOptions& options);
+
+  VoxelRange of(const Eigen::Vector3f& point) const {
+    const Eigen::Vector3f scaled = point * inverse_voxel_;
+    return {(scaled.array() - margin_).floor().cast<int>(), (scaled.array() + margin_).floor().cast<int>()};
+  }
+
+ private:
+  float inverse_voxel_;
+  float margin_;
+};
+
+/// A voxel that holds points of the map, and the plane that they make.
+struct VoxelPlane {
+  std::uint64_t key = 0;
+  std::int32_t is_plane = 0;  ///< 0: the points are no plane, `plane` is empty
+  Plane plane;
+};
+
+/// Fits a plane to each voxel of `points` (map frame, metres; finite) for which `wanted` holds (null: all), ordered by
+/// key. A voxel's plane depends on the points of its grown box in their order alone: the same bits whatever else
+/// `points` holds, on any number of threads. Voxels without a number (voxels_reach_m) are left out. No limit of thickness over
+/// the median is applied yet.
+std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
+                                         const std::function<bool(const Eigen::Vector3i&)>& wanted = nullptr);
+
+/// Largest thickness that a map's planes may have, given the median of all: where floor meets wall a voxel may hold a
+/// strip of the other surface too thin to refuse by itself; it shows against what the map's planes are like.
+double thickness_limit(double median_thickness_m, const PlaneMapOptions& options);
+
+/// `plane` with the variances that its points' noise gives it, where that is taken from the map's planes and its own points
+/// together: the mean a posteriori under the conjugate prior of `thickness_prior_points` degrees of freedom (Smyth, Statistical
+/// Applications in Genetics and Molecular Biology 2004). Of eight points alone one variance in three is too small by a third,
+/// and the plane weighs the more for it. The prior is corrected for the three fitted parameters as if it came from as many points
+/// as the plane has: one with fewer than is usual in its map, at the edge of what the survey saw, is trusted the less. A
+/// thickness of exactly zero is left as it is.
+Plane with_shared_thickness(Plane plane, double median_thickness_m, const PlaneMapOptions& options);
+
+}  // namespace lodestone

@@ -1,0 +1,54 @@
+#include "core/magnetometer/array_reading.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lodestone {
+
+namespace {
+
+constexpr Time kMoment = 5'000'000;  // over which a velocity is taken: about an IMU's period
+
+}  // namespace
+
+std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
+                                        const SensorSuite& suite, int samples_per_reading) {
+  const std::size_t group = static_cast<std::size_t>(std::max(1, samples_per_reading));
+  std::vector<ArrayReading> result;
+  for (std::size_t begin = 0; begin < samples.size(); begin += group) {
+    const auto part = samples.subspan(begin, std::min(group, samples.size() - begin));
+    ArrayReading array;
+    array.time = part.front().time + (part.back().time - part.front().time) / 2;
+    for (std::size_t j = 0; j < suite.magnetometers.size(); ++j) {
+      MeanReading reading;
+      reading.magnetometer = static_cast<int>(j);
+      Time offset_sum = 0;
+      for (const MagneticArraySample& sample : part) {
+        if (j >= sample.field_ut.size() || !sample.field_ut[j]) continue;
+        reading.measured_ut += *sample.field_ut[j];
+        offset_sum += sample.time - part.front().time;
+        ++reading.samples;
+      }
+      if (reading.samples == 0) continue;
+      reading.measured_ut /= reading.samples;
+      const Time time = part.front().time + offset_sum / reading.samples;
+      const Pose& T_imu_mag = suite.magnetometers[j].T_imu_mag;
+      reading.T_end_mag = motion.relative_pose(time) * T_imu_mag;
+      const Pose before = motion.relative_pose(time - kMoment) * T_imu_mag;
+      const Pose after = motion.relative_pose(time + kMoment) * T_imu_mag;
+      reading.velocity_m_s = (after.position - before.position) / to_seconds(2 * kMoment);
+      reading.turn_rad_s = so3::log(before.rotation.conjugate() * after.rotation) / to_seconds(2 * kMoment);
+      array.readings.push_back(reading);
+    }
+    if (!array.readings.empty()) result.push_back(std::move(array));
+  }
+  return result;
+}
+
+double correlation_inflation(double spacing_m, double correlation_m, double most) {
+  if (correlation_m <= 0.0) return 1.0;
+  const double rho = std::exp(-spacing_m / correlation_m);
+  return std::min(most, (1.0 + rho) / std::max(1.0 - rho, 1e-9));
+}
+
+}  // namespace lodestone

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/so3.h"
+#include "core/magnetometer/field_grid.h"
+#include "core/magnetometer/field_tile_cache.h"
+#include "core/options.h"
+
+namespace lodestone {
+
+enum class FieldInterpolation { bilinear, bicubic };
+
+constexpr auto enum_names(FieldInterpolation) {
+  return EnumNames<FieldInterpolation, 2>{
+      {{FieldInterpolation::bilinear, "bilinear"}, {FieldInterpolation::bicubic, "bicubic"}}};
+}
+
+/// The field at one point of the map frame.
+struct FieldValue {
+  Vector3 field_ut = Vector3::Zero();      ///< µT, map axes
+  Matrix3 gradient = Matrix3::Zero();      ///< ∂B_i/∂x_j, µT/m; the exact derivative of the interpolation used
+  double sigma_ut = 0.0;                   ///< posterior one sigma a component, µT
+};
+
+/// The ambient magnetic field on a regular grid, one or several layers, with posterior sigma at each node.
+/// Immutable; queries are thread-safe. It is held in tiles, those without field take no memory; a map may hold but some of
+/// the others and read them again when a query comes to them, with the same bits. Copies share their tiles.
+class MagneticMap {
+ public:
+  /// A map in memory. `nodes`: layer-major, then row, then column; (B_x, B_y, B_z, σ) in µT. NaN marks a node without
+  /// field. `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a side
+  /// has fewer than two nodes, or heights do not increase.
+  MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut);
+
+  /// A map of which up to `max_bytes` of tiles are in memory: those that were asked for last. Throws as above.
+  MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes);
+
+  /// The field at `position` (map, metres); nothing outside the grid, in a cell with a corner without field, or where
+  /// σ is above the limit. Never extrapolates across x, y; below the lowest and above the highest layer the nearest
+  /// layer holds. Between layers the field is linear in z. σ is bilinear for both interpolations. `bicubic` is cubic
+  /// convolution (Keys 1981, a = −1/2: Catmull-Rom), C¹ wherever there is field. Throws InputError where a map that is
+  /// not wholly in memory cannot be read any more.
+  std::optional<FieldValue> query(const Vector3& position, FieldInterpolation interpolation) const;
+
+  const FieldGrid& grid() const { return grid_; }
+
+  /// One node (B_x, B_y, B_z, σ); all NaN where there is no field.
+  Eigen::Vector4f node(int layer, int row, int column) const;
+
+  /// All nodes in the constructor's order. Builds the array: for small maps.
+  std::vector<Eigen::Vector4f> nodes() const;
+
+  /// Calls `visit(node)` for every node with field (σ above the limit as well), tile by tile.
+  void for_each_node(const std::function<void(const Eigen::Vector4f& node)>& visit) const;
+
+  double max_sigma_ut() const { return max_sigma_ut_; }
+
+  /// How the map is held: tiles made so far, and the most that they took in memory.
+  const FieldTileCache& tiles() const { return *tiles_; }
+
+ private:
+  FieldGrid grid_;
+  double max_sigma_ut_;
+  std::shared_ptr<const FieldTileCache> tiles_;
+};
+
+}  // namespace lodestone
