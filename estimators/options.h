@@ -12,7 +12,7 @@
 #include "factors/window_options.h"
 #include "core/lidar/association.h"
 #include "core/lidar/scan_sampling.h"
-#include "frontends/localization/place_search_options.h"
+#include "estimators/initialization/place_search_options.h"
 
 namespace lodestone {
 

@@ -14,7 +14,7 @@
 
 #include "benchmarks/kidnapped/site_maps.h"
 #include "core/error.h"
-#include "estimators/start/start_finder.h"
+#include "estimators/initialization/start_finder.h"
 #include "frontends/configuration/options.h"
 #include "frontends/simulation/random_starts.h"
 #include "frontends/synchronizer/synchronizer.h"

@@ -6,7 +6,7 @@
 
 #include "core/mapping/magnetic_map_builder.h"
 #include "core/parallel.h"
-#include "frontends/localization/place_search.h"
+#include "estimators/initialization/place_search.h"
 #include "frontends/magnetometer/survey.h"
 #include "frontends/readers/magnetic_map_file.h"
 #include "frontends/readers/point_cloud_file.h"

@@ -11,7 +11,7 @@
 #include "core/observability/robust_weight.h"
 #include "estimators/health.h"
 #include "estimators/ieskf/magnetic_poses.h"
-#include "estimators/initialization.h"
+#include "estimators/initialization/initialization.h"
 #include "core/lidar/deskew.h"
 
 namespace lodestone {

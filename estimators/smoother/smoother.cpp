@@ -7,9 +7,9 @@
 
 #include "core/imu/propagation.h"
 #include "core/observability/window_information.h"
-#include "estimators/initialization.h"
+#include "estimators/initialization/initialization.h"
 #include "estimators/smoother/bound.h"
-#include "estimators/smoother/relocation.h"
+#include "estimators/initialization/relocation.h"
 #include "core/lidar/scan_sampling.h"
 
 namespace lodestone {

@@ -11,7 +11,7 @@
 #include "core/angles.h"
 #include "core/lidar/plane_map.h"
 #include "frontends/checks/scan_tracking.h"
-#include "frontends/localization/scan_registration.h"
+#include "estimators/initialization/scan_registration.h"
 
 namespace lodestone {
 namespace {

@@ -9,8 +9,8 @@
 #include "core/angles.h"
 #include "core/lidar/plane_map.h"
 #include "frontends/checks/imu_checks.h"
-#include "frontends/localization/scan_registration.h"
-#include "frontends/localization/start_scan.h"
+#include "estimators/initialization/scan_registration.h"
+#include "estimators/initialization/start_scan.h"
 #include "frontends/readers/trajectory_file.h"
 
 namespace lodestone {

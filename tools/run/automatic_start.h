@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "estimators/start/start_finder.h"
+#include "estimators/initialization/start_finder.h"
 
 namespace lodestone {
 

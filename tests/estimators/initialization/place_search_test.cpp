@@ -1,4 +1,4 @@
-#include "frontends/localization/place_search.h"
+#include "estimators/initialization/place_search.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

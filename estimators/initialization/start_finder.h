@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimators/factory.h"
-#include "frontends/localization/start_search.h"
+#include "estimators/initialization/start_search.h"
 
 namespace lodestone {
 

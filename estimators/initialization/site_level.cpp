@@ -1,4 +1,4 @@
-#include "frontends/localization/site_level.h"
+#include "estimators/initialization/site_level.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "frontends/localization/start_search.h"
+#include "estimators/initialization/start_search.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include "core/angles.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "frontends/localization/field_search.h"
+#include "estimators/initialization/field_search.h"
 #include "core/magnetometer/localization.h"
 
 namespace lodestone {

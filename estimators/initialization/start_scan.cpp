@@ -1,4 +1,4 @@
-#include "frontends/localization/start_scan.h"
+#include "estimators/initialization/start_scan.h"
 
 #include <algorithm>
 #include <Eigen/Eigenvalues>

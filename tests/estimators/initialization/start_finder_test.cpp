@@ -1,5 +1,5 @@
 // A start anywhere on the map: in a room that looks the same from both ends, and at random places of a shipped world.
-#include "estimators/start/start_finder.h"
+#include "estimators/initialization/start_finder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

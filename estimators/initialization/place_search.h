@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "frontends/localization/level_pyramid.h"
-#include "frontends/localization/place_search_options.h"
+#include "estimators/initialization/level_pyramid.h"
+#include "estimators/initialization/place_search_options.h"
 
 namespace lodestone {
 

@@ -1,4 +1,4 @@
-#include "estimators/smoother/relocation.h"
+#include "estimators/initialization/relocation.h"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

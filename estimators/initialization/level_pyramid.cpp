@@ -1,4 +1,4 @@
-#include "frontends/localization/level_pyramid.h"
+#include "estimators/initialization/level_pyramid.h"
 
 #include <algorithm>
 

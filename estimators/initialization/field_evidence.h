@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/magnetometer/magnetic_map.h"
-#include "frontends/localization/place_search_options.h"
+#include "estimators/initialization/place_search_options.h"
 #include "core/magnetometer/array_reading.h"
 
 namespace lodestone {

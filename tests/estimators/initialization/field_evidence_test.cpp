@@ -1,4 +1,4 @@
-#include "frontends/localization/field_evidence.h"
+#include "estimators/initialization/field_evidence.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "frontends/localization/field_search.h"
+#include "estimators/initialization/field_search.h"
 
 #include <algorithm>
 #include <cmath>

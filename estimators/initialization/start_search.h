@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "core/lidar/association.h"
-#include "frontends/localization/field_evidence.h"
-#include "frontends/localization/place_search.h"
-#include "frontends/localization/scan_registration.h"
-#include "frontends/localization/start_scan.h"
+#include "estimators/initialization/field_evidence.h"
+#include "estimators/initialization/place_search.h"
+#include "estimators/initialization/scan_registration.h"
+#include "estimators/initialization/start_scan.h"
 
 namespace lodestone {
 

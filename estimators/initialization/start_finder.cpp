@@ -1,4 +1,4 @@
-#include "estimators/start/start_finder.h"
+#include "estimators/initialization/start_finder.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/imu/scan_motion.h"
 #include "core/parallel.h"
-#include "estimators/start/start_track.h"
+#include "estimators/initialization/start_track.h"
 
 namespace lodestone {
 

@@ -1,4 +1,4 @@
-#include "estimators/start/start_track.h"
+#include "estimators/initialization/start_track.h"
 
 #include "estimators/ieskf/ieskf.h"
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "frontends/localization/site_level.h"
+#include "estimators/initialization/site_level.h"
 
 namespace lodestone {
 

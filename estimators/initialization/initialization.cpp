@@ -1,4 +1,4 @@
-#include "estimators/initialization.h"
+#include "estimators/initialization/initialization.h"
 
 #include <cmath>
 

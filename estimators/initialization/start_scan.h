@@ -7,7 +7,7 @@
 #include "core/imu/scan_motion.h"
 #include "core/measurements.h"
 #include "core/sensor_suite.h"
-#include "frontends/localization/place_search.h"
+#include "estimators/initialization/place_search.h"
 
 namespace lodestone {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/magnetometer/magnetic_map.h"
-#include "frontends/localization/place_search.h"
+#include "estimators/initialization/place_search.h"
 #include "core/magnetometer/array_reading.h"
 
 namespace lodestone {

@@ -1,4 +1,4 @@
-#include "frontends/localization/scan_registration.h"
+#include "estimators/initialization/scan_registration.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
