@@ -7,7 +7,7 @@
 #include "core/angles.h"
 #include "frontends/checks/acceleration_pairs.h"
 #include "frontends/checks/step_search.h"
-#include "frontends/readers/platform_lidars.h"
+#include "frontends/configuration/platform_lidars.h"
 
 namespace lodestone {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "core/evaluation/field_comparison.h"
 #include "frontends/checks/finding.h"
-#include "frontends/readers/platform.h"
+#include "frontends/configuration/platform.h"
 
 namespace lodestone {
 

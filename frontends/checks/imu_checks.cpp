@@ -9,7 +9,7 @@
 
 #include "core/angles.h"
 #include "core/evaluation/statistics.h"
-#include "frontends/readers/sensor_checks.h"
+#include "frontends/messages/sensor_checks.h"
 
 namespace lodestone {
 namespace {

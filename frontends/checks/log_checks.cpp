@@ -9,7 +9,7 @@
 #include "frontends/checks/scan_checks.h"
 #include "frontends/checks/stamp_checks.h"
 #include "frontends/checks/topic_checks.h"
-#include "frontends/readers/platform_lidars.h"
+#include "frontends/configuration/platform_lidars.h"
 
 namespace lodestone {
 

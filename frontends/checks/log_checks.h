@@ -5,7 +5,7 @@
 #include "frontends/checks/finding.h"
 #include "frontends/checks/log_sample.h"
 #include "frontends/checks/scan_odometry.h"
-#include "frontends/readers/sensor_choice.h"
+#include "frontends/configuration/sensor_choice.h"
 
 /// All that a log's begin shows without a map.
 namespace lodestone {

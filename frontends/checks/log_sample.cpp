@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "core/lidar/scan_sampling.h"
-#include "frontends/readers/logs/open_log.h"
-#include "frontends/readers/platform_lidars.h"
-#include "frontends/readers/stream_decoder.h"
+#include "frontends/logs/open_log.h"
+#include "frontends/configuration/platform_lidars.h"
+#include "frontends/messages/stream_decoder.h"
 
 namespace lodestone {
 namespace {

@@ -6,10 +6,10 @@
 
 #include "core/measurements.h"
 #include "core/warnings.h"
-#include "frontends/readers/bag_streams.h"
-#include "frontends/readers/platform.h"
-#include "frontends/readers/ros1/messages.h"
-#include "frontends/readers/sensor_choice.h"
+#include "frontends/messages/bag_streams.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/logs/ros1/messages.h"
+#include "frontends/configuration/sensor_choice.h"
 
 namespace lodestone {
 

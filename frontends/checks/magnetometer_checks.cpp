@@ -6,8 +6,8 @@
 #include <array>
 
 #include "core/magnetometer/magnetometer_monitor.h"
-#include "frontends/readers/sensor_checks.h"
-#include "frontends/readers/stream_decoder.h"
+#include "frontends/messages/sensor_checks.h"
+#include "frontends/messages/stream_decoder.h"
 
 namespace lodestone {
 namespace {

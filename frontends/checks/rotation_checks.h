@@ -4,7 +4,7 @@
 
 #include "frontends/checks/finding.h"
 #include "frontends/checks/rotation_fit.h"
-#include "frontends/readers/platform.h"
+#include "frontends/configuration/platform.h"
 
 namespace lodestone {
 

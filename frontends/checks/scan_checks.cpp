@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "core/evaluation/statistics.h"
-#include "frontends/readers/platform_lidars.h"
-#include "frontends/readers/point_cloud_decoder.h"
+#include "frontends/configuration/platform_lidars.h"
+#include "frontends/messages/point_cloud_decoder.h"
 
 namespace lodestone {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/evaluation/statistics.h"
-#include "frontends/readers/platform_lidars.h"
+#include "frontends/configuration/platform_lidars.h"
 
 namespace lodestone {
 namespace {

@@ -11,7 +11,7 @@
 #include "frontends/checks/imu_checks.h"
 #include "estimators/initialization/scan_registration.h"
 #include "estimators/initialization/start_scan.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/nearest_name.h"
-#include "frontends/readers/logs/known_types.h"
+#include "frontends/messages/known_types.h"
 
 namespace lodestone {
 namespace {

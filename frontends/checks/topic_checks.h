@@ -2,7 +2,7 @@
 
 #include "frontends/checks/finding.h"
 #include "frontends/checks/log_sample.h"
-#include "frontends/readers/sensor_choice.h"
+#include "frontends/configuration/sensor_choice.h"
 
 namespace lodestone {
 

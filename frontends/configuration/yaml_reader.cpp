@@ -4,7 +4,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 
 namespace lodestone {
 

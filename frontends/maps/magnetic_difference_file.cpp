@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "core/error.h"
-#include "frontends/rasters/raster_writer.h"
-#include "frontends/readers/text_file.h"
-#include "frontends/readers/yaml_text.h"
+#include "frontends/maps/raster_writer.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/configuration/yaml_text.h"
 
 namespace lodestone {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "frontends/maps/tiled_plane_map.h"
-#include "frontends/readers/point_cloud_file.h"
+#include "frontends/maps/point_cloud_file.h"
 
 namespace lodestone {
 

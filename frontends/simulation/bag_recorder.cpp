@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "frontends/readers/ros1/bag_writer.h"
+#include "frontends/logs/ros1/bag_writer.h"
 
 namespace lodestone::simulation {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/measurements.h"
-#include "frontends/readers/platform.h"
+#include "frontends/configuration/platform.h"
 #include "frontends/simulation/sensor_options.h"
 
 namespace lodestone::simulation {

@@ -5,7 +5,7 @@
 #include "core/measurement_source.h"
 #include "core/sensor_suite.h"
 #include "core/warnings.h"
-#include "frontends/readers/sensor_choice.h"
+#include "frontends/configuration/sensor_choice.h"
 #include "frontends/synchronizer/array_grouping.h"
 
 namespace lodestone {

@@ -5,8 +5,8 @@
 #include <iomanip>
 #include <nlohmann/json.hpp>
 
-#include "frontends/readers/platform.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tests/estimators/calibration/simulated_array.h"
 #include "tests/tools/program_runner.h"
 #include "tools/report/json_file.h"

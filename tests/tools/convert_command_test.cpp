@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "frontends/readers/logs/open_log.h"
-#include "frontends/readers/ros1/bag_writer.h"
+#include "frontends/logs/open_log.h"
+#include "frontends/logs/ros1/bag_writer.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {

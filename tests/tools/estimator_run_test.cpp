@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "estimators/serialization.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tests/tools/program_runner.h"
 #include "tools/progress.h"
 #include "tools/sinks/covariance_file.h"

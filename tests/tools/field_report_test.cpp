@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tests/tools/program_runner.h"
 #include "tools/pictures/stale_map_picture.h"
 

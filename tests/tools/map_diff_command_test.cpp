@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "frontends/rasters/raster_file.h"
-#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/maps/raster_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {

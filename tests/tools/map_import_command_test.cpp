@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {

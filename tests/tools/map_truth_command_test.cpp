@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/simulation/magnetic_field.h"
 #include "frontends/simulation/world.h"
 #include "tests/tools/program_runner.h"

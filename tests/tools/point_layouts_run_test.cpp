@@ -4,10 +4,10 @@
 #include <fstream>
 #include <map>
 
-#include "frontends/readers/bag_source.h"
-#include "frontends/readers/ros1/bag_writer.h"
-#include "frontends/readers/trajectory_file.h"
-#include "tests/frontends/readers/cloud_layout.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/logs/ros1/bag_writer.h"
+#include "frontends/configuration/trajectory_file.h"
+#include "tests/frontends/messages/cloud_layout.h"
 #include "tests/tools/program_runner.h"
 #include "tests/tools/vendor_cloud.h"
 

@@ -15,8 +15,8 @@
 #include <thread>
 
 #include "core/magnetometer/magnetic_map.h"
-#include "frontends/readers/magnetic_map_file.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tests/tools/reproduce/experiment_files.h"
 #include "tests/tools/program_runner.h"
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "frontends/readers/bag_source.h"
-#include "frontends/readers/platform.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/frontends/readers/cloud_layout.h"
+#include "tests/frontends/messages/cloud_layout.h"
 
 /// Clouds as vendors' drivers lay them out: fields, their order, types and places, gaps between them, rows and no-returns.
 namespace lodestone::testing {

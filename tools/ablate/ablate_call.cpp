@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/ablate/ablation_tables.h"
 #include "tools/commands.h"
 #include "tools/figures/forest_plot.h"

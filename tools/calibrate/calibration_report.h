@@ -3,7 +3,7 @@
 #include <string>
 
 #include "estimators/calibration/magnetometer_calibrator.h"
-#include "frontends/readers/platform.h"
+#include "frontends/configuration/platform.h"
 #include "tools/calibrate/shown_changes.h"
 
 namespace lodestone {

@@ -8,7 +8,7 @@
 #include "core/evaluation/statistics.h"
 #include "frontends/checks/acceleration_checks.h"
 #include "frontends/checks/field_checks.h"
-#include "frontends/readers/bag_source.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
 #include "tools/progress.h"
 #include "tools/run/automatic_start.h"

@@ -8,7 +8,7 @@
 #include "frontends/checks/finding.h"
 #include "frontends/checks/log_sample.h"
 #include "frontends/checks/start_checks.h"
-#include "frontends/readers/platform.h"
+#include "frontends/configuration/platform.h"
 
 namespace lodestone {
 

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "core/error.h"
-#include "frontends/readers/logs/log_conversion.h"
-#include "frontends/readers/logs/open_log.h"
+#include "frontends/logs/log_conversion.h"
+#include "frontends/logs/open_log.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "core/magnetometer/magnetic_difference.h"
 #include "frontends/maps/magnetic_difference_file.h"
-#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "tools/commands.h"
 #include "tools/pictures/difference_picture.h"
 #include "tools/sinks/output_file.h"

@@ -9,8 +9,8 @@
 
 #include "core/error.h"
 #include "frontends/configuration/options.h"
-#include "frontends/readers/field_import.h"
-#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/maps/field_import.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "tools/commands.h"
 #include "tools/pictures/pictures.h"
 #include "tools/sinks/output_file.h"

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/magnetometer/sparse_field_nodes.h"
 #include "core/parallel.h"
-#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/simulation/magnetic_field.h"
 #include "frontends/simulation/world.h"
 #include "tools/commands.h"

@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "core/error.h"
-#include "frontends/readers/platform.h"
-#include "frontends/readers/point_cloud_file.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "frontends/simulation/bag_recorder.h"
 #include "frontends/simulation/cloud_map.h"
 #include "frontends/simulation/simulation_source.h"

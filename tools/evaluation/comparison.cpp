@@ -9,8 +9,8 @@
 #include "core/error.h"
 #include "core/evaluation/errors.h"
 #include "core/nearest_name.h"
-#include "frontends/readers/text_file.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/sinks/covariance_file.h"
 
 namespace lodestone {

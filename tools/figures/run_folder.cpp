@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/sinks/csv_table.h"
 #include "tools/sinks/error_file.h"
 

@@ -10,7 +10,7 @@
 #include "core/angles.h"
 #include "core/evaluation/errors.h"
 #include "core/evaluation/statistics.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/report/page_data.h"
 #include "tools/sinks/covariance_file.h"
 

@@ -6,9 +6,9 @@
 #include <system_error>
 
 #include "core/evaluation/association.h"
-#include "frontends/readers/point_cloud_file.h"
-#include "frontends/readers/text_file.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
 #include "tools/sinks/output_file.h"

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/report/page_data.h"
 #include "tools/report/page_template.h"
 #include "tools/report/reproduce_data.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/report/json_file.h"
 #include "tools/report/page_data.h"
 #include "tools/report/run_data.h"

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "frontends/readers/magnetic_map_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/simulation/world.h"
 #include "tools/figures/error_distribution.h"
 #include "tools/figures/error_grid.h"

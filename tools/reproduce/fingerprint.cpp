@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 
 namespace lodestone::reproduce {
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/report/report.h"
 #include "tools/reproduce/figures.h"

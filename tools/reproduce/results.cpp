@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "core/error.h"
-#include "frontends/readers/magnetic_map_file.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/reproduce/stale_figures.h"
 
 namespace lodestone::reproduce {

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/reproduce/child_process.h"

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/sinks/output_file.h"
 
 namespace lodestone::reproduce {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 
 namespace lodestone::reproduce {
 

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
 

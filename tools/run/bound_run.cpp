@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/progress.h"
 
 namespace lodestone {

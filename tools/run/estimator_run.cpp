@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/run/bound_run.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"

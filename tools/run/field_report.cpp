@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/sinks/output_file.h"
 #include "tools/table.h"
 

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "frontends/checks/log_checks.h"
 #include "frontends/checks/start_checks.h"
-#include "frontends/readers/bag_source.h"
+#include "frontends/synchronizer/bag_source.h"
 
 namespace lodestone {
 

@@ -7,8 +7,8 @@
 
 #include "core/lidar/plane_map_source.h"
 #include "core/warnings.h"
-#include "frontends/readers/platform.h"
-#include "frontends/readers/sensor_choice.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/configuration/sensor_choice.h"
 
 namespace lodestone {
 

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
 

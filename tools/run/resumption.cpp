@@ -9,7 +9,7 @@
 #include "core/aside.h"
 #include "core/error.h"
 #include "estimators/factory.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/run/run_checkpoint.h"
 #include "tools/sinks/output_file.h"

@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "estimators/serialization.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/sinks/output_file.h"
 
 namespace lodestone {

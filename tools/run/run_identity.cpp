@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "frontends/configuration/options.h"
-#include "frontends/readers/logs/folder_files.h"
-#include "frontends/readers/magnetic_map_file.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/logs/folder_files.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/run/growing_file.h"
 
 namespace lodestone {

@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/run/bound_run.h"
 #include "tools/run/run_summary.h"
 #include "tools/table.h"

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "core/error.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
 

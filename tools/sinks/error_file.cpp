@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "core/evaluation/errors.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/sinks/csv_table.h"
 #include "tools/sinks/output_file.h"
 

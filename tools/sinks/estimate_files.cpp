@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "tools/sinks/covariance_file.h"
 
 namespace lodestone {

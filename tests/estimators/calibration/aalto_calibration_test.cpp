@@ -9,7 +9,7 @@
 
 #include "core/mapping/magnetic_map_builder.h"
 #include "estimators/calibration/magnetometer_calibrator.h"
-#include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
 namespace {

@@ -4,9 +4,9 @@
 #include <random>
 
 #include "core/error.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tests/frontends/boundaries/boundaries.h"
-#include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
 namespace {

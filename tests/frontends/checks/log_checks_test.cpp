@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "frontends/checks/log_checks.h"
-#include "tests/frontends/readers/synthetic_log.h"
-#include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/logs/synthetic_log.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
 namespace {

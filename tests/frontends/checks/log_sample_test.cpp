@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "frontends/checks/log_checks.h"
-#include "frontends/readers/bag_source.h"
-#include "frontends/readers/logs/wire_ros1.h"
-#include "frontends/readers/stream_decoder.h"
-#include "tests/frontends/readers/synthetic_log.h"
-#include "tests/frontends/readers/test_files.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/messages/wire_ros1.h"
+#include "frontends/messages/stream_decoder.h"
+#include "tests/frontends/logs/synthetic_log.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "frontends/configuration/file_kind.h"
-#include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
 

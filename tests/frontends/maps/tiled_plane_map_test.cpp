@@ -11,8 +11,8 @@
 #include "core/error.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/maps/thickness_record.h"
-#include "frontends/readers/point_cloud_file.h"
-#include "tests/frontends/readers/test_files.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
 namespace {

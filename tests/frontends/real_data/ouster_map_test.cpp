@@ -15,9 +15,9 @@
 
 #include "frontends/checks/scan_odometry.h"
 #include "core/lidar/scan_sampling.h"
-#include "frontends/readers/bag_source.h"
-#include "frontends/readers/point_cloud_file.h"
-#include "tests/frontends/readers/test_files.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "tests/frontends/logs/test_files.h"
 #include "tests/frontends/real_data/registration.h"
 
 namespace lodestone {

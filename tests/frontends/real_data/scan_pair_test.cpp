@@ -8,8 +8,8 @@
 
 #include "core/lidar/condensed_cost.h"
 #include "core/lidar/association.h"
-#include "frontends/readers/point_cloud_file.h"
-#include "tests/frontends/readers/test_files.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "tests/frontends/logs/test_files.h"
 #include "tests/frontends/real_data/registration.h"
 
 namespace lodestone {

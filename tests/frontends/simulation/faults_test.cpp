@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/simulation/simulation_source.h"
-#include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone::simulation {
 namespace {

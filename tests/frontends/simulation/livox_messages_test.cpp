@@ -5,13 +5,13 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "frontends/readers/bag_source.h"
-#include "frontends/readers/ros1/bag_reader.h"
-#include "frontends/readers/ros1/bag_writer.h"
-#include "frontends/readers/text_file.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/logs/ros1/bag_reader.h"
+#include "frontends/logs/ros1/bag_writer.h"
+#include "frontends/configuration/text_file.h"
 #include "frontends/simulation/bag_recorder.h"
 #include "frontends/simulation/simulation_source.h"
-#include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone::simulation {
 namespace {

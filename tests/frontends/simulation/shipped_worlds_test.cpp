@@ -6,7 +6,7 @@
 #include <iostream>
 #include <map>
 
-#include "frontends/readers/platform.h"
+#include "frontends/configuration/platform.h"
 #include "frontends/simulation/lidar_simulator.h"
 #include "frontends/simulation/magnetic_field.h"
 #include "frontends/simulation/route.h"

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "frontends/readers/magnetic_map_file.h"
-#include "frontends/readers/platform.h"
-#include "frontends/readers/point_cloud_file.h"
-#include "frontends/readers/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "frontends/simulation/bag_recorder.h"
 #include "tests/estimators/drive.h"
 #include "tests/tools/program_runner.h"

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "estimators/factory.h"
-#include "tests/frontends/readers/test_files.h"
+#include "tests/frontends/logs/test_files.h"
 #include "tests/tools/check/check_site.h"
 #include "tools/commands.h"
 #include "tools/run/first_seconds.h"

@@ -1,0 +1,268 @@
+#include "frontends/configuration/platform.h"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/options.h"
+#include "frontends/configuration/text_file.h"
+
+namespace lodestone {
+namespace {
+
+/// A platform file has its own shape (lists, poses), yet its values are written and read as those of options are.
+using options_detail::read_value;
+using options_detail::write_value;
+
+template <class Value>
+void read_if_there(const ConfigurationNode& node, const std::string& key, Value& value) {
+  if (const ConfigurationNode* child = node.find(key)) read_value(*child, value);
+}
+
+template <class Value>
+void read_if_there(const ConfigurationNode& node, const std::string& key, std::optional<Value>& value) {
+  value.reset();
+  if (node.has(key)) read_value(node.at(key), value.emplace());
+}
+
+void read_positive(const ConfigurationNode& node, const std::string& key, double& value) {
+  read_value(node.at(key), value);
+  if (!(value > 0.0) || std::isinf(value)) node.at(key).fail("expected a number above 0");
+}
+
+Pose read_pose(const ConfigurationNode& node) {
+  node.refuse_keys_other_than({"translation_m", "quaternion_xyzw"});
+  const std::vector<double> translation = node.at("translation_m").as_doubles(3);
+  const std::vector<double> q = node.at("quaternion_xyzw").as_doubles(4);
+  Pose pose;
+  pose.position = Vector3(translation[0], translation[1], translation[2]);
+  pose.rotation = Quaternion(q[3], q[0], q[1], q[2]);
+  const double length = pose.rotation.norm();
+  if (!(std::abs(length - 1.0) < 1e-3)) {
+    node.at("quaternion_xyzw").fail("the quaternion's length is " + write_value(length) + "; expected 1");
+  }
+  // A quaternion that is as near to unit length as doubles go keeps its bits.
+  if (std::abs(length - 1.0) > 1e-15) pose.rotation.normalize();
+  return pose;
+}
+
+/// The keys that the first LiDAR and further ones share.
+const std::vector<std::string> lidar_keys{"topic",       "stamp",       "fields",        "time_unit",  "time_zero",
+                                          "min_range_m", "max_range_m", "scan_period_s", "T_imu_lidar"};
+
+void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, LidarModel& model) {
+  read_value(node.at("topic"), layout.topic);
+  layout.intensity_field.clear();
+  layout.ring_field.clear();
+  layout.time_field.clear();
+  if (const ConfigurationNode* fields = node.find("fields")) {
+    fields->refuse_keys_other_than({"intensity", "ring", "time"});
+    read_if_there(*fields, "intensity", layout.intensity_field);
+    read_if_there(*fields, "ring", layout.ring_field);
+    read_if_there(*fields, "time", layout.time_field);
+  }
+  read_if_there(node, "stamp", layout.stamp);
+  read_if_there(node, "time_unit", layout.time_unit);
+  read_if_there(node, "time_zero", layout.time_zero);
+  read_value(node.at("min_range_m"), model.min_range_m);
+  if (!(model.min_range_m >= 0.0)) node.at("min_range_m").fail("expected a number of at least 0");
+  read_positive(node, "max_range_m", model.max_range_m);
+  if (model.max_range_m <= model.min_range_m) node.at("max_range_m").fail("expected more than min_range_m");
+  read_positive(node, "scan_period_s", model.scan_period_s);
+  model.T_imu_lidar = read_pose(node.at("T_imu_lidar"));
+}
+
+void read_first_lidar(const ConfigurationNode& node, Platform& platform) {
+  std::vector<std::string> keys = lidar_keys;
+  keys.insert(keys.end(), {"range_noise_m", "direction_noise_rad"});
+  node.refuse_keys_other_than(keys);
+  read_positive(node, "range_noise_m", platform.suite.lidar.range_noise_m);
+  double& direction_noise_rad = platform.suite.lidar.direction_noise_rad;
+  read_if_there(node, "direction_noise_rad", direction_noise_rad);
+  if (!(direction_noise_rad >= 0.0)) node.at("direction_noise_rad").fail("expected a number of at least 0");
+  read_lidar(node, platform.lidar, platform.suite.lidar);
+}
+
+void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than(lidar_keys);
+  FurtherLidar& lidar = platform.further_lidars.emplace_back();
+  read_lidar(node, lidar.layout, lidar.model);
+  lidar.model.range_noise_m = platform.suite.lidar.range_noise_m;
+  lidar.model.direction_noise_rad = platform.suite.lidar.direction_noise_rad;
+}
+
+void read_imu(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than({"topic", "angular_velocity", "linear_acceleration", "acceleration_unit", "rate_hz", "gyroscope_noise_density_rad_s_sqrt_hz",
+                               "accelerometer_noise_density_m_s2_sqrt_hz", "gyroscope_bias_random_walk_rad_s2_sqrt_hz",
+                               "accelerometer_bias_random_walk_m_s3_sqrt_hz"});
+  ImuNoise& noise = platform.suite.imu;
+  read_value(node.at("topic"), platform.imu.topic);
+  read_if_there(node, "acceleration_unit", platform.imu.acceleration_unit);
+  if (node.has("angular_velocity") || node.has("linear_acceleration")) {
+    read_value(node.at("angular_velocity"), platform.imu.angular_velocity_path);
+    read_value(node.at("linear_acceleration"), platform.imu.linear_acceleration_path);
+  }
+  read_positive(node, "rate_hz", noise.rate_hz);
+  read_positive(node, "gyroscope_noise_density_rad_s_sqrt_hz", noise.gyroscope_noise_density);
+  read_positive(node, "accelerometer_noise_density_m_s2_sqrt_hz", noise.accelerometer_noise_density);
+  read_positive(node, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", noise.gyroscope_bias_random_walk);
+  read_positive(node, "accelerometer_bias_random_walk_m_s3_sqrt_hz", noise.accelerometer_bias_random_walk);
+}
+
+void read_calibration(const ConfigurationNode& node, MagnetometerMessageLayout& layout) {
+  if (const ConfigurationNode* offset = node.find("hard_iron_ut")) {
+    layout.hard_iron_ut = Vector3(offset->as_doubles(3).data());
+    if (!layout.hard_iron_ut.allFinite()) offset->fail("expected finite numbers");
+  }
+  if (const ConfigurationNode* matrix = node.find("soft_iron_correction")) {
+    layout.soft_iron_correction = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix->as_doubles(9).data());
+    const double determinant = layout.soft_iron_correction.determinant();
+    if (!(determinant > 0.0) || std::isinf(determinant)) {
+      matrix->fail("expected nine numbers, row by row, of a matrix with a determinant above 0");
+    }
+  }
+}
+
+void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than({"name", "topic", "values", "unit", "noise_ut", "T_imu_mag", "hard_iron_ut", "soft_iron_correction"});
+  MagnetometerModel& model = platform.suite.magnetometers.emplace_back();
+  read_value(node.at("name"), model.name);
+  for (const MagnetometerModel& other : platform.suite.magnetometers) {
+    if (&other != &model && other.name == model.name) node.at("name").fail("another magnetometer is called " + model.name + " already");
+  }
+  MagnetometerMessageLayout layout;
+  read_value(node.at("topic"), layout.topic);
+  read_if_there(node, "values", layout.path);
+  for (const MagnetometerMessageLayout& other : platform.magnetometers) {
+    if (other.topic == layout.topic && other.path == layout.path) {
+      node.at("topic").fail("another magnetometer has the topic " + layout.topic + " already" +
+                            (layout.path.empty() ? "; where one message holds several, say by 'values' which is which"
+                                                 : ", with the same values"));
+    }
+  }
+  read_if_there(node, "unit", layout.unit);
+  read_calibration(node, layout);
+  platform.magnetometers.push_back(layout);
+  read_positive(node, "noise_ut", model.noise_ut);
+  model.T_imu_mag = read_pose(node.at("T_imu_mag"));
+}
+
+Platform read_platform(const ConfigurationNode& root) {
+  root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometers"});
+  Platform platform;
+  platform.file = root.file();
+  read_value(root.at("name"), platform.name);
+  read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
+  read_first_lidar(root.at("lidar"), platform);
+  if (const ConfigurationNode* further = root.find("further_lidars")) {
+    for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
+  }
+  read_imu(root.at("imu"), platform);
+  if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
+    for (const ConfigurationNode& node : magnetometers->elements()) read_magnetometer(node, platform);
+  }
+  return platform;
+}
+
+template <class Value>
+std::string line(int depth, const std::string& key, const Value& value) {
+  return std::string(static_cast<std::size_t>(2 * depth), ' ') + key + ": " + write_value(value) + "\n";
+}
+
+std::string pose_lines(int depth, const std::string& key, const Pose& pose) {
+  const Vector3& p = pose.position;
+  const Quaternion& q = pose.rotation;
+  return std::string(static_cast<std::size_t>(2 * depth), ' ') + key + ":\n" +
+         line(depth + 1, "translation_m", std::vector<double>{p.x(), p.y(), p.z()}) +
+         line(depth + 1, "quaternion_xyzw", std::vector<double>{q.x(), q.y(), q.z(), q.w()});
+}
+
+std::string lidar_lines(int depth, const LidarMessageLayout& layout, const LidarModel& model, bool with_noise) {
+  std::string text;
+  if (layout.stamp) text += line(depth, "stamp", *layout.stamp);
+  std::string fields;
+  if (!layout.intensity_field.empty()) fields += line(depth + 1, "intensity", layout.intensity_field);
+  if (!layout.ring_field.empty()) fields += line(depth + 1, "ring", layout.ring_field);
+  if (!layout.time_field.empty()) fields += line(depth + 1, "time", layout.time_field);
+  if (!fields.empty()) text += std::string(static_cast<std::size_t>(2 * depth), ' ') + "fields:\n" + fields;
+  if (layout.time_unit) text += line(depth, "time_unit", *layout.time_unit);
+  if (layout.time_zero) text += line(depth, "time_zero", *layout.time_zero);
+  if (with_noise) {
+    text += line(depth, "range_noise_m", model.range_noise_m) + line(depth, "direction_noise_rad", model.direction_noise_rad);
+  }
+  return text + line(depth, "min_range_m", model.min_range_m) + line(depth, "max_range_m", model.max_range_m) +
+         line(depth, "scan_period_s", model.scan_period_s) + pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
+}
+
+/// Nothing for a magnetometer that needs none.
+std::string calibration_lines(int depth, const MagnetometerMessageLayout& layout) {
+  if (!layout.calibrated()) return {};
+  const Vector3& b = layout.hard_iron_ut;
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> C = layout.soft_iron_correction;
+  return line(depth, "hard_iron_ut", std::vector<double>{b.x(), b.y(), b.z()}) +
+         line(depth, "soft_iron_correction", std::vector<double>(C.data(), C.data() + 9));
+}
+
+std::string format_platform(const Platform& platform) {
+  const ImuNoise& imu = platform.suite.imu;
+  std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
+  text += "lidar:\n" + line(1, "topic", platform.lidar.topic) + lidar_lines(1, platform.lidar, platform.suite.lidar, true);
+  if (!platform.further_lidars.empty()) text += "further_lidars:\n";
+  for (const FurtherLidar& further : platform.further_lidars) {
+    text += "  - topic: " + write_value(further.layout.topic) + "\n" + lidar_lines(2, further.layout, further.model, false);
+  }
+  text += "imu:\n" + line(1, "topic", platform.imu.topic) +
+          (platform.imu.angular_velocity_path.empty()
+               ? ""
+               : line(1, "angular_velocity", platform.imu.angular_velocity_path) +
+                     line(1, "linear_acceleration", platform.imu.linear_acceleration_path)) +
+          line(1, "acceleration_unit", platform.imu.acceleration_unit) + line(1, "rate_hz", imu.rate_hz) +
+          line(1, "gyroscope_noise_density_rad_s_sqrt_hz", imu.gyroscope_noise_density) +
+          line(1, "accelerometer_noise_density_m_s2_sqrt_hz", imu.accelerometer_noise_density) +
+          line(1, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", imu.gyroscope_bias_random_walk) +
+          line(1, "accelerometer_bias_random_walk_m_s3_sqrt_hz", imu.accelerometer_bias_random_walk);
+  if (platform.suite.magnetometers.empty()) return text + "magnetometers: []\n";
+  text += "magnetometers:\n";
+  for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
+    const MagnetometerModel& magnetometer = platform.suite.magnetometers[i];
+    const MagnetometerMessageLayout& layout = platform.magnetometers.at(i);
+    text += "  - name: " + write_value(magnetometer.name) + "\n" + line(2, "topic", layout.topic) +
+            (layout.path.empty() ? "" : line(2, "values", layout.path)) + line(2, "unit", layout.unit) + line(2, "noise_ut", magnetometer.noise_ut) +
+            calibration_lines(2, layout) + pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
+  }
+  return text;
+}
+
+}  // namespace
+
+double microtesla_per(FieldUnit unit) {
+  switch (unit) {
+    case FieldUnit::microtesla:
+      return 1.0;
+    case FieldUnit::nanotesla:
+      return 1e-3;
+    case FieldUnit::gauss:
+      return 100.0;
+    case FieldUnit::milligauss:
+      return 0.1;
+    case FieldUnit::tesla:
+      break;
+  }
+  return 1e6;
+}
+
+Platform load_platform(const std::string& path) {
+  require_kind(path, SeemingKind::platform, "a platform file");
+  return read_platform(ConfigurationNode::load(path));
+}
+
+Platform parse_platform(const std::string& text, const std::string& name) {
+  return read_platform(ConfigurationNode::parse(text, name));
+}
+
+void save_platform(const Platform& platform, const std::string& path) {
+  write_text_file(path, format_platform(platform));
+}
+
+}  // namespace lodestone

@@ -1,0 +1,63 @@
+#include "frontends/configuration/text_file.h"
+
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "core/aside.h"
+#include "core/error.h"
+
+namespace lodestone {
+
+namespace {
+
+/// Larger texts are none of ours.
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 32;
+
+/// A pipe that the shell handed over, as in `--truth <(zcat truth.tum.gz)`, has an end; one that somebody made in a folder need not.
+bool is_handed_over(const std::string& path) {
+  return path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/self/fd/", 0) == 0 || path == "/dev/stdin";
+}
+
+}  // namespace
+
+std::string read_text_file(const std::string& path) {
+  std::error_code code;
+  if (!std::filesystem::exists(path, code)) throw InputError(path + ": there is no such file");
+  if (std::filesystem::is_directory(path, code)) throw InputError(path + ": expected a file, found a folder");
+  const bool is_file = std::filesystem::is_regular_file(path, code);
+  if (!is_file && !is_handed_over(path)) throw InputError(path + ": expected a file, found a pipe, a device or a socket");
+  const std::uintmax_t bytes = is_file ? std::filesystem::file_size(path, code) : 0;
+  if (!code && bytes > kMostBytes) {
+    throw InputError(path + ": has " + std::to_string(bytes) + " bytes; expected a text of at most " + std::to_string(kMostBytes));
+  }
+  std::ifstream stream(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (!stream) throw InputError(path + ": cannot be read (" + std::strerror(errno) + ")");
+  return text;
+}
+
+void write_text_file(const std::string& path, const std::string& text) {
+  const std::string aside = aside_name(path);
+  {
+    std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
+    stream << text;
+    stream.close();
+    if (!stream) {
+      const std::string reason = std::strerror(errno);
+      std::remove(aside.c_str());
+      throw InputError(path + ": cannot be written (" + reason + ")");
+    }
+  }
+  std::error_code code;
+  std::filesystem::rename(aside, path, code);
+  if (code) {
+    std::remove(aside.c_str());
+    throw InputError(path + ": cannot be written (" + code.message() + ")");
+  }
+}
+
+}  // namespace lodestone

@@ -1,0 +1,217 @@
+#include "frontends/configuration/trajectory_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+
+#include "core/error.h"
+#include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/text_file.h"
+
+namespace lodestone {
+namespace {
+
+constexpr Time nanoseconds_per_second = 1'000'000'000;
+
+/// Of a stamp within `farthest_time`, however it is written; sums with it stay far from an int's ends.
+constexpr int largest_exponent = 1000;
+
+bool is_digit(char character) { return character >= '0' && character <= '9'; }
+
+bool parse_double(std::string_view text, double& value) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  return result.ec == std::errc() && result.ptr == text.data() + text.size() && std::isfinite(value);
+}
+
+/// One line of a table of poses, told by its file and number in every complaint.
+struct Line {
+  const std::string& path;
+  int number;
+  std::string_view text;
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw InputError(path + ":" + std::to_string(number) + ": " + message);
+  }
+};
+
+/// The line's values between any of `separators`; empty ones between two commas are kept out.
+std::vector<std::string_view> split(std::string_view text, std::string_view separators) {
+  std::vector<std::string_view> parts;
+  for (std::size_t begin = text.find_first_not_of(separators); begin != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = text.find_first_not_of(separators, end);
+  }
+  return parts;
+}
+
+Pose make_pose(const Line& line, const std::array<double, 7>& values, bool scalar_first) {
+  Pose pose;
+  pose.position = Vector3(values[0], values[1], values[2]);
+  const double* q = values.data() + 3;
+  pose.rotation = scalar_first ? Quaternion(q[0], q[1], q[2], q[3]) : Quaternion(q[3], q[0], q[1], q[2]);
+  const double length = pose.rotation.norm();
+  if (std::abs(length - 1.0) > 0.01) {
+    line.fail("the quaternion's length is " + fmt::format("{:.4g}", length) + "; expected 1");
+  }
+  pose.rotation.normalize();
+  return pose;
+}
+
+/// Calls `parse` for each line that is no comment and collects what it gives.
+template <class Parse>
+Trajectory read_lines(const std::string& path, const std::string& text, const Parse& parse) {
+  Trajectory trajectory;
+  Line line{path, 0, {}};
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    line.text = std::string_view(text).substr(begin, end - begin);
+    ++line.number;
+    begin = end + 1;
+    const std::size_t first = line.text.find_first_not_of(" \t\r");
+    if (first == std::string_view::npos || line.text[first] == '#') continue;
+    const StampedPose pose = parse(line);
+    if (!trajectory.empty() && pose.time < trajectory.back().time) {
+      line.fail("the stamp " + format_stamp(pose.time) + " goes back from " + format_stamp(trajectory.back().time) +
+                "; sort the file by time");
+    }
+    trajectory.push_back(pose);
+  }
+  if (trajectory.empty()) throw InputError(path + ": holds no poses; expected lines of t x y z qx qy qz qw");
+  return trajectory;
+}
+
+/// Further apart, the difference of two stamps is no Time.
+constexpr const char* kStampsWithin = " within 127 years (4e9 s) of zero";
+
+Trajectory parse_tum(const std::string& path, const std::string& text) {
+  return read_lines(path, text, [](const Line& line) {
+    const auto parts = split(line.text, " \t\r");
+    if (parts.size() != 8) {
+      line.fail("expected 8 values (t x y z qx qy qz qw), found " + std::to_string(parts.size()));
+    }
+    StampedPose pose;
+    if (!parse_stamp(parts[0], pose.time)) line.fail("'" + std::string(parts[0]) + "' is no stamp in seconds" + kStampsWithin);
+    std::array<double, 7> values{};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!parse_double(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
+    }
+    pose.pose = make_pose(line, values, false);
+    return pose;
+  });
+}
+
+Trajectory parse_euroc(const std::string& path, const std::string& text) {
+  return read_lines(path, text, [](const Line& line) {
+    const auto parts = split(line.text, ", \t\r");
+    if (parts.size() < 8) {
+      line.fail("expected at least 8 values (t[ns],x,y,z,qw,qx,qy,qz), found " + std::to_string(parts.size()));
+    }
+    StampedPose pose;
+    const auto result = std::from_chars(parts[0].data(), parts[0].data() + parts[0].size(), pose.time);
+    if (result.ec != std::errc() || result.ptr != parts[0].data() + parts[0].size() || pose.time > farthest_time ||
+        pose.time < -farthest_time) {
+      line.fail("'" + std::string(parts[0]) + "' is no stamp in whole nanoseconds" + kStampsWithin);
+    }
+    std::array<double, 7> values{};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!parse_double(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
+    }
+    pose.pose = make_pose(line, values, true);
+    return pose;
+  });
+}
+
+}  // namespace
+
+bool parse_stamp(std::string_view text, Time& time) {
+  const bool negative = !text.empty() && text.front() == '-';
+  if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
+  int exponent = 0;
+  if (const std::size_t e = text.find_first_of("eE"); e != std::string_view::npos) {
+    std::string_view digits = text.substr(e + 1);
+    if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
+    const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
+    if (result.ec != std::errc() || result.ptr != digits.data() + digits.size()) return false;
+    if (exponent > largest_exponent || exponent < -largest_exponent) return false;
+    text = text.substr(0, e);
+  }
+  // Walk the digits; the place of each is known from the point, so that ns are collected exactly.
+  const std::size_t point = std::min(text.find('.'), text.size());
+  Time sum = 0;
+  int half = 0;  // the first digit below 1 ns rounds
+  bool any = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (i == point) continue;
+    if (!is_digit(text[i])) return false;
+    any = true;
+    const int power = (i < point ? static_cast<int>(point - i) - 1 : -static_cast<int>(i - point)) + exponent + 9;
+    const int digit = text[i] - '0';
+    if (power < 0) {
+      if (power == -1) half = digit;
+      continue;
+    }
+    if (digit == 0) continue;
+    Time place = 1;
+    for (int k = 0; k < power; ++k) {
+      if (__builtin_mul_overflow(place, Time{10}, &place)) return false;
+    }
+    Time part = 0;
+    if (__builtin_mul_overflow(place, Time{digit}, &part) || __builtin_add_overflow(sum, part, &sum)) return false;
+  }
+  if (half >= 5 && sum < farthest_time) ++sum;
+  if (sum > farthest_time) return false;
+  time = negative ? -sum : sum;
+  return any;
+}
+
+std::string format_stamp(Time time) {
+  const auto magnitude = time < 0 ? 0 - static_cast<std::uint64_t>(time) : static_cast<std::uint64_t>(time);
+  return fmt::format("{}{}.{:09}", time < 0 ? "-" : "", magnitude / nanoseconds_per_second,
+                     magnitude % nanoseconds_per_second);
+}
+
+Trajectory read_tum(const std::string& path) { return parse_tum(path, read_text_file(path)); }
+
+Trajectory read_euroc(const std::string& path) { return parse_euroc(path, read_text_file(path)); }
+
+Trajectory read_trajectory(const std::string& path) {
+  require_kind(path, SeemingKind::trajectory, "a trajectory (TUM or EuRoC csv)");
+  const std::string text = read_text_file(path);
+  // Comments may hold commas in either format: the first line of values tells.
+  std::size_t begin = 0;
+  while (begin < text.size() && (text[begin] == '#' || text[begin] == '\n' || text[begin] == '\r')) {
+    begin = std::min(text.find('\n', begin), text.size() - 1) + 1;
+  }
+  const std::string_view line = std::string_view(text).substr(begin, text.find('\n', begin) - begin);
+  return line.find(',') != std::string_view::npos ? parse_euroc(path, text) : parse_tum(path, text);
+}
+
+std::string pose_text(const Pose& pose) {
+  const Vector3& p = pose.position;
+  const Quaternion& q = pose.rotation;
+  return fmt::format("{:.3f} {:.3f} {:.3f} {:.5f} {:.5f} {:.5f} {:.5f}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+std::string format_tum(const StampedPose& pose) {
+  const Vector3& p = pose.pose.position;
+  const Quaternion& q = pose.pose.rotation;
+  return fmt::format("{} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", format_stamp(pose.time), p.x(), p.y(), p.z(),
+                     q.x(), q.y(), q.z(), q.w());
+}
+
+void write_tum(const std::string& path, const Trajectory& trajectory, const std::string& comment) {
+  fmt::memory_buffer text;
+  for (const std::string_view line : split(comment, "\n")) {
+    fmt::format_to(std::back_inserter(text), "# {}\n", line);
+  }
+  for (const StampedPose& pose : trajectory) fmt::format_to(std::back_inserter(text), "{}\n", format_tum(pose));
+  write_text_file(path, fmt::to_string(text));
+}
+
+}  // namespace lodestone

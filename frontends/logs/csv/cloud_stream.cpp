@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+#include <pcl/PCLPointCloud2.h>
+#include <pcl/console/print.h>
+#include <pcl/io/pcd_io.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/error.h"
+#include "frontends/logs/csv/csv_log.h"
+#include "frontends/maps/pcd_check.h"
+#include "frontends/messages/wire_ros1.h"
+#include "frontends/configuration/trajectory_file.h"
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CloudFile {
+  Time time = 0;
+  std::string path;
+};
+
+/// A folder with one cloud a file.
+class CloudStream : public CsvLog::Stream {
+ public:
+  CloudStream(const std::string& folder, const std::string& topic) : topic_(topic) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      std::error_code broken;  // a link to nothing, or to itself
+      if (!entry.is_regular_file(broken) || entry.path().extension() != ".pcd") continue;
+      CloudFile file{0, entry.path().string()};
+      constexpr Time last = Time{0xFFFFFFFF} * 1'000'000'000;
+      if (!parse_stamp(entry.path().stem().string(), file.time) || file.time < 0 || file.time > last) {
+        throw InputError(file.path + ": a cloud of a log is named by its time, in seconds: 1700000000.123456789.pcd");
+      }
+      files_.push_back(std::move(file));
+    }
+    std::sort(files_.begin(), files_.end(), [](const CloudFile& a, const CloudFile& b) {
+      return a.time != b.time ? a.time < b.time : a.path < b.path;
+    });
+  }
+
+  TopicInfo inspect(WarningLog&) override {
+    TopicInfo info;
+    info.name = topic_;
+    info.type = "sensor_msgs/PointCloud2";
+    for (const CloudFile& file : files_) add_messages(info, file.time, file.time, 1);
+    return info;
+  }
+  void rewind() override { next_ = 0; }
+  bool advance(Time& time) override {
+    if (next_ >= files_.size()) return false;
+    time = files_[next_++].time;
+    return true;
+  }
+
+  const std::vector<std::uint8_t>& message() override {
+    const CloudFile& file = files_[next_ - 1];
+    const pcl::PCLPointCloud2 cloud = load(file.path);
+    Ros1WireWriter writer;
+    writer.header(file.time, "");
+    writer.number(cloud.height);
+    writer.number(cloud.width);
+    writer.number(static_cast<std::uint32_t>(cloud.fields.size()));
+    for (const pcl::PCLPointField& field : cloud.fields) {
+      writer.text(field.name);
+      writer.number(field.offset);
+      writer.number(field.datatype);
+      writer.number(field.count);
+    }
+    writer.number(std::uint8_t{0});
+    writer.number(cloud.point_step);
+    writer.number(cloud.row_step);
+    writer.number(static_cast<std::uint32_t>(cloud.data.size()));
+    writer.bytes(cloud.data.data(), cloud.data.size());
+    writer.number(std::uint8_t{cloud.is_dense});
+    return bytes_ = writer.take();
+  }
+
+ private:
+  static pcl::PCLPointCloud2 load(const std::string& path) {
+    check_pcd(path, std::uint64_t{1} << 30, "take it out of the folder");
+    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // errors are told by InputError
+    pcl::PCLPointCloud2 cloud;
+    int result = -1;
+    try {
+      result = pcl::PCDReader().read(path, cloud);
+    } catch (const std::exception&) {
+      // told below
+    }
+    if (result < 0 || cloud.data.size() != std::size_t{cloud.width} * cloud.height * cloud.point_step) {
+      throw InputError(path + ": is no PCD file, or is cut off or damaged; take it out of the folder");
+    }
+    return cloud;
+  }
+
+  std::string topic_;
+  std::vector<CloudFile> files_;
+  std::size_t next_ = 0;
+  std::vector<std::uint8_t> bytes_;
+};
+
+}  // namespace
+
+std::unique_ptr<CsvLog::Stream> open_cloud_stream(const std::string& folder, const std::string& topic) {
+  return std::make_unique<CloudStream>(folder, topic);
+}
+
+}  // namespace lodestone

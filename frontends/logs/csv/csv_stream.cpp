@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "frontends/logs/csv/csv_log.h"
+#include "frontends/logs/csv/csv_text.h"
+#include "frontends/messages/wire_ros1.h"
+#include "frontends/configuration/trajectory_file.h"
+
+namespace lodestone {
+namespace {
+
+using Names = std::vector<std::string>;
+
+const Names imu_columns{"gyroscope_x_rad_s",     "gyroscope_y_rad_s",     "gyroscope_z_rad_s",
+                        "accelerometer_x_m_s2", "accelerometer_y_m_s2", "accelerometer_z_m_s2"};
+const Names field_columns{"field_x_ut", "field_y_ut", "field_z_ut"};
+
+/// The file of one IMU or one magnetometer.
+class CsvStream : public CsvLog::Stream {
+ public:
+  CsvStream(const std::string& path, const std::string& topic) : path_(path), topic_(topic) { read_header(); }
+
+  TopicInfo inspect(WarningLog& warnings) override {
+    TopicInfo info;
+    info.name = topic_;
+    info.type = is_imu_ ? "sensor_msgs/Imu" : "sensor_msgs/MagneticField";
+    warnings_ = &warnings;
+    for (Time time = 0; advance(time);) add_messages(info, time, time, 1);
+    warnings_ = nullptr;  // once is enough
+    return info;
+  }
+
+  void rewind() override { read_header(); }
+
+  bool advance(Time& time) override {
+    while (std::getline(file_, line_)) {
+      ++number_;
+      const std::string_view text = trimmed(line_);
+      if (text.empty() || text.front() == '#') continue;
+      if (file_.eof()) {
+        // The last line has no end: its recorder was stopped, and where a number was cut in two it still reads as one.
+        if (warnings_ == nullptr) return false;
+        warnings_->add("log.cut_off",
+                       fmt::format("{}:{}: the last line does not end with a newline, so that it may be cut off; it is left out; "
+                                   "where it is whole, add a newline", path_, number_), time_);
+        return false;
+      }
+      const std::string wrong = parse(text);
+      if (!wrong.empty()) throw InputError(fmt::format("{}:{}: {}", path_, number_, wrong));
+      time = time_;
+      return true;
+    }
+    return false;
+  }
+
+  const std::vector<std::uint8_t>& message() override {
+    Ros1WireWriter writer;
+    writer.header(time_, "");
+    if (is_imu_) {
+      for (int i = 0; i < 3; ++i) writer.number(0.0);  // no orientation
+      writer.number(1.0);
+      writer.number(-1.0);
+      for (int i = 0; i < 8; ++i) writer.number(0.0);
+      for (int sensor = 0; sensor < 2; ++sensor) {
+        for (int i = 0; i < 3; ++i) writer.number(values_[static_cast<std::size_t>(3 * sensor + i)]);
+        for (int i = 0; i < 9; ++i) writer.number(0.0);
+      }
+    } else {
+      for (std::size_t i = 0; i < 3; ++i) writer.number(values_[i] / 1e6);  // the message has tesla
+      for (int i = 0; i < 9; ++i) writer.number(0.0);
+    }
+    return bytes_ = writer.take();
+  }
+
+ private:
+  void read_header() {
+    file_.close();
+    file_.clear();
+    file_.open(path_, std::ios::binary);
+    number_ = 0;
+    if (!file_) throw InputError(path_ + ": cannot be opened for reading; check its permissions");
+    do {
+      ++number_;
+      if (!std::getline(file_, line_)) throw InputError(path_ + ": the file is empty; expected a line that names the columns");
+    } while (trimmed(line_).empty());
+    std::string_view text = trimmed(line_);
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as some spreadsheets begin a file
+    if (text.starts_with('#')) text = trimmed(text.substr(1));
+    separator_ = separator_of(text);
+    const std::vector<std::string_view> found = split_cells(text, separator_);
+    const auto place_of = [&](std::string_view name) {
+      const auto at = std::find(found.begin(), found.end(), name);
+      return at == found.end() ? -1 : static_cast<int>(at - found.begin());
+    };
+    is_imu_ = place_of(imu_columns.front()) >= 0;
+    columns_.clear();
+    nanoseconds_ = place_of("time_s") < 0;
+    columns_.push_back(place_of(nanoseconds_ ? "time_ns" : "time_s"));
+    const Names& names = is_imu_ ? imu_columns : field_columns;
+    for (const std::string& name : names) columns_.push_back(place_of(name));
+    if (std::find(columns_.begin(), columns_.end(), -1) == columns_.end()) return;
+    throw InputError(fmt::format("{}:{}: found the columns {}; expected time_s (or time_ns) and either {}, or {}; name them so, or "
+                                 "take the file out of the folder", path_,
+                                 number_, join_names(Names(found.begin(), found.end())), join_names(field_columns),
+                                 join_names(imu_columns)));
+  }
+
+  /// Fills time and values; what is wrong with the line, if anything.
+  std::string parse(std::string_view text) {
+    const std::vector<std::string_view> parts = split_cells(text, separator_);
+    const auto part = [&](std::size_t i) {
+      const auto column = static_cast<std::size_t>(columns_[i]);
+      return column < parts.size() ? parts[column] : std::string_view();
+    };
+    const std::string_view stamp = part(0);
+    Time time = 0;
+    if (nanoseconds_) {
+      const auto result = std::from_chars(stamp.data(), stamp.data() + stamp.size(), time);
+      if (result.ec != std::errc() || result.ptr != stamp.data() + stamp.size()) time = -1;
+    } else if (!parse_stamp(stamp, time)) {
+      time = -1;
+    }
+    constexpr Time last = Time{0xFFFFFFFF} * 1'000'000'000;
+    if (time < 0 || time > last) return fmt::format("'{}' is no time from 0 to 2^32 s", stamp);
+    for (std::size_t i = 1; i < columns_.size(); ++i) {
+      const std::string_view value = part(i);
+      double number = 0.0;
+      const auto result = std::from_chars(value.data(), value.data() + value.size(), number);
+      if (value.empty() || result.ec != std::errc() || result.ptr != value.data() + value.size()) {
+        return fmt::format("'{}' is no number, in the column {}", value, columns_[i] + 1);
+      }
+      values_[i - 1] = number;
+    }
+    time_ = time;
+    return {};
+  }
+
+  std::string path_, topic_;
+  std::ifstream file_;
+  std::string line_;
+  int number_ = 0;  ///< of the line
+  char separator_ = ',';
+  bool is_imu_ = false, nanoseconds_ = false;
+  std::vector<int> columns_;  ///< of the time and the values
+  Time time_ = 0;
+  std::array<double, 6> values_{};
+  std::vector<std::uint8_t> bytes_;
+  WarningLog* warnings_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<CsvLog::Stream> open_csv_stream(const std::string& path, const std::string& topic) {
+  return std::make_unique<CsvStream>(path, topic);
+}
+
+}  // namespace lodestone

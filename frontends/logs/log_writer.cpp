@@ -1,0 +1,48 @@
+#include "frontends/logs/log_writer.h"
+
+#include "frontends/logs/mcap/mcap_writer.h"
+#include "frontends/logs/ros1/bag_writer.h"
+#include "frontends/logs/ros2/sqlite_writer.h"
+
+namespace lodestone {
+namespace {
+
+class RosbagWriter : public LogWriter {
+ public:
+  RosbagWriter(const std::string& path, Codec codec)
+      : writer_(path, codec == Codec::lz4   ? ros1::Compression::lz4
+                      : codec == Codec::bz2 ? ros1::Compression::bz2
+                                            : ros1::Compression::none) {}
+  Encoding encoding() const override { return Encoding::ros1; }
+  void write(const TopicInfo& topic, const RawMessage& message) override {
+    writer_.write(topic, message.record_time, message.data, message.size, message.publisher);
+  }
+  void close() override { writer_.close(); }
+
+ private:
+  ros1::BagWriter writer_;
+};
+
+}  // namespace
+
+bool can_pack(LogFormat format, Codec codec) {
+  if (codec == Codec::none) return true;
+  switch (format) {
+    case LogFormat::rosbag:
+      return codec == Codec::lz4 || codec == Codec::bz2;
+    case LogFormat::mcap:
+      return codec == Codec::lz4 || codec == Codec::zstd;
+    case LogFormat::db3:
+      break;
+  }
+  return codec == Codec::zstd;
+}
+
+std::unique_ptr<LogWriter> make_log_writer(const std::string& path, LogFormat format, Codec codec) {
+  if (!can_pack(format, codec)) throw std::invalid_argument("this kind of log is not packed so");
+  if (format == LogFormat::rosbag) return std::make_unique<RosbagWriter>(path, codec);
+  if (format == LogFormat::mcap) return std::make_unique<McapWriter>(path, codec);
+  return std::make_unique<SqliteWriter>(path, codec);
+}
+
+}  // namespace lodestone

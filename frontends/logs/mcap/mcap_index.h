@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/warnings.h"
+#include "frontends/logs/segment_index.h"
+#include "frontends/logs/mcap/mcap_records.h"
+
+namespace lodestone::mcap {
+
+/// A piece of the file that is loaded at once: a chunk, or some megabytes of messages that lie in no chunk.
+struct Segment {
+  std::uint64_t offset = 0;  ///< of a chunk's content; of the first record else
+  std::uint64_t size = 0;    ///< bytes in the file
+  bool chunk = false;
+  bool cut = false;  ///< the file ends within it
+  Time begin = 0, end = 0;
+};
+
+/// What a walk over a file's records finds: channels, segments, counts. The walk reads the records' prefixes, message
+/// indexes, schemas and channels, not the messages; only chunks without an index, as a crash leaves them behind, are unpacked.
+/// So it needs no summary section, and believes none.
+class McapIndex : public SegmentIndex {
+ public:
+  /// Throws InputError where the file is missing, no MCAP file, or holds nothing readable. What is lost is counted in
+  /// `warnings`: log.cut_off, log.damaged_chunk, log.unknown_channel.
+  McapIndex(const std::string& path, WarningLog& warnings);
+
+  const std::string& path() const override { return file_.path(); }
+  const std::vector<TopicInfo>& topics() const override { return topics_.topics; }
+  int topic_of(std::uint32_t channel) const override;
+  std::size_t segment_count() const override { return segments_.size(); }
+  Time begin_of(std::size_t segment) const override { return segments_[segment].begin; }
+  void load(std::size_t segment, LoadedSegment& loaded) override { load(segments_[segment], loaded); }
+
+ private:
+  void walk();
+  void take_record(std::uint8_t opcode, std::uint64_t offset, std::uint64_t size);
+  void take_message(std::uint64_t record, std::uint64_t size);
+  void take_message_index(std::uint64_t offset, std::uint64_t size);
+  void close_chunk();
+  void load(const Segment& segment, LoadedSegment& loaded);
+  void read_segment(const Segment& segment, LoadedSegment& loaded);
+  void take_entries(LoadedSegment& loaded);
+  void define(std::uint8_t opcode, std::span<const std::uint8_t> content);
+  void name_topics();
+  void lose(const Segment& segment, const std::string& what);
+
+  FileBytes file_;
+  WarningLog& warnings_;
+  std::vector<Segment> segments_;  ///< in order of begin after construction
+  std::map<std::uint16_t, Schema> schemas_;
+  std::map<std::uint32_t, Channel> channels_;
+  std::map<std::uint32_t, MessageCount> counts_;
+  std::map<std::uint32_t, MessageCount> chunk_counts_;  ///< of the chunk whose indexes are being read
+  ChannelTopics topics_;
+  bool open_chunk_ = false;  ///< the last segment is a chunk whose indexes may follow
+  bool open_run_ = false;    ///< the last segment is a run of messages in no chunk
+  std::set<std::uint64_t> lost_;  ///< segments that were found damaged: a second reading does not count them again
+  std::vector<std::uint8_t> buffer_;
+};
+
+}  // namespace lodestone::mcap

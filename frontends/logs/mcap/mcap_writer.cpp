@@ -1,0 +1,216 @@
+#include "frontends/logs/mcap/mcap_writer.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <map>
+
+#include "core/aside.h"
+#include "core/error.h"
+#include "frontends/messages/known_types.h"
+#include "frontends/logs/topic_list.h"
+#include "frontends/logs/mcap/mcap_records.h"
+
+namespace lodestone {
+namespace {
+
+constexpr std::size_t chunk_bytes = 1 << 20;
+
+/// A record's content, or several records, in the making.
+class Content {
+ public:
+  template <class Number>
+  Content& number(Number value) {
+    std::array<std::uint8_t, sizeof(Number)> raw_number;
+    for (std::size_t i = 0; i < sizeof(Number); ++i) {
+      raw_number[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * i));
+    }
+    return raw(raw_number);
+  }
+  Content& text(std::string_view value) {
+    number(static_cast<std::uint32_t>(value.size()));
+    bytes_.insert(bytes_.end(), value.begin(), value.end());
+    return *this;
+  }
+  Content& raw(std::span<const std::uint8_t> value) {
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + value.size());
+    std::copy(value.begin(), value.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(at));
+    return *this;
+  }
+  Content& record(std::uint8_t opcode, const Content& content) {
+    return number(opcode).number(std::uint64_t{content.bytes_.size()}).raw(content.bytes_);
+  }
+  std::size_t size() const { return bytes_.size(); }
+  std::span<const std::uint8_t> bytes() const { return bytes_; }
+  void clear() { bytes_.clear(); }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
+struct IndexEntry {
+  std::uint64_t time, offset;
+};
+
+struct WrittenChannel {
+  std::uint16_t id = 0;
+  std::uint64_t messages = 0;
+  std::vector<IndexEntry> index;  ///< of its messages in the open chunk
+};
+
+}  // namespace
+
+struct McapWriter::Implementation {
+  std::string path, aside;
+  Codec codec = Codec::none;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, std::fclose};
+  std::uint64_t offset = 0;
+  Content chunk;
+  std::uint64_t chunk_begin = 0, chunk_end = 0, begin = 0, end = 0, messages = 0;
+  std::map<std::string, std::uint16_t> schemas;  ///< by type
+  std::map<std::string, WrittenChannel> channels;
+  Content definitions;  ///< all schemas and channels, for the summary
+  Content chunk_indexes;
+  std::uint32_t chunks = 0;
+
+  [[noreturn]] void fail() const { throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", path, std::strerror(errno))); }
+  void put(std::span<const std::uint8_t> bytes) {
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
+    offset += bytes.size();
+  }
+  void put(std::uint8_t opcode, const Content& content) {
+    Content record;
+    record.record(opcode, content);
+    put(record.bytes());
+  }
+  void put_magic() { put({reinterpret_cast<const std::uint8_t*>(mcap::magic.data()), mcap::magic.size()}); }
+  WrittenChannel& channel_of(const TopicInfo& topic);
+  void end_chunk();
+  void put_summary();
+};
+
+WrittenChannel& McapWriter::Implementation::channel_of(const TopicInfo& topic) {
+  const auto [entry, is_new] = channels.try_emplace(topic.name);
+  WrittenChannel& channel = entry->second;
+  if (!is_new) return channel;
+  const auto define = [this](std::uint8_t opcode, const Content& content) {
+    chunk.record(opcode, content);
+    definitions.record(opcode, content);
+  };
+  const auto [schema, is_new_type] = schemas.try_emplace(topic.type, static_cast<std::uint16_t>(schemas.size() + 1));
+  if (is_new_type) {
+    const TypeDefinition definition = ros2_definition(topic);
+    define(mcap::Opcode::schema,
+           Content().number(schema->second).text(ros2_type_name(topic.type)).text(definition.encoding).text(definition.text));
+  }
+  channel.id = static_cast<std::uint16_t>(channels.size() - 1);
+  Content metadata;
+  for (const auto& [key, value] : topic.metadata) metadata.text(key).text(value);
+  define(mcap::Opcode::channel,
+         Content().number(channel.id).number(schema->second).text(topic.name).text("cdr")
+             .number(static_cast<std::uint32_t>(metadata.size())).raw(metadata.bytes()));
+  return channel;
+}
+
+void McapWriter::Implementation::end_chunk() {
+  if (chunk.size() == 0) return;
+  const std::vector<std::uint8_t> packed = pack(codec, chunk.bytes());
+  const char* name = codec == Codec::lz4 ? "lz4" : codec == Codec::zstd ? "zstd" : "";
+  const std::uint64_t start = offset;
+  const auto crc = static_cast<std::uint32_t>(::crc32_z(0, chunk.bytes().data(), chunk.size()));
+  Content content;
+  content.number(chunk_begin).number(chunk_end).number(std::uint64_t{chunk.size()}).number(crc).text(name);
+  put(mcap::Opcode::chunk, content.number(std::uint64_t{packed.size()}).raw(packed));
+  const std::uint64_t after_chunk = offset;
+  Content index_offsets;
+  for (auto& [topic, channel] : channels) {
+    if (channel.index.empty()) continue;
+    index_offsets.number(channel.id).number(offset);
+    Content index;
+    index.number(channel.id).number(static_cast<std::uint32_t>(channel.index.size() * 16));
+    for (const IndexEntry& entry : channel.index) index.number(entry.time).number(entry.offset);
+    put(mcap::Opcode::message_index, index);
+    channel.index.clear();
+  }
+  Content summary;
+  summary.number(chunk_begin).number(chunk_end).number(start).number(after_chunk - start);
+  summary.number(static_cast<std::uint32_t>(index_offsets.size())).raw(index_offsets.bytes()).number(offset - after_chunk);
+  summary.text(name).number(std::uint64_t{packed.size()}).number(std::uint64_t{chunk.size()});
+  chunk_indexes.record(mcap::Opcode::chunk_index, summary);
+  ++chunks;
+  chunk.clear();
+}
+
+void McapWriter::Implementation::put_summary() {
+  put(mcap::Opcode::data_end, Content().number(std::uint32_t{0}));
+  const std::uint64_t summary = offset;
+  put(definitions.bytes());
+  Content statistics;
+  statistics.number(messages).number(static_cast<std::uint16_t>(schemas.size()));
+  statistics.number(static_cast<std::uint32_t>(channels.size())).number(std::uint32_t{0}).number(std::uint32_t{0});
+  statistics.number(chunks).number(begin).number(end).number(static_cast<std::uint32_t>(channels.size() * 10));
+  for (const auto& [topic, channel] : channels) statistics.number(channel.id).number(channel.messages);
+  put(mcap::Opcode::statistics, statistics);
+  put(chunk_indexes.bytes());
+  put(mcap::Opcode::footer, Content().number(summary).number(std::uint64_t{0}).number(std::uint32_t{0}));
+}
+
+McapWriter::McapWriter(const std::string& path, Codec codec) : implementation_(std::make_unique<Implementation>()) {
+  Implementation& self = *implementation_;
+  self.path = path;
+  self.aside = aside_name(path);
+  self.codec = codec;
+  self.file.reset(std::fopen(self.aside.c_str(), "wb"));
+  if (self.file == nullptr) self.fail();
+  self.put_magic();
+  self.put(mcap::Opcode::header, Content().text("ros2").text("lodestone"));
+}
+
+McapWriter::~McapWriter() {
+  if (implementation_->file == nullptr) return;
+  implementation_->file.reset();
+  std::remove(implementation_->aside.c_str());
+}
+
+void McapWriter::write(const TopicInfo& topic, const RawMessage& message) {
+  Implementation& self = *implementation_;
+  if (message.record_time < 0) {
+    throw InputError(fmt::format("{}: a record time of {} ns cannot be written", self.path, message.record_time));
+  }
+  const auto time = static_cast<std::uint64_t>(message.record_time);
+  const bool new_chunk = self.chunk.size() == 0;
+  WrittenChannel& channel = self.channel_of(topic);
+  channel.index.push_back({time, self.chunk.size()});
+  // prefix, channel, sequence, log and publish time, payload: not through a copy of the payload
+  self.chunk.number(std::uint8_t{mcap::Opcode::message}).number(std::uint64_t{mcap::MessageHeader::bytes + message.size});
+  self.chunk.number(channel.id).number(static_cast<std::uint32_t>(channel.messages)).number(time).number(time);
+  self.chunk.raw({message.data, message.size});
+  self.chunk_begin = new_chunk ? time : std::min(self.chunk_begin, time);
+  self.chunk_end = new_chunk ? time : std::max(self.chunk_end, time);
+  self.begin = self.messages == 0 ? time : std::min(self.begin, time);
+  self.end = std::max(self.end, time);
+  ++self.messages;
+  ++channel.messages;
+  if (self.chunk.size() >= chunk_bytes) self.end_chunk();
+}
+
+void McapWriter::close() {
+  Implementation& self = *implementation_;
+  self.end_chunk();
+  self.put_summary();
+  self.put_magic();
+  if (std::fflush(self.file.get()) != 0) self.fail();
+  std::error_code error;
+  std::filesystem::rename(self.aside, self.path, error);
+  if (error) throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", self.path, error.message()));
+  self.file.reset();
+}
+
+}  // namespace lodestone

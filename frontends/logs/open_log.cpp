@@ -1,0 +1,175 @@
+#include "frontends/logs/open_log.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string_view>
+
+#include "core/error.h"
+#include "frontends/configuration/file_kind.h"
+#include "frontends/logs/csv/csv_log.h"
+#include "frontends/logs/compression.h"
+#include "frontends/logs/file_bytes.h"
+#include "frontends/logs/merged_source.h"
+#include "frontends/logs/recording_parts.h"
+#include "frontends/logs/segment_source.h"
+#include "frontends/logs/temporary_file.h"
+#include "frontends/logs/mcap/mcap_index.h"
+#include "frontends/logs/ros2/bag_metadata.h"
+#include "frontends/logs/ros2/sqlite_source.h"
+#include "frontends/logs/rosbag/checked_bag.h"
+#include "frontends/logs/rosbag/cut_bag.h"
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+using Source = std::unique_ptr<MessageSource>;
+
+enum class FileKind { ros1_bag, sqlite, mcap, zstd, other };
+
+/// By the bytes that it begins with.
+FileKind kind_of(std::span<const std::uint8_t> bytes) {
+  const std::string_view start(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (start.starts_with("#ROSBAG V")) return FileKind::ros1_bag;
+  if (start.starts_with("SQLite format 3")) return FileKind::sqlite;
+  if (start.starts_with(mcap::magic.substr(0, 5))) return FileKind::mcap;
+  if (starts_like_zstd(bytes)) return FileKind::zstd;
+  return FileKind::other;
+}
+
+FileKind kind_of_file(const std::string& path) {
+  const FileBytes file(path);
+  std::vector<std::uint8_t> bytes;
+  file.read(0, static_cast<std::size_t>(std::min<std::uint64_t>(16, file.size())), bytes);
+  return kind_of(bytes);
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+  throw InputError(path + ": " + why + ": expected a ROS 1 bag (it starts with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
+                                       "ROS 2" + looks_like(path));
+}
+
+Source open_file(const std::string& path, WarningLog& warnings);
+
+/// A log that was packed as a whole: a database needs to be read anywhere, so it is unpacked beside. What is said of it names the
+/// file that was given.
+class UnpackedSource : public MessageSource {
+ public:
+  UnpackedSource(const std::string& path, WarningLog& warnings) : path_(path), warnings_(warnings) {
+    unpack_zstd_file(path, file_.path(), file_.room(), [&path](std::span<const std::uint8_t> begin) {
+      const FileKind kind = kind_of(begin);
+      if (kind == FileKind::zstd) throw InputError(path + ": is packed by zstd twice; unpack it with 'zstd -d'");
+      if (kind == FileKind::other) refuse(path, "holds no log under its zstd compression");
+    });
+    named([this] { source_ = open_file(file_.path(), inner_warnings_); });
+  }
+  const std::vector<TopicInfo>& topics() const override { return source_->topics(); }
+  void select(const std::vector<std::string>& names) override {
+    named([&] { source_->select(names); });
+  }
+  bool next(RawMessage& message) override {
+    bool more = false;
+    named([&] { more = source_->next(message); });
+    return more;
+  }
+
+ private:
+  std::string with_given_name(std::string text) const {
+    const std::string& name = file_.path();
+    for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + path_.size())) {
+      text.replace(at, name.size(), path_);
+    }
+    return text;
+  }
+
+  template <class Call>
+  void named(const Call& call) {
+    try {
+      call();
+    } catch (const InputError& error) {
+      throw InputError(with_given_name(error.what()));
+    }
+    for (const auto& [kind, entry] : inner_warnings_.entries()) {
+      std::int64_t& told = told_[kind];
+      if (entry.count > told) warnings_.add(kind, with_given_name(entry.first_detail), entry.last_time, entry.count - told);
+      told = entry.count;
+    }
+  }
+
+  std::string path_;
+  WarningLog& warnings_;
+  WarningLog inner_warnings_;
+  std::map<std::string, std::int64_t> told_;  ///< how many of each kind have been passed on
+  TemporaryFile file_;
+  Source source_;
+};
+
+Source open_bag(const std::string& path, WarningLog& warnings) {
+  constexpr std::size_t of_rosbag = 8;  // it reads lists of plugins at each opening
+  require_descriptors(path, of_rosbag);
+  try {
+    return std::make_unique<CheckedBag>(path, warnings);
+  } catch (const BagCutOff&) {
+    return std::make_unique<SegmentSource>(std::make_unique<CutBag>(path, warnings), warnings);
+  }
+}
+
+Source open_file(const std::string& path, WarningLog& warnings) {
+  switch (kind_of_file(path)) {
+    case FileKind::ros1_bag:
+      return open_bag(path, warnings);
+    case FileKind::sqlite:
+      return std::make_unique<SqliteSource>(path, warnings);
+    case FileKind::mcap:
+      return std::make_unique<SegmentSource>(std::make_unique<mcap::McapIndex>(path, warnings), warnings);
+    case FileKind::zstd:
+      return std::make_unique<UnpackedSource>(path, warnings);
+    case FileKind::other:
+      break;
+  }
+  refuse(path, "is no log");
+}
+
+/// Files of a folder that are logs by their content, in the order of names.
+std::vector<std::string> logs_in(const fs::path& folder) {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    std::error_code broken;  // a link to nothing, or to itself
+    if (entry.is_regular_file(broken) && kind_of_file(entry.path().string()) != FileKind::other) files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+Source open_folder(const fs::path& folder, WarningLog& warnings) {
+  const fs::path metadata = folder / "metadata.yaml";
+  const bool listed = fs::exists(metadata);
+  const std::vector<std::string> files = listed ? bag_files(metadata.string()) : logs_in(folder);
+  if (files.empty() && CsvLog::is_in(folder.string())) return std::make_unique<CsvLog>(folder.string(), warnings);
+  if (files.empty()) {
+    throw InputError(folder.string() + ": the folder holds no log: no bag, no MCAP file, no CSV file");
+  }
+  if (!listed && CsvLog::is_in(folder.string())) {
+    warnings.add("log.csv_passed_over", folder.string() + ": holds bags, which are read, and CSV or PCD files beside them, which are not", 0);
+  }
+  std::vector<RecordingPart> parts;
+  for (const std::string& file : files) parts.push_back({file, open_file(file, warnings)});
+  check_one_recording(folder.string(), parts, listed ? PartsListed::by_metadata : PartsListed::by_nobody);
+  if (parts.size() == 1) return std::move(parts.front().source);
+  std::vector<Source> sources;
+  for (RecordingPart& part : parts) sources.push_back(std::move(part.source));
+  return std::make_unique<MergedSource>(folder.string(), std::move(sources));
+}
+
+}  // namespace
+
+std::unique_ptr<MessageSource> open_log(const std::string& path, WarningLog& warnings) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return open_folder(path, warnings);
+  if (fs::path(path).filename() == "metadata.yaml") return open_folder(fs::absolute(path).parent_path(), warnings);
+  return open_file(path, warnings);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.h"
+#include "frontends/logs/message_source.h"
+
+namespace lodestone {
+
+/// "sensor_msgs/msg/Imu", as ROS 2 has it, becomes "sensor_msgs/Imu"; anything else stays.
+inline std::string ros1_type_name(std::string type) {
+  const std::size_t at = type.find("/msg/");
+  if (at != std::string::npos) type.erase(at, 4);
+  return type;
+}
+
+/// The other way round: what stands in a ROS 2 bag.
+inline std::string ros2_type_name(std::string type) {
+  const std::size_t at = type.find('/');
+  if (at != std::string::npos && type.find('/', at + 1) == std::string::npos) type.insert(at, "/msg");
+  return type;
+}
+
+inline Encoding encoding_named(std::string_view name) {
+  return name == "cdr" ? Encoding::cdr : name == "ros1" ? Encoding::ros1 : Encoding::other;
+}
+
+/// Where in `names` each of `topics` stands; -1 where it is not asked for. Throws InputError for a name that no topic has.
+inline std::vector<int> selection_of(const std::vector<TopicInfo>& topics, const std::vector<std::string>& names,
+                                     const std::string& path) {
+  std::vector<int> selection(topics.size(), -1);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto found =
+        std::find_if(topics.begin(), topics.end(), [&](const TopicInfo& topic) { return topic.name == names[i]; });
+    if (found == topics.end()) throw InputError(path + ": there is no topic " + names[i]);
+    selection[static_cast<std::size_t>(found - topics.begin())] = static_cast<int>(i);
+  }
+  return selection;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,276 @@
+#include "frontends/maps/field_import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "core/error.h"
+#include "core/magnetometer/sparse_field_nodes.h"
+#include "frontends/configuration/options.h"
+#include "frontends/maps/field_table.h"
+#include "frontends/messages/sensor_checks.h"
+
+namespace lodestone {
+namespace {
+
+/// Positions closer than this are one: files round to millimetres, often to centimetres.
+constexpr double same_m = 5e-4;
+
+/// Measured positions scatter about their nodes: where no grid is seen otherwise, those so close are one.
+constexpr std::array scatters_m{same_m, 5e-3, 2e-2};
+
+/// Nodes stand further apart than what is taken for their scatter.
+constexpr double least_step_over_scatter = 5.0;
+
+/// A grid of more nodes a line than this is none, only numbers of few digits.
+constexpr double most_nodes_a_row = 1000.0;
+
+/// Larger sites, and coarser maps whose places are whole numbers, are rather told in millimetres.
+constexpr double largest_usual_site_m = 20e3, largest_usual_step_m = 20.0;
+
+/// The middle of each heap of values that lie closer together than `scatter`, sorted.
+std::vector<double> heaps_of(std::vector<double> values, double scatter) {
+  std::sort(values.begin(), values.end());
+  std::vector<double> result;
+  for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
+    for (end = begin + 1; end < values.size() && values[end] - values[end - 1] <= scatter;) ++end;
+    result.push_back(values[begin + (end - begin) / 2]);
+  }
+  return result;
+}
+
+struct Axis {
+  double origin = 0.0, step = 0.0;
+  int count = 0;
+
+  /// The nearest place.
+  int place(double value) const { return static_cast<int>(std::lround((value - origin) / step)); }
+};
+
+/// The even steps that all values lie on; nothing where there are none, or one value alone.
+std::optional<Axis> even_axis(const std::vector<double>& values) {
+  if (values.size() < 2) return std::nullopt;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < values.size(); ++i) smallest = std::min(smallest, values[i] - values[i - 1]);
+  // Rounded positions step unevenly: the mean of the single steps is the step.
+  double sum = 0.0;
+  int singles = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (const double gap = values[i] - values[i - 1]; gap < 1.5 * smallest) {
+      sum += gap;
+      ++singles;
+    }
+  }
+  Axis axis;
+  axis.origin = values.front();
+  const double length = values.back() - values.front();
+  const double steps = std::round(length / (sum / singles));
+  if (!(steps >= 1.0 && steps <= 1e6)) return std::nullopt;
+  axis.step = length / steps;
+  axis.count = static_cast<int>(steps) + 1;
+  const double tolerance = std::min(0.05 + same_m / axis.step, 0.2);  // of a step
+  for (const double value : values) {
+    const double place = (value - axis.origin) / axis.step;
+    if (std::abs(place - std::round(place)) > tolerance) return std::nullopt;
+  }
+  return axis;
+}
+
+class Importer {
+ public:
+  Importer(const std::string& path, const FieldImportOptions& options) : path_(path), options_(options), table_(read_field_table(path)) {}
+
+  ImportedField make() {
+    find_grid();
+    const double factor = find_unit();
+    place_rows(factor);
+    const auto nodes = std::make_shared<SparseFieldNodes>();
+    double largest_sigma = 0.0;
+    for (const Placed& placed : placed_) {
+      const FieldTableRow& row = *placed.row;
+      const double sigma = row.sigma >= 0.0 ? row.sigma * factor : options_.sigma_ut;
+      largest_sigma = std::max(largest_sigma, sigma);
+      nodes->set(placed.layer, placed.row_index, placed.column,
+                 Eigen::Vector4f(static_cast<float>(row.field[0] * factor), static_cast<float>(row.field[1] * factor),
+                                 static_cast<float>(row.field[2] * factor), static_cast<float>(sigma)));
+    }
+    constexpr std::size_t cache_bytes = 64U << 20U;
+    // A float's rounding must not put the largest sigma above the limit.
+    const double max_sigma = std::max(largest_sigma * (1.0 + 1e-6), 1e-3);
+    return {MagneticMap(grid_, nodes, max_sigma, cache_bytes), unit_, unit_from_size_, table_.rows.front().sigma >= 0.0,
+            median_ut_, static_cast<std::int64_t>(placed_.size()), in_cells_, metres_in_doubt()};
+  }
+
+ private:
+  struct Placed {
+    int layer, row_index, column;
+    const FieldTableRow* row;
+    auto key() const { return std::array{layer, row_index, column}; }
+  };
+
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(path_ + ": " + what); }
+  [[noreturn]] void fail_scattered(const std::string& what) const {
+    fail(what + "; these are scattered readings, no grid: make a map of the survey that they are from with `lodestone map "
+                "magnetic`");
+  }
+
+  std::vector<double> positions(std::size_t axis) const {
+    std::vector<double> values;
+    values.reserve(table_.rows.size());
+    for (const FieldTableRow& row : table_.rows) values.push_back(row.position[axis]);
+    return values;
+  }
+
+  Axis find_axis(std::size_t axis) const {
+    const std::vector<double> values = positions(axis);
+    for (const double scatter : scatters_m) {
+      const std::vector<double> places = heaps_of(values, scatter);
+      if (places.size() < 2) break;
+      const auto even = even_axis(places);
+      if (even && (scatter == same_m || even->step > least_step_over_scatter * scatter)) return *even;
+    }
+    const char name = "xy"[axis];
+    if (heaps_of(values, same_m).size() < 2) fail(fmt::format("all positions have one {}; a map needs at least two a side", name));
+    fail_scattered(fmt::format("the positions' {} are not evenly spaced", name));
+  }
+
+  /// Layers that most nodes of are there.
+  std::vector<double> find_heights() const {
+    const std::vector<double> values = positions(2);
+    for (const double scatter : scatters_m) {
+      std::vector<double> heights = heaps_of(values, scatter);
+      if (static_cast<double>(x_.count) * y_.count * static_cast<double>(heights.size()) < 4.0 * static_cast<double>(values.size())) {
+        return heights;
+      }
+    }
+    return heaps_of(values, same_m);
+  }
+
+  void find_grid() {
+    if (table_.has_height && options_.height_m) fail("the table has heights of its own (z); leave out --height");
+    if (!table_.has_height && !options_.height_m) fail("the table has no heights (z); say by --height at which the map is, metres");
+    x_ = find_axis(0);
+    y_ = find_axis(1);
+    if (std::abs(x_.step - y_.step) > 0.01 * std::max(x_.step, y_.step)) {
+      fail(fmt::format("the nodes lie {:.4g} m apart along x and {:.4g} m along y; expected one distance: resample the grid",
+                       x_.step, y_.step));
+    }
+    grid_.heights_m = table_.has_height ? find_heights() : std::vector<double>{*options_.height_m};
+    const double rows = static_cast<double>(table_.rows.size());
+    if (static_cast<double>(x_.count) * y_.count * static_cast<double>(grid_.heights_m.size()) > most_nodes_a_row * rows) {
+      fail_scattered(fmt::format("{} lines for {} x {} x {} places", table_.rows.size(), x_.count, y_.count,
+                                 grid_.heights_m.size()));
+    }
+    // The longer side tells the distance best.
+    grid_.resolution_m = x_.count >= y_.count ? x_.step : y_.step;
+    grid_.origin = {x_.origin, y_.origin};
+    grid_.columns = x_.count;
+    grid_.rows = y_.count;
+  }
+
+  bool metres_in_doubt() const {
+    if (table_.names_metres) return false;
+    if (std::max(grid_.columns - 1, grid_.rows - 1) * grid_.resolution_m > largest_usual_site_m) return true;
+    return grid_.resolution_m > largest_usual_step_m && std::all_of(table_.rows.begin(), table_.rows.end(), [](const FieldTableRow& row) {
+      return std::nearbyint(row.position[0]) == row.position[0] && std::nearbyint(row.position[1]) == row.position[1];
+    });
+  }
+
+  /// Factor to µT.
+  double find_unit() {
+    std::vector<double> sizes;
+    for (const FieldTableRow& row : table_.rows) {
+      const double size = std::hypot(row.field[0], row.field[1], row.field[2]);
+      if (std::isfinite(size)) sizes.push_back(size);
+    }
+    if (sizes.empty()) fail("no line has a field");
+    std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
+    const double median = sizes[sizes.size() / 2];
+    const auto told = options_.unit ? options_.unit : table_.unit;
+    unit_from_size_ = !told;
+    const std::string fitting = fitting_field_unit(median);
+    if (!told && fitting.empty()) {
+      fail(fmt::format("half of the field is above {:.4g} in its own numbers, in no unit the earth's field (20 to 70 "
+                       "microtesla); say by --unit which it is", median));
+    }
+    if (told) {
+      unit_ = *told;
+    } else {
+      for (const auto& [unit, name] : enum_names(unit_)) {
+        if (name == fitting) unit_ = unit;
+      }
+    }
+    median_ut_ = median * microtesla_per(unit_);
+    if (median_ut_ < 0.1 || median_ut_ > 1000.0) {
+      fail(fmt::format("half of the field is above {:.4g} microtesla if it is in {}; expected 0.1 to 1000{}", median_ut_,
+                       options_detail::write_value(unit_), fitting.empty() ? "" : ": it looks like " + fitting + ", give --unit " + fitting));
+    }
+    return microtesla_per(unit_);
+  }
+
+  void place_rows(double factor) {
+    constexpr double largest_ut = 1e6;  // a magnet's
+    for (const FieldTableRow& row : table_.rows) {
+      if (std::isnan(row.field[0] + row.field[1] + row.field[2])) continue;
+      for (const double value : {row.field[0], row.field[1], row.field[2], std::max(row.sigma, 0.0)}) {
+        if (std::abs(value * factor) < largest_ut) continue;
+        throw InputError(fmt::format("{}:{}: {:g} microtesla is no field; expected less than {:g}", path_, row.line,
+                                     value * factor, largest_ut));
+      }
+      int layer = 0;
+      if (table_.has_height) {
+        const auto nearer = [&](double a, double b) { return std::abs(a - row.position[2]) < std::abs(b - row.position[2]); };
+        layer = static_cast<int>(std::min_element(grid_.heights_m.begin(), grid_.heights_m.end(), nearer) - grid_.heights_m.begin());
+      }
+      placed_.push_back({layer, y_.place(row.position[1]), x_.place(row.position[0]), &row});
+    }
+    const auto before = [](const Placed& a, const Placed& b) { return a.key() < b.key(); };
+    std::stable_sort(placed_.begin(), placed_.end(), before);
+    for (std::size_t i = 1; i < placed_.size(); ++i) {
+      if (placed_[i].key() != placed_[i - 1].key()) continue;
+      const FieldTableRow& row = *placed_[i].row;
+      fail(fmt::format("lines {} and {} have one place, x {:g}, y {:g}; expected one line a node", placed_[i - 1].row->line,
+                       row.line, row.position[0], row.position[1]));
+    }
+    std::vector<bool> in_cell(placed_.size(), false);
+    const auto index_of = [&](const Placed& node, int up, int right) {
+      const Placed wanted{node.layer, node.row_index + up, node.column + right, nullptr};
+      const auto found = std::lower_bound(placed_.begin(), placed_.end(), wanted, before);
+      return found != placed_.end() && found->key() == wanted.key() ? static_cast<std::size_t>(found - placed_.begin())
+                                                                    : placed_.size();
+    };
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
+      const std::size_t corners[] = {i, index_of(placed_[i], 0, 1), index_of(placed_[i], 1, 0), index_of(placed_[i], 1, 1)};
+      if (*std::max_element(std::begin(corners), std::end(corners)) == placed_.size()) continue;
+      for (const std::size_t corner : corners) in_cell[corner] = true;
+    }
+    in_cells_ = std::count(in_cell.begin(), in_cell.end(), true);
+    if (10 * in_cells_ < static_cast<std::int64_t>(placed_.size())) {
+      fail_scattered(fmt::format("of {} places only {} have neighbours every {:.4g} m", placed_.size(), in_cells_,
+                                 grid_.resolution_m));
+    }
+  }
+
+  std::string path_;
+  FieldImportOptions options_;
+  FieldTable table_;
+  FieldGrid grid_;
+  Axis x_, y_;
+  FieldUnit unit_ = FieldUnit::microtesla;
+  bool unit_from_size_ = false;
+  double median_ut_ = 0.0;
+  std::vector<Placed> placed_;
+  std::int64_t in_cells_ = 0;
+};
+
+}  // namespace
+
+ImportedField import_field_table(const std::string& path, const FieldImportOptions& options) {
+  return Importer(path, options).make();
+}
+
+}  // namespace lodestone

@@ -1,0 +1,149 @@
+#include "frontends/maps/magnetic_map_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "core/error.h"
+#include "frontends/configuration/configuration_node.h"
+#include "frontends/configuration/file_kind.h"
+#include "frontends/maps/raster_file.h"
+#include "frontends/maps/raster_writer.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/configuration/yaml_text.h"
+
+namespace lodestone {
+namespace {
+
+constexpr int pages_per_layer = 4;
+constexpr const char* unit = "microtesla";
+
+/// The nodes of a map in its file.
+class RasterNodes final : public FieldNodes {
+ public:
+  explicit RasterNodes(std::unique_ptr<const RasterFile> file) : file_(std::move(file)) {}
+
+  bool read(int layer, int row, int column, int rows, int columns, Eigen::Vector4f* nodes) const override {
+    const std::size_t count = static_cast<std::size_t>(rows) * columns;
+    std::vector<float> values(count);
+    for (int page = pages_per_layer - 1; page >= 0; --page) {  // sigma first: where there is none, there is no field
+      file_->read(layer * pages_per_layer + page, {column, row, columns, rows}, values.data());
+      bool any = false;
+      for (std::size_t i = 0; i < count; ++i) {
+        nodes[i][page] = values[i];
+        any = any || std::isfinite(values[i]);
+      }
+      if (!any) return false;
+    }
+    return true;
+  }
+
+ private:
+  std::unique_ptr<const RasterFile> file_;
+};
+
+void write_image(const MagneticMap& map, int tile, const std::filesystem::path& path) {
+  const FieldGrid& grid = map.grid();
+  std::vector<std::string> names;
+  for (const double height : grid.heights_m) {
+    for (const char* name : {"B_x", "B_y", "B_z", "sigma"}) names.push_back(fmt::format("{} at {:g} m, uT", name, height));
+  }
+  const RasterLayout layout{grid.columns, grid.rows, grid.resolution_m, grid.origin};
+  write_raster(path, layout, tile, names, [&](int page, const RasterWindow& window, float* values) {
+    bool any = false;
+    for (int row = window.row; row < window.row + window.rows; ++row) {
+      for (int column = window.column; column < window.column + window.columns; ++column, ++values) {
+        *values = map.node(page / pages_per_layer, row, column)[page % pages_per_layer];
+        any = any || std::isfinite(*values);
+      }
+    }
+    return any;
+  });
+}
+
+double positive(const ConfigurationNode& node) {
+  const double value = node.as_double();
+  if (!(value > 0.0)) node.fail("expected a positive number");
+  return value;
+}
+
+}  // namespace
+
+void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, const std::string& yaml_path, int tile) {
+  const std::filesystem::path image = std::filesystem::path(yaml_path).replace_extension(".tif");
+  if (image == std::filesystem::path(yaml_path)) {
+    throw InputError(yaml_path + ": expected a name ending in .yaml; the image beside it takes .tif");
+  }
+  const FieldGrid& grid = map.grid();
+  std::string heights;
+  for (const double height : grid.heights_m) heights += (heights.empty() ? "" : ", ") + fmt::format("{}", height);
+  std::string text =
+      "# Ambient magnetic field on a grid. Pages of the image: B_x, B_y, B_z, sigma of each layer, float32.\n"
+      "# A pixel is a node; the image's first row has the largest y; origin_m is the centre of the lower left pixel.\n";
+  text += fmt::format("resolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\nunit: {}\nframe: map\n", grid.resolution_m,
+                      grid.origin.x(), grid.origin.y(), heights, unit);
+  text += fmt::format("max_sigma_ut: {}\nimage: {}\n", map.max_sigma_ut(), quoted_yaml(image.filename().string()));
+  text += provenance.empty() ? "provenance: {}\n" : "provenance:\n";
+  for (const auto& [name, value] : provenance) text += "  " + name + ": " + quoted_yaml(value) + "\n";
+  write_image(map, tile, image);
+  write_text_file(yaml_path, text);
+}
+
+namespace {
+
+std::string image_beside(const std::string& yaml_path, const ConfigurationNode& node) {
+  return (std::filesystem::path(yaml_path).parent_path() / node.at("image").as_string()).string();
+}
+
+}  // namespace
+
+std::string image_of_magnetic_map(const std::string& yaml_path) { return image_beside(yaml_path, ConfigurationNode::load(yaml_path)); }
+
+MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes) {
+  const std::string ending = std::filesystem::path(yaml_path).extension().string();
+  if (ending == ".csv" || ending == ".txt" || ending == ".tsv") {
+    throw InputError(yaml_path + ": expected a magnetic map's YAML; make one of this table with `lodestone map import`");
+  }
+  require_kind(yaml_path, SeemingKind::magnetic_map, "a magnetic map's YAML");
+  const ConfigurationNode node = ConfigurationNode::load(yaml_path);
+  node.refuse_keys_other_than(
+      {"resolution_m", "origin_m", "heights_m", "unit", "frame", "max_sigma_ut", "image", "provenance"});
+  if (const std::string found = node.at("unit").as_string(); found != unit) {
+    node.at("unit").fail(fmt::format("expected {}, found '{}'; convert the image to {}", unit, found, unit));
+  }
+  if (const std::string found = node.at("frame").as_string(); found != "map") {
+    node.at("frame").fail("expected map, found '" + found + "'; the field's components must be along the map's axes");
+  }
+  FieldGrid grid;
+  grid.resolution_m = positive(node.at("resolution_m"));
+  const std::vector<double> origin = node.at("origin_m").as_doubles(2);
+  grid.origin = {origin[0], origin[1]};
+  grid.heights_m = node.at("heights_m").as_doubles();
+  if (grid.heights_m.empty()) node.at("heights_m").fail("expected at least one height");
+  for (std::size_t i = 1; i < grid.heights_m.size(); ++i) {
+    if (!(grid.heights_m[i] > grid.heights_m[i - 1])) node.at("heights_m").fail("expected increasing heights");
+  }
+  const double max_sigma = positive(node.at("max_sigma_ut"));
+
+  const std::string image = image_beside(yaml_path, node);
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(image, code)) {
+    throw InputError(image + ": there is no such file, though the map's yaml names it as its image");
+  }
+  auto file = std::make_unique<const RasterFile>(image);
+  const std::size_t expected = pages_per_layer * grid.heights_m.size();
+  if (static_cast<std::size_t>(file->pages()) != expected) {
+    throw InputError(fmt::format("{}: expected {} pages (B_x, B_y, B_z, sigma for each of {} heights in {}), found {}",
+                                 image, expected, grid.heights_m.size(), yaml_path, file->pages()));
+  }
+  grid.columns = file->columns();
+  grid.rows = file->rows();
+  if (grid.columns < 2 || grid.rows < 2) {
+    throw InputError(fmt::format("{}: {} x {} pixels; a map needs at least two a side", image, grid.columns, grid.rows));
+  }
+  return MagneticMap(grid, std::make_shared<RasterNodes>(std::move(file)), max_sigma, max_bytes);
+}
+
+}  // namespace lodestone

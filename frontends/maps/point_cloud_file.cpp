@@ -1,0 +1,269 @@
+#include "frontends/maps/point_cloud_file.h"
+
+#include <fmt/format.h>
+#include <pcl/PCLPointCloud2.h>
+#include <pcl/console/print.h>
+#include <pcl/io/pcd_io.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "core/aside.h"
+#include "core/error.h"
+#include "frontends/configuration/file_kind.h"
+#include "core/nearest_name.h"
+#include "frontends/maps/pcd_check.h"
+#include "frontends/maps/pcd_layout.h"
+#include "frontends/maps/ply_vertices.h"
+
+namespace lodestone {
+namespace {
+
+/// Of a cloud that PCL reads in one piece; larger ones are written uncompressed, as binary PCD, and streamed.
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 34;
+
+enum class Format { pcd, ply };
+
+/// Told by the file's first bytes, not by its name.
+Format format_of(const std::string& path) {
+  std::error_code code;
+  if (!std::filesystem::exists(path, code)) throw InputError(path + ": there is no such file");
+  if (!std::filesystem::is_regular_file(path, code)) throw InputError(path + ": expected a PCD or PLY file");
+  std::ifstream stream(path, std::ios::binary);
+  std::string line;
+  while (std::getline(stream, line) && (line.size() < 4096 || line.rfind("LASF", 0) == 0)) {
+    if (line.rfind("ply", 0) == 0) return Format::ply;
+    if (line.rfind("LASF", 0) == 0) {
+      throw InputError(path + ": is a LAS or LAZ file, which is not read; make a PLY of it: pdal translate map.laz map.ply");
+    }
+    if (line.rfind("VERSION", 0) == 0 || line.rfind("FIELDS", 0) == 0) return Format::pcd;
+    if (!line.empty() && line[0] != '#' && line != "\r") break;
+  }
+  throw InputError(path + ": is neither a PCD nor a PLY file; expected a point-cloud map in one of these formats" +
+                   looks_like(path));
+}
+
+/// A coordinate's place in a point, whose kind may be float or double.
+struct Coordinate {
+  std::int64_t offset;
+  bool is_double;
+};
+
+/// How x, y and z lie in points of `bytes`. PCL's own conversion to PointXYZ refuses doubles.
+struct PositionLayout {
+  PositionLayout(const std::string& path, const std::vector<PointFieldLayout>& fields, std::int64_t point_bytes)
+      : bytes(point_bytes) {
+    for (int row = 0; row < 3; ++row) {
+      const std::string name(1, "xyz"[row]);
+      const auto field = std::find_if(fields.begin(), fields.end(),
+                                      [&name](const PointFieldLayout& each) { return each.name == name; });
+      if (field == fields.end()) {
+        std::vector<std::string> names;
+        for (const auto& each : fields) names.push_back(each.name);
+        throw InputError(
+            fmt::format("{}: the points have no field '{}'; the file has {}", path, name, join_names(names)));
+      }
+      if (field->type != 'F' || (field->size != 4 && field->size != 8)) {
+        throw InputError(fmt::format("{}: the field '{}' is no floating-point number", path, name));
+      }
+      coordinates[row] = {field->offset, field->size == 8};
+    }
+  }
+
+  Eigen::Vector3f position(const std::uint8_t* point) const {
+    Eigen::Vector3f result;
+    for (int row = 0; row < 3; ++row) {
+      const std::uint8_t* data = point + coordinates[row].offset;
+      if (coordinates[row].is_double) {
+        double value = 0.0;
+        std::memcpy(&value, data, sizeof(value));
+        result[row] = static_cast<float>(value);
+      } else {
+        std::memcpy(&result[row], data, sizeof(float));
+      }
+    }
+    return result;
+  }
+
+  std::int64_t bytes;
+  Coordinate coordinates[3];
+};
+
+[[noreturn]] void fail_to_read(const std::string& path, const std::string& reason) {
+  throw InputError(path + ": the point cloud cannot be read: " + reason);
+}
+
+constexpr const char* kMalformed = "it is malformed or truncated";
+
+[[noreturn]] void fail_empty(const std::string& path) {
+  throw InputError(path + ": the point cloud has no points; expected a map of the site");
+}
+
+/// Beyond it floats are more than a centimetre apart, m: coordinates of a country's grid, not of a site. Voxels of an eighth of a
+/// metre have numbers up to here.
+constexpr float kLargestSite_m = 131'072.0F;
+/// Beyond it there is not even a country.
+constexpr float kFarthest_m = 1e7F;
+
+/// Hands finite positions on in pieces and counts the others.
+class PositionStream {
+ public:
+  explicit PositionStream(const PointSink& sink) : sink_(sink) { piece_.reserve(kPointsAPiece); }
+
+  void add(const PositionLayout& layout, const std::uint8_t* points, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i) {
+      add(layout.position(points + i * layout.bytes));
+    }
+  }
+
+  void add(const Eigen::Vector3f& position) {
+    if (!position.allFinite()) {
+      ++dropped_;
+      return;
+    }
+    const float away_m = position.cwiseAbs().maxCoeff();
+    if (away_m > kFarthest_m) {
+      ++too_far_;
+      return;
+    }
+    if (away_m > kLargestSite_m) {
+      if (off_site_++ == 0) first_off_site_ = position;
+      return;
+    }
+    piece_.push_back(position);
+    if (piece_.size() == kPointsAPiece) flush();
+  }
+
+  void finish(const std::string& path, WarningLog& warnings) {
+    flush();
+    if (kept_ == 0 && off_site_ == 0) {
+      throw InputError(path + ": the point cloud has no finite points within 10,000 km of its origin; expected a map of the site");
+    }
+    if (off_site_ > kept_) {
+      throw InputError(fmt::format("{}: its origin is far away, a point lies at ({:.0f}, {:.0f}, {:.0f}) m, where points are stored "
+                                   "centimetres apart and more; expected metres from an origin at the site; subtract one shift from the "
+                                   "cloud, the field map, the truth and the start", path, first_off_site_.x(), first_off_site_.y(),
+                                   first_off_site_.z()));
+    }
+    if (off_site_ + too_far_ > 0) {
+      warnings.add("cloud.far_points", path + ": map points further than 131 km from the origin were dropped", 0, off_site_ + too_far_);
+    }
+    if (dropped_ > 0) {
+      warnings.add("cloud.nan_points", path + ": map points without a finite position were dropped", 0, dropped_);
+    }
+  }
+
+  static constexpr std::size_t kPointsAPiece = 1 << 16;
+
+ private:
+  void flush() {
+    if (piece_.empty()) return;
+    sink_(piece_);
+    kept_ += static_cast<std::int64_t>(piece_.size());
+    piece_.clear();
+  }
+
+  const PointSink& sink_;
+  std::vector<Eigen::Vector3f> piece_;
+  std::int64_t kept_ = 0;
+  std::int64_t dropped_ = 0;   ///< not finite
+  std::int64_t too_far_ = 0;   ///< dropped as well
+  std::int64_t off_site_ = 0;  ///< dropped as well: nearer than those
+  Eigen::Vector3f first_off_site_ = Eigen::Vector3f::Zero();
+};
+
+void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionStream& positions) {
+  if (pcd.points == 0) fail_empty(path);
+  const auto there = static_cast<std::int64_t>(std::filesystem::file_size(path)) - pcd.data_offset;
+  if (there / pcd.point_bytes < pcd.points) {
+    throw InputError(fmt::format("{}: is cut off: its header announces {} points of {} bytes, and {} points ({} bytes) follow it; "
+                                 "copy or write it again", path, pcd.points, pcd.point_bytes, there / pcd.point_bytes, there));
+  }
+  const PositionLayout layout(path, pcd.fields, pcd.point_bytes);
+  std::ifstream stream(path, std::ios::binary);
+  stream.seekg(pcd.data_offset);
+  // A point of many values is no reason for a large piece.
+  constexpr std::int64_t kPartBytes = std::int64_t{1} << 22;
+  const std::int64_t part_points = std::clamp<std::int64_t>(kPartBytes / pcd.point_bytes, 1, PositionStream::kPointsAPiece);
+  std::vector<std::uint8_t> part(static_cast<std::size_t>(part_points * pcd.point_bytes));
+  for (std::int64_t begin = 0; begin < pcd.points; begin += part_points) {
+    const std::int64_t count = std::min(part_points, pcd.points - begin);
+    if (!stream.read(reinterpret_cast<char*>(part.data()), count * pcd.point_bytes)) fail_to_read(path, kMalformed);
+    positions.add(layout, part.data(), count);
+  }
+}
+
+void stream_ply(const std::string& path, PositionStream& positions) {
+  PlyVertices vertices(path);
+  if (vertices.count() == 0) fail_empty(path);
+  for (std::uint64_t i = 0; i < vertices.count(); ++i) positions.add(vertices.next());
+}
+
+/// PCD as text or packed goes through PCL, in one piece.
+void read_by_pcl(const std::string& path, PositionStream& positions) {
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // its complaints are ours to word
+  pcl::PCLPointCloud2 cloud;
+  int result = -1;
+  std::string reason = kMalformed;
+  check_pcd(path, kMostBytes, "copy or write it again");
+  try {
+    result = pcl::PCDReader().read(path, cloud);
+  } catch (const std::exception& error) {
+    reason = error.what();
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+  }
+  const std::size_t count = std::size_t{cloud.width} * cloud.height;
+  if (result < 0 || cloud.data.size() < count * cloud.point_step) fail_to_read(path, reason);
+  if (count == 0) fail_empty(path);
+  std::vector<PointFieldLayout> fields;
+  for (const pcl::PCLPointField& field : cloud.fields) {
+    const bool is_float = field.datatype == pcl::PCLPointField::FLOAT32 || field.datatype == pcl::PCLPointField::FLOAT64;
+    fields.push_back({field.name, is_float ? 'F' : 'I', field.datatype == pcl::PCLPointField::FLOAT64 ? 8 : 4, field.offset});
+  }
+  positions.add(PositionLayout(path, fields, cloud.point_step), cloud.data.data(), static_cast<std::int64_t>(count));
+}
+
+}  // namespace
+
+void stream_point_cloud(const std::string& path, WarningLog& warnings, const PointSink& sink) {
+  const Format format = format_of(path);
+  PositionStream positions(sink);
+  if (format == Format::ply) {
+    stream_ply(path, positions);
+  } else if (const auto pcd = read_binary_pcd_layout(path)) {
+    stream_binary_pcd(path, *pcd, positions);
+  } else {
+    read_by_pcl(path, positions);
+  }
+  positions.finish(path, warnings);
+}
+
+std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLog& warnings) {
+  std::vector<Eigen::Vector3f> points;
+  stream_point_cloud(path, warnings, [&](std::span<const Eigen::Vector3f> piece) {
+    points.insert(points.end(), piece.begin(), piece.end());
+  });
+  return points;
+}
+
+void write_point_cloud(const std::string& path, const std::vector<Eigen::Vector3f>& points) {
+  const std::string aside = aside_name(path);
+  std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
+  stream << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+         << "WIDTH " << points.size() << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << points.size()
+         << "\nDATA binary\n";
+  static_assert(sizeof(Eigen::Vector3f) == 12, "three floats without padding, as the file has them");
+  stream.write(reinterpret_cast<const char*>(points.data()), static_cast<std::streamsize>(points.size() * 12));
+  stream.close();
+  std::error_code code;
+  if (stream) std::filesystem::rename(aside, path, code);
+  if (!stream || code) {
+    std::remove(aside.c_str());
+    throw InputError(path + ": cannot be written; check the folder and the free space");
+  }
+}
+
+}  // namespace lodestone

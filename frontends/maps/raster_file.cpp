@@ -1,0 +1,272 @@
+#include "frontends/maps/raster_file.h"
+
+#include <fmt/format.h>
+#include <tiffio.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "core/error.h"
+#include "frontends/configuration/file_kind.h"
+#include "frontends/logs/file_bytes.h"
+
+namespace lodestone {
+namespace {
+
+constexpr float unread = std::numeric_limits<float>::quiet_NaN();
+
+bool is_float_page(TIFF* file) {
+  std::uint16_t bits = 1;
+  std::uint16_t samples = 1;
+  std::uint16_t format = SAMPLEFORMAT_UINT;
+  TIFFGetFieldDefaulted(file, TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLEFORMAT, &format);
+  return bits == 32 && samples == 1 && format == SAMPLEFORMAT_IEEEFP;
+}
+
+/// What a file's bytes can unpack to, at most so many times as much. What unpacks to less than a tile cannot be read, so that
+/// nothing readable is refused.
+std::uint64_t unpacked_of_a_byte(TIFF* file) {
+  std::uint16_t compression = COMPRESSION_NONE;
+  TIFFGetFieldDefaulted(file, TIFFTAG_COMPRESSION, &compression);
+  switch (compression) {
+    case COMPRESSION_NONE: return 1;
+    case COMPRESSION_PACKBITS: return 64;  // a byte 128 times, in two
+    case COMPRESSION_ADOBE_DEFLATE:
+    case COMPRESSION_DEFLATE: return 1100;  // 258 bytes in two bits
+    case COMPRESSION_LZW: return 2600;      // nearly 4096 bytes in 12 bits
+    default: return 1U << 16U;              // Zstandard: 128 KiB in four bytes, and less for the others
+  }
+}
+
+/// Whatever the file says, no tile takes more memory, unless all its bytes are there.
+constexpr std::uint64_t most_block_bytes = 1U << 30U;
+
+/// A tile's place takes two bytes at least in the file, and so does its size.
+constexpr std::uint64_t least_bytes_of_a_block = 4;
+
+/// How a page is cut into tiles, or strips.
+struct BlockCut {
+  bool tiled = false;
+  std::uint64_t blocks = 0;
+  std::uint64_t bytes = 0;       ///< of one, unpacked
+  std::uint64_t last_bytes = 0;  ///< of the last one: a page may end within a strip
+};
+
+/// Where a page's tiles lie in the file.
+struct BlockPlaces {
+  std::uint64_t end = 0;  ///< of the last, bytes; what is cut off is better said before a run than in its middle
+  std::optional<std::uint64_t> too_few;  ///< bytes of one that cannot unpack to a whole one
+};
+
+/// Nothing where the file does not say.
+std::optional<BlockPlaces> places_of_blocks(TIFF* file, const BlockCut& cut) {
+  std::uint64_t* offsets = nullptr;
+  std::uint64_t* counts = nullptr;
+  if (cut.blocks != (cut.tiled ? TIFFNumberOfTiles(file) : TIFFNumberOfStrips(file)) ||
+      TIFFGetField(file, cut.tiled ? TIFFTAG_TILEOFFSETS : TIFFTAG_STRIPOFFSETS, &offsets) != 1 ||
+      TIFFGetField(file, cut.tiled ? TIFFTAG_TILEBYTECOUNTS : TIFFTAG_STRIPBYTECOUNTS, &counts) != 1 || offsets == nullptr ||
+      counts == nullptr) {
+    return std::nullopt;
+  }
+  const std::uint64_t factor = unpacked_of_a_byte(file);
+  constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
+  BlockPlaces places;
+  for (std::uint64_t i = 0; i < cut.blocks; ++i) {
+    // A sum that wraps round is as far away as can be.
+    const std::uint64_t end = offsets[i] + counts[i];
+    places.end = std::max(places.end, end < offsets[i] ? most : end);
+    const std::uint64_t needed = (i + 1 < cut.blocks ? cut.bytes : cut.last_bytes) / factor;
+    if (counts[i] > 0 && counts[i] < needed && !places.too_few) places.too_few = counts[i];
+  }
+  return places;
+}
+
+constexpr const char* kCopyAgain = "copy it whole, or write it again";
+
+/// A side of a page, or of a tile.
+constexpr std::uint32_t most_pixels = 1U << 28U;
+
+[[noreturn]] void fail_unreadable(const std::string& path) { throw InputError(path + ": is no readable TIFF; write it again"); }
+
+[[noreturn]] void fail_to_read_page(const std::string& path, int page) {
+  throw InputError(fmt::format("{}: page {} cannot be read; write the file again", path, page + 1));
+}
+
+/// Where the first page's description begins, as the file's first bytes say; nothing where they are no TIFF's.
+std::optional<std::uint64_t> announced_description(const FileBytes& file) {
+  std::vector<std::uint8_t> head;
+  if (file.size() < 16) return std::nullopt;
+  file.read(0, 16, head);
+  if (head[0] != 'I' || head[1] != 'I') return std::nullopt;  // what we write, and nearly everyone
+  if (head[2] == 42) return little_endian<std::uint32_t>(head.data() + 4);
+  if (head[2] == 43) return little_endian<std::uint64_t>(head.data() + 8);
+  return std::nullopt;
+}
+
+[[noreturn]] void fail_to_open(const std::string& path) {
+  const FileBytes file(path);
+  const auto announced = announced_description(file);
+  if (announced && *announced >= file.size()) {
+    throw InputError(fmt::format("{}: is cut off: its header announces a page at byte {}, the file has {} bytes; {}", path,
+                                 *announced, file.size(), kCopyAgain));
+  }
+  throw InputError(path + ": is no readable TIFF; write it again" + looks_like(path));
+}
+
+}  // namespace
+
+RasterFile::RasterFile(std::string path, std::size_t cache_bytes) : path_(std::move(path)), cache_bytes_(cache_bytes) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path_, code)) throw InputError(path_ + ": there is no such file");
+  TiffHandle first = open_tiff(path_, "r");
+  if (!first) fail_to_open(path_);
+  const int pages = static_cast<int>(TIFFNumberOfDirectories(first.get()));
+  if (TIFFSetDirectory(first.get(), static_cast<tdir_t>(pages - 1)) == 1 && TIFFLastDirectory(first.get()) == 0) {
+    throw InputError(fmt::format("{}: is cut off or damaged: it announces more than the {} pages that can be read, the file has {} "
+                                 "bytes; {}", path_, pages, std::filesystem::file_size(path_), kCopyAgain));
+  }
+  const std::uint64_t size = std::filesystem::file_size(path_);
+  for (int page = 0; page < pages; ++page) {
+    // One after the other: to go to a page by its number is to walk there from the first.
+    if ((page == 0 ? TIFFSetDirectory(first.get(), 0) : TIFFReadDirectory(first.get())) != 1) fail_unreadable(path_);
+    describe(page, first.get(), size);
+  }
+  handles_[0].file = std::move(first);
+  for (std::size_t i = 1; i < std::min(handles_.size(), pages_.size()); ++i) {
+    handles_[i].file = open_tiff(path_, "r");
+    if (!handles_[i].file) fail_unreadable(path_);
+  }
+}
+
+void RasterFile::describe(int page, tiff* file, std::uint64_t size) {
+  if (!is_float_page(file)) {
+    throw InputError(fmt::format("{}: page {} is not float32 with one channel; save it as 32-bit grey", path_, page + 1));
+  }
+  std::uint32_t columns = 0;
+  std::uint32_t rows = 0;
+  TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &columns);
+  TIFFGetField(file, TIFFTAG_IMAGELENGTH, &rows);
+  if (columns < 1 || rows < 1 || columns > most_pixels || rows > most_pixels) {
+    throw InputError(fmt::format("{}: page {} has {} x {} pixels; expected 1 to {} a side", path_, page + 1, columns, rows, most_pixels));
+  }
+  if (page == 0) {
+    columns_ = static_cast<int>(columns);
+    rows_ = static_cast<int>(rows);
+  } else if (static_cast<int>(columns) != columns_ || static_cast<int>(rows) != rows_) {
+    throw InputError(fmt::format("{}: page {} has {} x {} pixels, page 1 has {} x {}; all must be of one size", path_, page + 1,
+                                 columns, rows, columns_, rows_));
+  }
+  pages_.push_back(describe_blocks(page, file, size));
+}
+
+/// Sizes are not believed: of a few bytes a file may announce more tiles, or larger ones, than fit into any memory.
+RasterFile::Page RasterFile::describe_blocks(int page, tiff* file, std::uint64_t size) {
+  auto block_columns = static_cast<std::uint32_t>(columns_);
+  auto block_rows = static_cast<std::uint32_t>(rows_);
+  const bool tiled = TIFFIsTiled(file) != 0;
+  if (tiled) {
+    TIFFGetField(file, TIFFTAG_TILEWIDTH, &block_columns);
+    TIFFGetField(file, TIFFTAG_TILELENGTH, &block_rows);
+  } else {
+    TIFFGetFieldDefaulted(file, TIFFTAG_ROWSPERSTRIP, &block_rows);
+    block_rows = std::min(block_rows, static_cast<std::uint32_t>(rows_));
+  }
+  if (block_columns < 1 || block_rows < 1 || block_columns > most_pixels || block_rows > most_pixels) fail_unreadable(path_);
+  const auto along = [](int pixels, std::uint32_t block) { return (static_cast<std::uint64_t>(pixels) + block - 1) / block; };
+  const std::uint64_t blocks = along(columns_, block_columns) * along(rows_, block_rows);
+  blocks_ += blocks;
+  if (blocks_ > size / least_bytes_of_a_block) {
+    throw InputError(fmt::format("{}: is damaged: pages 1 to {} announce {} tiles, the file has {} bytes; {}", path_, page + 1, blocks_,
+                                 size, kCopyAgain));
+  }
+  const std::uint64_t bytes = sizeof(float) * block_columns * block_rows;
+  const std::uint32_t last_rows = static_cast<std::uint32_t>(rows_) - (static_cast<std::uint32_t>(rows_) - 1) / block_rows * block_rows;
+  const auto places = places_of_blocks(file, {tiled, blocks, bytes, tiled ? bytes : sizeof(float) * block_columns * last_rows});
+  if (!places) throw InputError(fmt::format("{}: page {} does not say where its pixels are; {}", path_, page + 1, kCopyAgain));
+  if (places->end > size) {
+    throw InputError(fmt::format("{}: is cut off: page {} announces pixels up to byte {}, the file has {} bytes; {}", path_, page + 1,
+                                 places->end, size, kCopyAgain));
+  }
+  if (places->too_few) {
+    throw InputError(fmt::format("{}: is damaged: page {} announces tiles of {} x {} pixels ({} bytes), one of which lies in {} bytes; {}",
+                                 path_, page + 1, block_columns, block_rows, bytes, *places->too_few, kCopyAgain));
+  }
+  if (unpacked_of_a_byte(file) > 1 && bytes > most_block_bytes) {
+    throw InputError(fmt::format("{}: page {} has tiles of {} x {} pixels, which take {} bytes each; expected up to {}; save it in smaller "
+                                 "tiles", path_, page + 1, block_columns, block_rows, bytes, most_block_bytes));
+  }
+  return {TIFFCurrentDirOffset(file), static_cast<int>(block_columns), static_cast<int>(block_rows), tiled};
+}
+
+tiff* RasterFile::file_at(int page) const {
+  Handle& handle = handles_[static_cast<std::size_t>(page) % handles_.size()];
+  if (handle.page != page) {
+    handle.page = -1;
+    if (TIFFSetSubDirectory(handle.file.get(), pages_[page].offset) != 1) fail_to_read_page(path_, page);
+    handle.page = page;
+  }
+  return handle.file.get();
+}
+
+RasterFile::Block RasterFile::block(int page, std::uint32_t index) const {
+  const BlockKey key(page, index);
+  if (const auto found = cached_.find(key); found != cached_.end()) {
+    cache_.splice(cache_.begin(), cache_, found->second);
+    return found->second->second;
+  }
+  const Page& shape = pages_[page];
+  TIFF* file = file_at(page);
+  // GDAL leaves tiles without data out altogether: their size is 0.
+  if (TIFFGetStrileByteCount(file, index) == 0) return nullptr;
+  // A page may end within its last strip.
+  const std::size_t rows = shape.tiled ? shape.rows : std::min<std::size_t>(shape.rows, rows_ - std::size_t{index} * shape.rows);
+  const auto values = std::make_shared<std::vector<float>>(shape.columns * rows, unread);
+  const auto bytes = static_cast<tmsize_t>(values->size() * sizeof(float));
+  const tmsize_t read = shape.tiled ? TIFFReadEncodedTile(file, index, values->data(), bytes)
+                                    : TIFFReadEncodedStrip(file, index, values->data(), bytes);
+  if (read < 0) fail_to_read_page(path_, page);
+  cache_.emplace_front(key, values);
+  cached_[key] = cache_.begin();
+  cached_bytes_ += static_cast<std::size_t>(bytes);
+  while (cached_bytes_ > cache_bytes_ && cache_.size() > 1) {
+    cached_bytes_ -= cache_.back().second->size() * sizeof(float);
+    cached_.erase(cache_.back().first);
+    cache_.pop_back();
+  }
+  return values;
+}
+
+void RasterFile::read(int page, const RasterWindow& window, float* values) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Page& shape = pages_[page];
+  const std::uint32_t blocks_across = static_cast<std::uint32_t>((columns_ + shape.columns - 1) / shape.columns);
+  const int top = rows_ - window.row - window.rows;  // in the file's order, from above
+  for (int block_row = top / shape.rows; block_row * shape.rows < top + window.rows; ++block_row) {
+    for (int block_column = window.column / shape.columns; block_column * shape.columns < window.column + window.columns;
+         ++block_column) {
+      const Block pixels = block(page, static_cast<std::uint32_t>(block_row) * blocks_across +
+                                           static_cast<std::uint32_t>(block_column));
+      const int left = std::max(window.column, block_column * shape.columns);
+      const int right = std::min(window.column + window.columns, (block_column + 1) * shape.columns);
+      const int first = std::max(top, block_row * shape.rows);
+      const int last = std::min(top + window.rows, (block_row + 1) * shape.rows);
+      for (int row = first; row < last; ++row) {
+        float* to = values + static_cast<std::size_t>(top + window.rows - 1 - row) * window.columns + (left - window.column);
+        if (!pixels) {
+          std::fill_n(to, right - left, unread);
+          continue;
+        }
+        const float* from = pixels->data() + static_cast<std::size_t>(row - block_row * shape.rows) * shape.columns +
+                            (left - block_column * shape.columns);
+        std::copy_n(from, right - left, to);
+      }
+    }
+  }
+}
+
+}  // namespace lodestone

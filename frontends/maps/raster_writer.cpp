@@ -1,0 +1,100 @@
+#include "frontends/maps/raster_writer.h"
+
+#include <tiffio.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+
+#include "core/aside.h"
+#include "core/error.h"
+#include "frontends/maps/tiff_handle.h"
+
+namespace lodestone {
+namespace {
+
+constexpr float unwritten = std::numeric_limits<float>::quiet_NaN();
+
+bool set_tags(TIFF* file, const RasterLayout& layout, int tile, int page, int pages, const std::string& name) {
+  const double scale[3] = {layout.pixel_m, layout.pixel_m, 0.0};
+  // The tie point is the upper left corner of the upper left pixel, whose centre is its node.
+  const double tie_point[6] = {0.0,
+                               0.0,
+                               0.0,
+                               layout.origin.x() - 0.5 * layout.pixel_m,
+                               layout.origin.y() + (layout.rows - 0.5) * layout.pixel_m,
+                               0.0};
+  return TIFFSetField(file, TIFFTAG_IMAGEWIDTH, static_cast<std::uint32_t>(layout.columns)) == 1 &&
+         TIFFSetField(file, TIFFTAG_IMAGELENGTH, static_cast<std::uint32_t>(layout.rows)) == 1 &&
+         TIFFSetField(file, TIFFTAG_TILEWIDTH, static_cast<std::uint32_t>(tile)) == 1 &&
+         TIFFSetField(file, TIFFTAG_TILELENGTH, static_cast<std::uint32_t>(tile)) == 1 &&
+         TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, 32) == 1 && TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 1) == 1 &&
+         TIFFSetField(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) == 1 &&
+         TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == 1 &&
+         TIFFSetField(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) == 1 &&
+         TIFFSetField(file, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE) == 1 &&
+         TIFFSetField(file, TIFFTAG_PREDICTOR, PREDICTOR_NONE) == 1 &&
+         TIFFSetField(file, TIFFTAG_PAGENUMBER, page, pages) == 1 &&
+         TIFFSetField(file, TIFFTAG_PAGENAME, name.c_str()) == 1 &&
+         TIFFSetField(file, tiff_tag::model_pixel_scale, 3, scale) == 1 &&
+         TIFFSetField(file, tiff_tag::model_tie_point, 6, tie_point) == 1 &&
+         TIFFSetField(file, tiff_tag::no_data, "nan") == 1;
+}
+
+bool write_page(TIFF* file, const RasterLayout& layout, int tile, int page, const RasterFill& fill) {
+  std::vector<float> values;
+  std::vector<float> image;
+  for (int top = 0; top < layout.rows; top += tile) {
+    for (int left = 0; left < layout.columns; left += tile) {
+      const int height = std::min(tile, layout.rows - top);
+      const RasterWindow window{left, layout.rows - top - height, std::min(tile, layout.columns - left), height};
+      values.assign(static_cast<std::size_t>(window.columns) * window.rows, unwritten);
+      image.assign(static_cast<std::size_t>(tile) * tile, unwritten);
+      if (fill(page, window, values.data())) {
+        for (int row = 0; row < window.rows; ++row) {
+          std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(row) * window.columns, window.columns,
+                      image.begin() + static_cast<std::ptrdiff_t>(window.rows - 1 - row) * tile);
+        }
+      }
+      const std::uint32_t index =
+          TIFFComputeTile(file, static_cast<std::uint32_t>(left), static_cast<std::uint32_t>(top), 0, 0);
+      const auto bytes = static_cast<tmsize_t>(image.size() * sizeof(float));
+      if (TIFFWriteEncodedTile(file, index, image.data(), bytes) < 0) return false;
+    }
+  }
+  return TIFFWriteDirectory(file) == 1;
+}
+
+}  // namespace
+
+void write_raster(const std::filesystem::path& path, const RasterLayout& layout, int tile,
+                  const std::vector<std::string>& page_names, const RasterFill& fill) {
+  if (layout.columns < 1 || layout.rows < 1 || tile < 16 || tile % 16 != 0) {
+    throw std::invalid_argument("a raster needs pixels, and tiles of a multiple of 16 of them");
+  }
+  const std::filesystem::path aside = aside_name(path.string());
+  // Classic TIFF ends at 4 GiB; deflate never makes much more of what it is given.
+  const double bytes = 4.0 * layout.columns * layout.rows * static_cast<double>(page_names.size());
+  const int pages = static_cast<int>(page_names.size());
+  std::error_code code;
+  bool good = false;
+  try {
+    TiffHandle file = open_tiff(aside.string(), bytes > 3.9e9 ? "w8" : "w");
+    good = file != nullptr;
+    for (int page = 0; good && page < pages; ++page) {
+      good = set_tags(file.get(), layout, tile, page, pages, page_names[page]) &&
+             write_page(file.get(), layout, tile, page, fill);
+    }
+  } catch (...) {
+    std::filesystem::remove(aside, code);
+    throw;
+  }
+  if (good) std::filesystem::rename(aside, path, code);
+  if (!good || code) {
+    std::filesystem::remove(aside, code);
+    throw InputError(path.string() + ": cannot be written; does the folder exist, and is there room on the disk?");
+  }
+}
+
+}  // namespace lodestone

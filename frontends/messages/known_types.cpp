@@ -1,0 +1,85 @@
+#include "frontends/messages/known_types.h"
+
+namespace lodestone {
+namespace {
+
+constexpr const char* header_definition =
+    "================================================================================\n"
+    "MSG: std_msgs/Header\n"
+    "builtin_interfaces/Time stamp\n"
+    "string frame_id\n"
+    "================================================================================\n"
+    "MSG: builtin_interfaces/Time\n"
+    "int32 sec\n"
+    "uint32 nanosec\n";
+
+constexpr const char* vector_definition =
+    "================================================================================\n"
+    "MSG: geometry_msgs/Vector3\n"
+    "float64 x\nfloat64 y\nfloat64 z\n";
+
+}  // namespace
+
+MessageType message_type(const std::string& type) {
+  if (type == "sensor_msgs/PointCloud2") return MessageType::point_cloud;
+  if (type == "livox_ros_driver2/CustomMsg" || type == "livox_ros_driver/CustomMsg") return MessageType::livox;
+  if (type == "sensor_msgs/Imu") return MessageType::imu;
+  if (type == "sensor_msgs/MagneticField") return MessageType::magnetic_field;
+  return MessageType::other;
+}
+
+std::string expected_md5(MessageType type) {
+  switch (type) {
+    case MessageType::point_cloud:
+      return "1158d486dd51d683ce2f1be655c3c181";
+    case MessageType::livox:
+      return "e4d6829bdfe657cb6c21a746c86b21a6";
+    case MessageType::imu:
+      return "6a62c6daae103f4ff57a132d6f95cec2";
+    case MessageType::magnetic_field:
+      return "2f3b0b43eed0c9501de0fa3ff89a45aa";
+    case MessageType::other:
+      break;
+  }
+  return {};
+}
+
+std::string ros2_definition(MessageType type) {
+  const std::string header = header_definition;
+  const std::string line(80, '=');
+  switch (type) {
+    case MessageType::point_cloud:
+      return "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n"
+             "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n" +
+             line + "\nMSG: sensor_msgs/PointField\n" +
+             "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n"
+             "uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n" +
+             header;
+    case MessageType::livox:
+      return "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\n"
+             "livox_ros_driver2/CustomPoint[] points\n" +
+             line + "\nMSG: livox_ros_driver2/CustomPoint\n" +
+             "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\nuint8 tag\nuint8 line\n" + header;
+    case MessageType::imu:
+      return "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+             "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
+             "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n" +
+             line + "\nMSG: geometry_msgs/Quaternion\n" +
+             "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n" + vector_definition + header;
+    case MessageType::magnetic_field:
+      return "std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n" +
+             std::string(vector_definition) + header;
+    case MessageType::other:
+      break;
+  }
+  return {};
+}
+
+TypeDefinition ros2_definition(const TopicInfo& topic) {
+  const std::string text = topic.definition.empty() ? ros2_definition(message_type(topic.type)) : topic.definition;
+  if (text.empty()) return {};
+  const bool said = !topic.definition.empty() && !topic.definition_encoding.empty();
+  return {text, said ? topic.definition_encoding : "ros2msg"};
+}
+
+}  // namespace lodestone

@@ -1,0 +1,86 @@
+#include "frontends/messages/message_decoder.h"
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+#include "frontends/messages/known_types.h"
+#include "frontends/messages/message_reading.h"
+#include "frontends/messages/transcoding.h"
+#include "frontends/messages/wire_cdr.h"
+#include "frontends/messages/wire_ros1.h"
+
+namespace lodestone {
+namespace {
+
+MessageType checked_type(const std::string& source, const TopicInfo& topic) {
+  const MessageType type = message_type(topic.type);
+  if (type == MessageType::other || topic.encoding == Encoding::other) {
+    throw InputError(fmt::format("{}: topic {} is a {}{}; expected sensor_msgs/PointCloud2, Imu or MagneticField, or "
+                                 "livox_ros_driver2/CustomMsg, of ROS 1 or ROS 2",
+                                 source, topic.name, topic.type.empty() ? "message without a type" : topic.type,
+                                 topic.encoding == Encoding::other ? " in an encoding of neither ROS" : ""));
+  }
+  if (!topic.md5.empty() && topic.md5 != "*" && topic.md5 != expected_md5(type)) {
+    throw InputError(fmt::format("{}: topic {} has a {} of another version (MD5 {}); expected that of {}", source, topic.name,
+                                 topic.type, topic.md5,
+                                 type == MessageType::livox ? "livox_ros_driver2" : "ROS Noetic"));
+  }
+  return type;
+}
+
+/// Runs `call` with a reader of the message's wire format; names the message where its bytes contradict themselves.
+template <class Call>
+void with_reader(const std::string& source, const TopicInfo& topic, const RawMessage& raw, const Call& call) {
+  try {
+    if (topic.encoding == Encoding::cdr) {
+      CdrWireReader wire(raw.data, raw.size);
+      call(wire);
+    } else {
+      Ros1WireReader wire(raw.data, raw.size);
+      call(wire);
+    }
+  } catch (const ros1::MalformedMessage& error) {
+    throw InputError(fmt::format("{}: topic {}, recorded at {} s: {}; record it again, or cut the log before it", source,
+                                 topic.name, raw.record_time / 1'000'000'000, error.what()));
+  }
+}
+
+template <class Plain>
+Plain& as(ros1::Message& message) {
+  if (!std::holds_alternative<Plain>(message)) message.emplace<Plain>();
+  return std::get<Plain>(message);
+}
+
+template <class Writer>
+std::vector<std::uint8_t> written(const std::string& source, const TopicInfo& topic, const RawMessage& raw,
+                                  MessageType type) {
+  Writer writer;
+  with_reader(source, topic, raw, [&](auto& wire) { transcoding::copy(type, wire, writer); });
+  return writer.take();
+}
+
+}  // namespace
+
+void MessageDecoder::decode(const TopicInfo& topic, const RawMessage& raw, ros1::Message& message) {
+  const MessageType type = checked_type(source_, topic);
+  with_reader(source_, topic, raw, [&](auto& wire) {
+    switch (type) {
+      case MessageType::point_cloud:
+        return reading::read(wire, as<ros1::PointCloudMessage>(message), points_);
+      case MessageType::livox:
+        return reading::read_livox(wire, as<ros1::LivoxMessage>(message), points_, topic.encoding == Encoding::cdr);
+      case MessageType::imu:
+        return reading::read(wire, as<ros1::ImuMessage>(message), points_);
+      default:
+        return reading::read(wire, as<ros1::MagneticFieldMessage>(message), points_);
+    }
+  });
+}
+
+std::vector<std::uint8_t> transcode(const std::string& source, const TopicInfo& topic, const RawMessage& raw, Encoding to) {
+  const MessageType type = checked_type(source, topic);
+  return to == Encoding::cdr ? written<CdrWireWriter>(source, topic, raw, type)
+                             : written<Ros1WireWriter>(source, topic, raw, type);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,108 @@
+#include "frontends/messages/message_definition.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <sstream>
+#include <stdexcept>
+
+#include "frontends/messages/known_types.h"
+#include "frontends/logs/topic_list.h"
+
+namespace lodestone {
+namespace {
+
+using Field = MessagePaths::Field;
+
+constexpr int longest_fixed_list = 1 << 20;
+
+bool is_basic(const std::string& type) {
+  return size_of_number(type) > 0 || type == "string" || type == "time" || type == "duration";
+}
+
+/// "Header", "Vector3" within geometry_msgs, "geometry_msgs/msg/Vector3": all as pkg/Type.
+std::string full_name(const std::string& type, const std::string& package) {
+  if (is_basic(type) || type == "wstring") return type;
+  if (type == "Header") return "std_msgs/Header";
+  return type.find('/') == std::string::npos ? package + "/" + type : ros1_type_name(type);
+}
+
+/// One line of a definition; false where it declares no field.
+bool parse_line(std::string line, const std::string& package, Field& field) {
+  line = line.substr(0, line.find('#'));
+  std::istringstream words(line);
+  std::string type, rest;
+  if (!(words >> type) || !std::getline(words, rest)) return false;
+  if (rest.find('=') != std::string::npos) return false;  // a constant
+  std::istringstream(rest) >> field.name;
+  if (field.name.empty()) return false;
+  field.count = Field::single;
+  if (const std::size_t open = type.find('['); open != std::string::npos) {
+    const char* begin = type.data() + open + 1;
+    int count = 0;
+    const auto result = std::from_chars(begin, type.data() + type.size(), count);
+    const bool fixed = result.ec == std::errc() && *result.ptr == ']';
+    if (fixed && (count < 0 || count > longest_fixed_list)) {
+      throw std::invalid_argument(fmt::format("a list of {} elements, '{}'", count, field.name));
+    }
+    field.count = fixed ? count : Field::counted;
+    type.erase(open);
+  }
+  type = type.substr(0, type.find('<'));  // string<=10
+  field.type = full_name(type, package);
+  return true;
+}
+
+}  // namespace
+
+int size_of_number(const std::string& type) {
+  if (type == "bool" || type == "byte" || type == "char" || type == "int8" || type == "uint8") return 1;
+  if (type == "int16" || type == "uint16") return 2;
+  if (type == "int32" || type == "uint32" || type == "float32") return 4;
+  if (type == "int64" || type == "uint64" || type == "float64") return 8;
+  return 0;
+}
+
+std::map<std::string, std::vector<Field>> parse_definition(const std::string& type, const std::string& text) {
+  std::map<std::string, std::vector<Field>> types;
+  std::string current = type;
+  types[current];
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("==========")) continue;
+    if (line.starts_with("IDL:") || line.starts_with("module ")) throw std::invalid_argument("it is in IDL");
+    if (line.starts_with("MSG: ")) {
+      std::istringstream(line.substr(5)) >> current;
+      current = ros1_type_name(current);
+      types[current].clear();
+      continue;
+    }
+    Field field;
+    if (parse_line(line, current.substr(0, current.find('/')), field)) types[current].push_back(field);
+  }
+  // ROS 2's recorders may leave out what every message has.
+  types.try_emplace("builtin_interfaces/Time", std::vector<Field>{{"int32", "sec"}, {"uint32", "nanosec"}});
+  for (const auto& [name, fields] : types) {
+    for (const Field& field : fields) {
+      if (is_basic(field.type) || field.type == "std_msgs/Header" || types.count(field.type) > 0) continue;
+      throw std::invalid_argument(fmt::format("it does not say what '{}' is, which '{}' is of", field.type, field.name));
+    }
+  }
+  return types;
+}
+
+std::string common_definition(const std::string& type) {
+  const std::string layout =
+      "=================\nMSG: std_msgs/MultiArrayLayout\nstd_msgs/MultiArrayDimension[] dim\nuint32 data_offset\n"
+      "=================\nMSG: std_msgs/MultiArrayDimension\nstring label\nuint32 size\nuint32 stride\n";
+  if (type == "std_msgs/Float64MultiArray") return "std_msgs/MultiArrayLayout layout\nfloat64[] data\n" + layout;
+  if (type == "std_msgs/Float32MultiArray") return "std_msgs/MultiArrayLayout layout\nfloat32[] data\n" + layout;
+  if (type == "geometry_msgs/Vector3Stamped") {
+    return "std_msgs/Header header\ngeometry_msgs/Vector3 vector\n=================\nMSG: geometry_msgs/Vector3\n"
+           "float64 x\nfloat64 y\nfloat64 z\n";
+  }
+  return ros2_definition(message_type(type));
+}
+
+}  // namespace lodestone

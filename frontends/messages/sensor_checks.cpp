@@ -1,0 +1,86 @@
+#include "frontends/messages/sensor_checks.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace lodestone {
+
+std::string fitting_field_unit(double value_as_written) {
+  constexpr double earth_ut = 45.0;
+  std::string fitting;
+  double nearest = std::log(6.0);  // a factor, either way: steel makes as much
+  for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
+    const double away = std::abs(std::log(value_as_written * microtesla_per(unit) / earth_ut));
+    if (!(away < nearest)) continue;
+    nearest = away;
+    fitting = name;
+  }
+  return fitting;
+}
+
+void check_acceleration(const std::string& source, const Platform& platform, const FirstReadings& readings) {
+  if (readings.finite_count == 0) return;
+  const double gravity = platform.suite.gravity_m_s2;
+  const double mean = readings.mean_magnitude();
+  const std::string found = fmt::format("{}: {}: the acceleration's mean magnitude is {:.3g} m/s2; expected about {:.4g}",
+                                        source, platform.imu.topic, mean, gravity);
+  const bool read_as_g = platform.imu.acceleration_unit == AccelerationUnit::standard_gravity;
+  if (!read_as_g && std::abs(mean - 1.0) < 0.3) {
+    throw InputError(found + "; the IMU is in g: set imu.acceleration_unit: g in " + platform.file_name());
+  }
+  if (read_as_g && mean > 5.0 * gravity) {
+    throw InputError(found + "; the IMU is in m/s2: set imu.acceleration_unit: m/s2 in " + platform.file_name());
+  }
+  if (mean < 0.5 * gravity || mean > 2.0 * gravity) {
+    throw InputError(found + "; a log needs the specific force with gravity in it, in the unit that " +
+                     platform.file_name() + " names as imu.acceleration_unit");
+  }
+}
+
+void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
+                 const FirstReadings& readings, WarningLog* warnings) {
+  constexpr double largest_ut = 1000.0;
+  const double mean_ut = readings.mean_magnitude();
+  // Exact zeros are a dead sensor, which the estimators leave to its weight; anything else this small is a wrong unit.
+  constexpr double smallest_ut = 0.1;
+  constexpr double usual_low_ut = 5.0, usual_high_ut = 250.0;
+  if (readings.finite_count == 0 || mean_ut == 0.0) return;
+  const MagnetometerMessageLayout& layout = platform.magnetometers[magnetometer];
+  const double as_written = mean_ut / microtesla_per(layout.unit);
+  std::string_view unit_name;
+  for (const auto& [unit, name] : enum_names(layout.unit)) {
+    if (unit == layout.unit) unit_name = name;
+  }
+  const std::string fitting = fitting_field_unit(as_written);
+  const std::string change =
+      fitting.empty() || fitting == unit_name
+          ? fmt::format("check the unit of magnetometers[{}]", magnetometer)
+          : fmt::format("it looks like {0}: set magnetometers[{1}].unit: {0}", fitting, magnetometer);
+  if (mean_ut < smallest_ut || mean_ut > largest_ut) {
+    throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; expected {:g} to {:g} microtesla; {} in {}",
+                                 source, layout.topic, as_written, unit_name, mean_ut, smallest_ut, largest_ut, change, platform.file_name()));
+  }
+  // Steel and hard iron make strange fields, but hardly such.
+  if (warnings == nullptr || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
+  warnings->add("magnetometer.magnitude",
+               fmt::format("{}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; 20 to 70 are usual; {} in {}, if it is",
+                           layout.topic, as_written, unit_name, mean_ut, change, platform.file_name()),
+               readings.first_stamp);
+}
+
+void check_clock(const std::string& source, const std::string& topic, Time first_stamp, const std::string& reference_topic,
+                 Time first_reference_stamp, double duration_s) {
+  if (first_stamp == 0) {
+    throw InputError(fmt::format("{}: {}: the messages have no stamp (0 s); record them with the sensor's time in their "
+                                 "headers", source, topic));
+  }
+  const double apart_s = to_seconds(first_stamp - first_reference_stamp);
+  if (std::abs(apart_s) <= duration_s + 1.0) return;
+  throw InputError(fmt::format("{}: {} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: their clocks differ; "
+                               "record both with one clock", source, topic, apart_s, reference_topic, duration_s));
+}
+
+}  // namespace lodestone

@@ -1,0 +1,74 @@
+#include "frontends/messages/stream_decoder.h"
+
+#include "frontends/configuration/platform_lidars.h"
+
+namespace lodestone {
+namespace {
+
+constexpr double standard_gravity = 9.80665;
+
+Vector3 to_vector(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
+
+}  // namespace
+
+StreamDecoder::StreamDecoder(const std::string& path, const Platform& platform, WarningLog& warnings)
+    : platform_(platform), messages_(path) {
+  for (std::size_t lidar = 0; lidar < lidar_count(platform); ++lidar) {
+    clouds_.emplace_back(path, platform, lidar, warnings);
+  }
+}
+
+void StreamDecoder::set(const RawMessage& raw) {
+  raw_ = raw;
+  message_holds_ = vectors_hold_ = false;
+}
+
+const ros1::Message& StreamDecoder::message(const SensorStream& stream) {
+  if (!message_holds_) messages_.decode(*stream.info, raw_, message_);
+  message_holds_ = true;
+  return message_;
+}
+
+const MessagePaths::Vector& StreamDecoder::vector(const SensorStream& stream, std::size_t index) {
+  if (!vectors_hold_) stream.reader->read(raw_, vectors_);
+  vectors_hold_ = true;
+  return vectors_[stream.first_vector + index];
+}
+
+Time StreamDecoder::stamp(const SensorStream& stream) {
+  if (stream.reader) return vector(stream, 0).stamp;
+  return std::visit([](const auto& each) { return each.stamp; }, message(stream));
+}
+
+ImuSample StreamDecoder::imu(const SensorStream& stream) {
+  const double factor = platform_.imu.acceleration_unit == AccelerationUnit::standard_gravity ? standard_gravity : 1.0;
+  if (stream.reader) {
+    return {stamp(stream), to_vector(vector(stream, 0).values), to_vector(vector(stream, 1).values) * factor};
+  }
+  const auto& imu = std::get<ros1::ImuMessage>(message(stream));
+  return {imu.stamp, to_vector(imu.angular_velocity), to_vector(imu.linear_acceleration) * factor};
+}
+
+MagneticSample StreamDecoder::field(const SensorStream& stream) {
+  const double factor = microtesla_per(platform_.magnetometers[stream.index].unit);
+  const int index = static_cast<int>(stream.index);
+  if (stream.reader) return {stamp(stream), index, to_vector(vector(stream, 0).values) * factor};
+  const auto& field = std::get<ros1::MagneticFieldMessage>(message(stream));
+  return {field.stamp, index, to_vector(field.field_tesla) * factor};
+}
+
+void StreamDecoder::scan(const SensorStream& stream, LidarScan& scan) {
+  PointCloudDecoder& decoder = clouds_[stream.index];
+  if (const auto* livox = std::get_if<ros1::LivoxMessage>(&message(stream))) return decoder.decode(*livox, scan);
+  decoder.decode(std::get<ros1::PointCloudMessage>(message(stream)), scan);
+}
+
+const ros1::PointCloudMessage* StreamDecoder::cloud(const SensorStream& stream) {
+  return std::get_if<ros1::PointCloudMessage>(&message(stream));
+}
+
+Vector3 calibrated(const MagnetometerMessageLayout& layout, const Vector3& reading_ut) {
+  return layout.calibrated() ? Vector3(layout.soft_iron_correction * (reading_ut - layout.hard_iron_ut)) : reading_ut;
+}
+
+}  // namespace lodestone

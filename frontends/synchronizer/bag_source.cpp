@@ -1,0 +1,281 @@
+#include "frontends/synchronizer/bag_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <optional>
+
+#include "frontends/messages/bag_streams.h"
+#include "frontends/logs/open_log.h"
+#include "frontends/synchronizer/scan_merger.h"
+#include "frontends/messages/sensor_checks.h"
+#include "frontends/synchronizer/stamp_order.h"
+#include "frontends/messages/stream_decoder.h"
+
+namespace lodestone {
+namespace {
+
+/// A gap is longer than this many IMU periods: a lost packet or two are none.
+constexpr double imu_gap_periods = 5.0;
+
+/// No sensor is silent for so long but in a log that was stopped, or in two that were joined. Nothing bridges that.
+constexpr Time longest_silence = 60'000'000'000;
+
+/// Scans that are decoded to see how far the recorder's clock is from the stamps': one may be odd.
+constexpr std::int64_t first_scans = 3;
+
+/// The first readings of a stream's sensor in the unit of the measurement; of scans, which are decoded to see whether they can
+/// be, their starts alone. Returns the stamp.
+Time add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings& readings) {
+  if (stream.sensor == Sensor::imu) {
+    const ImuSample sample = decoder.imu(stream);
+    readings.add(sample.time, sample.linear_acceleration.norm());
+    return sample.time;
+  }
+  if (stream.sensor == Sensor::magnetometer) {
+    const MagneticSample sample = decoder.field(stream);
+    readings.add(sample.time, sample.field_ut.norm());
+    return sample.time;
+  }
+  LidarScan scan;
+  decoder.scan(stream, scan);
+  readings.add(scan.start, 0.0);
+  return scan.start;
+}
+
+}  // namespace
+
+struct BagSource::Implementation {
+  Implementation(const std::string& log_path, const Platform& log_platform, WarningLog& log, SensorChoice choice)
+      : path(log_path),
+        platform(log_platform),
+        warnings(log),
+        reader(open_log(log_path, log)),
+        decoder(path, platform, log),
+        streams(make_streams(log_platform, choice)),
+        orders(streams.size()) {
+    if (choice.lidar && !platform.further_lidars.empty()) {
+      std::vector<LidarModel> others;
+      for (const FurtherLidar& each : platform.further_lidars) others.push_back(each.model);
+      merger.emplace(platform.suite.lidar, others, warnings);
+    }
+  }
+
+  std::string path;
+  Platform platform;
+  WarningLog& warnings;
+  std::unique_ptr<MessageSource> reader;
+  StreamDecoder decoder;
+  std::optional<ScanMerger> merger;  ///< of several LiDARs
+  std::vector<SensorStream> streams;
+  std::vector<StampOrder> orders;   ///< one a stream
+  std::vector<std::string> topics;  ///< that are chosen
+  Time record_time = 0;             ///< of the message that was read last
+  Time first_recorded = 0;          ///< when the first message of any topic was
+  std::deque<Measurement> ready;
+  Time begin = 0;
+  Time end = 0;
+  std::optional<Time> newest;  ///< when the newest measurement was complete
+  bool broken_off = false;
+
+  void choose();
+  void inspect();
+  bool read_message(RawMessage& raw);
+  bool accept(const SensorStream& stream, StampOrder& order, Time stamp);
+  bool goes_on(const Measurement& measurement);
+  void take_message(const RawMessage& raw);
+  void take_imu(const SensorStream& stream, StampOrder& order);
+  void take_field(const SensorStream& stream, StampOrder& order);
+  void take_scan(const SensorStream& stream, StampOrder& order);
+};
+
+void BagSource::Implementation::choose() {
+  topics = find_topics(path, platform, reader->topics(), streams);
+  first_recorded = std::numeric_limits<Time>::max();
+  for (const TopicInfo& topic : reader->topics()) {
+    if (topic.messages > 0) first_recorded = std::min(first_recorded, topic.begin);
+  }
+  for (const SensorStream& stream : streams) {
+    const TopicInfo& topic = *stream.info;
+    const bool first = &stream == &streams.front();
+    begin = first ? topic.begin : std::min(begin, topic.begin);
+    end = first ? topic.end : std::max(end, topic.end);
+  }
+}
+
+bool BagSource::Implementation::read_message(RawMessage& raw) {
+  if (!reader->next(raw)) return false;
+  record_time = raw.record_time;
+  return true;
+}
+
+void BagSource::Implementation::inspect() {
+  std::vector<FirstReadings> readings(streams.size());
+  std::size_t unsatisfied = streams.size();
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    const std::int64_t worth = streams[i].sensor == Sensor::lidar ? first_scans : 200;
+    readings[i].wanted = static_cast<int>(std::min(worth, streams[i].info->messages));
+  }
+  std::vector<std::vector<Time>> lags(streams.size());
+  WarningLog counted_later;
+  StreamDecoder first(path, platform, counted_later);  // what it tells of the scans is told again when they are read
+  reader->select(topics);
+  for (RawMessage raw; unsatisfied > 0 && read_message(raw);) {
+    first.set(raw);
+    for (std::size_t i = 0; i < streams.size(); ++i) {
+      FirstReadings& reading = readings[i];
+      if (streams[i].topic_index != raw.topic || reading.count >= reading.wanted) continue;
+      lags[i].push_back(record_time - add_first(first, streams[i], reading));
+      if (reading.count >= reading.wanted) --unsatisfied;
+    }
+  }
+  const double duration_s = to_seconds(end - begin);
+  const Time reference = readings.front().first_stamp;
+  Time first_stamp = reference;
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    check_clock(path, streams[i].topic, readings[i].first_stamp, streams[0].topic, reference, duration_s);
+    if (streams[i].sensor == Sensor::imu) check_acceleration(path, platform, readings[i]);
+    if (streams[i].sensor == Sensor::magnetometer) check_field(path, platform, streams[i].index, readings[i], &warnings);
+    first_stamp = std::min(first_stamp, readings[i].first_stamp);
+  }
+  for (std::size_t i = 0; i < streams.size(); ++i) orders[i] = StampOrder(lags[i]);
+  const Time lag = orders.front().usual_lag();  // from the recorder's clock to the stamps'
+  if (std::abs(lag) <= farthest_time) end -= lag;
+  begin = first_stamp;
+}
+
+/// Stamps of one topic must increase: what does not is dropped and counted.
+bool BagSource::Implementation::accept(const SensorStream& stream, StampOrder& order, Time stamp) {
+  const StampOrder::Verdict verdict = order.judge(record_time, stamp);
+  if (verdict.what == StampOrder::Verdict::broken) {
+    warnings.add(std::string(part_of(stream.sensor)) + ".stamp_jump",
+                 fmt::format("{}: a stamp is {:.3f} s off the recorder's clock; such messages are dropped", stream.topic,
+                             verdict.off_s),
+                 record_time);
+    return false;
+  }
+  if (verdict.what == StampOrder::Verdict::recorder_leapt) {
+    warnings.add("log.recorder_clock",
+                 fmt::format("{}: the recorder's clock leaps by {:.3f} s; the stamps go on, and are taken", stream.topic,
+                             verdict.off_s),
+                 stamp);
+  }
+  if (order.any() && stamp <= order.last_stamp()) {
+    const bool repeated = stamp == order.last_stamp();
+    warnings.add(fmt::format("{}.{}", part_of(stream.sensor), repeated ? "stamp_repeated" : "stamp_back"),
+                 fmt::format("{}: a stamp {} {:.6f} s; such messages are dropped", stream.topic,
+                             repeated ? "is there twice:" : "goes back by",
+                             repeated ? to_seconds(stamp) : to_seconds(order.last_stamp() - stamp)),
+                 stamp);
+    return false;
+  }
+  order.take(record_time, stamp);
+  return true;
+}
+
+void BagSource::Implementation::take_imu(const SensorStream& stream, StampOrder& order) {
+  const ImuSample sample = decoder.imu(stream);
+  if (!sample.angular_velocity.allFinite() || !sample.linear_acceleration.allFinite()) {
+    warnings.add("imu.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
+    return;
+  }
+  const Time previous = order.last_stamp();
+  const bool first = !order.any();
+  if (!accept(stream, order, sample.time)) return;
+  const double gap_s = to_seconds(sample.time - previous);
+  if (!first && gap_s > imu_gap_periods / platform.suite.imu.rate_hz) {
+    warnings.add("imu.gap", fmt::format("{}: {:.3f} s without a sample at {:.3f} s; expected one every {:g} s", stream.topic,
+                                        gap_s, to_seconds(previous), 1.0 / platform.suite.imu.rate_hz),
+                 previous);
+  }
+  ready.emplace_back(sample);
+}
+
+void BagSource::Implementation::take_field(const SensorStream& stream, StampOrder& order) {
+  MagneticSample sample = decoder.field(stream);
+  if (!sample.field_ut.allFinite()) {
+    warnings.add("magnetometer.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
+    return;
+  }
+  sample.field_ut = calibrated(platform.magnetometers[stream.index], sample.field_ut);
+  if (accept(stream, order, sample.time)) ready.emplace_back(sample);
+}
+
+void BagSource::Implementation::take_scan(const SensorStream& stream, StampOrder& order) {
+  LidarScan scan;
+  decoder.scan(stream, scan);
+  if (!accept(stream, order, scan.start)) return;
+  if (!merger) {
+    ready.emplace_back(std::move(scan));
+    return;
+  }
+  merger->add(stream.index, std::move(scan));
+  for (LidarScan merged; merger->take(merged);) ready.emplace_back(std::move(merged));
+}
+
+/// Gives the message to all sensors of its topic.
+void BagSource::Implementation::take_message(const RawMessage& raw) {
+  decoder.set(raw);
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    const SensorStream& stream = streams[i];
+    if (stream.topic_index != raw.topic) continue;
+    if (stream.sensor == Sensor::imu) take_imu(stream, orders[i]);
+    if (stream.sensor == Sensor::magnetometer) take_field(stream, orders[i]);
+    if (stream.sensor == Sensor::lidar) take_scan(stream, orders[i]);
+  }
+}
+
+BagSource::BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice)
+    : implementation_(std::make_unique<Implementation>(path, platform, warnings, choice)) {
+  implementation_->choose();
+  implementation_->inspect();
+  implementation_->reader->select(implementation_->topics);
+}
+
+BagSource::~BagSource() = default;
+
+/// False from the first measurement on that comes too long after all others: there the log is at its end.
+bool BagSource::Implementation::goes_on(const Measurement& measurement) {
+  const Time complete = completion_time(measurement);
+  if (newest && complete - *newest > longest_silence) {
+    broken_off = true;
+    const double cut_s = std::floor(to_seconds(record_time) - to_seconds(first_recorded));
+    warnings.add("log.broken_off",
+                 fmt::format("{}: no sensor says anything for {:.0f} s; the log is read up to there, for nobody knows how the robot moved "
+                             "meanwhile; cut it (lodestone convert --to {:.0f}, and --from {:.0f}) and give each part a start of its own",
+                             path, to_seconds(complete - *newest), cut_s, cut_s),
+                 *newest);
+    return false;
+  }
+  newest = newest ? std::max(*newest, complete) : complete;
+  return true;
+}
+
+bool BagSource::next(Measurement& measurement) {
+  Implementation& self = *implementation_;
+  if (self.broken_off) return false;
+  for (RawMessage raw; self.ready.empty();) {
+    if (self.read_message(raw)) {
+      self.take_message(raw);
+      continue;
+    }
+    if (!self.merger) return false;
+    self.merger->finish();
+    LidarScan merged;
+    if (!self.merger->take(merged)) return false;
+    self.ready.emplace_back(std::move(merged));
+  }
+  if (!self.goes_on(self.ready.front())) return false;
+  measurement = std::move(self.ready.front());
+  self.ready.pop_front();
+  return true;
+}
+
+Time BagSource::begin_time() const { return implementation_->begin; }
+
+Time BagSource::end_time() const { return implementation_->end; }
+
+}  // namespace lodestone

@@ -1,0 +1,46 @@
+#include "frontends/synchronizer/recorded_array.h"
+
+#include <optional>
+
+#include "core/magnetometer/magnetometer_monitor.h"
+#include "frontends/synchronizer/array_grouping.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr Time kBundle = from_seconds(0.5);  // a whole number of ArrayLog's spans
+constexpr Time kPatience = from_seconds(0.5);  // how much later than others a magnetometer's messages may be recorded
+
+}  // namespace
+
+RecordedArray record_array(MeasurementSource& source, const SensorSuite& suite, WarningLog& warnings,
+                           const std::function<void(Time)>& progress) {
+  RecordedArray result{ArrayLog(suite.magnetometers.size()), {}};
+  ArrayGrouping grouping(suite.magnetometers.size());
+  MagnetometerMonitor monitor(suite, &warnings);
+  const auto drain = [&](Time end) {
+    std::vector<MagneticArraySample> samples;
+    while (std::optional<MagneticArraySample> sample = grouping.take(end)) samples.push_back(std::move(*sample));
+    if (auto healthy = monitor.without_unhealthy(samples, end)) samples = std::move(*healthy);
+    result.readings.add(samples);
+    grouping.forget(end);
+  };
+  std::optional<Time> end;  // of the bundle that is being gathered
+  Time latest = 0;
+  Measurement measurement;
+  while (source.next(measurement)) {
+    if (progress) progress(completion_time(measurement));
+    if (const auto* imu = std::get_if<ImuSample>(&measurement)) result.imu.push_back(*imu);
+    const auto* sample = std::get_if<MagneticSample>(&measurement);
+    if (sample == nullptr) continue;
+    if (!end) end = sample->time + kBundle;
+    if (!grouping.add(*sample)) continue;
+    latest = std::max(latest, sample->time);
+    for (; *end + kPatience < sample->time; *end += kBundle) drain(*end);
+  }
+  for (; end && *end < latest + kBundle; *end += kBundle) drain(*end);
+  return result;
+}
+
+}  // namespace lodestone

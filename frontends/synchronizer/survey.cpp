@@ -1,0 +1,26 @@
+#include "frontends/synchronizer/survey.h"
+
+namespace lodestone {
+
+FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory, const SensorSuite& suite, Time max_gap,
+                        const std::function<void(Time)>& progress) {
+  FieldSurvey survey;
+  Measurement measurement;
+  while (source.next(measurement)) {
+    if (progress) progress(completion_time(measurement));
+    const auto* sample = std::get_if<MagneticSample>(&measurement);
+    if (sample == nullptr) continue;
+    const std::optional<Pose> T_map_imu = interpolate(trajectory, sample->time, max_gap);
+    if (!T_map_imu) {
+      ++survey.without_pose;
+      continue;
+    }
+    const MagnetometerModel& model = suite.magnetometers.at(static_cast<std::size_t>(sample->magnetometer));
+    const Pose T_map_mag = *T_map_imu * model.T_imu_mag;
+    survey.observations.push_back({T_map_mag.position, T_map_mag.rotation * sample->field_ut, model.noise_ut,
+                                   sample->time});
+  }
+  return survey;
+}
+
+}  // namespace lodestone

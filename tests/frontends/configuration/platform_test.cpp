@@ -1,0 +1,127 @@
+#include "frontends/configuration/platform.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "frontends/configuration/text_file.h"
+#include "tests/frontends/logs/test_files.h"
+
+namespace lodestone {
+namespace {
+
+using ::lodestone::testing::message_of;
+using ::testing::HasSubstr;
+
+const std::string scout = std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_os32.yaml";
+
+/// The message for the Scout's file with `from` replaced by `to`.
+std::string error_with(const std::string& from, const std::string& to) {
+  std::string text = read_text_file(scout);
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  return message_of<InputError>([&] { parse_platform(text, "scout.yaml"); });
+}
+
+TEST(PlatformFile, DescribesTheScout) {
+  const Platform platform = load_platform(scout);
+  EXPECT_EQ(platform.lidar.topic, "/ouster/points");
+  EXPECT_EQ(platform.lidar.time_field, "t");
+  EXPECT_EQ(platform.imu.topic, "/imu/data");
+  ASSERT_EQ(platform.suite.magnetometers.size(), 8U);
+  ASSERT_EQ(platform.magnetometers.size(), 8U);
+  EXPECT_EQ(platform.magnetometers[7].topic, "/magnetometer_7/field");
+  EXPECT_EQ(platform.magnetometers[7].unit, FieldUnit::tesla);
+  const auto& magnetometers = platform.suite.magnetometers;
+  EXPECT_NEAR((magnetometers[0].T_imu_mag.position - magnetometers[3].T_imu_mag.position).norm(), 0.5, 1e-12);
+  EXPECT_NEAR((magnetometers[0].T_imu_mag.position - magnetometers[4].T_imu_mag.position).norm(), 0.6, 1e-12);
+  EXPECT_NEAR(platform.suite.lidar.T_imu_lidar.position.z() - magnetometers[0].T_imu_mag.position.z(), 0.38, 1e-12);
+}
+
+TEST(PlatformFile, ReadsBackWhatItWrote) {
+  const testing::TemporaryFolder folder;
+  Platform platform = load_platform(scout);
+  platform.lidar.ring_field.clear();
+  platform.lidar.stamp = ScanStamp::end;
+  platform.lidar.time_unit = PointTimeUnit::seconds;
+  platform.suite.lidar.T_imu_lidar = {so3::exp(Vector3(0.1, -0.2, 3.0)), Vector3(1.0 / 3.0, -0.1, 1e-9)};
+  platform.suite.magnetometers[2].noise_ut = 0.1 + 0.2;
+  platform.magnetometers[5].unit = FieldUnit::gauss;
+  platform.magnetometers[3].hard_iron_ut = Vector3(1.0 / 3.0, -12.5, 0.1);
+  platform.magnetometers[3].soft_iron_correction << 1.01, 0.1 / 3.0, 0.0, -0.02, 0.99, 0.01, 0.0, 0.03, 1.0;
+  platform.imu.acceleration_unit = AccelerationUnit::standard_gravity;
+  platform.imu.angular_velocity_path = "board.rate";
+  platform.imu.linear_acceleration_path = "board.acceleration";
+  platform.lidar.time_zero = PointTimeZero::lidar_clock;
+  platform.magnetometers[6] = {platform.magnetometers[5].topic, FieldUnit::nanotesla, "data[3]"};
+  save_platform(platform, folder / "platform.yaml");
+  const Platform back = load_platform(folder / "platform.yaml");
+  EXPECT_EQ(back.name, platform.name);
+  EXPECT_EQ(back.lidar.ring_field, "");
+  EXPECT_EQ(back.lidar.stamp, ScanStamp::end);
+  EXPECT_EQ(back.lidar.time_unit, PointTimeUnit::seconds);
+  ASSERT_EQ(back.magnetometers.size(), platform.magnetometers.size());
+  EXPECT_EQ(back.magnetometers[5].topic, platform.magnetometers[5].topic);
+  EXPECT_EQ(back.magnetometers[5].unit, FieldUnit::gauss);
+  EXPECT_EQ(back.magnetometers[5].path, "");
+  EXPECT_EQ(back.magnetometers[6].path, "data[3]");
+  EXPECT_EQ(back.magnetometers[6].unit, FieldUnit::nanotesla);
+  EXPECT_EQ(back.imu.linear_acceleration_path, "board.acceleration");
+  EXPECT_EQ(back.lidar.time_zero, PointTimeZero::lidar_clock);
+  EXPECT_EQ(back.magnetometers[3].hard_iron_ut, platform.magnetometers[3].hard_iron_ut);
+  EXPECT_EQ(back.magnetometers[3].soft_iron_correction, platform.magnetometers[3].soft_iron_correction);
+  EXPECT_FALSE(back.magnetometers[4].calibrated());
+  EXPECT_EQ(back.imu.acceleration_unit, AccelerationUnit::standard_gravity);
+  EXPECT_EQ(back.suite.lidar.T_imu_lidar.rotation.coeffs(), platform.suite.lidar.T_imu_lidar.rotation.coeffs());
+  EXPECT_EQ(back.suite.lidar.T_imu_lidar.position, platform.suite.lidar.T_imu_lidar.position);
+  EXPECT_EQ(back.suite.magnetometers[2].noise_ut, platform.suite.magnetometers[2].noise_ut);
+  EXPECT_EQ(back.suite.imu.gyroscope_noise_density, platform.suite.imu.gyroscope_noise_density);
+  platform.suite.magnetometers.clear();
+  platform.magnetometers.clear();
+  save_platform(platform, folder / "platform.yaml");
+  EXPECT_TRUE(load_platform(folder / "platform.yaml").suite.magnetometers.empty());
+}
+
+TEST(PlatformFile, WhatIsLeftOutOfTheCloudIsLeftToItsContent) {
+  std::string text = read_text_file(scout);
+  for (const std::string line : {"  stamp: start", "  time_unit: ns", "    time: t"}) {
+    const std::size_t at = text.find(line);
+    ASSERT_NE(at, std::string::npos) << line;
+    text.erase(at, text.find('\n', at) + 1 - at);
+  }
+  const testing::TemporaryFolder folder;
+  save_platform(parse_platform(text, "scout.yaml"), folder / "platform.yaml");
+  const LidarMessageLayout layout = load_platform(folder / "platform.yaml").lidar;
+  EXPECT_FALSE(layout.stamp.has_value());
+  EXPECT_FALSE(layout.time_unit.has_value());
+  EXPECT_EQ(layout.time_field, "");
+  EXPECT_EQ(layout.ring_field, "ring");
+}
+
+TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
+  EXPECT_THAT(error_with("max_range_m:", "max_rnge_m:"), HasSubstr("did you mean 'max_range_m'"));
+  EXPECT_THAT(error_with("max_range_m: 100.0", "max_range_m: far"), HasSubstr("lidar.max_range_m: expected a number"));
+  EXPECT_THAT(error_with("  rate_hz: 200.0\n", ""), HasSubstr("imu: the key 'rate_hz' is missing"));
+  EXPECT_THAT(error_with("rate_hz: 200.0", "rate_hz: 0"), HasSubstr("above 0"));
+  EXPECT_THAT(error_with("stamp: start", "stamp: begin"), HasSubstr("one of start, middle, end"));
+  EXPECT_THAT(error_with("time_unit: ns", "time_unit: min"), HasSubstr("one of s, ms, us, ns"));
+  EXPECT_THAT(error_with("quaternion_xyzw: [0.0, 0.0, 0.0, 1.0]", "quaternion_xyzw: [0.0, 0.0, 0.0, 2.0]"),
+              HasSubstr("length is 2.0; expected 1"));
+  EXPECT_THAT(error_with("translation_m: [0.05, 0.0, 0.3]", "translation_m: [0.05, 0.0]"),
+              HasSubstr("expected a list of 3 numbers, found 2"));
+  EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
+  EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"), 
+              ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("say by 'values' which is which")));
+  EXPECT_THAT(error_with("name: front_1", "name: front_0"), HasSubstr("another magnetometer is called front_0 already"));
+  EXPECT_THAT(error_with("  rate_hz: 200.0\n", "  rate_hz: 200.0\n  angular_velocity: gyro\n"),
+              HasSubstr("imu: the key 'linear_acceleration' is missing"));
+  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron_ut: [1, 2]"), HasSubstr("a list of 3 numbers"));
+  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    soft_iron_correction: [1, 0, 0, 0, 1, 0, 0, 0, 0]"),
+              HasSubstr("a determinant above 0"));
+  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron: [1, 2, 3]"), HasSubstr("did you mean 'hard_iron_ut'"));
+  EXPECT_THAT(message_of<InputError>([] { load_platform("absent.yaml"); }), HasSubstr("no such file"));
+}
+
+}  // namespace
+}  // namespace lodestone

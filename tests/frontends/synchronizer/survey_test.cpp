@@ -1,0 +1,66 @@
+#include "frontends/synchronizer/survey.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lodestone {
+namespace {
+
+class ListedSource : public MeasurementSource {
+ public:
+  explicit ListedSource(std::vector<Measurement> measurements) : measurements_(std::move(measurements)) {}
+  bool next(Measurement& measurement) override {
+    if (next_ == measurements_.size()) return false;
+    measurement = measurements_[next_++];
+    return true;
+  }
+  Time begin_time() const override { return 0; }
+  Time end_time() const override { return 0; }
+
+ private:
+  std::vector<Measurement> measurements_;
+  std::size_t next_ = 0;
+};
+
+TEST(SurveyTest, PutsReadingsWhereTheirSensorWasAndTurnsThemToTheMap) {
+  SensorSuite suite;
+  suite.magnetometers.push_back({"front", {Quaternion::Identity(), Vector3(1, 0, 0)}, 0.5});
+  suite.magnetometers.push_back({"rear", {so3::exp(Vector3(0, 0, M_PI)), Vector3(-1, 0, 0)}, 2.0});
+  const Quaternion left = so3::exp(Vector3(0, 0, M_PI / 2));
+  const Trajectory trajectory{{0, {left, {0, 0, 0}}}, {100, {left, {10, 0, 0}}}, {900, {left, {10, 0, 0}}}};
+  ListedSource source({MagneticSample{50, 0, {3, 4, 5}}, ImuSample{60}, MagneticSample{50, 1, {3, 4, 5}},
+                       MagneticSample{500, 0, {3, 4, 5}}, MagneticSample{950, 0, {3, 4, 5}}});
+  const FieldSurvey survey = read_survey(source, trajectory, suite, 200);
+  ASSERT_EQ(survey.observations.size(), 2U);
+  EXPECT_EQ(survey.without_pose, 2);  // in a gap of the trajectory, and after its end
+  EXPECT_LT((survey.observations[0].position - Vector3(5, 1, 0)).norm(), 1e-12);
+  EXPECT_LT((survey.observations[0].field_ut - Vector3(-4, 3, 5)).norm(), 1e-12);
+  EXPECT_LT((survey.observations[1].position - Vector3(5, -1, 0)).norm(), 1e-12);
+  EXPECT_LT((survey.observations[1].field_ut - Vector3(4, -3, 5)).norm(), 1e-12);
+  EXPECT_EQ(survey.observations[1].noise_ut, 2.0);
+  EXPECT_EQ(survey.observations[1].time, 50);
+}
+
+TEST(SurveyTest, SplitsInBlocksOfTime) {
+  std::vector<FieldObservation> observations(100);
+  for (int i = 0; i < 100; ++i) observations[i].time = 1000 + 10 * i;
+  const HeldOutBlocks blocks(observations, 50, 10);
+  std::vector<Time> held_out;
+  for (const FieldObservation& one : observations) {
+    if (blocks.contain(one)) held_out.push_back(one.time);
+  }
+  ASSERT_EQ(held_out.size(), 10U);
+  EXPECT_EQ(held_out.front(), 1250);  // block 5 of 0..9
+  EXPECT_EQ(held_out.back(), 1790);
+  // Thinned, each part holds its own readings alone.
+  for (int i = 0; i < 100; ++i) observations[i].position.x() = i;
+  const SurveySplit split = split_survey(observations, 0.5, 50, 10);
+  ASSERT_EQ(split.held_out.size(), 10U);
+  EXPECT_EQ(split.training.size(), 90U);
+  EXPECT_EQ(split.held_out.front().position.x(), 25.0);
+  EXPECT_EQ(split.held_out.front().count, 1);
+}
+
+}  // namespace
+}  // namespace lodestone
