@@ -3,7 +3,7 @@
 #include <exception>
 #include <filesystem>
 
-#include "tests/frontends/boundaries/boundaries.h"
+#include "tests/fuzz/boundaries/boundaries.h"
 
 int main(int count, char** arguments) {
   namespace fs = std::filesystem;

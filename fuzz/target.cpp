@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "tests/frontends/boundaries/boundaries.h"
+#include "tests/fuzz/boundaries/boundaries.h"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include "core/error.h"
 #include "estimators/initialization/start_finder.h"
 #include "frontends/configuration/options.h"
-#include "frontends/simulation/random_starts.h"
+#include "tools/simulate/random_starts.h"
 #include "frontends/synchronizer/synchronizer.h"
 
 namespace lodestone {

@@ -10,9 +10,9 @@
 #include "frontends/synchronizer/survey.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/point_cloud_file.h"
-#include "frontends/simulation/cloud_map.h"
-#include "frontends/simulation/random.h"
-#include "frontends/simulation/random_starts.h"
+#include "tools/simulate/cloud_map.h"
+#include "tools/simulate/random.h"
+#include "tools/simulate/random_starts.h"
 
 namespace lodestone {
 namespace {

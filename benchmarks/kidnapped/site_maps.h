@@ -5,7 +5,7 @@
 
 #include "core/magnetometer/magnetic_map.h"
 #include "core/lidar/plane_map.h"
-#include "frontends/simulation/simulation_source.h"
+#include "tools/simulate/simulation_source.h"
 
 namespace lodestone {
 

@@ -8,7 +8,7 @@
 #include "core/magnetometer/magnetic_map.h"
 #include "core/warnings.h"
 #include "estimators/factory.h"
-#include "frontends/simulation/simulation_source.h"
+#include "tools/simulate/simulation_source.h"
 #include "frontends/synchronizer/synchronizer.h"
 
 namespace lodestone {

@@ -11,8 +11,8 @@
 #include "core/warnings.h"
 #include "estimators/factory.h"
 #include "frontends/maps/tiled_plane_map.h"
-#include "frontends/simulation/cloud_map.h"
-#include "frontends/simulation/simulation_source.h"
+#include "tools/simulate/cloud_map.h"
+#include "tools/simulate/simulation_source.h"
 #include "frontends/synchronizer/synchronizer.h"
 
 namespace lodestone {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "frontends/maps/magnetic_map_file.h"
-#include "frontends/simulation/magnetic_field.h"
-#include "frontends/simulation/world.h"
+#include "tools/simulate/magnetic_field.h"
+#include "tools/simulate/world.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {

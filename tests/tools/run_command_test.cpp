@@ -15,8 +15,8 @@
 #include "frontends/configuration/platform.h"
 #include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "frontends/simulation/bag_recorder.h"
-#include "frontends/simulation/cloud_map.h"
+#include "tools/simulate/bag_recorder.h"
+#include "tools/simulate/cloud_map.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "frontends/simulation/world.h"
+#include "tools/simulate/world.h"
 #include "tools/ablate/switches.h"
 
 namespace lodestone::ablation {

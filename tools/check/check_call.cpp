@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "frontends/checks/log_checks.h"
-#include "frontends/checks/start_checks.h"
+#include "tools/check/log_checks.h"
+#include "tools/check/start_checks.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/maps/magnetic_map_file.h"

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "frontends/checks/finding.h"
-#include "frontends/checks/log_sample.h"
+#include "tools/check/finding.h"
+#include "tools/check/log_sample.h"
 
 namespace lodestone {
 

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "core/evaluation/statistics.h"
-#include "frontends/checks/acceleration_checks.h"
-#include "frontends/checks/field_checks.h"
+#include "tools/check/acceleration_checks.h"
+#include "tools/check/field_checks.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
 #include "tools/progress.h"

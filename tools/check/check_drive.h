@@ -5,9 +5,9 @@
 #include <string>
 
 #include "estimators/factory.h"
-#include "frontends/checks/finding.h"
-#include "frontends/checks/log_sample.h"
-#include "frontends/checks/start_checks.h"
+#include "tools/check/finding.h"
+#include "tools/check/log_sample.h"
+#include "tools/check/start_checks.h"
 #include "frontends/configuration/platform.h"
 
 namespace lodestone {

@@ -10,8 +10,8 @@
 #include "core/magnetometer/sparse_field_nodes.h"
 #include "core/parallel.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "frontends/simulation/magnetic_field.h"
-#include "frontends/simulation/world.h"
+#include "tools/simulate/magnetic_field.h"
+#include "tools/simulate/world.h"
 #include "tools/commands.h"
 #include "tools/sinks/output_file.h"
 

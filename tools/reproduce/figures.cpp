@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "frontends/simulation/world.h"
+#include "tools/simulate/world.h"
 #include "tools/figures/error_distribution.h"
 #include "tools/figures/error_grid.h"
 #include "tools/figures/plan_figures.h"

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "core/error.h"
-#include "frontends/simulation/world.h"
+#include "tools/simulate/world.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/reproduce/fingerprint.h"

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "core/error.h"
-#include "frontends/checks/log_checks.h"
-#include "frontends/checks/start_checks.h"
+#include "tools/check/log_checks.h"
+#include "tools/check/start_checks.h"
 #include "frontends/synchronizer/bag_source.h"
 
 namespace lodestone {

@@ -9,7 +9,7 @@
 #include <set>
 #include <tuple>
 
-#include "frontends/simulation/beam_pattern.h"
+#include "tools/simulate/beam_pattern.h"
 
 namespace lodestone {
 namespace {

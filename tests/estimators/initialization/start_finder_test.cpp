@@ -13,8 +13,8 @@
 
 #include "core/error.h"
 #include "frontends/maps/tiled_plane_map.h"
-#include "frontends/simulation/cloud_map.h"
-#include "frontends/simulation/random_starts.h"
+#include "tools/simulate/cloud_map.h"
+#include "tools/simulate/random_starts.h"
 #include "frontends/synchronizer/synchronizer.h"
 
 namespace lodestone {

@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "frontends/messages/point_cloud_decoder.h"
-#include "frontends/simulation/simulation_source.h"
+#include "tools/simulate/simulation_source.h"
 #include "tests/frontends/messages/cloud_layout.h"
 #include "tests/frontends/logs/test_files.h"
 

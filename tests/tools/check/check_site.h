@@ -13,7 +13,7 @@
 #include "frontends/configuration/platform.h"
 #include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "frontends/simulation/bag_recorder.h"
+#include "tools/simulate/bag_recorder.h"
 #include "tests/estimators/drive.h"
 #include "tests/tools/program_runner.h"
 #include "tools/check/check_call.h"

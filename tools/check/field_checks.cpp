@@ -1,0 +1,284 @@
+#include "tools/check/field_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/angles.h"
+#include "core/evaluation/statistics.h"
+#include "tools/check/field_exchange.h"
+#include "tools/check/field_series.h"
+#include "tools/check/vector_medians.h"
+
+namespace lodestone {
+namespace {
+
+constexpr double telling_ut = 3.0;  // smaller differences the estimators live with
+constexpr double telling_sigmas = 5.0;
+constexpr double explains = 0.7;            // of the rms that is left: a model that explains something
+constexpr double telling_array_turn_rad = 0.035;  // 2°
+constexpr double telling_scale = 0.04;
+constexpr double telling_delay_s = 0.012;
+constexpr double delay_explains = 0.85;
+constexpr std::size_t fewest_readings = 10;
+constexpr double size_tolerance = 0.3;  // of the field's magnitude
+constexpr double passing_ut = 2.5;
+constexpr double passing_factor = 4.0;  // times the usual difference
+constexpr double passing_share = 0.7;   // of the magnetometers at once
+constexpr Time bin = 500'000'000;
+
+struct FieldSensor {
+  std::size_t index;
+  FieldSeries series;
+  FieldModels models;
+};
+
+class FieldCheck {
+ public:
+  FieldCheck(const FieldComparison& comparison, const Platform& platform, const std::set<std::size_t>& known)
+      : platform_(platform), file_(platform.file_name()) {
+    std::vector<FieldSeries> all = field_series(comparison);
+    for (const std::size_t j : known) all[j] = FieldSeries{};
+    set_right(all);
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      if (all[j].times.size() < fewest_readings) continue;
+      const FieldModels models = fit_models(all[j]);
+      sensors_.push_back({j, std::move(all[j]), models});
+    }
+  }
+
+  Findings run() {
+    if (sensors_.empty()) {
+      findings_.push_back({Severity::warning, "field.off_map", "the drive meets no field of the magnetic map",
+                           "--magnetic: the map of this place, in the frame of the cloud map; or --initial-pose"});
+      return findings_;
+    }
+    if (whole_map()) return findings_;
+    if (delays()) return findings_;
+    for (const FieldSensor& sensor : sensors_) one(sensor);
+    // What most of them read at once is no single sensor's fault.
+    const bool most = 2 * blamed_.size() > sensors_.size();
+    if (most) blamed_.clear();
+    const bool passes = passing();
+    if (!most || !passes) append(findings_, std::move(blames_));
+    return findings_;
+  }
+
+ private:
+  void add(Severity severity, const std::string& kind, const std::string& seen, const std::string& change,
+           std::optional<Time> time) {
+    findings_.push_back({severity, kind, seen, change, time});
+  }
+
+  void blame(const std::string& kind, const std::string& seen, const std::string& change, Time time) {
+    blames_.push_back({Severity::warning, kind, seen, change, time});
+  }
+
+  std::string name_of(const FieldSensor& sensor) const { return name_of(sensor.index); }
+  const std::string& name_of(std::size_t index) const { return platform_.suite.magnetometers[index].name; }
+
+  /// Readings that were exchanged, which would look turned, stretched and late all at once: said, and taken for what they are.
+  void set_right(std::vector<FieldSeries>& all) {
+    const std::vector<std::size_t> followed = mounts_followed(all);
+    std::vector<FieldSeries> right = all;
+    std::set<std::size_t> told;
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      if (followed[j] == j) continue;
+      right[followed[j]] = exchanged(all[followed[j]], all[j]);
+      if (told.count(j) > 0) continue;
+      std::string ring = name_of(j), change;
+      for (std::size_t k = j; told.insert(k).second; k = followed[k]) {
+        ring += " -> " + name_of(followed[k]);
+        const MagnetometerMessageLayout& read = platform_.magnetometers[k];
+        const bool whole_array = read.topic == platform_.magnetometers[followed[k]].topic;
+        change += fmt::format("{}magnetometers[{}].{}: {}", change.empty() ? "" : ", ", followed[k], whole_array ? "path" : "topic",
+                              whole_array ? read.path : read.topic);
+      }
+      add(Severity::warning, "magnetometer.exchanged",
+          fmt::format("{}: what each of these reads is the field at the next one's place: their topics or plugs are exchanged", ring),
+          change + " in " + file_, all[j].times.front());
+    }
+    all = std::move(right);
+  }
+
+  double middle(double FieldModels::*value) const {
+    std::vector<double> values;
+    for (const FieldSensor& sensor : sensors_) values.push_back(sensor.models.*value);
+    return summarize(values).median;
+  }
+
+  /// Whether so many magnetometers disagree that it is the map, the unit or the place.
+  bool whole_map() {
+    std::vector<double> measured, expected;
+    for (const FieldSensor& sensor : sensors_) {
+      measured.push_back(median_length(sensor.series.measured_ut));
+      expected.push_back(median_length(sensor.series.expected_ut));
+    }
+    const double found = summarize(measured).median;
+    const double should = summarize(expected).median;
+    const double rms = middle(&FieldModels::rms_ut);
+    const Time begin = sensors_.front().series.times.front();
+    if (std::abs(found / should - 1.0) > size_tolerance) {
+      add(Severity::error, "field.magnitude",
+          fmt::format("the field measures {:.4g} uT where the map has {:.4g} uT (medians over {} magnetometers)", found,
+                      should, sensors_.size()),
+          "magnetometers[].unit in " + file_ + ", calibration, or --magnetic: another map", begin);
+      return true;
+    }
+    if (rms < 0.25 * should || std::abs(middle(&FieldModels::delay_s)) > telling_delay_s) return false;
+    add(Severity::error, "field.map",
+        fmt::format("field and map differ by {:.1f} uT of {:.1f} uT at half of the magnetometers or more", rms, should),
+        "--magnetic: a map of this place and frame; magnetometers[].T_imu_mag in " + file_ + "; or --initial-pose",
+        begin);
+    return true;
+  }
+
+  /// A delay must explain more than any other mistake does.
+  static bool is_late(const FieldSensor& sensor) {
+    const FieldModels& models = sensor.models;
+    return std::abs(models.delay_s) > telling_delay_s &&
+           models.rms_undelayed_ut < delay_explains * models.rms_offset_ut &&
+           models.rms_undelayed_ut < std::min({models.rms_turned_ut, models.rms_linear_ut, models.rms_drift_ut});
+  }
+
+  bool delays() {
+    std::vector<double> late_s;
+    for (const FieldSensor& sensor : sensors_) {
+      if (is_late(sensor)) late_s.push_back(sensor.models.delay_s);
+    }
+    if (2 * late_s.size() > sensors_.size()) {
+      const double delay_s = summarize(late_s).median;
+      add(Severity::warning, "clock.magnetometers",
+          fmt::format("the magnetometers' stamps are {:.3f} s {} than the drive's ({} of {} magnetometers)",
+                      std::abs(delay_s), delay_s > 0.0 ? "later" : "earlier", late_s.size(), sensors_.size()),
+          "let one clock stamp all sensors; or smoother.solver.magnetometer_clock_sigma_s=0.05",
+          sensors_.front().series.times.front());
+      return true;
+    }
+    for (const FieldSensor& sensor : sensors_) {
+      if (!is_late(sensor)) continue;
+      blamed_.insert(sensor.index);
+      add(Severity::warning, "clock.magnetometer",
+          fmt::format("{}: its stamps are {:.3f} s {} than the drive's", name_of(sensor),
+                      std::abs(sensor.models.delay_s), sensor.models.delay_s > 0.0 ? "later" : "earlier"),
+          fmt::format("let one clock stamp all sensors, or take magnetometers[{}] out of {}", sensor.index, file_),
+          sensor.series.times.front());
+    }
+    return false;
+  }
+
+  void one(const FieldSensor& sensor) {
+    const FieldModels& models = sensor.models;
+    if (blamed_.count(sensor.index) > 0) return;
+    const Time begin = sensor.series.times.front();
+    const std::string place = fmt::format("magnetometers[{}]", sensor.index);
+    const double offset = models.offset_ut.norm();
+    const bool shifted = offset > telling_ut && offset > telling_sigmas * models.offset_sigma_ut;
+    const bool drifts =
+        models.drift_ut.norm() > telling_ut && models.drift_ut.norm() > telling_sigmas * models.drift_sigma_ut;
+    const bool odd = models.rms_offset_ut > telling_ut &&
+                     models.rms_offset_ut > passing_factor * middle(&FieldModels::rms_offset_ut);
+    if (!shifted && !drifts && !odd) return;
+    blamed_.insert(sensor.index);
+    const bool evenly = drifts && models.rms_drift_ut < explains * models.rms_offset_ut;
+    if (evenly && models.rms_drift_ut < std::min(models.rms_turned_ut, models.rms_linear_ut)) {
+      add_drift(sensor);
+    } else if (models.turn_rad > telling_array_turn_rad && models.rms_turned_ut < explains * models.rms_offset_ut) {
+      blame(
+          "magnetometer.turned",
+          fmt::format(
+              "{}: sits {:.1f} deg from how the platform says it does: so turned it differs by {:.1f} uT from the map, "
+              "with an offset by {:.1f} uT",
+              name_of(sensor), models.turn_rad * degrees_per_radian, models.rms_turned_ut, models.rms_offset_ut),
+          fmt::format("{}.T_imu_mag in {}", place, file_), begin);
+    } else if (models.scale_error > telling_scale && models.rms_linear_ut < explains * models.rms_offset_ut) {
+      blame("magnetometer.stretched",
+            fmt::format("{}: stretches the field by up to {:.0f} % along an axis (soft iron, scale): {:.1f} uT from "
+                        "the map, with "
+                        "that taken off {:.1f} uT",
+                        name_of(sensor), 100.0 * models.scale_error, models.rms_ut, models.rms_linear_ut),
+            "calibrate " + place, begin);
+    } else if (drifts) {
+      add_drift(sensor);
+    } else if (shifted) {
+      blame(
+          "magnetometer.offset",
+          fmt::format(
+              "{}: reads ({:.1f} {:.1f} {:.1f}) uT beside the map, sigma {:.2f} uT: hard iron, or a mounting that the "
+              "platform does not say",
+              name_of(sensor), models.offset_ut.x(), models.offset_ut.y(), models.offset_ut.z(),
+              models.offset_sigma_ut),
+          "calibrate " + place + ", or its T_imu_mag in " + file_, begin);
+    } else {
+      blame("magnetometer.odd",
+            fmt::format("{}: differs from the map by {:.1f} uT from place to place, the others by {:.1f} uT",
+                        name_of(sensor), models.rms_offset_ut, middle(&FieldModels::rms_offset_ut)),
+            "check it, or take " + place + " out of " + file_, begin);
+    }
+  }
+
+  void add_drift(const FieldSensor& sensor) {
+    const Vector3& drift = sensor.models.drift_ut;
+    blame("magnetometer.drift",
+          fmt::format("{}: drifts by ({:.1f} {:.1f} {:.1f}) uT in this span", name_of(sensor), drift.x(), drift.y(),
+                      drift.z()),
+          fmt::format("calibrate it, warm it up, or take magnetometers[{}] out of {}", sensor.index, file_),
+          sensor.series.times.front());
+  }
+
+  /// Spans in which most magnetometers at once depart from their usual difference.
+  bool passing() {
+    std::map<Time, std::vector<double>> bins;
+    std::size_t healthy = 0;
+    for (const FieldSensor& sensor : sensors_) {
+      if (blamed_.count(sensor.index) > 0) continue;
+      ++healthy;
+      std::map<Time, std::vector<Vector3>> own;
+      const std::vector<Vector3> differences = sensor.series.differences();
+      for (std::size_t i = 0; i < differences.size(); ++i) {
+        own[sensor.series.times[i] / bin].push_back(differences[i]);
+      }
+      for (const auto& [when, values] : own) bins[when].push_back(median_length(values));
+    }
+    const double usual = middle(&FieldModels::rms_offset_ut);
+    const double limit = std::max(passing_ut, passing_factor * usual);
+    std::optional<Time> first;
+    int count = 0;
+    double largest = 0.0;
+    for (const auto& [when, sizes] : bins) {
+      const auto beyond = std::count_if(sizes.begin(), sizes.end(), [&](double size) { return size > limit; });
+      if (static_cast<double>(beyond) < passing_share * static_cast<double>(healthy)) continue;
+      if (!first) first = when * bin;
+      ++count;
+      largest = std::max(largest, *std::max_element(sizes.begin(), sizes.end()));
+    }
+    if (!first) return false;
+    add(Severity::warning, "field.passing",
+        fmt::format(
+            "for {:.1f} s the whole array differs from the map by up to {:.1f} uT, at other times by {:.1f} uT: steel "
+            "that passes or has been moved",
+            count * to_seconds(bin), largest, usual),
+        "", first);
+    return true;
+  }
+
+  const Platform& platform_;
+  std::string file_;
+  std::vector<FieldSensor> sensors_;
+  std::set<std::size_t> blamed_;  ///< magnetometers that are wrong by themselves
+  Findings blames_;               ///< what is wrong with each of them
+  Findings findings_;
+};
+
+}  // namespace
+
+Findings check_field_along(const FieldComparison& comparison, const Platform& platform,
+                           const std::set<std::size_t>& known) {
+  if (known.size() >= platform.magnetometers.size()) return {};
+  return FieldCheck(comparison, platform, known).run();
+}
+
+}  // namespace lodestone

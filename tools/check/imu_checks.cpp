@@ -1,0 +1,196 @@
+#include "tools/check/imu_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/angles.h"
+#include "core/evaluation/statistics.h"
+#include "frontends/messages/sensor_checks.h"
+
+namespace lodestone {
+namespace {
+
+constexpr Time rest_length = 500'000'000;
+constexpr double rest_shaking_m_s2 = 0.6;    // more is motion, whatever the noise
+constexpr double gravity_tolerance = 0.03;   // of gravity: a good accelerometer is within a hundredth
+constexpr double largest_bias_rad_s = 0.05;  // 3 °/s: more than any gyroscope that serves here
+constexpr double degrees_bias_rad_s = 0.2;   // a gyroscope in degrees reads so much of a bias of 0.2 °/s
+constexpr double noise_factor = 8.0;         // times what the platform says
+constexpr double normal_step_sigma = 1.4826;  // of a normal distribution over its median absolute deviation
+
+/// One sigma of white noise from the differences of neighbours, which motion hardly touches; robust to steps.
+double white_noise(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Vector3 ImuSample::*value) {
+  std::vector<double> steps;
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    const Vector3 step = imu[i].*value - imu[i - 1].*value;
+    for (int axis = 0; axis < 3; ++axis) steps.push_back(std::abs(step[axis]));
+  }
+  return steps.empty() ? 0.0 : normal_step_sigma * summarize(steps).median / std::numbers::sqrt2;
+}
+
+RestSpan describe(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end) {
+  RestSpan span;
+  span.begin = imu[begin].time;
+  span.end = imu[end - 1].time;
+  const auto count = static_cast<double>(end - begin);
+  for (std::size_t i = begin; i < end; ++i) {
+    span.angular_velocity += imu[i].angular_velocity / count;
+    span.linear_acceleration += imu[i].linear_acceleration / count;
+  }
+  double shaking = 0.0, turning = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    shaking += (imu[i].linear_acceleration - span.linear_acceleration).squaredNorm() / (3.0 * count);
+    turning += (imu[i].angular_velocity - span.angular_velocity).squaredNorm() / (3.0 * count);
+  }
+  span.shaking_m_s2 = std::sqrt(shaking);
+  span.gyroscope_noise = white_noise(imu, begin, end, &ImuSample::angular_velocity);
+  span.accelerometer_noise = white_noise(imu, begin, end, &ImuSample::linear_acceleration);
+  span.at_rest = span.shaking_m_s2 < std::min(rest_shaking_m_s2, 2.0 * span.accelerometer_noise + 0.02) &&
+                 std::sqrt(turning) < std::max(2.0 * span.gyroscope_noise, 1e-3);
+  return span;
+}
+
+class ImuCheck {
+ public:
+  ImuCheck(const LogSample& sample, const Platform& platform)
+      : sample_(sample), platform_(platform), file_(platform.file_name()) {}
+
+  Findings run() {
+    const std::optional<RestSpan> rest = calmest_span(sample_.imu);
+    if (!rest) return findings_;
+    if (unit()) return findings_;
+    gravity(*rest);
+    if (!in_degrees(*rest)) {
+      if (rest->at_rest) bias(*rest);
+      noise(*rest);
+    }
+    add(Severity::note, rest->at_rest ? "rest" : "no_rest",
+        rest->at_rest
+            ? fmt::format("at rest from {:.2f} s on for {:.2f} s: specific force {:.3f} m/s2, turn rate {:.3f} deg/s",
+                          to_seconds(rest->begin - sample_.imu.front().time), to_seconds(rest->end - rest->begin),
+                          rest->linear_acceleration.norm(), rest->angular_velocity.norm() * degrees_per_radian)
+            : "the robot never stands still in this span: gravity and biases are told less well",
+        "", rest->begin);
+    return findings_;
+  }
+
+ private:
+  void add(Severity severity, const std::string& what, const std::string& seen, const std::string& change,
+           std::optional<Time> time) {
+    findings_.push_back({severity, "imu." + what, platform_.imu.topic + ": " + seen, change, time});
+  }
+
+  /// What a run refuses; true where it does.
+  bool unit() {
+    FirstReadings readings;
+    for (std::size_t i = 0; i < std::min<std::size_t>(200, sample_.imu.size()); ++i) {
+      readings.add(sample_.imu[i].time, sample_.imu[i].linear_acceleration.norm());
+    }
+    try {
+      check_acceleration(sample_.path, platform_, readings);
+    } catch (const InputError& error) {
+      findings_.push_back(error_finding("imu.acceleration_unit", error));
+      return true;
+    }
+    return false;
+  }
+
+  void gravity(const RestSpan& rest) {
+    const double expected = platform_.suite.gravity_m_s2;
+    const double found = rest.linear_acceleration.norm();
+    if (std::abs(found / expected - 1.0) < (rest.at_rest ? 1.0 : 2.0) * gravity_tolerance) return;
+    add(Severity::warning, "gravity",
+        fmt::format("the specific force at its calmest is {:.3f} m/s2; gravity here is {:.4g}", found, expected),
+        fmt::format("gravity_m_s2 or imu.acceleration_unit in {}, or calibrate the accelerometer (scale, bias)", file_),
+        rest.begin);
+  }
+
+  /// Over what the platform says.
+  double gyroscope_noise(const RestSpan& rest) const {
+    const ImuNoise& model = platform_.suite.imu;
+    return rest.gyroscope_noise / (model.gyroscope_noise_density * std::sqrt(model.rate_hz));
+  }
+
+  bool noise_is_of_degrees(const RestSpan& rest) const {
+    const double ratio = gyroscope_noise(rest);
+    return ratio > 0.5 * degrees_per_radian && ratio < 2.0 * degrees_per_radian;
+  }
+
+  /// A robot at rest that reads a turn which no gyroscope has as its bias, with the noise of degrees: that is no chance.
+  bool in_degrees(const RestSpan& rest) {
+    const double rate = rest.angular_velocity.norm();
+    if (!rest.at_rest || rate < degrees_bias_rad_s || !noise_is_of_degrees(rest)) return false;
+    add(Severity::error, "gyroscope_unit",
+        fmt::format("at rest the gyroscope reads {:.3f} rad/s, with {:.0f} times the noise that the platform says: degrees per second", rate,
+                    gyroscope_noise(rest)),
+        "an Imu message holds rad/s: convert before recording", rest.begin);
+    return true;
+  }
+
+  void bias(const RestSpan& rest) {
+    const double rate = rest.angular_velocity.norm();
+    if (rate < largest_bias_rad_s) return;
+    add(Severity::warning, "gyroscope_bias",
+        fmt::format("a robot at rest reads a turn of {:.3f} rad/s ({:.1f} deg/s)", rate, rate * degrees_per_radian),
+        rate > degrees_bias_rad_s ? "are these degrees per second? an Imu message holds rad/s: convert them before recording"
+                   : "let the driver calibrate the gyroscope at rest",
+        rest.begin);
+  }
+
+  void noise(const RestSpan& rest) {
+    const ImuNoise& model = platform_.suite.imu;
+    const double root_rate = std::sqrt(model.rate_hz);
+    const double gyroscope = gyroscope_noise(rest);
+    const double accelerometer = rest.accelerometer_noise / (model.accelerometer_noise_density * root_rate);
+    if (gyroscope > noise_factor) {
+      add(Severity::warning, "gyroscope_noise",
+          fmt::format("the turn rate's noise is {:.2g} rad/s a sample, {:.1f} times what the platform says",
+                      rest.gyroscope_noise, gyroscope),
+          fmt::format("{}imu.gyroscope_noise_density_rad_s_sqrt_hz: {:.2g} in {}",
+                      noise_is_of_degrees(rest) ? "are these degrees per second? an Imu message holds rad/s; else " : "",
+                      rest.gyroscope_noise / root_rate, file_),
+          rest.begin);
+    }
+    if (accelerometer > noise_factor) {
+      add(Severity::warning, "accelerometer_noise",
+          fmt::format("the acceleration's noise is {:.2g} m/s2 a sample, {:.1f} times what the platform says",
+                      rest.accelerometer_noise, accelerometer),
+          fmt::format("imu.accelerometer_noise_density_m_s2_sqrt_hz: {:.2g} in {}",
+                      rest.accelerometer_noise / root_rate, file_),
+          rest.begin);
+    }
+  }
+
+  const LogSample& sample_;
+  const Platform& platform_;
+  std::string file_;
+  Findings findings_;
+};
+
+}  // namespace
+
+std::optional<RestSpan> calmest_span(const std::vector<ImuSample>& imu) {
+  std::optional<RestSpan> best;
+  std::size_t end = 0;
+  Time next_begin = std::numeric_limits<Time>::min();
+  for (std::size_t begin = 0; begin < imu.size(); ++begin) {
+    if (imu[begin].time < next_begin) continue;
+    while (end < imu.size() && imu[end].time < imu[begin].time + rest_length) ++end;
+    if (end == imu.size()) break;
+    next_begin = imu[begin].time + rest_length / 5;
+    if (end - begin < 10) continue;
+    const RestSpan span = describe(imu, begin, end);
+    if (!best || span.shaking_m_s2 < best->shaking_m_s2) best = span;
+  }
+  return best;
+}
+
+Findings check_imu(const LogSample& sample, const Platform& platform) {
+  return sample.imu.empty() ? Findings{} : ImuCheck(sample, platform).run();
+}
+
+}  // namespace lodestone

@@ -1,0 +1,55 @@
+#include "tools/check/log_checks.h"
+
+#include <fmt/format.h>
+
+#include "tools/check/acceleration_checks.h"
+#include "tools/check/imu_checks.h"
+#include "tools/check/magnetometer_checks.h"
+#include "tools/check/rotation_checks.h"
+#include "tools/check/scan_checks.h"
+#include "tools/check/stamp_checks.h"
+#include "tools/check/topic_checks.h"
+#include "frontends/configuration/platform_lidars.h"
+
+namespace lodestone {
+
+Findings check_sensors(const LogSample& sample, const Platform& platform, SensorChoice needed) {
+  Findings findings = check_topics(sample, platform, needed);
+  append(findings, check_stamps(sample, platform));
+  append(findings, check_scans(sample, platform));
+  append(findings, check_imu(sample, platform));
+  append(findings, check_magnetometers(sample, platform));
+  return findings;
+}
+
+std::vector<ScanOdometry> follow_all_scans(const LogSample& sample, const Platform& platform) {
+  std::vector<ScanOdometry> all;
+  for (std::size_t i = 0; i < sample.lidars.size(); ++i) {
+    all.push_back(follow_scans(sample.lidars[i].scans, model_of(platform, i)));
+  }
+  return all;
+}
+
+void check_motion(const LogSample& sample, const Platform& platform, const std::vector<ScanOdometry>& odometry,
+                  Findings& findings) {
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    const Trajectory& poses = odometry[i].poses;
+    const auto rotation = fit_rotation(poses, sample.imu, model_of(platform, i).T_imu_lidar.rotation);
+    if (odometry[i].lost) {
+      findings.push_back({Severity::note, "lidar.motion",
+                          fmt::format("{}: the scans by themselves could be followed for {:.1f} s only: they see too little there",
+                                      layout_of(platform, i).topic, to_seconds(poses.back().time - poses.front().time)),
+                          "", poses.back().time});
+    }
+    const Findings turns = check_rotation(rotation, platform, i);
+    append(findings, turns);
+    // Stamps that differ make accelerations that differ, too; and turns tell more of the heading where they tell of it.
+    if (has(turns, "clock.lidar_imu", Severity::warning) || has_error(findings) || (rotation && rotation->tells_turn())) continue;
+    const Findings heading = check_heading(poses, sample, platform, i);
+    // Turns about axes that are taken for others look like a bias.
+    if (!heading.empty()) std::erase_if(findings, [](const Finding& one) { return one.kind == "imu.gyroscope_step"; });
+    append(findings, heading);
+  }
+}
+
+}  // namespace lodestone

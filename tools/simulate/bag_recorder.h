@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/measurements.h"
+#include "frontends/configuration/platform.h"
+#include "tools/simulate/sensor_options.h"
+
+namespace lodestone::simulation {
+
+/// What the scans of a log look like.
+enum class ScanFormat {
+  ouster,       ///< PointCloud2: x, y, z, intensity, t (uint32, ns since the stamp), ring
+  livox,        ///< PointCloud2: x, y, z, intensity, tag, line, timestamp (float64, ns: steps of 256 ns in these years)
+  livox_custom  ///< livox_ros_driver2/CustomMsg: offset_time (ns since the stamp), x, y, z, reflectivity, tag, line
+};
+
+/// The format that a world's LiDAR asks for, and how a platform file describes it.
+ScanFormat scan_format(const LidarOptions& options);
+LidarMessageLayout message_layout(ScanFormat format);
+
+/// Writes measurements as the ROS 1 bag (LZ4) of a real robot: scans in one of the formats above, sensor_msgs/Imu, and
+/// one MagneticField topic (tesla) a magnetometer.
+class BagRecorder {
+ public:
+  struct Topics {
+    std::string lidar;
+    std::string imu;
+    std::vector<std::string> magnetometers;
+  };
+
+  /// Throws InputError where the file cannot be written. It gets its name in close(); without, nothing is left.
+  BagRecorder(const std::string& path, Topics topics, ScanFormat format = ScanFormat::ouster);
+  ~BagRecorder();
+
+  void write(const Measurement& measurement);
+  void close();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lodestone::simulation

@@ -1,0 +1,109 @@
+#include "tools/simulate/cloud_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/parallel.h"
+#include "tools/simulate/random.h"
+#include "tools/simulate/route.h"
+
+namespace lodestone::simulation {
+namespace {
+
+constexpr std::size_t chunk = 256;   // triangles that share one random stream
+constexpr std::int64_t probes = 12;  // a triangle of which none of so many points is seen is left out
+
+/// Places along every sequence's path, each at the LiDAR's height and at the scanner's; none where one is near already.
+std::vector<Eigen::Vector3f> find_viewpoints(const World& world) {
+  const double spacing = world.cloud.viewpoint_spacing_m;
+  const double lidar_height = world.imu.height_m + world.lidar.T_imu_lidar().position.z();
+  std::vector<Eigen::Vector2d> places;
+  for (const auto& [name, sequence] : world.sequences) {
+    const Route route(sequence.waypoints, sequence.corner_radius_m);
+    for (double distance = 0.0; distance <= route.length(); distance += spacing) {
+      const Eigen::Vector2d place = route.at(distance).position;
+      const auto is_near = [&](const Eigen::Vector2d& other) { return (other - place).norm() < 0.5 * spacing; };
+      if (std::none_of(places.begin(), places.end(), is_near)) places.push_back(place);
+    }
+  }
+  std::vector<Eigen::Vector3f> viewpoints;
+  for (const Eigen::Vector2d& place : places)
+    for (const double height : {lidar_height, world.cloud.viewpoint_height_m})
+      viewpoints.push_back(Vector3(place.x(), place.y(), height).cast<float>());
+  return viewpoints;
+}
+
+/// A place on a surface that may be surveyed.
+struct Target {
+  Eigen::Vector3f point;
+  Eigen::Vector3f normal;
+  const Surface& surface;
+};
+
+/// Largest share of a scanner's beams towards `target` that come back from it, over all viewpoints in range: glass lets
+/// most pass, mirrors what meets it aslant, and dims what lies behind. `hint` is where the last answer was found:
+/// neighbours see alike.
+double returned_share(const RayCaster& caster, const std::vector<Eigen::Vector3f>& viewpoints, const Target& target,
+                      float range, std::size_t& hint) {
+  const double best_possible = 1.0 - target.surface.transparency;
+  const double limit = std::cos(target.surface.max_incidence_deg * std::numbers::pi / 180.0);
+  const auto share_from = [&](std::size_t index) {
+    const Eigen::Vector3f beam = target.point - viewpoints[index];
+    if (!(beam.squaredNorm() < range * range)) return 0.0;
+    if (limit > 1e-6 && std::abs(beam.normalized().dot(target.normal)) < limit) return 0.0;
+    return best_possible * caster.transmission(viewpoints[index], target.point);
+  };
+  double best = hint < viewpoints.size() ? share_from(hint) : 0.0;
+  for (std::size_t index = 0; index < viewpoints.size() && best < best_possible; ++index) {
+    const double share = share_from(index);
+    if (share <= best) continue;
+    best = share;
+    hint = index;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed) {
+  const TriangleMesh& mesh = environment.scene.mesh;
+  const std::vector<Eigen::Vector3f> viewpoints = find_viewpoints(world);
+  const double density = 1.0 / (world.cloud.point_spacing_m * world.cloud.point_spacing_m);
+  const auto range = static_cast<float>(world.cloud.viewpoint_range_m);
+  const std::size_t chunks = (mesh.triangles.size() + chunk - 1) / chunk;
+  std::vector<std::vector<Eigen::Vector3f>> parts(chunks);
+  parallel_for(std::size_t{0}, chunks, [&](std::size_t part) {
+    RandomStream random(seed, "cloud", part);
+    std::size_t hint = 0;
+    for (std::size_t t = part * chunk; t < std::min((part + 1) * chunk, mesh.triangles.size()); ++t) {
+      const auto& triangle = mesh.triangles[t];
+      const Vector3 a = mesh.vertices[triangle[0]].cast<double>();
+      const Vector3 u = mesh.vertices[triangle[1]].cast<double>() - a;
+      const Vector3 v = mesh.vertices[triangle[2]].cast<double>() - a;
+      const Vector3 normal = u.cross(v);
+      const Eigen::Vector3f unit_normal = normal.normalized().cast<float>();
+      const Surface& surface = mesh.surface_of(t);
+      const double expected = 0.5 * normal.norm() * density;
+      const auto count = static_cast<std::int64_t>(std::floor(expected + random.uniform()));
+      bool any_seen = surface != Surface{};  // glass is seen from few places: all of it is looked at
+      for (std::int64_t i = 0; i < count && (any_seen || i < probes); ++i) {
+        double first = random.uniform(), second = random.uniform();
+        if (first + second > 1.0) first = 1.0 - first, second = 1.0 - second;
+        const Vector3 point = a + first * u + second * v;
+        const Vector3 noise = world.cloud.noise_m * random.normal3();
+        const Target target{point.cast<float>(), unit_normal, surface};
+        const double share = returned_share(environment.caster, viewpoints, target, range, hint);
+        if (share <= 0.0) continue;
+        any_seen = true;
+        if (share < 1.0 && random.uniform() >= share) continue;
+        parts[part].push_back((point + noise).cast<float>());
+      }
+    }
+  });
+  std::vector<Eigen::Vector3f> points;
+  for (const auto& part : parts) points.insert(points.end(), part.begin(), part.end());
+  return points;
+}
+
+}  // namespace lodestone::simulation

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/so3.h"
+#include "tools/simulate/world.h"
+
+namespace lodestone::simulation {
+
+/// What a surface does to a beam.
+struct Surface {
+  double transparency = 0.0;        ///< share of beams that pass; the rest is returned, or mirrored away
+  double max_incidence_deg = 90.0;  ///< of what is returned, against the normal
+
+  bool operator==(const Surface&) const = default;
+};
+
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices;  ///< map, metres
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Surface> surfaces{Surface{}};          ///< those that occur; the first is a plain one
+  std::vector<std::uint16_t> surface_of_triangle{};  ///< index of surfaces; triangles beyond its end have the first
+
+  const Surface& surface_of(std::size_t triangle) const {
+    return surfaces[triangle < surface_of_triangle.size() ? surface_of_triangle[triangle] : 0];
+  }
+};
+
+/// A piece of magnetized steel: a dipole, or a bar (two opposite poles at its ends: a thin rod magnetized along
+/// itself).
+struct FieldSource {
+  bool is_bar = false;
+  Vector3 position = Vector3::Zero();  ///< the dipole; the bar's north pole (map, m)
+  Vector3 south = Vector3::Zero();     ///< the bar's other end (map, m)
+  Vector3 moment = Vector3::Zero();    ///< of the dipole, A·m²
+  double pole = 0.0;                   ///< of the bar, A·m (its moment over its length)
+};
+
+/// All surfaces and all steel of a world, in the map frame.
+struct Scene {
+  TriangleMesh mesh;
+  std::vector<FieldSource> sources;
+};
+
+/// What always stands in the world, then what its scene `scene` adds (empty: nothing). Deterministic: depends on the
+/// world alone (its steel_seed), not on the seed of a run. The sources of the world's own solids are the same bits with
+/// every scene; a solid of a scene is magnetized by its name, so that the same car is the same on another day and
+/// changes no other (one without a name: by its scene and place in the list). Throws InputError for an unknown scene.
+Scene build_scene(const World& world, const std::string& scene = {});
+
+/// Appends the triangles of one solid (its shape only, no parts) placed at `pose`, with its surface.
+void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh);
+
+}  // namespace lodestone::simulation
