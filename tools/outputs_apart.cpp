@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "tools/sinks/path_below.h"
+#include "tools/writers/path_below.h"
 
 namespace lodestone {
 namespace {

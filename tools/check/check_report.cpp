@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/sinks/output_file.h"
+#include "tools/writers/output_file.h"
 #include "tools/table.h"
 
 namespace lodestone {

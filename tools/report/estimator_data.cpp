@@ -12,7 +12,7 @@
 #include "core/evaluation/statistics.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/report/page_data.h"
-#include "tools/sinks/covariance_file.h"
+#include "tools/writers/covariance_file.h"
 
 namespace lodestone {
 

@@ -8,7 +8,7 @@
 
 #include "core/geometry/trajectory.h"
 #include "tools/report/time_buckets.h"
-#include "tools/sinks/csv_table.h"
+#include "tools/writers/csv_table.h"
 
 namespace lodestone {
 

@@ -11,7 +11,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
-#include "tools/sinks/output_file.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 

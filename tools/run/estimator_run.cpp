@@ -13,8 +13,8 @@
 #include "tools/run/bound_run.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
-#include "tools/sinks/error_file.h"
-#include "tools/sinks/estimate_files.h"
+#include "tools/writers/error_file.h"
+#include "tools/writers/estimate_files.h"
 
 namespace lodestone {
 

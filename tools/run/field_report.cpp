@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "frontends/configuration/trajectory_file.h"
-#include "tools/sinks/output_file.h"
+#include "tools/writers/output_file.h"
 #include "tools/table.h"
 
 namespace lodestone {

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/evaluation/errors.h"
-#include "tools/pictures/stale_map_picture.h"
-#include "tools/sinks/output_file.h"
+#include "tools/plotting/stale_map_picture.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tools/pictures/pictures.h"
+#include "tools/plotting/pictures.h"
 #include "tools/run/estimator_run.h"
 
 namespace lodestone {

@@ -12,7 +12,7 @@
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/run/run_checkpoint.h"
-#include "tools/sinks/output_file.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 

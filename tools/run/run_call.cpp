@@ -33,7 +33,7 @@
 #include "tools/run/results_apart.h"
 #include "tools/run/resumption.h"
 #include "tools/run/stale_results.h"
-#include "tools/sinks/output_file.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 

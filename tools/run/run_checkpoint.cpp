@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "estimators/serialization.h"
 #include "frontends/configuration/text_file.h"
-#include "tools/sinks/output_file.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 

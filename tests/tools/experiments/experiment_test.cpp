@@ -1,0 +1,96 @@
+#include "tools/experiments/experiment.h"
+
+#include <gmock/gmock.h>
+
+#include <regex>
+
+#include "core/error.h"
+#include "tests/tools/experiments/experiment_files.h"
+
+namespace lodestone::reproduce {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(ReproduceExperiment, ReadsRowsEstimatorsAndPublishedFigures) {
+  const TemporaryFolder folder;
+  const Experiment experiment = load_experiment(write_yard(folder), false);
+  ASSERT_EQ(experiment.groups.size(), 2U);
+  const Group& ways = *experiment.find_group("ways");
+  EXPECT_THAT(row_names(ways), ElementsAre("yard-out-30m", "yard-out-5m"));
+  EXPECT_THAT(row_names(*experiment.find_group("days")), ElementsAre("yard-back-none", "yard-back-monday"));
+  EXPECT_EQ(ways.drives.front().world, (folder / "yard.yaml").string());
+  EXPECT_EQ(ways.estimators.back().seeds, SeedChoice::first);
+  EXPECT_EQ(ways.published.find("yard-out-30m", "theirs")->value, 0.5);
+  EXPECT_FALSE(ways.published.find("yard-out-5m", "theirs")->value.has_value());
+  EXPECT_EQ(ways.published.find("yard-out-5m", "ours"), nullptr);
+}
+
+TEST(ReproduceExperiment, QuickIsLaidOverIt) {
+  const TemporaryFolder folder;
+  const std::string file = write_yard(folder);
+  EXPECT_THAT(load_experiment(file, false).seeds, ElementsAre(1, 2));
+  const Experiment quick = load_experiment(file, true);
+  EXPECT_THAT(quick.seeds, ElementsAre(1));
+  EXPECT_EQ(quick.duration_s, 3.0);
+  EXPECT_THAT(quick.only, ElementsAre("ways/yard-out-30m"));
+}
+
+/// Every mistake is one line with the file's name and line, and names what is right.
+TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string text = kYardExperiment;
+    EXPECT_NE(text.find(from), std::string::npos) << from;
+    return text.replace(text.find(from), from.size(), to);
+  };
+  struct Case {
+    std::string text;
+    const char* said;
+  };
+  for (const Case& wrong : {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
+                            Case{changed("[1, 2]", "[1, 1]"), "twice"},
+                            Case{changed("[1, 2]", "[]"), "at least one seed"},
+                            Case{changed("[smoother,", "[smother,"), "did you mean 'smoother'?"},
+                            Case{changed("yard-out-5m: ", "yard-out-6m: "), "did you mean 'yard-out-5m'?"},
+                            Case{changed("[\"/\"]", "[1, 2]"), "expected 1 values"},
+                            Case{changed("[\"/\"]", "[lost]"), "expected a number, found 'lost'"},
+                            Case{changed("group: ways, columns", "group: way, columns"), "did you mean 'ways'?"},
+                            Case{changed("over: ieskf", "over: ieskg"), "did you mean 'ieskf'?"},
+                            Case{changed("{published: theirs}, {", "{published: their}, {"), "did you mean 'theirs'?"},
+                            Case{changed("figure: success}", "figure: sucess}"), "did you mean 'success'?"},
+                            Case{changed("kind: at_least", "kind: least"), "did you mean 'at_least'?"},
+                            Case{changed("limit: 0}", "limit: 0, published: theirs}"), "one bound"},
+                            Case{changed("ranges_m: [30, 5]", "ranges_m: [30, -5]"), "above 0 m"},
+                            Case{changed("ranges_m: [30, 5]", "ranges_m: [30, 30]"), "two runs would be called"},
+                            Case{changed("sequences: [out]", "sequences: [../out]"), "letters, digits"},
+                            Case{changed("  ways:", "  w/ays:"), "letters, digits"},
+                            Case{changed("duration_s: 3", "duration: 3"), "duration_s"}}) {
+    const TemporaryFolder folder;
+    const std::string file = write_yard(folder, wrong.text);
+    try {
+      load_experiment(file, false);
+      ADD_FAILURE() << "accepted, though: " << wrong.said;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(wrong.said));
+      EXPECT_TRUE(std::regex_search(error.what(), std::regex("^" + file + ":[0-9]+: "))) << error.what();
+      EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
+    }
+  }
+}
+
+TEST(ReproduceExperiment, TheShippedOnesAreReadInBothForms) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(LODESTONE_SOURCE_DIR) + "/config/experiments")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++files;
+    EXPECT_NO_THROW(load_experiment(entry.path().string(), false)) << entry.path();
+    EXPECT_NO_THROW(load_experiment(entry.path().string(), true)) << entry.path();
+    EXPECT_TRUE(std::filesystem::exists(find_experiment(entry.path().stem().string())));
+  }
+  EXPECT_GT(files, 0);
+  EXPECT_THROW(find_experiment("no such experiment"), InputError);
+}
+
+}  // namespace
+}  // namespace lodestone::reproduce

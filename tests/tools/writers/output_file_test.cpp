@@ -1,0 +1,49 @@
+#include "tools/writers/output_file.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.h"
+#include "tests/tools/program_runner.h"
+
+namespace lodestone {
+namespace {
+
+TEST(OutputFile, AppearsOnlyWhole) {
+  const TemporaryFolder folder;
+  {
+    OutputFile file(folder / "a.txt");
+    file.write("half");
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.txt"));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  OutputFile file(folder / "a.txt");
+  file.write("whole");
+  file.commit();
+  EXPECT_EQ(content_of(folder / "a.txt"), "whole");
+  EXPECT_THROW(OutputFile(folder / "nowhere/a.txt"), InputError);
+}
+
+TEST(OutputFile, AnEmptiedFolderHasNothingOfBefore) {
+  const TemporaryFolder folder;
+  const std::filesystem::path tables = folder.path() / "tables";
+  EXPECT_TRUE(std::filesystem::is_empty(emptied_folder(tables)));
+  std::ofstream(tables / "old.csv") << "of an earlier call";
+  std::filesystem::create_directory(tables / "older");
+  EXPECT_TRUE(std::filesystem::is_empty(emptied_folder(tables)));
+  std::ofstream(folder / "file") << "no folder";
+  EXPECT_THROW(emptied_folder(folder / "file/tables"), InputError);
+}
+
+TEST(OutputFile, AYamlFileHasItsNameAndItsFolder) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(yaml_output(folder / "new/map.yaml"), std::filesystem::path(folder / "new/map.yaml"));
+  EXPECT_TRUE(std::filesystem::is_directory(folder / "new"));
+  EXPECT_EQ(yaml_output("map.yaml"), "map.yaml");
+  EXPECT_THROW(yaml_output(folder / "other/map.yml"), InputError);
+  EXPECT_FALSE(std::filesystem::exists(folder / "other"));
+}
+
+}  // namespace
+}  // namespace lodestone

@@ -1,0 +1,169 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "core/error.h"
+#include "core/warnings.h"
+#include "estimators/calibration/magnetometer_calibrator.h"
+#include "frontends/configuration/options.h"
+#include "frontends/synchronizer/recorded_array.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/configuration/trajectory_file.h"
+#include "tools/calibrate/calibration_report.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+#include "tools/run/resources.h"
+#include "tools/writers/output_file.h"
+
+namespace lodestone {
+namespace {
+
+constexpr double kTellingHeight_m = 0.1;
+
+struct CalibrateCall {
+  CalibrationSources sources;
+  std::string out;
+  std::vector<std::string> configurations;
+  std::vector<std::string> settings;
+};
+
+CalibrationOptions read_options(const CalibrateCall& call) {
+  CalibrationOptions options;
+  load_options(load_configuration(call.configurations, call.settings), options);
+  options.check();
+  return options;
+}
+
+void check_call(const CalibrateCall& call) {
+  const CalibrationSources& sources = call.sources;
+  if (!sources.magnetic.empty() && sources.trajectory.empty()) {
+    throw InputError("--magnetic: a map serves where the robot's poses are known; give --trajectory T.tum as well, or neither");
+  }
+  if (sources.magnetic.empty() && !sources.trajectory.empty()) {
+    throw InputError("--trajectory: poses serve together with a map; give --magnetic FIELD.yaml as well, or neither");
+  }
+  if (!call.out.empty()) yaml_output(call.out);
+}
+
+RecordedArray read_log(const CalibrateCall& call, const Platform& platform, WarningLog& warnings) {
+  const bool with_imu = call.sources.magnetic.empty();
+  BagSource source(call.sources.log, platform, warnings, {.lidar = false, .imu = with_imu, .magnetometers = true});
+  Progress progress(std::filesystem::path(call.sources.log).filename().string(), source.begin_time(), source.end_time());
+  return record_array(source, platform.suite, warnings, [&progress](Time time) {
+    progress.update(time);
+    throw_if_interrupted();
+  });
+}
+
+/// A map of one layer holds at its height alone.
+void check_height(const MagneticMap& map, const Trajectory& trajectory, const Vector3& centre, WarningLog& warnings) {
+  if (map.grid().heights_m.size() != 1) return;
+  double height_m = 0.0;
+  for (const StampedPose& pose : trajectory) height_m += (pose.pose * centre).z() / static_cast<double>(trajectory.size());
+  if (std::abs(height_m - map.grid().heights_m.front()) < kTellingHeight_m) return;
+  warnings.add("calibrate.height",
+               fmt::format("the array is at {:.2f} m by the trajectory, the map's only layer at {:.2f} m: what the field "
+                           "changes between them is taken for the magnetometers'",
+                           height_m, map.grid().heights_m.front()),
+               trajectory.front().time);
+}
+
+CalibrationLog log_of(const CalibrateCall& call, const RecordedArray& recorded, const Platform& platform,
+                      const CalibrationOptions& options, WarningLog& warnings) {
+  const CalibrationSources& sources = call.sources;
+  if (sources.magnetic.empty()) return turning_log(recorded.readings, recorded.imu, platform.suite, options);
+  const Trajectory trajectory = read_trajectory(sources.trajectory);
+  const MagneticMap map = read_magnetic_map(sources.magnetic);
+  CalibrationLog log = mapped_log(recorded.readings, trajectory, map, platform.suite, options);
+  if (log.moments.empty()) {
+    throw InputError(log.off_map == 0
+                         ? fmt::format("{}: none of its magnetometer readings lies within the time of {}; give a trajectory of "
+                                       "this log", sources.log, sources.trajectory)
+                         : fmt::format("{}: it has no field where {} says the magnetometers were; give a map and a trajectory "
+                                       "in one frame", sources.magnetic, sources.trajectory));
+  }
+  if (log.off_map > 0) {
+    warnings.add("calibrate.off_map", "readings where the map has no field, left out", log.moments.front().time,
+                 static_cast<std::int64_t>(log.off_map));
+  }
+  check_height(map, trajectory, log.centre_m, warnings);
+  return log;
+}
+
+void calibrate(const CalibrateCall& call) {
+  catch_interrupts();
+  const ThreadLimit limit(1);  // BLAS: the same bits on every machine
+  const CalibrationOptions options = read_options(call);
+  check_call(call);
+  const Platform platform = load_platform(call.sources.platform);
+  if (platform.suite.magnetometers.empty()) {
+    throw InputError(call.sources.platform + ": it has no magnetometers; expected at least one under the key 'magnetometers'");
+  }
+  WarningLog warnings;
+  const RecordedArray recorded = read_log(call, platform, warnings);
+  const CalibrationLog log = log_of(call, recorded, platform, options, warnings);
+  if (log.without_motion > 0) {
+    warnings.add("calibrate.without_motion",
+                 log.mapped ? "moments without a pose, left out" : "moments without IMU before them: the field begins anew there",
+                 log.moments.front().time, static_cast<std::int64_t>(log.without_motion));
+  }
+  const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
+  const ShownChanges changes = shown_changes(result);
+  fmt::print("{}: {}", call.sources.log, calibration_text(platform, result, changes, log.mapped));
+  for (const auto& [kind, entry] : warnings.entries()) {
+    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
+  }
+  if (call.out.empty()) {
+    fmt::print("\nnothing written; --out PLATFORM.yaml keeps the calibration\n");
+    return;
+  }
+  const Platform calibrated = calibrated_platform(platform, changes);
+  const std::filesystem::path json = std::filesystem::path(call.out).replace_filename("calibration.json");
+  OutputFile file(json);
+  file.write(calibration_json(call.sources, calibrated, result, changes, options));
+  save_platform(calibrated, call.out);
+  file.commit();
+  fmt::print("\nwrote {} and {}\n", call.out, json.string());
+}
+
+void add_magnetometers(CLI::App& parent, int* code) {
+  const auto call = std::make_shared<CalibrateCall>();
+  CLI::App* command = parent.add_subcommand(
+      "magnetometers", "Hard iron, soft iron and misalignment of each magnetometer, from a log with whatever motion it has");
+  command->add_option("LOG", call->sources.log, "a log of any kind with the magnetometers' topics; without a map also the IMU's")->required();
+  command->add_option("--platform", call->sources.platform, "the robot's platform file; a calibration in it is where this one begins")->required();
+  command->add_option("--magnetic", call->sources.magnetic, "a magnetic map, FIELD.yaml: the reference; needs --trajectory");
+  command->add_option("--trajectory", call->sources.trajectory, "T_map_imu of the log, TUM, for instance of lodestone run");
+  command->add_option("--out", call->out, "the platform file to write; calibration.json is written beside it");
+  command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order");
+  command->add_option("--set", call->settings, "one option, as key=value; the keys are below");
+  command->footer("Options of --config and --set:\n" + list_options(CalibrationOptions{}) +
+                  R"(
+Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes and `lodestone map magnetic` makes of it:
+  lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/calibrated/platform.yaml
+  lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --magnetic /tmp/tunnel/field.yaml \
+      --trajectory /tmp/tunnel/truth.tum --out /tmp/tunnel/calibrated/platform.yaml --set hard_iron_sigma_ut=50)");
+  command->callback([call, code]() {
+    calibrate(*call);
+    *code = exit_code::done;
+  });
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app, int* code) {
+  CLI::App* command = app.add_subcommand("calibrate", "Calibrate sensors from a log");
+  command->require_subcommand(1);
+  command->footer(R"(
+Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+  lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml
+  lodestone calibrate magnetometers --help)");
+  add_magnetometers(*command, code);
+}
+
+}  // namespace lodestone

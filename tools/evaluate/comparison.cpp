@@ -1,0 +1,150 @@
+#include "tools/evaluate/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "core/angles.h"
+#include "core/error.h"
+#include "core/evaluation/errors.h"
+#include "core/nearest_name.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/configuration/trajectory_file.h"
+#include "tools/writers/covariance_file.h"
+
+namespace lodestone {
+
+namespace {
+
+const std::vector<std::string> kRelations{"translation", "angle", "heading", "rpe", "rpe-angle"};
+
+void require_one_of(const std::string& option, const std::string& value, const std::vector<std::string>& names) {
+  if (std::find(names.begin(), names.end(), value) != names.end()) return;
+  throw InputError(fmt::format("{}: expected one of {}, found '{}'{}", option, join_names(names), value,
+                               suggestion(value, names)));
+}
+
+Alignment parse_alignment(const std::string& text) {
+  std::vector<std::string> names;
+  for (const auto& [alignment, name] : enum_names(Alignment{})) {
+    if (name == text) return alignment;
+    names.emplace_back(name);
+  }
+  require_one_of("--align", text, names);
+  return Alignment::none;
+}
+
+std::vector<double> in_degrees(std::vector<double> radians) {
+  for (double& value : radians) value *= degrees_per_radian;
+  return radians;
+}
+
+std::string span(const Trajectory& trajectory) {
+  return format_stamp(trajectory.front().time) + " to " + format_stamp(trajectory.back().time);
+}
+
+PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, const Trajectory& truth) {
+  const PosePairs pairs = call.interpolate
+                              ? associate_interpolated(estimate, truth)
+                              : associate_nearest(estimate, truth, from_seconds(call.max_difference_s));
+  if (pairs.empty()) {
+    throw InputError(fmt::format("{} and {}: no stamps match: they span {} s and {} s; check that both use one clock, or "
+                                 "widen --max-difference (now {} s)",
+                                 call.estimate, call.truth, span(estimate), span(truth), call.max_difference_s));
+  }
+  return pairs;
+}
+
+RelationErrors measure(const std::string& name, const ComparisonCall& call, const PosePairs& pairs) {
+  if (name == "translation") return {name, "m", translation_errors(pairs)};
+  if (name == "angle") return {name, "deg", in_degrees(angle_errors(pairs))};
+  if (name == "heading") return {name, "deg", in_degrees(heading_errors(pairs))};
+  const bool metres = call.delta_unit == "metres";
+  const auto stretches =
+      metres ? stretches_by_distance(pairs, call.delta)
+             : stretches_by_count(pairs.size(), static_cast<std::size_t>(call.delta), call.all_pairs);
+  const auto errors = relative_errors(pairs, stretches);
+  const std::string title = fmt::format("{} ({:g} {})", name, call.delta, metres ? "m" : call.delta == 1.0 ? "frame" : "frames");
+  return name == "rpe" ? RelationErrors{title, "m", translations_of(errors)}
+                       : RelationErrors{title, "deg", in_degrees(angles_of(errors))};
+}
+
+Consistency measure_consistency(const ComparisonCall& call, const PosePairs& pairs, const Trajectory& estimate) {
+  std::map<Time, Matrix6> by_time;
+  for (const StampedCovariance& entry : read_covariances(call.covariance)) by_time[entry.time] = entry.covariance;
+  PosePairs covered;
+  std::vector<Matrix6> covariances;
+  for (const PosePair& pair : pairs) {
+    const auto found = by_time.find(estimate[pair.estimate_index].time);
+    if (found == by_time.end()) continue;
+    covered.push_back(pair);
+    covariances.push_back(found->second);
+  }
+  if (covered.empty()) {
+    throw InputError(fmt::format("{}: no row has the stamp of a pose of {}; take both from the same run", call.covariance,
+                                 call.estimate));
+  }
+  return evaluate_consistency(covered, covariances);
+}
+
+void write_errors(const std::string& path, const PosePairs& pairs) {
+  const auto translation = translation_errors(pairs);
+  const auto angle = in_degrees(angle_errors(pairs));
+  const auto heading = in_degrees(heading_errors(pairs));
+  std::string text = "t_s,translation_m,angle_deg,heading_deg\n";
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    text += fmt::format("{},{:.9g},{:.9g},{:.9g}\n", format_stamp(pairs[i].time), translation[i], angle[i], heading[i]);
+  }
+  write_text_file(path, text);
+}
+
+}  // namespace
+
+Comparison compare(const ComparisonCall& call) {
+  Comparison result;
+  result.alignment = parse_alignment(call.align);
+  require_one_of("--delta-unit", call.delta_unit, {"frames", "metres"});
+  const bool whole = call.delta_unit == "metres" || call.delta == static_cast<double>(static_cast<long>(call.delta));
+  if (!(call.delta > 0.0) || !whole) {
+    throw InputError(fmt::format("--delta: expected {}, found {}",
+                                 call.delta_unit == "metres" ? "a length above 0" : "a whole number of frames above 0",
+                                 call.delta));
+  }
+  if (!(call.max_difference_s >= 0.0)) {
+    throw InputError(fmt::format("--max-difference: expected seconds, at least 0, found {}", call.max_difference_s));
+  }
+  for (const std::string& name : call.relations) require_one_of("--relation", name, kRelations);
+  if (!call.covariance.empty() && result.alignment != Alignment::none) {
+    throw InputError("--covariance: NEES holds for poses as they are; leave out --align");
+  }
+
+  const Trajectory estimate = read_trajectory(call.estimate);
+  const Trajectory truth = read_trajectory(call.truth);
+  const PosePairs matched = associate(call, estimate, truth);
+  const auto similarity = find_alignment(matched, result.alignment);
+  if (!similarity) {
+    throw InputError(fmt::format("{}: its {} matched poses lie on one line or in one point, which fixes no rotation; use "
+                                 "--align origin or none",
+                                 call.estimate, matched.size()));
+  }
+  const PosePairs pairs = align(*similarity, matched);
+  result.estimate_poses = estimate.size();
+  result.truth_poses = truth.size();
+  result.pairs = pairs.size();
+  result.similarity = *similarity;
+  for (const std::string& name : call.relations.empty() ? kRelations : call.relations) {
+    RelationErrors relation = measure(name, call, pairs);
+    if (!relation.errors.empty()) {
+      result.relations.push_back(std::move(relation));
+    } else if (!call.relations.empty()) {  // in the table of everything it is left out
+      throw InputError(fmt::format("{}: no stretch of {} {} in {} matched poses; make --delta smaller", call.estimate,
+                                   call.delta, call.delta_unit, pairs.size()));
+    }
+  }
+  if (!call.covariance.empty()) result.consistency = measure_consistency(call, pairs, estimate);
+  if (!call.errors.empty()) write_errors(call.errors, pairs);
+  return result;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,38 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "tools/experiments/ablate_call.h"
+#include "tools/commands.h"
+#include "tools/experiments/experiment_options.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr const char* kAblateExamples = R"(
+Examples:
+  lodestone ablate degeneracy --list
+  lodestone ablate degeneracy --quick --out /tmp/quick
+  lodestone ablate window --only 'tunnel-*' --seeds 1 --out /tmp/ablations
+  lodestone ablate config/ablations/beta.yaml --out results/ablations --jobs 2
+
+What is done is skipped: a call that was stopped goes on where it was, and ablations in one --out share runs and maps.
+docs/ablations.md says how to read the tables and how to write an ablation.)";
+
+}  // namespace
+
+void add_ablate_command(CLI::App& app, int* code) {
+  CLI::App* command = app.add_subcommand(
+      "ablate", "Run the same drives with switches set differently, and compare pair by pair with a baseline");
+  command->footer(kAblateExamples);
+  const auto call = std::make_shared<reproduce::ExperimentCall>();
+  add_experiment_options(*command,
+                         {"ABLATION", "ablation", "ablations",
+                          "with commas: variants, drives, worlds, sequences, VARIANT/DRIVE or VARIANT/DRIVE/seedN; * and ? stand "
+                          "for anything; the baseline runs with them",
+                          "list variants and drives, and end"},
+                         *call);
+  command->callback([call, code]() { *code = ablation::execute(*call); });
+}
+
+}  // namespace lodestone

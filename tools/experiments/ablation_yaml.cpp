@@ -1,0 +1,138 @@
+// Reading of ablations.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "core/error.h"
+#include "estimators/factory.h"
+#include "tools/experiments/ablation.h"
+#include "tools/experiments/switches.h"
+#include "tools/experiments/yaml_parts.h"
+
+namespace lodestone::ablation {
+
+namespace {
+
+/// Sets or replaces: what is laid over wins.
+void lay_over(const Switch& one, std::vector<Switch>& switches) {
+  const auto found = std::find_if(switches.begin(), switches.end(), [&](const Switch& other) { return other.key == one.key; });
+  if (found != switches.end()) {
+    found->value = one.value;
+  } else {
+    switches.push_back(one);
+  }
+}
+
+std::vector<Switch> read_switches(const ConfigurationNode& node) {
+  std::vector<Switch> switches;
+  for (const std::string& key : node.keys()) switches.push_back({key, node.at(key).as_string()});
+  return switches;
+}
+
+/// Names stand in --only, whose patterns are parted by commas, and in tables' headers.
+void check_variant_name(const ConfigurationNode& node, const std::string& name) {
+  if (name.empty() || name.find_first_of(",/\n*?[") != std::string::npos) {
+    node.fail(fmt::format("'{}' names a variant: use none of , / * ? [", name));
+  }
+}
+
+std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
+
+std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation& ablation) {
+  std::vector<Switch> common;
+  if (const ConfigurationNode* settings = root.find("settings")) common = read_switches(*settings);
+  std::vector<Variant> variants;
+  std::vector<const ConfigurationNode*> places;
+  if (const ConfigurationNode* list = root.find("variants")) {
+    for (const std::string& name : list->keys()) {
+      check_variant_name(list->at(name), name);
+      variants.push_back({name, read_switches(list->at(name))});
+      places.push_back(&list->at(name));
+    }
+  }
+  if (const ConfigurationNode* grid = root.find("grid")) {
+    for (Variant& variant : expand_grid(*grid)) {
+      variants.push_back(std::move(variant));
+      places.push_back(grid);
+    }
+  }
+  if (variants.size() < 2) root.fail("expected at least two variants, under the key 'variants' or 'grid'");
+  std::map<std::string, std::string> recipes;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    std::vector<Switch> switches = common;
+    for (const Switch& one : variants[i].switches) lay_over(one, switches);
+    variants[i].switches = std::move(switches);
+    try {
+      check_switches(variants[i].switches);
+    } catch (const InputError& error) {
+      places[i]->fail(fmt::format("variant '{}': {}", variants[i].name, error.what()));
+    }
+    if (!names.insert(variants[i].name).second) places[i]->fail(fmt::format("the variant '{}' is there twice", variants[i].name));
+    const auto [other, is_new] = recipes.try_emplace(recipe_name(ablation, variants[i]), variants[i].name);
+    if (!is_new) places[i]->fail(fmt::format("variants '{}' and '{}' set the same", other->second, variants[i].name));
+  }
+  return variants;
+}
+
+}  // namespace
+
+std::string find_ablation(const std::string& name) { return reproduce::find_shipped("ablations", "ablation", name); }
+
+std::vector<Variant> expand_grid(const ConfigurationNode& grid) {
+  std::map<std::string, int> uses;
+  for (const std::string& key : grid.keys()) ++uses[last_part(key)];
+  std::vector<Variant> variants(1);
+  for (const std::string& key : grid.keys()) {
+    const std::string shown = uses.at(last_part(key)) > 1 ? key : last_part(key);
+    if (grid.at(key).elements().empty()) grid.at(key).fail("expected a list of values");
+    std::vector<Variant> more;
+    for (const Variant& variant : variants) {
+      for (const ConfigurationNode& value : grid.at(key).elements()) {
+        Variant next = variant;
+        next.name += fmt::format("{}{}={}", next.name.empty() ? "" : " ", shown, value.as_string());
+        check_variant_name(value, next.name);
+        next.switches.push_back({key, value.as_string()});
+        more.push_back(std::move(next));
+      }
+    }
+    variants = std::move(more);
+  }
+  return variants;
+}
+
+Ablation load_ablation(const std::string& path, bool quick) {
+  using reproduce::text;
+  const ConfigurationNode root = ConfigurationNode::load(path);
+  root.refuse_keys_other_than({"name", "title", "note", "estimator", "baseline", "settings", "variants", "grid", "drives",
+                               "ranges_m", "seeds", "only", "duration_s", "quick"});
+  Ablation ablation;
+  static_cast<reproduce::RunScope&>(ablation) = reproduce::read_scope(root, quick);
+  ablation.file = path;
+  ablation.name = root.has("name") ? reproduce::file_name(root.at("name")) : std::filesystem::path(path).stem().string();
+  ablation.title = text(root, "title", ablation.name);
+  ablation.note = text(root, "note");
+  ablation.estimator = text(root, "estimator", ablation.estimator);
+  if (const ConfigurationNode* estimator = root.find("estimator")) {
+    reproduce::require_known(*estimator, ablation.estimator, estimator_names(), "estimator");
+  }
+  reproduce::read_drives(root, ablation.drives);
+  if (ablation.drives.empty()) root.at("drives").fail("expected at least one drive");
+  ablation.ranges_m = reproduce::read_ranges(root);
+  reproduce::Group rows;
+  rows.drives = ablation.drives;
+  rows.ranges_m = ablation.ranges_m;
+  reproduce::check_rows(root, rows);
+  ablation.variants = read_variants(root, ablation);
+  std::vector<std::string> names;
+  for (const Variant& variant : ablation.variants) names.push_back(variant.name);
+  const ConfigurationNode& baseline = root.at("baseline");
+  reproduce::require_known(baseline, baseline.as_string(), names, "variant");
+  ablation.baseline = static_cast<std::size_t>(std::find(names.begin(), names.end(), baseline.as_string()) - names.begin());
+  return ablation;
+}
+
+}  // namespace lodestone::ablation

@@ -1,0 +1,89 @@
+#include "tools/experiments/experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/nearest_name.h"
+
+namespace lodestone::reproduce {
+
+namespace fs = std::filesystem;
+
+const PublishedValue* Published::find(const std::string& row, const std::string& method) const {
+  const auto found = std::find(methods.begin(), methods.end(), method);
+  const auto values = rows.find(row);
+  if (found == methods.end() || values == rows.end()) return nullptr;
+  return &values->second[static_cast<std::size_t>(found - methods.begin())];
+}
+
+const Group* Experiment::find_group(const std::string& wanted) const {
+  const auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& group) { return group.name == wanted; });
+  return found == groups.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> row_names(const Group& group) {
+  std::vector<std::string> names;
+  for (const Drive& drive : group.drives) {
+    std::vector<std::string> endings{""};
+    if (!group.ranges_m.empty()) {
+      endings.clear();
+      for (const double range : group.ranges_m) endings.push_back(fmt::format("-{:g}m", range));
+    }
+    for (std::string ending : endings) {
+      if (group.noise_ut) ending += fmt::format("-{:g}ut", *group.noise_ut);
+      const std::string row = drive.world_name + "-" + drive.sequence + ending;
+      if (drive.map_scenes.empty()) names.push_back(row);
+      for (const std::string& scene : drive.map_scenes) names.push_back(row + "-" + scene);
+    }
+  }
+  return names;
+}
+
+std::string find_experiment(const std::string& name) { return find_shipped("experiments", "experiment", name); }
+
+std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name) {
+  if (name.find('/') != std::string::npos || fs::path(name).extension() == ".yaml") return name;
+  const fs::path tail = fs::path("config") / folder / (name + ".yaml");
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  const std::vector<fs::path> places{fs::path(), fs::path(LODESTONE_SOURCE_FOLDER),
+                                     program.parent_path().parent_path() / "share" / "lodestone"};
+  std::vector<std::string> known;
+  for (const fs::path& place : places) {
+    if (fs::exists(place / tail, ignored)) return (place / tail).string();
+    for (const auto& entry : fs::directory_iterator((place / tail).parent_path(), ignored)) {
+      if (entry.path().extension() == ".yaml") known.push_back(entry.path().stem().string());
+    }
+  }
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  throw InputError(fmt::format("there is no {} '{}' in config/{}{}; a path to a YAML file works too", what, name, folder,
+                               known.empty() ? "" : fmt::format(" (known: {})", join_names(known))));
+}
+
+const std::vector<std::string>& figure_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all{"ate_m",          "ate_se3_m",        "max_error_m",       "heading_rmse_deg",
+                                 "nees_pose",      "success",          "real_time_factor",  "wall_s",
+                                 "peak_rss_mb",    "degenerate_scans", "magnetic_rejected", "scans",
+                                 "changed_cells",  "changed_found",    "unchanged_reported"};
+    for (const std::string stage : {"causal", "smoothed", "batch"}) {
+      for (const std::string figure : {"ate_m", "max_error_m", "largest_jump_m", "heading_rmse_deg", "nees_pose", "nees_rotation",
+                                       "nees_position", "share_within_95", "ate_over_bound"}) {
+        all.push_back("stages." + stage + "." + figure);
+      }
+    }
+    return all;
+  }();
+  return names;
+}
+
+const std::vector<std::string>& difference_names() {
+  static const std::vector<std::string> names{"largest_ut", "mean_ut", "rms_ut", "quantile_95_ut", "area_above_threshold_m2"};
+  return names;
+}
+
+}  // namespace lodestone::reproduce

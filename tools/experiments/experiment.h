@@ -1,0 +1,202 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/options.h"
+#include "tools/experiments/run_scope.h"
+
+/// Experiments: worlds, drives, maps, estimators and what is to be told of them, as a YAML file says (docs/reproduce.md).
+/// Nothing in the code knows a world, a drive or a method by name.
+namespace lodestone::reproduce {
+
+/// Which of an experiment's seeds something is done for.
+enum class SeedChoice { all, first };
+
+constexpr auto enum_names(SeedChoice) {
+  return EnumNames<SeedChoice, 2>{{{SeedChoice::all, "all"}, {SeedChoice::first, "first"}}};
+}
+
+struct EstimatorChoice {
+  std::string name;
+  SeedChoice seeds = SeedChoice::all;
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("name", name, "as `lodestone run --estimator` takes it");
+    visitor.field("seeds", seeds, "with which seeds it runs");
+  }
+};
+
+/// One drive of one world, with the scenes in which its magnetic maps are surveyed.
+struct Drive {
+  std::string world;                    ///< the file, absolute
+  std::string world_name;               ///< its stem
+  std::string sequence;
+  std::string scene;                    ///< of the log; empty: as the world says
+  std::vector<std::string> map_scenes;  ///< one row each; empty: one map, surveyed in the log's own scene
+};
+
+/// A figure that a paper gives: its text as written and, unless it is lost or absent, its value.
+struct PublishedValue {
+  std::string text;
+  std::optional<double> value;
+};
+
+/// What was published for the rows of a group.
+struct Published {
+  std::vector<std::string> methods;
+  std::map<std::string, std::vector<PublishedValue>> rows;  ///< by row name, one value a method
+
+  /// Null where nothing is given.
+  const PublishedValue* find(const std::string& row, const std::string& method) const;
+};
+
+/// Runs of one kind: every drive × range × map scene is a row, every row runs with every seed.
+struct Group {
+  std::string name;
+  std::vector<Drive> drives;
+  std::vector<double> ranges_m;  ///< LiDAR ranges; empty: as the platform says
+  std::optional<double> noise_ut;  ///< of the log's magnetometers; nothing: as the world says. Maps keep the world's
+  SeedChoice seeds = SeedChoice::all;
+  std::vector<EstimatorChoice> estimators;
+  std::vector<std::string> world_settings;  ///< --set of simulate
+  std::vector<std::string> map_settings;    ///< --set of map magnetic
+  std::vector<std::string> run_settings;    ///< --set of run
+  bool bound = false;                       ///< --bound of run: ATE / bound of each stage
+  Published published;
+};
+
+/// Which of the seeds' values a cell shows.
+enum class Statistic { mean, worst };
+
+constexpr auto enum_names(Statistic) {
+  return EnumNames<Statistic, 2>{{{Statistic::mean, "mean"}, {Statistic::worst, "worst"}}};
+}
+
+/// A column of a table: a published method, or a figure of an estimator, or its ratio to another estimator's, or how the
+/// field of a row's map differs from that of the log's own scene.
+struct TableColumn {
+  std::string title;
+  std::string published;
+  std::string estimator;
+  std::string over;  ///< estimator by whose figure, of the same run, it is divided
+  std::string figure = "ate_m";
+  std::string over_figure;  ///< of `over`; empty: `figure`
+  std::string difference;  ///< figure of the comparison of maps
+  Statistic statistic = Statistic::mean;
+  int digits = 4;
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("title", title, "header; left out: made from the others");
+    visitor.field("published", published, "method whose published figures are shown");
+    visitor.field("estimator", estimator, "estimator whose figures are shown");
+    visitor.field("over", over, "estimator by whose figure of the same run it is divided");
+    visitor.field("figure", figure, "key of the estimator's summary.json");
+    visitor.field("over_figure", over_figure, "key of the summary.json of 'over'; left out: the same figure");
+    visitor.field("difference", difference, "key of diff.json of the row's map_difference, with the first seed");
+    visitor.field("statistic", statistic, "over the seeds");
+    visitor.field("digits", digits, "decimals");
+  }
+};
+
+struct TableChoice {
+  std::string name;
+  std::string title;
+  std::string group;
+  std::string note;
+  std::vector<TableColumn> columns;
+};
+
+enum class CriterionKind {
+  at_most,   ///< figure ≤ bound
+  at_least,  ///< figure ≥ bound
+  spread,    ///< largest over smallest of the rows, less 1, ≤ limit
+  median,    ///< median of the rows' figures ≤ bound
+};
+
+constexpr auto enum_names(CriterionKind) {
+  return EnumNames<CriterionKind, 4>{{{CriterionKind::at_most, "at_most"},
+                                      {CriterionKind::at_least, "at_least"},
+                                      {CriterionKind::spread, "spread"},
+                                      {CriterionKind::median, "median"}}};
+}
+
+/// A claim that the rows of a group are held to. The bound is `limit`, or the published figure of a row times `factor`, or
+/// another estimator's figure of the same run times `factor`.
+struct Criterion {
+  std::string title;
+  CriterionKind kind = CriterionKind::at_most;
+  std::string group;
+  std::string estimator;
+  std::string figure = "ate_m";
+  Statistic statistic = Statistic::worst;
+  std::optional<double> limit;
+  std::string published;
+  std::string over;
+  std::string over_figure;              ///< of `over`; empty: `figure`
+  std::vector<std::string> only;        ///< rows that it speaks of, with wildcards; empty: all of the group
+  double factor = 1.0;
+  std::optional<int> rows;  ///< how many rows must meet it; nothing: all
+};
+
+enum class FigureKind {
+  error_grid,          ///< error over time: a panel a row of runs, every estimator in it
+  error_distribution,  ///< share of scans within an error, a panel a world
+  map_difference,      ///< |ΔB| between the maps of a drive's scenes and that of the log's own scene
+  field_residual,      ///< measured minus map along the trajectory
+  world_overview,      ///< cloud and paths, a panel a world
+};
+
+constexpr auto enum_names(FigureKind) {
+  return EnumNames<FigureKind, 5>{{{FigureKind::error_grid, "error_grid"},
+                                   {FigureKind::error_distribution, "error_distribution"},
+                                   {FigureKind::map_difference, "map_difference"},
+                                   {FigureKind::field_residual, "field_residual"},
+                                   {FigureKind::world_overview, "world_overview"}}};
+}
+
+struct FigureChoice {
+  FigureKind kind = FigureKind::error_grid;
+  std::string name;  ///< of the files
+  std::string title;
+  std::string caption;
+  std::vector<std::string> runs;        ///< patterns; of each row the first seed is drawn
+  std::vector<std::string> estimators;  ///< empty: those of the runs
+};
+
+struct Experiment : RunScope {
+  std::string file;
+  std::string name;
+  std::string title;
+  std::vector<Group> groups;
+  std::vector<TableChoice> tables;
+  std::vector<Criterion> criteria;
+  std::vector<FigureChoice> figures;
+
+  const Group* find_group(const std::string& name) const;
+};
+
+/// Names of the rows of `group`, in order: WORLD-SEQUENCE[-RANGEm][-NOISEut][-SCENE].
+std::vector<std::string> row_names(const Group& group);
+
+/// The file of an experiment: `name` itself where it is a path (holds a '/' or ends in .yaml), else
+/// config/experiments/NAME.yaml beside the current folder, in the source tree, or in the installation's share folder.
+/// Throws InputError that names the known ones.
+std::string find_experiment(const std::string& name);
+
+/// The same for what lies in config/FOLDER. `what`: "experiment".
+std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name);
+
+/// Reads an experiment; with `quick` its section `quick` (seeds, duration_s, only) is laid over it. Throws InputError with
+/// file, line, key and what to change; unknown keys, groups, rows, estimators and methods are errors.
+Experiment load_experiment(const std::string& path, bool quick);
+
+/// Figures of summary.json that tables and criteria may name.
+const std::vector<std::string>& figure_names();
+
+/// Figures of diff.json that tables may name.
+const std::vector<std::string>& difference_names();
+
+}  // namespace lodestone::reproduce

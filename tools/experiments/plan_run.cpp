@@ -1,0 +1,102 @@
+#include "tools/experiments/plan_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+#include "core/error.h"
+#include "tools/simulate/world.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+#include "tools/experiments/fingerprint.h"
+
+namespace lodestone::reproduce {
+
+namespace {
+
+constexpr const char* kProgram = "/proc/self/exe";
+constexpr int kMostJobs = 4;  // a job may hold 2 GB of memory and a log on the disk
+
+/// What a world lacks is better said before the first hour than after it.
+void check_worlds(const Experiment& experiment, const Plan& plan) {
+  for (const Group& group : experiment.groups) {
+    for (const Drive& drive : group.drives) {
+      const bool meant = std::any_of(plan.runs.begin(), plan.runs.end(), [&](const Run& run) {
+        return run.group == group.name && run.world_name == drive.world_name && run.sequence == drive.sequence;
+      });
+      if (!meant) continue;
+      const simulation::World world = simulation::load_world(drive.world, group.world_settings);
+      simulation::find_sequence(world, drive.sequence);
+      std::vector<std::string> scenes = drive.map_scenes;
+      scenes.push_back(drive.scene);
+      for (const std::string& scene : scenes) {
+        if (scene != simulation::no_scene) simulation::find_scene(world, scene);
+      }
+    }
+  }
+}
+
+ScheduleOptions schedule_options(const std::optional<int>& jobs) {
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (jobs && *jobs < 1) throw InputError(fmt::format("--jobs: expected at least 1, found {}", *jobs));
+  ScheduleOptions options;
+  options.program = kProgram;
+  options.jobs = jobs.value_or(std::min(cores, kMostJobs));
+  options.threads = std::max(1, cores / options.jobs);
+  return options;
+}
+
+std::string plural(std::size_t count, const std::string& what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+PlanRun::PlanRun(const Experiment& experiment, const WorkOptions& options)
+    : file_(experiment.file),
+      schedule_(schedule_options(options.jobs)),
+      plan_(make_plan(experiment, Fingerprint().add_file(kProgram).to_string())) {
+  for (Step& step : plan_.steps) step.keep = step.keep || (options.keep_fields && step.kind == StepKind::field);
+  check_worlds(experiment, plan_);
+  catch_interrupts();
+  store_ = std::make_unique<StepStore>(options.out, options.any_build);
+  scheduler_ = std::make_unique<Scheduler>(plan_, *store_, schedule_);
+}
+
+void PlanRun::run() {
+  std::fprintf(stderr, "%s: %s in %s, %zu steps to do, %s with %s each\n", file_.c_str(), plural(plan_.runs.size(), "run").c_str(),
+               root().c_str(), count(StepState::waiting), plural(static_cast<std::size_t>(schedule_.jobs), "job").c_str(),
+               plural(static_cast<std::size_t>(schedule_.threads), "thread").c_str());
+  scheduler_->run();
+}
+
+std::vector<bool> PlanRun::done() const {
+  std::vector<bool> done;
+  for (const Run& run : plan_.runs) done.push_back(scheduler_->states()[run.step] == StepState::done);
+  return done;
+}
+
+std::vector<std::string> PlanRun::status() const {
+  std::vector<std::string> status;
+  for (const Run& run : plan_.runs) {
+    const StepState state = scheduler_->states()[run.step];
+    const bool failed = state == StepState::failed || state == StepState::blocked;
+    status.emplace_back(state == StepState::done ? "done" : failed ? "failed" : "missing");
+  }
+  return status;
+}
+
+int PlanRun::exit_code() const {
+  if (scheduler_->all_done()) return lodestone::exit_code::done;
+  std::fprintf(stderr, "lodestone: %zu of %zu steps failed, %zu not begun for it; a further call tries them again\n",
+               count(StepState::failed), plan_.steps.size(), count(StepState::blocked));
+  return lodestone::exit_code::input_error;
+}
+
+std::size_t PlanRun::count(StepState state) const {
+  return static_cast<std::size_t>(std::count(scheduler_->states().begin(), scheduler_->states().end(), state));
+}
+
+}  // namespace lodestone::reproduce

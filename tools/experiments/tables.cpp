@@ -1,0 +1,112 @@
+#include "tools/experiments/tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lodestone::reproduce {
+
+namespace {
+
+constexpr const char* kLost = "/";
+constexpr const char* kNothing = "-";
+constexpr const char* kMissing = "…";
+
+std::string number(const std::optional<double>& value, int digits) {
+  return value ? fmt::format("{:.{}f}", *value, digits) : kNothing;
+}
+
+std::string title_of(const TableColumn& column) {
+  if (!column.title.empty()) return column.title;
+  if (!column.published.empty()) return column.published;
+  if (!column.difference.empty()) return "change of the map, " + column.difference;
+  const std::string over = column.over.empty() ? "" : " / " + column.over;
+  return fmt::format("{}{} {} {}", column.estimator, over, column.figure, enum_names(column.statistic)[column.statistic == Statistic::mean ? 0 : 1].second);
+}
+
+/// What tells the rows of a group apart: shown where any row has it.
+struct RowLabel {
+  const char* title;
+  std::string (*text)(const Run&);
+};
+
+const RowLabel kLabels[] = {
+    {"world", [](const Run& run) { return run.world_name; }},
+    {"sequence", [](const Run& run) { return run.sequence; }},
+    {"range m", [](const Run& run) { return run.range_m ? fmt::format("{:g}", *run.range_m) : std::string(); }},
+    {"noise µT", [](const Run& run) { return run.noise_ut ? fmt::format("{:g}", *run.noise_ut) : std::string(); }},
+    {"map of", [](const Run& run) { return run.scene; }},
+};
+
+std::string difference_cell(const TableColumn& column, const Group& group, const std::string& row, const Results& results) {
+  for (const std::size_t run : results.runs_of(group.name, row)) {
+    const RunFigures* figures = results.find_difference(run);
+    if (figures == nullptr) continue;
+    const auto found = figures->find(column.difference);
+    if (found != figures->end()) return number(found->second, column.digits);
+  }
+  return kMissing;
+}
+
+std::string cell(const TableColumn& column, const Group& group, const std::string& row, const Results& results) {
+  if (!column.published.empty()) {
+    const PublishedValue* value = group.published.find(row, column.published);
+    return value != nullptr ? value->text : kNothing;
+  }
+  if (!column.difference.empty()) return difference_cell(column, group, row, results);
+  const SeedValue seeds =
+      seed_value(results, group.name, row, column.estimator, column.figure, column.statistic,
+                 {column.over, column.over_figure});
+  if (seeds.expected == 0) return kNothing;
+  if (seeds.present == 0) return kMissing;
+  if (column.figure == "success") return fmt::format("{}/{}", seeds.present - seeds.lost, seeds.present);
+  return seeds.lost > 0 ? kLost : number(seeds.value, column.digits);
+}
+
+}  // namespace
+
+ResultTable make_table(const TableChoice& choice, const Experiment& experiment, const Results& results) {
+  const Group& group = *experiment.find_group(choice.group);
+  ResultTable table{choice.name, choice.title, {}, {}, choice.note};
+  const std::vector<std::string> rows = results.rows_of(group.name);
+  const auto first_run = [&](const std::string& row) -> const Run& {
+    return results.runs()[results.runs_of(group.name, row).front()];
+  };
+  std::vector<const RowLabel*> labels;
+  for (const RowLabel& label : kLabels) {
+    const bool shown = std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return !label.text(first_run(row)).empty(); });
+    if (!shown) continue;
+    labels.push_back(&label);
+    table.header.emplace_back(label.title);
+  }
+  for (const TableColumn& column : choice.columns) table.header.push_back(title_of(column));
+  for (const std::string& row : rows) {
+    std::vector<std::string> cells;
+    for (const RowLabel* label : labels) cells.push_back(label->text(first_run(row)));
+    for (const TableColumn& column : choice.columns) cells.push_back(cell(column, group, row, results));
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+ResultTable runs_table(const Results& results) {
+  ResultTable table{"runs", "Every run", {"run", "estimator"}, {}, ""};
+  const std::vector<std::string>& names = figure_names();
+  table.header.insert(table.header.end(), names.begin(), names.end());
+  for (std::size_t i = 0; i < results.runs().size(); ++i) {
+    for (const std::string& estimator : results.runs()[i].estimators) {
+      const RunFigures* figures = results.find(i, estimator);
+      if (figures == nullptr) continue;
+      std::vector<std::string> cells{results.runs()[i].name, estimator};
+      for (const std::string& name : names) {
+        const auto found = figures->find(name);
+        cells.push_back(found == figures->end() ? "" : fmt::format("{}", found->second));
+      }
+      table.rows.push_back(std::move(cells));
+    }
+  }
+  return table;
+}
+
+}  // namespace lodestone::reproduce

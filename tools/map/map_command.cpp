@@ -1,0 +1,264 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "core/error.h"
+#include "core/mapping/magnetic_map_builder.h"
+#include "frontends/configuration/options.h"
+#include "frontends/synchronizer/survey.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/configuration/trajectory_file.h"
+#include "tools/commands.h"
+#include "tools/map/map_diff.h"
+#include "tools/map/map_import.h"
+#include "tools/simulate/map_truth.h"
+#include "tools/map/survey_doubts.h"
+#include "tools/plotting/pictures.h"
+#include "tools/progress.h"
+#include "tools/run/resources.h"
+#include "tools/writers/output_file.h"
+
+namespace lodestone {
+namespace {
+
+struct MapMagneticCall {
+  std::string survey;
+  std::string trajectory;
+  std::string platform;
+  std::string out;
+  std::vector<std::string> configurations;
+  std::vector<std::string> settings;
+  std::optional<std::string> method;
+  std::optional<double> resolution_m;
+  std::optional<double> max_sigma_ut;
+  int threads = 0;
+};
+
+constexpr Time max_pose_gap = from_seconds(0.25);
+
+/// Wall time since the last lap.
+class Clock {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+MagneticMapOptions read_options(const MapMagneticCall& call) {
+  MagneticMapOptions options;
+  std::vector<std::string> settings = call.settings;
+  if (call.method) settings.push_back("method=" + *call.method);
+  load_options(load_configuration(call.configurations, settings), options);
+  if (call.resolution_m) options.resolution_m = *call.resolution_m;
+  if (call.max_sigma_ut) options.max_sigma_ut = *call.max_sigma_ut;
+  if (call.resolution_m && !(*call.resolution_m > 0.0)) {
+    throw InputError(fmt::format("--resolution: expected metres above 0, found {:g}", *call.resolution_m));
+  }
+  if (call.max_sigma_ut && !(*call.max_sigma_ut > 0.0)) {
+    throw InputError(fmt::format("--max-sigma-ut: expected microtesla above 0, found {:g}", *call.max_sigma_ut));
+  }
+  options.check();
+  return options;
+}
+
+FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platform) {
+  const Trajectory trajectory = read_trajectory(call.trajectory);
+  WarningLog warnings;
+  BagSource source(call.survey, platform, warnings, {.lidar = false, .imu = false, .magnetometers = true});
+  Progress progress(std::filesystem::path(call.survey).filename().string(), source.begin_time(), source.end_time());
+  const FieldSurvey survey = read_survey(source, trajectory, platform.suite, max_pose_gap, [&](Time time) {
+    progress.update(time);
+    throw_if_interrupted();
+  });
+  progress.finish();
+  for (const auto& [kind, entry] : warnings.entries()) {
+    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
+  }
+  if (survey.without_pose > 0) {
+    fmt::print("warning: {} readings without a pose within {} s in {}, left out\n", survey.without_pose,
+               to_seconds(max_pose_gap), call.trajectory);
+  }
+  if (survey.observations.empty()) {
+    throw InputError(fmt::format("{}: none of its magnetometer readings lies within the time of {} ({} to {} s); give the "
+                                 "trajectory of this survey",
+                                 call.survey, call.trajectory, format_stamp(trajectory.front().time),
+                                 format_stamp(trajectory.back().time)));
+  }
+  const auto readings = static_cast<std::int64_t>(survey.observations.size()) + survey.without_pose;
+  if (2 * survey.without_pose > readings) {
+    throw InputError(fmt::format("{}: {} of its {} magnetometer readings have no pose in {} ({} to {} s); give the trajectory of "
+                                 "this survey, whole", call.survey, survey.without_pose, readings, call.trajectory,
+                                 format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
+  }
+  return survey;
+}
+
+/// Of a reading of the array, as the platform says: rms over its magnetometers.
+double reading_noise(const Platform& platform) {
+  double sum = 0.0;
+  for (const MagnetometerModel& one : platform.suite.magnetometers) sum += one.noise_ut * one.noise_ut;
+  return std::sqrt(sum / static_cast<double>(platform.suite.magnetometers.size()));
+}
+
+std::string method_name(const MagneticMapOptions& options) {
+  return options.method == FieldMethod::curl_free ? "curl-free" : "s-GPR";
+}
+
+std::string kernels_table(const FieldKernelFit& fit) {
+  std::string text = "  component   signal sigma   length scale   noise a cell (by likelihood alone)\n";
+  const char* names[] = {"B_x", "B_y", "B_z"};
+  for (int k = 0; k < 3; ++k) {
+    text += fmt::format("  {:<9} {:>11.3f} uT {:>12.3f} m {:>11.3f} uT ({:.3f})\n", names[k], fit.kernels[k].signal_sigma,
+                        fit.kernels[k].length_scale_m, fit.kernels[k].noise_sigma, fit.uncalibrated_noise[k]);
+  }
+  if (fit.potential) {
+    text += fmt::format("  one potential: length scale {:.3f} m, in the vertical {:.3f} m; constant field {:.3f} uT\n",
+                        fit.potential->length_scale_m, fit.potential->vertical_length_scale_m,
+                        fit.potential->linear_sigma_ut);
+  }
+  return text;
+}
+
+Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& options, const FieldSurvey& survey, const MagneticMapResult& result,
+                         const std::string& held_out, const std::string& doubts) {
+  Provenance provenance{{"made_by", "lodestone map magnetic"},
+                        {"survey", std::filesystem::path(call.survey).filename().string()},
+                        {"trajectory", std::filesystem::path(call.trajectory).filename().string()},
+                        {"platform", std::filesystem::path(call.platform).filename().string()},
+                        {"readings", std::to_string(survey.observations.size())},
+                        {"cells", std::to_string(result.cells)},
+                        {"method", method_name(options)}};
+  for (int k = 0; k < 3; ++k) {
+    const KernelParameters& kernel = result.fit.kernels[k];
+    provenance.push_back({fmt::format("kernel_{}", "xyz"[k]),
+                          fmt::format("signal {:.4g} uT, length scale {:.4g} m, noise {:.4g} uT a cell of {:.4g} m",
+                                      kernel.signal_sigma, kernel.length_scale_m, kernel.noise_sigma, result.fit.cell_m)});
+  }
+  if (const auto& potential = result.fit.potential) {
+    provenance.push_back({"potential", fmt::format("length scale {:.4g} m, in the vertical {:.4g} m, constant field {:.4g} uT",
+                                                   potential->length_scale_m, potential->vertical_length_scale_m,
+                                                   potential->linear_sigma_ut)});
+  }
+  if (!held_out.empty()) provenance.push_back({"held_out", held_out});
+  if (!doubts.empty()) provenance.push_back({"warning", doubts});
+  return provenance;
+}
+
+void map_magnetic(const MapMagneticCall& call) {
+  catch_interrupts();
+  const ThreadLimit limit(call.threads);
+  Clock clock;
+  const MagneticMapOptions options = read_options(call);
+  const std::filesystem::path out = yaml_output(call.out);
+
+  const Platform platform = load_platform(call.platform);
+  const FieldSurvey survey = read_survey_bag(call, platform);
+  const double reading_s = clock.lap();
+  fmt::print("{}: {} readings of {} magnetometers, {:.1f} s of log, read in {:.1f} s\n", call.survey,
+             survey.observations.size(), platform.suite.magnetometers.size(),
+             to_seconds(survey.observations.back().time - survey.observations.front().time), reading_s);
+
+  const MagneticMapResult result = build_magnetic_map(survey.observations, options);
+  const FieldGrid& grid = result.map.grid();
+  fmt::print("{}: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
+             method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows, grid.resolution_m,
+             grid.heights_m.front(), clock.lap());
+  fmt::print("{}", kernels_table(result.fit));
+  fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
+             result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
+  throw_if_interrupted();
+
+  if (result.nodes == 0) {
+    const std::string unreached = unreached_heights(survey.observations, result.map);
+    throw InputError(fmt::format("{}: no node of a map of it has a sigma within {:.3f} uT, so that nothing is written: {}", call.survey,
+                                 result.map.max_sigma_ut(), unreached.empty() ? kSurveyCauses : unreached));
+  }
+
+  std::string held_out;
+  std::optional<HeldOutScore> held_out_score;
+  if (options.held_out_block_s > 0.0) {
+    const SurveySplit split =
+        split_survey(survey.observations, result.fit.cell_m, from_seconds(options.held_out_block_s), 10);
+    if (!split.held_out.empty() && !split.training.empty()) {
+      const HeldOutScore score = score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
+      held_out_score = score;
+      held_out = fmt::format("every tenth {:g} s, predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
+                             "cells; over their sigma {:.2f} {:.2f} {:.2f}; {} cells refused",
+                             options.held_out_block_s, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
+                             score.normalized_rms.x(), score.normalized_rms.y(), score.normalized_rms.z(), score.refused);
+      fmt::print("held out, {}; {:.1f} s\n", held_out, clock.lap());
+    }
+  }
+  const std::string unreached = unreached_heights(survey.observations, result.map);
+  if (!unreached.empty()) fmt::print("warning: map.height (1 times): {}\n", unreached);
+  const std::string doubts = survey_doubts(result.fit, reading_noise(platform), held_out_score);
+  if (!doubts.empty()) fmt::print("warning: map.survey_noise (1 times): {}\n", doubts);
+  write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out, doubts), call.out, options.tile_nodes());
+  const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");
+  draw_map_picture(picture, &result.map, {}, {});
+  fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),
+             picture.string());
+}
+
+void add_map_magnetic(CLI::App& parent, int* code) {
+  const auto call = std::make_shared<MapMagneticCall>();
+  CLI::App* command = parent.add_subcommand(
+      "magnetic", "Build a grid map of the ambient magnetic field from a survey drive, by Gaussian-process regression, with its sigma");
+  command->add_option("SURVEY", call->survey, "the survey's log, of any kind, with the magnetometers' topics")->required();
+  command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey grade")->required();
+  command->add_option("--platform", call->platform, "the robot's platform file")->required();
+  command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it")->required();
+  command->add_option("--method", call->method,
+                      "s-gpr: each component by itself (default); curl-free: one potential for all three");
+  command->add_option("--resolution", call->resolution_m, "distance of the map's nodes, metres (default 0.1)");
+  command->add_option("--max-sigma-ut", call->max_sigma_ut,
+                      "no field where the map's sigma exceeds this (default: half the fitted signal sigma)");
+  command->add_option("--threads", call->threads, "at most so many (default: all); the map is the same")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order");
+  command->add_option("--set", call->settings, "one option, as key.path=value; the keys are below");
+  command->footer("Options of --config and --set:\n" + list_options(MagneticMapOptions{}) +
+                  R"(
+Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
+      --out /tmp/tunnel/field.yaml
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
+      --out /tmp/tunnel/coarse.yaml --resolution 0.2 --set regression.window_points=200
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
+      --out /tmp/tunnel/curl_free.yaml --method curl-free)");
+  command->callback([call, code]() {
+    map_magnetic(*call);
+    *code = exit_code::done;
+  });
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& app, int* code) {
+  CLI::App* command = app.add_subcommand("map", "Make magnetic maps and compare them");
+  command->require_subcommand(1);
+  command->footer(R"(
+Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
+      --out /tmp/tunnel/field.yaml
+  lodestone map diff /tmp/tunnel/field.yaml /tmp/tunnel/coarse.yaml --out /tmp/tunnel/change
+  lodestone map magnetic --help)");
+  add_map_magnetic(*command, code);
+  add_map_import(*command, code);
+  add_map_diff(*command, code);
+  add_map_truth(*command, code);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,108 @@
+#include "tools/map/map_import.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "core/error.h"
+#include "frontends/configuration/options.h"
+#include "frontends/maps/field_import.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "tools/commands.h"
+#include "tools/plotting/pictures.h"
+#include "tools/writers/output_file.h"
+
+namespace lodestone {
+namespace {
+
+struct MapImportCall {
+  std::string table;
+  std::string out;
+  std::string unit;
+  std::optional<double> height_m;
+  double sigma_ut = 1.0;
+};
+
+FieldImportOptions options_of(const MapImportCall& call) {
+  FieldImportOptions options;
+  options.height_m = call.height_m;
+  options.sigma_ut = call.sigma_ut;
+  if (!(call.sigma_ut > 0.0) || !std::isfinite(call.sigma_ut)) {
+    throw InputError(fmt::format("--sigma-ut: expected microtesla above 0, found {}", call.sigma_ut));
+  }
+  if (call.unit.empty()) return options;
+  for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
+    if (name == call.unit) options.unit = unit;
+  }
+  const std::vector<std::string> names = options_detail::names_of(FieldUnit::tesla);
+  if (!options.unit) {
+    throw InputError(fmt::format("--unit: expected one of {}, found '{}'{}", join_names(names), call.unit,
+                                 suggestion(call.unit, names)));
+  }
+  return options;
+}
+
+void map_import(const MapImportCall& call) {
+  const std::filesystem::path out = yaml_output(call.out);
+  const ImportedField field = import_field_table(call.table, options_of(call));
+  const FieldGrid& grid = field.map.grid();
+  const std::string unit = options_detail::write_value(field.unit);
+  const std::string heights = grid.heights_m.size() == 1
+                                  ? fmt::format("at {:.3f} m height", grid.heights_m.front())
+                                  : fmt::format("{} layers from {:.3f} to {:.3f} m height", grid.heights_m.size(),
+                                                grid.heights_m.front(), grid.heights_m.back());
+  fmt::print("{}: {} nodes with field of {} x {} every {:.4g} m, {}\n", call.table, field.nodes, grid.columns, grid.rows,
+             grid.resolution_m, heights);
+  if (field.metres_in_doubt) {
+    fmt::print("warning: map.metres (1 times): the positions are taken for metres, {:g} m along x and {:g} m along y: if they are "
+               "millimetres, divide them by 1000; if they are metres, name the columns x_m, y_m and z_m\n",
+               grid.resolution_m * (grid.columns - 1), grid.resolution_m * (grid.rows - 1));
+  }
+  fmt::print("unit {}{}: half of the field is above {:.3g} uT\n", unit,
+             field.unit_from_size ? ", told from the field's size (--unit says otherwise)" : "", field.median_ut);
+  if (!field.has_sigma) {
+    fmt::print("no column of sigma: {:g} uT taken for every node (--sigma-ut says otherwise)\n", call.sigma_ut);
+  }
+  if (field.in_cells < field.nodes) {
+    fmt::print("warning: {} nodes have no three neighbours in a square: there is no field round them\n",
+               field.nodes - field.in_cells);
+  }
+  const Provenance provenance{{"made_by", "lodestone map import"},
+                              {"table", std::filesystem::path(call.table).filename().string()},
+                              {"unit_of_table", unit},
+                              {"sigma", field.has_sigma ? "the table's" : fmt::format("{:g} uT, given", call.sigma_ut)}};
+  write_magnetic_map(field.map, provenance, call.out);
+  const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");
+  draw_map_picture(picture, &field.map, {}, {});
+  fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),
+             picture.string());
+}
+
+}  // namespace
+
+void add_map_import(CLI::App& map, int* code) {
+  const auto call = std::make_shared<MapImportCall>();
+  CLI::App* command = map.add_subcommand(
+      "import", "Make a magnetic map of a table of positions on a grid and field vectors that another program wrote");
+  command->add_option("TABLE", call->table, "CSV of x, y, z (m), Bx, By, Bz along the map's axes, and perhaps sigma")->required();
+  command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it")->required();
+  command->add_option("--unit", call->unit,
+                      "of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: as the header says, else told "
+                      "from its size)");
+  command->add_option("--height", call->height_m, "z of the map, metres, of a table without");
+  command->add_option("--sigma-ut", call->sigma_ut, "one sigma of the field at every node, of a table without, microtesla")
+      ->capture_default_str();
+  command->footer(R"(
+Examples:
+  lodestone map import field.csv --out /tmp/imported/field.yaml
+  lodestone map import field.csv --out /tmp/imported/field.yaml --unit nanotesla --sigma-ut 0.5)");
+  command->callback([call, code]() {
+    map_import(*call);
+    *code = exit_code::done;
+  });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,166 @@
+#include "tools/plotting/canvas.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "tools/plotting/drawing_files.h"
+#include "tools/writers/output_file.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kCapitalHeight = 0.73;  // of DejaVu Sans, in letter sizes
+
+/// Edges that run along the sheet lie on whole pixels of the PNG and stay sharp there.
+double on_pixel(double logical) { return std::round(logical * kPixelsALogical) / kPixelsALogical; }
+
+/// A lost estimate may lie kilometres off the sheet; the libraries' coordinates end before that.
+CanvasPoint brought_near(CanvasPoint point) {
+  constexpr double kLimit = 2e4;
+  return {std::clamp(point.x, -kLimit, kLimit), std::clamp(point.y, -kLimit, kLimit)};
+}
+
+/// Text with every byte that is not part of a well-formed UTF-8 letter, and every control character, as '?': the writers
+/// would refuse the whole picture.
+std::string well_formed(std::string_view text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    std::size_t length = 1;
+    if (byte >= 0xC2 && byte <= 0xDF) length = 2;
+    if (byte >= 0xE0 && byte <= 0xEF) length = 3;
+    bool good = length > 1 ? i + length <= text.size() : byte >= 0x20 && byte < 0x7F;
+    for (std::size_t k = 1; good && k < length; ++k) good = (static_cast<unsigned char>(text[i + k]) & 0xC0U) == 0x80U;
+    const auto second = length == 3 && good ? static_cast<unsigned char>(text[i + 1]) : 0x80U;
+    if (byte == 0xE0 && second < 0xA0U) good = false;
+    if (byte == 0xED && second >= 0xA0U) good = false;
+    result += good ? std::string(text.substr(i, length)) : "?";
+    i += good ? length : 1;
+  }
+  return result;
+}
+
+void write(const std::filesystem::path& path, const std::string& content) {
+  OutputFile file(path);
+  file.write(content);
+  file.commit();
+}
+
+}  // namespace
+
+struct Canvas::Sheet {
+  Drawing drawing;
+  std::optional<CanvasBox> clip;
+
+  template <class Shape>
+  void add(Shape shape) {
+    drawing.marks.push_back({std::move(shape), clip});
+  }
+};
+
+Canvas::Canvas(double width, double height) : sheet_(std::make_unique<Sheet>()) {
+  sheet_->drawing.width = width;
+  sheet_->drawing.height = height;
+}
+
+Canvas::~Canvas() = default;
+
+void Canvas::clip(const CanvasBox& box) { sheet_->clip = box; }
+
+void Canvas::unclip() { sheet_->clip.reset(); }
+
+void Canvas::fill(const CanvasBox& box, Color color, double opacity) {
+  const CanvasBox on{on_pixel(box.left), on_pixel(box.top), on_pixel(box.right), on_pixel(box.bottom)};
+  polygon({{on.left, on.top}, {on.right, on.top}, {on.right, on.bottom}, {on.left, on.bottom}}, color, opacity);
+}
+
+void Canvas::polygon(const std::vector<CanvasPoint>& corners, Color color, double opacity) {
+  AreaMark area{{}, color, opacity};
+  for (const CanvasPoint& corner : corners) {
+    if (std::isfinite(corner.x) && std::isfinite(corner.y)) area.corners.push_back(brought_near(corner));
+  }
+  if (area.corners.size() > 2) sheet_->add(std::move(area));
+}
+
+void Canvas::frame(const CanvasBox& box, Color color, double width) {
+  const CanvasBox on{on_pixel(box.left), on_pixel(box.top), on_pixel(box.right), on_pixel(box.bottom)};
+  LineMark line{{{on.left, on.top}, {on.right, on.top}, {on.right, on.bottom}, {on.left, on.bottom}}, color, width};
+  line.closed = true;
+  sheet_->drawing.marks.push_back({std::move(line), std::nullopt});
+}
+
+void Canvas::line(CanvasPoint from, CanvasPoint to, Color color, double width, Stroke stroke) {
+  if (from.x == to.x) from.x = to.x = on_pixel(to.x);
+  if (from.y == to.y) from.y = to.y = on_pixel(to.y);
+  polyline({from, to}, color, width, stroke);
+}
+
+void Canvas::polyline(const std::vector<CanvasPoint>& points, Color color, double width, Stroke stroke) {
+  constexpr double kSame = 0.05;  // points nearer to each other than this look as one and would only swell the file
+  LineMark line{{}, color, width, stroke};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!std::isfinite(points[i].x) || !std::isfinite(points[i].y)) continue;
+    const CanvasPoint point = brought_near(points[i]);
+    const bool near = !line.points.empty() && std::hypot(point.x - line.points.back().x, point.y - line.points.back().y) < kSame;
+    if (!near || i + 1 == points.size()) line.points.push_back(point);
+  }
+  if (line.points.size() > 1) sheet_->add(std::move(line));
+}
+
+void Canvas::disk(CanvasPoint center, double radius, Color color) {
+  if (std::isfinite(center.x) && std::isfinite(center.y)) sheet_->add(DiskMark{brought_near(center), radius, color});
+}
+
+void Canvas::shade(const CanvasBox& box, const std::function<bool(CanvasPoint, Color&)>& color) {
+  CanvasBox part{std::max(0.0, box.left), std::max(0.0, box.top), std::min(sheet_->drawing.width, box.right),
+                 std::min(sheet_->drawing.height, box.bottom)};
+  const int left = static_cast<int>(std::lround(part.left * kPixelsALogical));
+  const int top = static_cast<int>(std::lround(part.top * kPixelsALogical));
+  ImageMark image;
+  image.columns = static_cast<int>(std::lround(part.right * kPixelsALogical)) - left;
+  image.rows = static_cast<int>(std::lround(part.bottom * kPixelsALogical)) - top;
+  if (image.columns < 1 || image.rows < 1) return;
+  image.box = {left / kPixelsALogical, top / kPixelsALogical, (left + image.columns) / kPixelsALogical,
+               (top + image.rows) / kPixelsALogical};
+  image.pixels.assign(static_cast<std::size_t>(image.columns) * image.rows, 0U);
+  for (int row = 0; row < image.rows; ++row) {
+    for (int column = 0; column < image.columns; ++column) {
+      Color pixel;
+      if (!color({(left + column + 0.5) / kPixelsALogical, (top + row + 0.5) / kPixelsALogical}, pixel)) continue;
+      image.pixels[static_cast<std::size_t>(row) * image.columns + column] =
+          0xFF000000U | static_cast<std::uint32_t>(pixel.red) << 16U | static_cast<std::uint32_t>(pixel.green) << 8U |
+          static_cast<std::uint32_t>(pixel.blue);
+    }
+  }
+  sheet_->add(std::move(image));
+}
+
+double Canvas::text_width(const std::string& text, double size) const { return advance_of(well_formed(text), size); }
+
+void Canvas::text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal, Anchor vertical) {
+  if (text.empty()) return;
+  // The height of a capital, whatever the letters are: so neighbours stand on one line.
+  if (vertical == Anchor::begin) at.y += kCapitalHeight * size;
+  if (vertical == Anchor::middle) at.y += 0.5 * kCapitalHeight * size;
+  sheet_->drawing.marks.push_back({TextMark{at, well_formed(text), size, color, horizontal, false}, std::nullopt});
+}
+
+void Canvas::vertical_text(CanvasPoint center, const std::string& text, double size, Color color) {
+  if (text.empty()) return;
+  center.x += 0.5 * kCapitalHeight * size;
+  sheet_->drawing.marks.push_back({TextMark{center, well_formed(text), size, color, Anchor::middle, true}, std::nullopt});
+}
+
+void Canvas::save(const std::filesystem::path& path) const {
+  const std::filesystem::path extension = path.extension();
+  const bool all = extension != ".png" && extension != ".pdf" && extension != ".svg";
+  const auto target = [&](const char* ending) { return all ? std::filesystem::path(path.string() + ending) : path; };
+  if (all || extension == ".png") write(target(".png"), png_of(sheet_->drawing));
+  if (all || extension == ".pdf") write(target(".pdf"), pdf_of(sheet_->drawing));
+  if (all || extension == ".svg") write(target(".svg"), svg_of(sheet_->drawing));
+}
+
+}  // namespace lodestone

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tools/plotting/canvas.h"
+
+namespace lodestone {
+
+/// What a canvas has recorded, in logical pixels: the writers of PNG, PDF and SVG draw it from here.
+
+struct AreaMark {
+  std::vector<CanvasPoint> corners;
+  Color color;
+  double opacity = 1.0;
+};
+
+struct LineMark {
+  std::vector<CanvasPoint> points;
+  Color color;
+  double width = 1.0;
+  Stroke stroke = Stroke::solid;
+  bool closed = false;
+};
+
+struct DiskMark {
+  CanvasPoint center;
+  double radius = 1.0;
+  Color color;
+};
+
+/// Pixels row by row from the top, 0xAARRGGBB, either opaque or 0.
+struct ImageMark {
+  CanvasBox box;
+  int columns = 0;
+  int rows = 0;
+  std::vector<std::uint32_t> pixels;
+};
+
+struct TextMark {
+  CanvasPoint at;  ///< on the base line, at the text's begin, middle or end
+  std::string text;
+  double size = 1.0;
+  Color color;
+  Anchor anchor = Anchor::begin;
+  bool upward = false;  ///< read from below to above
+};
+
+struct Mark {
+  std::variant<AreaMark, LineMark, DiskMark, ImageMark, TextMark> shape;
+  std::optional<CanvasBox> clip;
+};
+
+struct Drawing {
+  double width = 0.0;
+  double height = 0.0;
+  std::vector<Mark> marks;
+};
+
+constexpr double kPixelsALogical = 2.0;   ///< of the PNG, and of images in PDF and SVG
+constexpr double kPointsALogical = 0.5;   ///< of PDF and SVG: 15 logical pixels are letters of 7.5 pt
+constexpr double kDashes[2] = {5.0, 2.5};  ///< drawn and left out, in line widths
+constexpr double kDots[2] = {1.3, 1.7};
+
+}  // namespace lodestone

@@ -1,0 +1,158 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tools/plotting/axes.h"
+#include "tools/plotting/pictures.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kWidth = 1320.0;
+constexpr double kLeft = 100.0;
+constexpr double kRight = kWidth - 40.0;
+
+double value_at(std::vector<double> values, double share) {
+  values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }), values.end());
+  if (values.empty()) return 0.0;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * (static_cast<double>(values.size()) - 1.0));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+/// Linear where all errors are of one size; logarithmic where one estimator's are many times another's.
+Scale error_scale(const std::vector<PictureSeries>& series) {
+  double smallest_median = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+  for (const PictureSeries& one : series) {
+    if (one.error_m.empty()) continue;
+    const double median = value_at(one.error_m, 0.5);
+    const double fifth = value_at(one.error_m, 0.05);
+    if (smallest_median == 0.0 || median < smallest_median) smallest_median = median;
+    if (low == 0.0 || fifth < low) low = fifth;
+    high = std::max(high, value_at(one.error_m, 1.0));
+  }
+  if (!(high > 0.0)) return {0.0, 1.0};
+  if (high < 15.0 * smallest_median) return {0.0, 1.08 * high};
+  const double floor = std::pow(10.0, std::floor(std::log10(std::clamp(low, 1e-4, 0.1 * high))));
+  return {floor, std::pow(10.0, std::ceil(std::log10(high) + 0.02)), true};
+}
+
+/// Stretches of at least one scan in which some direction was degenerate.
+std::vector<std::pair<double, double>> degenerate_stretches(const PictureSeries& series) {
+  std::vector<std::pair<double, double>> stretches;
+  for (std::size_t i = 0; i < std::min(series.step_time_s.size(), series.degenerate_directions.size()); ++i) {
+    if (series.degenerate_directions[i] == 0) continue;
+    const double begin = i > 0 ? series.step_time_s[i - 1] : series.step_time_s[i];
+    if (!stretches.empty() && stretches.back().second >= begin) {
+      stretches.back().second = series.step_time_s[i];
+    } else {
+      stretches.emplace_back(begin, series.step_time_s[i]);
+    }
+  }
+  return stretches;
+}
+
+/// Steps instead of slopes for counts: each value holds from the previous scan on.
+void step_curve(Axes& axes, const std::vector<double>& time, const std::vector<int>& counts, Color color) {
+  std::vector<double> x;
+  std::vector<double> y;
+  for (std::size_t i = 0; i < std::min(time.size(), counts.size()); ++i) {
+    if (i > 0) {
+      x.push_back(time[i - 1]);
+      y.push_back(counts[i]);
+    }
+    x.push_back(time[i]);
+    y.push_back(counts[i]);
+  }
+  axes.curve(x, y, color, 1.6);
+}
+
+/// The latest series lies on top; drawn in reverse, that is the first one, which the reader looks for.
+template <class Function>
+void from_last_to_first(const std::vector<PictureSeries>& series, Function draw) {
+  for (std::size_t i = series.size(); i-- > 0;) draw(i, series[i]);
+}
+
+}  // namespace
+
+void draw_error_picture(const std::filesystem::path& path, const std::vector<PictureSeries>& series) {
+  double end = 0.0;
+  bool magnetic = false;
+  for (const PictureSeries& one : series) {
+    if (!one.error_time_s.empty()) end = std::max(end, one.error_time_s.back());
+    if (!one.step_time_s.empty()) end = std::max(end, one.step_time_s.back());
+    magnetic = magnetic || !one.magnetic_weight.empty();
+  }
+  const Scale time{0.0, end > 0.0 ? end : 1.0};
+  constexpr int kTimeTicks = 10;
+  constexpr double kTop = 100.0;
+  const CanvasBox error_box{kLeft, kTop, kRight, kTop + 420.0};
+  const CanvasBox count_box{kLeft, error_box.bottom + 26.0, kRight, error_box.bottom + 126.0};
+  const CanvasBox weight_box{kLeft, count_box.bottom + 26.0, kRight, count_box.bottom + 126.0};
+  const CanvasBox& lowest = magnetic ? weight_box : count_box;
+  Canvas canvas(kWidth, lowest.bottom + 70.0);
+  canvas.text({kLeft, 14.0}, "Position error over time", ink::title, ink::text, Anchor::begin, Anchor::begin);
+
+  const Scale error = error_scale(series);
+  Axes error_axes(canvas, error_box, time, error);
+  Axes count_axes(canvas, count_box, time, {0.0, 6.3});
+  Axes weight_axes(canvas, weight_box, time, {0.0, 1.05});
+  std::vector<LegendEntry> legend;
+  bool shaded = false;
+  if (!series.empty()) {
+    for (const auto& [from, to] : degenerate_stretches(series.front())) {
+      error_axes.band(from, to, ink::shade, 0.2);
+      shaded = true;
+    }
+  }
+  error_axes.grid(kTimeTicks, 6);
+  count_axes.grid(kTimeTicks, 4);
+  if (magnetic) weight_axes.grid(kTimeTicks, 2);
+  from_last_to_first(series, [&](std::size_t i, const PictureSeries& one) {
+    error_axes.curve(one.error_time_s, one.error_m, series_color(i), 1.8);
+    step_curve(count_axes, one.step_time_s, one.degenerate_directions, series_color(i));
+    if (!one.magnetic_weight.empty()) weight_axes.curve(one.step_time_s, one.magnetic_weight, series_color(i), 1.6);
+  });
+  error_axes.labels("", "position error, m", kTimeTicks, 6);
+  count_axes.labels(magnetic ? "" : "time, s", "degenerate", kTimeTicks, 4);
+  if (magnetic) weight_axes.labels("time, s", "mag. weight", kTimeTicks, 2);
+
+  for (std::size_t i = 0; i < series.size(); ++i) legend.push_back({series[i].name, series_color(i), 2.5});
+  if (shaded) legend.push_back({"LiDAR degenerate (" + series.front().name + ")", {234, 234, 234}, 0.0, true});
+  draw_legend(canvas, {kLeft, 46.0}, kRight, legend);
+  canvas.save(path);
+}
+
+void draw_distribution_picture(const std::filesystem::path& path, const std::vector<PictureSeries>& series) {
+  constexpr double kTop = 100.0;
+  const CanvasBox box{kLeft, kTop, kLeft + 760.0, kTop + 480.0};
+  Canvas canvas(box.right + 40.0, box.bottom + 70.0);
+  canvas.text({kLeft, 14.0}, "Share of scans within an error", ink::title, ink::text, Anchor::begin, Anchor::begin);
+  const Scale error = error_scale(series);
+  Axes axes(canvas, box, error, {0.0, 102.0});
+  axes.grid(8, 6);
+  std::vector<LegendEntry> legend;
+  from_last_to_first(series, [&](std::size_t i, const PictureSeries& one) {
+    std::vector<double> sorted = one.error_m;
+    sorted.erase(std::remove_if(sorted.begin(), sorted.end(), [](double value) { return !std::isfinite(value); }), sorted.end());
+    std::sort(sorted.begin(), sorted.end());
+    std::vector<double> x{error.low};
+    std::vector<double> y{0.0};
+    for (std::size_t k = 0; k < sorted.size(); ++k) {
+      x.push_back(sorted[k]);
+      y.push_back(100.0 * static_cast<double>(k + 1) / static_cast<double>(one.error_m.size()));
+    }
+    x.push_back(error.high);
+    y.push_back(y.back());
+    axes.curve(x, y, series_color(i), 2.4);
+  });
+  axes.labels("position error, m", "share of scans, %", 8, 6);
+  for (std::size_t i = 0; i < series.size(); ++i) legend.push_back({series[i].name, series_color(i), 2.5});
+  draw_legend(canvas, {kLeft, 46.0}, box.right, legend);
+  canvas.save(path);
+}
+
+}  // namespace lodestone

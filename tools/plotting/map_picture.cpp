@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/plotting/axes.h"
+#include "tools/plotting/color_bar.h"
+#include "tools/plotting/pictures.h"
+#include "tools/plotting/plan_sheet.h"
+
+namespace lodestone {
+
+namespace {
+
+/// What the truth and the map cover. A lost estimate may lie far off: it is cut at the edge, not shown whole.
+PlanStretch stretch_of(const MagneticMap* map, const Trajectory& truth, const std::vector<PictureSeries>& series) {
+  PlanStretch stretch;
+  for (const StampedPose& pose : truth) stretch.include(pose.pose.position.x(), pose.pose.position.y());
+  if (map != nullptr) {
+    const FieldGrid& grid = map->grid();
+    stretch.include(grid.origin.x(), grid.origin.y());
+    stretch.include(grid.origin.x() + grid.resolution_m * (grid.columns - 1),
+                   grid.origin.y() + grid.resolution_m * (grid.rows - 1));
+  }
+  if (truth.empty() && map == nullptr) {
+    for (const PictureSeries& one : series) {
+      for (const StampedPose& pose : one.trajectory) stretch.include(pose.pose.position.x(), pose.pose.position.y());
+    }
+  }
+  stretch.widen(0.5, 0.02);
+  return stretch;
+}
+
+double mean_height(const Trajectory& truth, const std::vector<PictureSeries>& series) {
+  const Trajectory* trajectory = &truth;
+  if (truth.empty() && !series.empty()) trajectory = &series.front().trajectory;
+  double sum = 0.0;
+  for (const StampedPose& pose : *trajectory) sum += pose.pose.position.z();
+  return trajectory->empty() ? 0.0 : sum / static_cast<double>(trajectory->size());
+}
+
+/// The strength between whose 1 % and 99 % quantiles the colours run: a single bolt must not take the whole scale.
+Scale strength_range(const MagneticMap& map) {
+  std::vector<double> strengths;
+  map.for_each_node([&](const Eigen::Vector4f& node) {
+    if (node(3) <= map.max_sigma_ut()) strengths.push_back(node.head<3>().norm());
+  });
+  if (strengths.empty()) return {0.0, 1.0};
+  std::sort(strengths.begin(), strengths.end());
+  const auto quantile = [&](double share) { return strengths[static_cast<std::size_t>(share * (strengths.size() - 1.0))]; };
+  Scale scale{quantile(0.01), quantile(0.99)};
+  if (scale.high - scale.low < 0.1) scale = {scale.low - 0.05, scale.high + 0.05};
+  return scale;
+}
+
+void draw_field(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, double height, const Scale& strength) {
+  canvas.fill(sheet.box, {240, 240, 240});
+  canvas.shade(sheet.box, [&](CanvasPoint point, Color& color) {
+    const auto value = map.query({sheet.x_at(point.x), sheet.y_at(point.y), height}, FieldInterpolation::bilinear);
+    if (value) color = heat_color(strength.share(value->field_ut.norm()));
+    return value.has_value();
+  });
+}
+
+void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, Color color, double width) {
+  std::vector<CanvasPoint> points;
+  for (const StampedPose& pose : trajectory) {
+    if (pose.pose.position.allFinite()) points.push_back(axes.at(pose.pose.position.x(), pose.pose.position.y()));
+  }
+  canvas.polyline(points, color, width);
+}
+
+}  // namespace
+
+void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map, const Trajectory& truth,
+                      const std::vector<PictureSeries>& series) {
+  constexpr double kLegendTop = 44.0;
+  const bool tracks = !truth.empty() || !series.empty();
+  const double plot_top = tracks ? 100.0 : 60.0;  // a map alone has no legend
+  const PlanSheet sheet = plan_sheet(stretch_of(map, truth, series), plot_top);
+  const CanvasBox& box = sheet.box;
+  const PlanStretch& stretch = sheet.stretch;
+  Canvas canvas(sheet.width, sheet.height);
+  canvas.text({box.left, 14.0}, map == nullptr ? "Trajectories" : tracks ? "Magnetic map and trajectories" : "Magnetic map", ink::title, ink::text,
+              Anchor::begin, Anchor::begin);
+
+  Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
+  if (map != nullptr) {
+    const Scale strength = strength_range(*map);
+    draw_field(canvas, sheet, *map, mean_height(truth, series), strength);
+    draw_color_bar(canvas, sheet.color_bar(), strength, heat_color, "|B| µT");
+  } else {
+    axes.grid(sheet.x_ticks, sheet.y_ticks);
+  }
+
+  // Lines that lie on each other are told apart by their width: the truth widest, later estimates ever narrower on top.
+  canvas.clip(box);
+  std::vector<LegendEntry> legend;
+  constexpr double kTruthWidth = 7.5;
+  if (!truth.empty()) {
+    draw_track(canvas, axes, truth, ink::white, kTruthWidth + 2.0);
+    draw_track(canvas, axes, truth, ink::truth, kTruthWidth);
+    legend.push_back({"truth", ink::truth, kTruthWidth});
+  }
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const double width = std::max(1.3, 5.0 - 2.0 * static_cast<double>(i));
+    if (truth.empty()) draw_track(canvas, axes, series[i].trajectory, ink::white, width + 2.0);
+    draw_track(canvas, axes, series[i].trajectory, series_color(i), width);
+    legend.push_back({series[i].name, series_color(i), width});
+  }
+  const Trajectory& leading = truth.empty() && !series.empty() ? series.front().trajectory : truth;
+  if (!leading.empty()) {
+    const Vector3& start = leading.front().pose.position;
+    canvas.disk(axes.at(start.x(), start.y()), 7.0, ink::white);
+    canvas.disk(axes.at(start.x(), start.y()), 5.0, ink::truth);
+    canvas.disk(axes.at(start.x(), start.y()), 2.5, ink::white);
+  }
+  canvas.unclip();
+  axes.labels("x, m", "y, m", sheet.x_ticks, sheet.y_ticks);
+  if (tracks) draw_legend(canvas, {box.left, kLegendTop}, box.right, legend);
+  canvas.save(path);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,59 @@
+#include "tools/plotting/plan_sheet.h"
+
+#include <algorithm>
+
+namespace lodestone {
+
+void PlanStretch::include(double x, double y) {
+  x_low = std::min(x_low, x);
+  x_high = std::max(x_high, x);
+  y_low = std::min(y_low, y);
+  y_high = std::max(y_high, y);
+}
+
+void PlanStretch::widen(double least_m, double share) {
+  if (!(x_high >= x_low)) *this = {-1.0, 1.0, -1.0, 1.0};
+  const double margin = std::max(least_m, share * std::max(width(), height()));
+  *this = {x_low - margin, x_high + margin, y_low - margin, y_high + margin};
+}
+
+PlanStretch PlanStretch::filling(double width_over_height) const {
+  const double wide = std::max(width(), height() * width_over_height);
+  const double high = wide / width_over_height;
+  const double x = 0.5 * (x_low + x_high);
+  const double y = 0.5 * (y_low + y_high);
+  return {x - 0.5 * wide, x + 0.5 * wide, y - 0.5 * high, y + 0.5 * high};
+}
+
+double PlanSheet::x_at(double canvas_x) const {
+  return stretch.x_low + (canvas_x - box.left) / box.width() * stretch.width();
+}
+
+double PlanSheet::y_at(double canvas_y) const {
+  return stretch.y_high - (canvas_y - box.top) / box.height() * stretch.height();
+}
+
+PlanSheet plan_sheet(const PlanStretch& stretch, double top) {
+  constexpr double kWidth = 1200.0;
+  constexpr double kLeastWidth = 500.0;
+  constexpr double kMostHeight = 1000.0;
+  constexpr double kLeastHeight = 260.0;
+  const double wide = stretch.width();
+  const double high = stretch.height();
+  const double pixels_a_metre = std::min(kWidth / wide, kMostHeight / high);
+  const double width = std::max(kLeastWidth, wide * pixels_a_metre);
+  const double height = std::max(kLeastHeight, high * pixels_a_metre);
+  const double spare_x = 0.5 * (width / pixels_a_metre - wide);
+  const double spare_y = 0.5 * (height / pixels_a_metre - high);
+
+  PlanSheet sheet;
+  sheet.stretch = {stretch.x_low - spare_x, stretch.x_high + spare_x, stretch.y_low - spare_y, stretch.y_high + spare_y};
+  sheet.box = {100.0, top, 100.0 + width, top + height};
+  sheet.width = sheet.box.right + 120.0;
+  sheet.height = sheet.box.bottom + 70.0;
+  sheet.x_ticks = static_cast<int>(width / 110.0);
+  sheet.y_ticks = std::max(2, static_cast<int>(height / 80.0));
+  return sheet;
+}
+
+}  // namespace lodestone

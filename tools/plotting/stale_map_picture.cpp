@@ -1,0 +1,151 @@
+#include "tools/plotting/stale_map_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/plotting/axes.h"
+#include "tools/plotting/color_bar.h"
+#include "tools/plotting/plan_sheet.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kLongestStep_m = 1.0;  // between points of one line: beyond it readings are missing
+constexpr Color kStale{20, 20, 20};
+
+/// The drive with some surroundings: what of the map was not driven through has nothing to say here.
+PlanStretch stretch_of(const std::vector<DifferencePoint>& drive) {
+  PlanStretch stretch;
+  for (const DifferencePoint& point : drive) stretch.include(point.position.x(), point.position.y());
+  stretch.widen(1.5, 0.03);
+  return stretch;
+}
+
+/// Up to what all but one in two hundred points stay below; logarithmic where one spot would make all else look alike.
+Scale difference_scale(const std::vector<DifferencePoint>& drive) {
+  std::vector<double> sizes;
+  for (const DifferencePoint& point : drive) sizes.push_back(point.size_ut);
+  std::sort(sizes.begin(), sizes.end());
+  if (sizes.empty()) return {0.0, 1.0};
+  const double high = std::max(1.0, sizes[static_cast<std::size_t>(0.995 * (static_cast<double>(sizes.size()) - 1.0))]);
+  const double usual = std::max(0.1, sizes[sizes.size() / 2]);
+  if (high > 15.0 * usual) return {usual, high, true};
+  return {0.0, high};
+}
+
+void draw_pale_map(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, double height) {
+  const CanvasBox& box = sheet.box;
+  const auto strength = [&](CanvasPoint point) {
+    const auto value = map.query({sheet.x_at(point.x), sheet.y_at(point.y), height}, FieldInterpolation::bilinear);
+    return value ? value->field_ut.norm() : std::nan("");
+  };
+  std::vector<double> seen;  // sets the greys; a bolt must not take the whole scale
+  for (double y = box.top; y < box.bottom; y += 4.0) {
+    for (double x = box.left; x < box.right; x += 4.0) {
+      const double value = strength({x, y});
+      if (std::isfinite(value)) seen.push_back(value);
+    }
+  }
+  if (seen.empty()) return;
+  std::sort(seen.begin(), seen.end());
+  const double low = seen[seen.size() / 50];
+  const double high = std::max(low + 0.1, seen[seen.size() - 1 - seen.size() / 50]);
+  canvas.shade(box, [&](CanvasPoint point, Color& color) {
+    const double value = strength(point);
+    if (!std::isfinite(value)) return false;
+    const int grey = static_cast<int>(std::lround(232.0 - 58.0 * std::clamp((value - low) / (high - low), 0.0, 1.0)));
+    color = {grey, grey, grey};
+    return true;
+  });
+}
+
+void draw_drive(Canvas& canvas, const Axes& axes, const std::vector<DifferencePoint>& drive, const Scale& scale, double width) {
+  for (std::size_t i = 1; i < drive.size(); ++i) {
+    const Vector3& from = drive[i - 1].position;
+    const Vector3& to = drive[i].position;
+    if ((to - from).norm() > kLongestStep_m) continue;
+    canvas.line(axes.at(from.x(), from.y()), axes.at(to.x(), to.y()),
+                vivid_color(scale.share(0.5 * (drive[i - 1].size_ut + drive[i].size_ut))), width);
+  }
+}
+
+/// The outline of a place: the sides of its cells that no other of its cells shares.
+void draw_outlines(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
+  const double side = stale.options.cell_m;
+  const auto place_at = [&](CellKey key) {
+    const auto found = std::lower_bound(stale.cells.begin(), stale.cells.end(), key,
+                                        [](const FieldCellTest& cell, const CellKey& wanted) { return cell.key < wanted; });
+    return found != stale.cells.end() && found->key == key ? found->place : 0;
+  };
+  for (const FieldCellTest& cell : stale.cells) {
+    if (cell.place == 0) continue;
+    const double x = side * cell.key.first;
+    const double y = side * cell.key.second;
+    const auto edge = [&](CellKey neighbour, double x0, double y0, double x1, double y1) {
+      if (place_at(neighbour) != cell.place) canvas.line(axes.at(x0, y0), axes.at(x1, y1), kStale, 1.6);
+    };
+    edge({cell.key.first - 1, cell.key.second}, x, y, x, y + side);
+    edge({cell.key.first + 1, cell.key.second}, x + side, y, x + side, y + side);
+    edge({cell.key.first, cell.key.second - 1}, x, y, x + side, y);
+    edge({cell.key.first, cell.key.second + 1}, x, y + side, x + side, y + side);
+  }
+}
+
+/// Numbers of the places, the worst on top; places whose number would lie on another's go without.
+void draw_numbers(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
+  constexpr double kRadius = 11.0;
+  std::vector<CanvasPoint> drawn;
+  for (const StalePlace& place : stale.places) {
+    double top = place.center.y();
+    for (const FieldCellTest& cell : stale.cells) {
+      if (cell.place == place.number) top = std::max(top, stale.options.cell_m * (cell.key.second + 1));
+    }
+    CanvasPoint at = axes.at(place.center.x(), top);
+    at.y = std::clamp(at.y - kRadius - 2.0, axes.box().top + kRadius, axes.box().bottom - kRadius);
+    at.x = std::clamp(at.x, axes.box().left + kRadius, axes.box().right - kRadius);
+    const bool covered = std::any_of(drawn.begin(), drawn.end(), [&](const CanvasPoint& other) {
+      return std::hypot(other.x - at.x, other.y - at.y) < 2.0 * kRadius;
+    });
+    if (covered) continue;
+    drawn.push_back(at);
+    canvas.disk(at, kRadius, kStale);
+    canvas.disk(at, kRadius - 1.5, ink::white);
+    canvas.text(at, std::to_string(place.number), 12.0, ink::text, Anchor::middle, Anchor::middle);
+  }
+}
+
+}  // namespace
+
+void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap& map,
+                            const std::vector<DifferencePoint>& drive, const StaleMap& stale) {
+  const PlanSheet sheet = plan_sheet(stretch_of(drive), 76.0);
+  const CanvasBox& box = sheet.box;
+  Canvas canvas(sheet.width, sheet.height);
+  canvas.text({box.left, 14.0}, "Measured field less the map's, along the drive", ink::title, ink::text, Anchor::begin,
+              Anchor::begin);
+  canvas.text({box.left, 44.0},
+              fmt::format("{} stale place{} in {} cells of {:g} m driven through; probability of false alarm {:g} a cell",
+                          stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.cells.size(), stale.options.cell_m,
+                          stale.options.false_alarm_probability),
+              ink::letter, ink::text, Anchor::begin, Anchor::begin);
+
+  const PlanStretch& stretch = sheet.stretch;
+  Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
+  double height = 0.0;
+  for (const DifferencePoint& point : drive) height += point.position.z() / static_cast<double>(drive.size());
+  draw_pale_map(canvas, sheet, map, height);
+  const Scale scale = difference_scale(drive);
+  draw_color_bar(canvas, sheet.color_bar(), scale, vivid_color, "|ΔB| µT");
+  canvas.clip(box);
+  draw_drive(canvas, axes, drive, scale, 6.0);
+  draw_outlines(canvas, axes, stale);
+  draw_numbers(canvas, axes, stale);
+  canvas.unclip();
+  axes.labels("x, m", "y, m", sheet.x_ticks, sheet.y_ticks);
+  canvas.save(path);
+}
+
+}  // namespace lodestone

@@ -1,0 +1,176 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "core/error.h"
+#include "frontends/configuration/platform.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "frontends/configuration/trajectory_file.h"
+#include "tools/simulate/bag_recorder.h"
+#include "tools/simulate/cloud_map.h"
+#include "tools/simulate/simulation_source.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+#include "tools/run/resources.h"
+#include "tools/writers/output_file.h"
+
+namespace lodestone {
+namespace {
+
+struct SimulateOptions {
+  std::string world;
+  std::string out;
+  std::string sequence;
+  std::string scene;
+  std::vector<std::string> only{"log", "cloud", "survey"};
+
+  bool writes(const char* part) const { return std::find(only.begin(), only.end(), part) != only.end(); }
+  std::vector<std::string> settings;
+  std::uint64_t seed = 1;
+  double duration_s = std::numeric_limits<double>::infinity();
+  int threads = 0;
+};
+
+double seconds_from(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The world's sensors as a platform file says them, with the same noise that the simulator draws.
+Platform make_platform(const simulation::World& world) {
+  Platform platform;
+  platform.name = world.name;
+  platform.suite = simulation::sensor_suite(world);
+  platform.lidar = simulation::message_layout(simulation::scan_format(world.lidar));
+  for (std::size_t j = 0; j < platform.suite.magnetometers.size(); ++j)
+    platform.magnetometers.push_back({fmt::format("/magnetometer_{}/field", j), FieldUnit::tesla});
+  return platform;
+}
+
+void record(simulation::SimulationSource& source, const Platform& platform, simulation::ScanFormat format,
+            const std::string& path) {
+  const auto start = std::chrono::steady_clock::now();
+  simulation::BagRecorder::Topics topics{platform.lidar.topic, platform.imu.topic, {}};
+  for (const auto& magnetometer : platform.magnetometers) topics.magnetometers.push_back(magnetometer.topic);
+  simulation::BagRecorder recorder(path, topics, format);
+  Progress progress(std::filesystem::path(path).filename().string(), source.begin_time(), source.end_time());
+  Measurement measurement;
+  while (source.next(measurement)) {
+    recorder.write(measurement);
+    progress.update(completion_time(measurement));
+    throw_if_interrupted();
+  }
+  recorder.close();
+  progress.finish();
+  fmt::print("{}: {:.1f} s of log, {:.0f} MB, written in {:.1f} s\n", path,
+             to_seconds(source.end_time() - source.begin_time()),
+             static_cast<double>(std::filesystem::file_size(path)) * 1e-6, seconds_from(start));
+}
+
+void write_cloud(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment,
+                 std::uint64_t seed, const std::string& path) {
+  const auto cloud = simulation::sample_cloud(world, *environment, seed);
+  if (cloud.empty()) {
+    throw InputError(world.file + ": no surface of the world is seen from its paths; the cloud map is empty");
+  }
+  write_point_cloud(path, cloud);
+  fmt::print("{}: {} points\n", path, cloud.size());
+}
+
+void simulate(const SimulateOptions& options) {
+  using Drive = simulation::SimulationSource::Drive;
+  catch_interrupts();
+  const ThreadLimit limit(options.threads);
+  const simulation::World world = simulation::load_world(options.world, options.settings);
+  const auto& [sequence, drive_plan] = simulation::find_sequence(world, options.sequence);
+  const std::string scene = options.scene.empty()                   ? drive_plan.scene
+                            : options.scene == simulation::no_scene ? std::string{}
+                                                                    : options.scene;
+  if (!(options.duration_s >= 1.0 / world.lidar.rate_hz)) {
+    throw InputError(fmt::format("--duration: expected at least one scan of the LiDAR, {:g} s, found {:g} s",
+                                 1.0 / world.lidar.rate_hz, options.duration_s));
+  }
+  simulation::find_scene(world, scene);  // refuses an unknown one before anything is made
+  made_folder(options.out);
+  const auto path = [&](const char* name) { return (std::filesystem::path(options.out) / name).string(); };
+
+  // The cloud map may have been surveyed among other things than the robot drives among.
+  const bool drives = options.writes("log") || options.writes("survey");
+  auto environment = std::make_shared<const simulation::Environment>(world, drives ? scene : world.cloud.scene);
+  fmt::print("{}: sequence {}, seed {}{}, {} triangles, {} pieces of steel\n", options.world, sequence, options.seed,
+             environment->scene_name.empty() ? "" : ", scene " + environment->scene_name,
+             environment->scene.mesh.triangles.size(), environment->scene.sources.size());
+  const Platform platform = make_platform(world);
+  save_platform(platform, path("platform.yaml"));
+  if (options.writes("cloud")) {
+    const bool same_scene = world.cloud.scene == environment->scene_name;
+    write_cloud(world,
+                same_scene ? environment : std::make_shared<const simulation::Environment>(world, world.cloud.scene),
+                options.seed, path("cloud.pcd"));
+  }
+  if (options.writes("log")) {
+    simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
+    write_tum(path("truth.tum"), drive.trajectory(), "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw");
+    record(drive, platform, simulation::scan_format(world.lidar), path("log.bag"));
+  }
+  if (options.writes("survey")) {
+    simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
+                                        std::numeric_limits<double>::infinity());
+    write_tum(path("survey.tum"), survey.trajectory(),
+              fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
+                          world.survey.position_sigma_m, world.survey.angle_sigma_deg));
+    record(survey, platform, simulation::scan_format(world.lidar), path("survey.bag"));
+  }
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& app, int* code) {
+  const auto options = std::make_shared<SimulateOptions>();
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Drive a robot through a world and write what it would have recorded, with truth and maps' sources");
+  command->add_option("world", options->world, "World file (config/worlds/)")->required()->type_name("WORLD.yaml");
+  command
+      ->add_option("--out", options->out,
+                   "Folder for log.bag, truth.tum, platform.yaml, cloud.pcd, survey.bag and survey.tum")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")
+      ->type_name("N");
+  command->add_option("--sequence", options->sequence, "Which drive (default: the world's first)")->type_name("NAME");
+  command
+      ->add_option("--scene", options->scene,
+                   "What else stands there (default: the sequence's own scene; none: only what always does)")
+      ->type_name("NAME");
+  command->add_option("--only", options->only, "Write only these: log (with its truth), cloud, survey")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"log", "cloud", "survey"}))
+      ->type_name("PART[,PART]");
+  command->add_option("--duration", options->duration_s, "Cut the drive after so many seconds")
+      ->type_name("S");
+  command
+      ->add_option("--set", options->settings,
+                   "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
+      ->type_name("key.path=value");
+  command->add_option("--threads", options->threads, "At most so many (default: all); the files are the same")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
+  command->footer(
+      "Examples:\n"
+      "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel\n"
+      "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/warehouse --sequence 2 --seed 7 "
+      "--set sensors.magnetometers.noise_ut=5\n"
+      "  lodestone simulate config/worlds/carpark.yaml --scene 2026-02-06 --only survey --out /tmp/february\n"
+      "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/faulty "
+      "--set 'faults=[{kind: hard_iron, magnetometer: front_0, offset_ut: [12, -5, 8]}]'");
+  command->callback([options, code] {
+    simulate(*options);
+    *code = exit_code::done;
+  });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,96 @@
+#include "tools/writers/estimate_files.h"
+
+#include <fmt/format.h>
+
+#include "frontends/configuration/trajectory_file.h"
+#include "tools/writers/covariance_file.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr const char* kTrajectoryHeader = "# t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends\n";
+
+std::string diagnostics_header() {
+  std::string text = "t_s,health,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";
+  for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_sigma_m", i);
+  for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
+  return text +
+         ",degenerate_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,magnetic_weight,magnetic_shrink,"
+         "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,clock_offset_s,clock_sigma_s,iterations,step_ms\n";
+}
+
+/// A figure, or nan where nothing was measured: a zero would pass for a very good one.
+std::string figure(bool measured, double value) { return measured ? fmt::format(",{:.6g}", value) : ",nan"; }
+
+std::string diagnostics_row(const Estimate& estimate) {
+  const Diagnostics& d = estimate.diagnostics;
+  const bool analysed = (d.direction_sigma_m.array() != 0.0).any();
+  const bool field = d.magnetic_samples > 0;
+  const bool clock = d.clock_sigma_s > 0.0;
+  std::string text = fmt::format("{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health), d.points, d.correspondences);
+  text += figure(d.points > 0, d.inlier_share) + figure(d.correspondences > 0, d.lidar_rmse_m);
+  text += figure(d.lidar_nis > 0.0, d.lidar_nis);
+  for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
+  for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_weight(i));
+  text += fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);
+  text += figure(field, d.magnetic_weight) + figure(field, d.magnetic_shrink) + figure(field, d.magnetic_residual_ut);
+  text += figure(d.magnetic_nis > 0.0, d.magnetic_nis) + fmt::format(",{}", d.magnetic_set_aside);
+  text += figure(clock, d.clock_offset_s) + figure(clock, d.clock_sigma_s);
+  return text + fmt::format(",{},{:.6g}\n", d.iterations, d.step_ms);
+}
+
+}  // namespace
+
+const char* health_name(Health health) {
+  switch (health) {
+    case Health::good:
+      return "good";
+    case Health::degenerate:
+      return "degenerate";
+    case Health::lost:
+      return "lost";
+  }
+  return "lost";
+}
+
+EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
+    : folder_(made_folder(folder)),
+      trajectory_(folder / "trajectory.tum"),
+      causal_(folder / "causal.tum"),
+      covariance_(folder / "covariance.csv"),
+      diagnostics_(folder / "diagnostics.csv") {
+  trajectory_.write(kTrajectoryHeader);
+  causal_.write(kTrajectoryHeader);
+  covariance_.write(covariance_header());
+  diagnostics_.write(diagnostics_header());
+}
+
+void EstimateFiles::causal(const Estimate& estimate) {
+  causal_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  diagnostics_.write(diagnostics_row(estimate));
+}
+
+void EstimateFiles::best(const Estimate& estimate) {
+  trajectory_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  covariance_.write(covariance_row(estimate.time, estimate.covariance));
+}
+
+void EstimateFiles::smoothed(const Estimate& estimate) {
+  if (smoothed_ == nullptr) {
+    smoothed_ = std::make_unique<OutputFile>(folder_ / "smoothed.tum");
+    smoothed_->write(kTrajectoryHeader);
+  }
+  smoothed_->write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+}
+
+void EstimateFiles::finish(const std::string& mark) {
+  for (OutputFile* file : {&trajectory_, &causal_, smoothed_.get()}) {
+    if (file != nullptr && !mark.empty()) file->write("# " + mark + "\n");
+  }
+  for (OutputFile* file : {&trajectory_, &causal_, smoothed_.get(), &covariance_, &diagnostics_}) {
+    if (file != nullptr) file->commit();
+  }
+}
+
+}  // namespace lodestone

@@ -1,0 +1,82 @@
+#include "tools/writers/output_file.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "core/aside.h"
+#include "core/error.h"
+
+namespace lodestone {
+
+OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
+  aside_ = aside_name(path_.string());
+  file_ = std::fopen(aside_.c_str(), "wb");
+  if (file_ == nullptr) {
+    throw InputError(fmt::format("{}: cannot be written: {}; choose another --out", path_.string(), std::strerror(errno)));
+  }
+}
+
+OutputFile::~OutputFile() {
+  if (file_ == nullptr) return;
+  std::fclose(file_);
+  std::error_code ignored;
+  std::filesystem::remove(aside_, ignored);
+}
+
+void OutputFile::write(std::string_view text) { std::fwrite(text.data(), 1, text.size(), file_); }
+
+void OutputFile::commit() {
+  const bool broken = std::ferror(file_) != 0;
+  const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
+  std::error_code error;
+  if (!broken && closed) std::filesystem::rename(aside_, path_, error);
+  if (broken || !closed || error) {
+    std::error_code ignored;
+    std::filesystem::remove(aside_, ignored);
+    throw InputError(fmt::format("{}: not written whole: {}; make room or choose another --out", path_.string(),
+                                 error ? error.message() : std::strerror(errno)));
+  }
+}
+
+void check_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  std::filesystem::path there = std::filesystem::absolute(folder, ignored);
+  while (!std::filesystem::exists(there, ignored) && there != there.parent_path()) there = there.parent_path();
+  if (!std::filesystem::is_directory(there, ignored)) {
+    throw InputError(fmt::format("{}: cannot make the folder: {} is no folder; choose another --out", folder.string(), there.string()));
+  }
+  if (access(there.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(fmt::format("{}: cannot be written: {}: {}; choose another --out", folder.string(), there.string(),
+                                 std::strerror(errno)));
+  }
+}
+
+std::filesystem::path made_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
+  }
+  return folder;
+}
+
+std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::remove_all(folder, error);
+  if (error) throw InputError(fmt::format("{}: cannot be emptied: {}; choose another --out", folder.string(), error.message()));
+  return made_folder(folder);
+}
+
+std::filesystem::path yaml_output(const std::string& out) {
+  const std::filesystem::path path(out);
+  if (path.extension() != ".yaml") throw InputError(out + ": expected a name ending in .yaml for --out");
+  if (path.has_parent_path()) made_folder(path.parent_path());
+  return path;
+}
+
+}  // namespace lodestone
