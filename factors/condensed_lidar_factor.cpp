@@ -5,12 +5,30 @@
 
 namespace lodestone {
 
-using Matrix19x6 = Eigen::Matrix<double, 19, 6>;
+namespace {
+
+using Matrix25x3 = Eigen::Matrix<double, 25, 3>;
+using Matrix25x6 = Eigen::Matrix<double, 25, 6>;
+
+NavState state_of(const double* pose, const double* motion) {
+  NavState state;
+  state.T_map_imu = to_pose(pose);
+  state.velocity = Vector3(motion);
+  return state;
+}
+
+void to_motion(const Matrix25x3& by_velocity, double* ambient) {
+  Eigen::Map<Eigen::Matrix<double, 25, 9, Eigen::RowMajor>> by_motion{ambient};
+  by_motion.setZero();
+  by_motion.leftCols<3>() = by_velocity;
+}
+
+}  // namespace
 
 CondensedLidarFactor::CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, bool has_before) {
-  set_num_residuals(19);
+  set_num_residuals(25);
   *mutable_parameter_block_sizes() = {7, 9};
-  if (has_before) mutable_parameter_block_sizes()->push_back(7);
+  if (has_before) mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), {7, 9});
   set(scan, mask);
 }
 
@@ -23,35 +41,29 @@ void CondensedLidarFactor::set(const CondensedScan& scan, const PoseMask& mask) 
 
 bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const bool derive = jacobians != nullptr;
-  const Pose end = to_pose(parameters[0]);
-  const Pose before = has_before() ? to_pose(parameters[2]) : Pose{};
+  const NavState end = state_of(parameters[0], parameters[1]);
+  const NavState before = has_before() ? state_of(parameters[2], parameters[3]) : NavState{};
   Deskewing::Jacobians by_states;
   Matrix6 seen_by_end;
-  const Pose seen = mask_.apply(end, derive ? &seen_by_end : nullptr);
-  const Vector6 rates = deskewing_.rates(has_before() ? &before.rotation : nullptr, end.rotation, Vector3(parameters[1]),
-                                         derive ? &by_states : nullptr);
-  Vector19 coordinates;
-  coordinates << cost_.coordinates(seen), mask_.hide(rates);
-  Eigen::Map<Vector19>{residuals} = root_ * coordinates;
+  const Pose seen = mask_.apply(end.T_map_imu, derive ? &seen_by_end : nullptr);
+  const Vector12 departure =
+      deskewing_.departure(has_before() ? &before : nullptr, end, derive ? &by_states : nullptr);
+  Vector25 coordinates;
+  coordinates << cost_.coordinates(seen), mask_.hide_departure(departure);
+  Eigen::Map<Vector25>{residuals} = root_ * coordinates;
   if (!derive) return true;
 
-  const Matrix19x6 by_rates = mask_.hide_from(root_.rightCols<6>());
+  const Eigen::Matrix<double, 25, 12> by_departure = mask_.hide_departure_from(root_.rightCols<12>());
   if (jacobians[0] != nullptr) {
-    Matrix19x6 by_end = root_.leftCols<13>() * cost_.coordinates_jacobian(seen);
+    Matrix25x6 by_end = root_.leftCols<13>() * cost_.coordinates_jacobian(seen);
     if (mask_.active()) by_end = (by_end * seen_by_end).eval();
-    by_end.leftCols<3>() += by_rates.leftCols<3>() * by_states.turn_by_end + by_rates.rightCols<3>() * by_states.shift_by_end;
+    by_end += by_departure * by_states.by_end;
     to_ambient(parameters[0], by_end, jacobians[0]);
   }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 19, 9, Eigen::RowMajor>> by_motion{jacobians[1]};
-    by_motion.setZero();
-    by_motion.leftCols<3>() = -by_rates.rightCols<3>();
-  }
-  if (has_before() && jacobians[2] != nullptr) {
-    Matrix19x6 by_before = Matrix19x6::Zero();
-    by_before.leftCols<3>() = by_rates.leftCols<3>() * by_states.turn_by_before;
-    to_ambient(parameters[2], by_before, jacobians[2]);
-  }
+  if (jacobians[1] != nullptr) to_motion(by_departure * by_states.by_end_velocity, jacobians[1]);
+  if (!has_before()) return true;
+  if (jacobians[2] != nullptr) to_ambient(parameters[2], by_departure * by_states.by_before, jacobians[2]);
+  if (jacobians[3] != nullptr) to_motion(by_departure * by_states.by_before_velocity, jacobians[3]);
   return true;
 }
 

@@ -7,10 +7,10 @@
 
 namespace lodestone {
 
-/// All point-to-plane residuals of a scan as nineteen: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost, gradient and Gauss-Newton
-/// Hessian are those of one residual a point whose place hangs on all states that deskewing leaned on
-/// (docs/architecture.md). The mask hides directions of the pose and of the rates alike.
-/// Parameters: pose (7) and motion (9: v, b_g, b_a) at the scan's end and, where a keyframe comes before, its pose (7).
+/// All point-to-plane residuals of a scan as twenty-five: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost, gradient and
+/// Gauss-Newton Hessian are those of one residual a point whose place depends on the states at both ends of the step that the
+/// scan was deskewed over. The mask hides directions of the pose and of the departure alike.
+/// Parameters: pose (7) and motion (9: v, b_g, b_a) at the scan's end and, where a keyframe comes before, its pose and motion.
 /// Its content may be renewed between solves, so that the Ceres problem persists.
 class CondensedLidarFactor final : public ceres::CostFunction {
  public:
@@ -34,7 +34,7 @@ class CondensedLidarFactor final : public ceres::CostFunction {
 
   CondensedCost cost_;
   Deskewing deskewing_;
-  Matrix19 root_ = Matrix19::Zero();
+  Matrix25 root_ = Matrix25::Zero();
   PoseMask mask_;
 };
 

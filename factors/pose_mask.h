@@ -40,15 +40,33 @@ class PoseMask {
     archive(active_, projector_, reference_, slide_);
   }
 
-  /// What of a small motion (φ, p) of the robot the factor sees, and of a derivative by one.
-  Vector6 hide(const Vector6& motion) const { return active_ ? (projector_ * motion).eval() : motion; }
+  /// What of a departure (Deskewing) the factor sees: its turn and its shift are one motion of the keyframe before, its slopes
+  /// are shifts alone.
+  Eigen::Matrix<double, 12, 1> hide_departure(const Eigen::Matrix<double, 12, 1>& departure) const {
+    if (!active_) return departure;
+    return departure_projector() * departure;
+  }
+
+  /// The same of a derivative by a departure.
   template <class Derived>
-  Eigen::Matrix<double, Derived::RowsAtCompileTime, 6> hide_from(const Eigen::MatrixBase<Derived>& jacobian) const {
+  Eigen::Matrix<double, Derived::RowsAtCompileTime, 12> hide_departure_from(
+      const Eigen::MatrixBase<Derived>& jacobian) const {
     if (!active_) return jacobian;
-    return jacobian * projector_;
+    return jacobian * departure_projector();
   }
 
  private:
+  Eigen::Matrix<double, 12, 12> departure_projector() const {
+    constexpr int kTurn = 0;
+    constexpr int kShift = 6;
+    Eigen::Matrix<double, 12, 12> result = Eigen::Matrix<double, 12, 12>::Zero();
+    result.block<3, 3>(kTurn, kTurn) = projector_.topLeftCorner<3, 3>();
+    result.block<3, 3>(kTurn, kShift) = projector_.topRightCorner<3, 3>();
+    result.block<3, 3>(kShift, kTurn) = projector_.bottomLeftCorner<3, 3>();
+    for (const int shift : {3, kShift, 9}) result.block<3, 3>(shift, shift) = projector_.bottomRightCorner<3, 3>();
+    return result;
+  }
+
   bool active_ = false;
   Matrix6 projector_ = Matrix6::Identity();
   Pose reference_;

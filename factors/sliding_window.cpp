@@ -127,7 +127,7 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan, const st
     static_cast<CondensedLidarFactor*>(const_cast<ceres::CostFunction*>(keyframe.lidar.function))->set(scan, mask);
   } else {
     std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.motion};
-    if (k > 0) blocks.push_back(&keyframes_[k - 1]->pose);
+    if (k > 0) blocks.insert(blocks.end(), {&keyframes_[k - 1]->pose, &keyframes_[k - 1]->motion});
     keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(scan, mask, k > 0), blocks);
   }
 }
@@ -222,7 +222,7 @@ void SlidingWindow::marginalize_oldest() {
     if (factor) involved.push_back(factor);
   }
   // The next scan's deskewing leans on the oldest pose: what it knows goes into the prior with it.
-  next.lidar_in_prior = next.lidar && next.lidar.blocks.back() == &oldest.pose;
+  next.lidar_in_prior = next.lidar && next.lidar.blocks.back() == &oldest.motion;
   if (next.lidar_in_prior) involved.push_back(next.lidar);
   std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
   // Without a scan the slide goes on: what was not held before is not held by what was known before.

@@ -6,39 +6,44 @@
 
 namespace lodestone {
 
-/// What a scan was deskewed with. The noise of the gyroscope that turns the points also turns the preintegrated step to the
-/// scan's end, and an error of the velocity shifts the points as it shifts the step: what deskewing took wrongly is told by
-/// the states at both ends. `rates` is that error as one turn and one shift a second, back from the end.
+using Vector12 = Eigen::Matrix<double, 12, 1>;
+using Matrix12 = Eigen::Matrix<double, 12, 12>;
+
+/// The motion that a scan was deskewed with, from the keyframe before to the scan's end. The states at both ends may differ
+/// from it. The difference displaces the points: docs/design explains the model ("A scan depends on the states at both ends").
 struct Deskewing {
   /// Of points that need none.
   Deskewing() = default;
 
-  /// `end`: the state at the scan's end that `motion`, from the keyframe before to the scan's end, was made with.
+  /// `motion`: from the keyframe before to the scan's end. `end`: the state at the scan's end that `motion` was made with.
   Deskewing(const NavState& end, const ScanMotion& motion, const ImuNoise& noise);
 
-  Quaternion turn = Quaternion::Identity();  ///< R_beforeᵀ R_end, as the scan was deskewed with
-  Vector3 velocity = Vector3::Zero();        ///< at the scan's end, its body axes, m/s, as the scan was deskewed with
-  double step_s = 0.0;                       ///< from the keyframe before to the scan's end; 0: nothing was deskewed
-  double gyroscope_density = 0.0;            ///< of the noise's power, rad²/s
-  double accelerometer_density = 0.0;        ///< m²/s³
+  Quaternion turn = Quaternion::Identity();      ///< R_beforeᵀ R_end
+  Vector3 velocity = Vector3::Zero();            ///< at the scan's end, imu axes at the end, m/s
+  Vector3 before_position = Vector3::Zero();     ///< of the keyframe before, imu frame at the end, m
+  Vector3 before_velocity = Vector3::Zero();     ///< of the keyframe before, imu axes at the end, m/s
+  double step_s = 0.0;                           ///< from the keyframe before to the scan's end; 0: nothing was deskewed
+  double gyroscope_density = 0.0;                ///< of the noise's power, rad²/s
+  double accelerometer_density = 0.0;            ///< m²/s³
 
-  /// Derivatives of the rates by right perturbations of the states.
+  /// Derivatives of the departure by the right tangents (φ, p) of both poses and by both velocities.
   struct Jacobians {
-    Matrix3 turn_by_before = Matrix3::Zero();
-    Matrix3 turn_by_end = Matrix3::Zero();
-    Matrix3 shift_by_end = Matrix3::Zero();  // by velocity it is −I
+    Eigen::Matrix<double, 12, 6> by_end = Eigen::Matrix<double, 12, 6>::Zero();
+    Eigen::Matrix<double, 12, 3> by_end_velocity = Eigen::Matrix<double, 12, 3>::Zero();
+    Eigen::Matrix<double, 12, 6> by_before = Eigen::Matrix<double, 12, 6>::Zero();
+    Eigen::Matrix<double, 12, 3> by_before_velocity = Eigen::Matrix<double, 12, 3>::Zero();
   };
 
-  /// Where a point taken t before the end belongs, had the robot been at these states: turned by t times the first three
-  /// (rad/s, body axes at the end) and shifted by t times the others (m/s, map axes). A scan leans on the velocity in the
-  /// robot's own axes: a map turned with all that moves in it tells nothing. `before`: null where it is not known; then the
-  /// turn is zero.
-  Vector6 rates(const Quaternion* before, const Quaternion& end, const Vector3& end_velocity, Jacobians* jacobians) const;
+  /// How the states depart from the motion: the turn of the robot at the keyframe before (rad, imu axes at the end), and in map
+  /// axes the slope by age at the end (m/s), the shift (m) and the slope by age at the keyframe before (m/s). A point of age t
+  /// belongs turned by t / step of the turn, and shifted by the Hermite cubic of the others (core/imu/hermite.h).
+  /// `before`: null where it is not known. Then only the slope at the end is not zero.
+  Vector12 departure(const NavState* before, const NavState& end, Jacobians* jacobians) const;
 
   /// For checkpoints.
   template <class Archive>
   void serialize(Archive& archive) {
-    archive(turn, velocity, step_s, gyroscope_density, accelerometer_density);
+    archive(turn, velocity, before_position, before_velocity, step_s, gyroscope_density, accelerometer_density);
   }
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/imu/hermite.h"
+
 namespace lodestone {
 
 ScanMotion::ScanMotion(const NavState& end, std::span<const ImuSample> samples)
@@ -22,7 +24,20 @@ ScanMotion::ScanMotion(const NavState& end, std::span<const ImuSample> samples)
   }
 }
 
-Pose ScanMotion::pose(Time time) const {
+ScanMotion::ScanMotion(const NavState& before, const NavState& end, std::span<const ImuSample> samples)
+    : ScanMotion(end, samples) {
+  Correction correction;
+  correction.step_s = to_seconds(times_.back() - times_.front());
+  if (correction.step_s <= 0.0) return;
+  const Quaternion to_end = end.T_map_imu.rotation.conjugate();
+  correction.turn = so3::log(to_end * before.T_map_imu.rotation * poses_.front().rotation.conjugate() *
+                             end.T_map_imu.rotation);
+  correction.shift = to_end * (before.T_map_imu.position - poses_.front().position);
+  correction.velocity = to_end * (before.velocity - velocities_.front());
+  correction_ = correction;
+}
+
+Pose ScanMotion::propagated(Time time) const {
   if (intervals_.empty()) {
     Pose result = poses_.front();
     result.position += to_seconds(time - times_.front()) * velocities_.front();
@@ -38,6 +53,20 @@ Pose ScanMotion::pose(Time time) const {
   return result;
 }
 
-Pose ScanMotion::relative_pose(Time time) const { return T_map_end_.inverse() * pose(time); }
+Pose ScanMotion::relative_pose(Time time) const {
+  Pose result = T_map_end_.inverse() * propagated(time);
+  if (!correction_) return result;
+  const Hermite basis(to_seconds(end_time() - time), correction_->step_s);
+  result.rotation = so3::exp(basis.share * correction_->turn) * result.rotation;
+  result.position += basis.far_position * correction_->shift - basis.far_slope * correction_->velocity;
+  return result;
+}
+
+Pose ScanMotion::pose(Time time) const { return T_map_end_ * relative_pose(time); }
+
+Vector3 ScanMotion::relative_begin_velocity() const {
+  const Vector3 velocity = T_map_end_.rotation.conjugate() * velocities_.front();
+  return correction_ ? (velocity + correction_->velocity).eval() : velocity;
+}
 
 }  // namespace lodestone

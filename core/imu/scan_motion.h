@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,11 @@ class ScanMotion {
   /// `end`: state at the last sample's time. `samples` cover the scan; at least one.
   ScanMotion(const NavState& end, std::span<const ImuSample> samples);
 
+  /// The motion between two states: at the first sample's time that of `before`, at the last sample's time that of `end`.
+  /// What backward propagation leaves at `before` is spread over the step as white noise of the gyroscope and of the
+  /// accelerometer would most likely have made it: a rotation linear in time, a position cubic in time.
+  ScanMotion(const NavState& before, const NavState& end, std::span<const ImuSample> samples);
+
   /// T_end_t: takes points in the imu frame at `time` to the imu frame at the scan's end. Before the first sample and
   /// after the last one the nearest interval is continued.
   Pose relative_pose(Time time) const;
@@ -22,16 +28,30 @@ class ScanMotion {
   /// T_map_imu at `time` as predicted from the end state.
   Pose pose(Time time) const;
 
+  /// Velocity at the first sample's time, in the imu frame at the scan's end, m/s.
+  Vector3 relative_begin_velocity() const;
+
   Time begin_time() const { return times_.front(); }
   Time end_time() const { return times_.back(); }
 
  private:
+  Pose propagated(Time time) const;
+
+  /// What backward propagation missed at the first sample, in the imu frame at the scan's end.
+  struct Correction {
+    double step_s = 0.0;
+    Vector3 turn = Vector3::Zero();      ///< rotation vector
+    Vector3 shift = Vector3::Zero();     ///< m
+    Vector3 velocity = Vector3::Zero();  ///< m/s
+  };
+
   Pose T_map_end_;
   Vector3 gravity_;
   std::vector<Time> times_;
   std::vector<Pose> poses_;          // T_map_imu at times_
   std::vector<Vector3> velocities_;  // map axes
   std::vector<ImuInterval> intervals_;  // interval i lies between times_[i] and times_[i + 1]
+  std::optional<Correction> correction_;
 };
 
 }  // namespace lodestone

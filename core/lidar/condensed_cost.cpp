@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/lidar/moment_products.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -13,11 +14,8 @@ namespace {
 
 constexpr int kChunks = 16;
 
-// M is built of (w n nᵀ) ⊗ (p̃ p̃ᵀ), p̃ = [p; 1], and its border by the plane's offset d: six and ten unique products.
 struct Chunk {
-  std::array<double, 60> products{};       // upper n nᵀ (6) by upper p̃ p̃ᵀ (10)
-  std::array<double, 12> border{};         // w n d ⊗ p̃
-  double offset_squared = 0.0;
+  MomentProducts products;
   double weight_sum = 0.0;
   double range_squared = 0.0;
   Matrix6 spurious = Matrix6::Zero();
@@ -30,19 +28,7 @@ void accumulate(std::span<const Correspondence> part, const Vector3& centroid, c
     const Vector3 p = match.point.cast<double>() - centroid;
     const double d = n.dot(anchor - match.plane->center.cast<double>());
     const double w = static_cast<double>(match.weight());
-    const std::array<double, 6> nn{w * n.x() * n.x(), w * n.x() * n.y(), w * n.x() * n.z(),
-                                   w * n.y() * n.y(), w * n.y() * n.z(), w * n.z() * n.z()};
-    const std::array<double, 10> pp{p.x() * p.x(), p.x() * p.y(), p.x() * p.z(), p.x(),  p.y() * p.y(),
-                                    p.y() * p.z(), p.y(),         p.z() * p.z(), p.z(), 1.0};
-    for (int a = 0; a < 6; ++a) {
-      for (int b = 0; b < 10; ++b) chunk.products[static_cast<std::size_t>(10 * a + b)] += nn[a] * pp[b];
-    }
-    const std::array<double, 3> nd{w * d * n.x(), w * d * n.y(), w * d * n.z()};
-    const std::array<double, 4> one{p.x(), p.y(), p.z(), 1.0};
-    for (int b = 0; b < 4; ++b) {
-      for (int a = 0; a < 3; ++a) chunk.border[static_cast<std::size_t>(3 * b + a)] += nd[a] * one[b];
-    }
-    chunk.offset_squared += w * d * d;
+    chunk.products.add(n, p, d, w);
     chunk.weight_sum += w;
     const Vector3 lever = match.point.cast<double>();
     chunk.range_squared += lever.squaredNorm();
@@ -57,24 +43,6 @@ void accumulate(std::span<const Correspondence> part, const Vector3& centroid, c
     add_spurious(major, match.plane->major_tilt_variance);
     add_spurious(n.cross(major), match.plane->minor_tilt_variance);
   }
-}
-
-Matrix13 assemble(const Chunk& sum) {
-  static constexpr int kNormal[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-  static constexpr int kPoint[4][4] = {{0, 1, 2, 3}, {1, 4, 5, 6}, {2, 5, 7, 8}, {3, 6, 8, 9}};
-  Matrix13 moment;
-  for (int b = 0; b < 4; ++b) {
-    for (int d = 0; d < 4; ++d) {
-      for (int a = 0; a < 3; ++a) {
-        for (int c = 0; c < 3; ++c) {
-          moment(3 * b + a, 3 * d + c) = sum.products[static_cast<std::size_t>(10 * kNormal[a][c] + kPoint[b][d])];
-        }
-      }
-    }
-  }
-  for (int i = 0; i < 12; ++i) moment(i, 12) = moment(12, i) = sum.border[static_cast<std::size_t>(i)];
-  moment(12, 12) = sum.offset_squared;
-  return moment;
 }
 
 }  // namespace
@@ -99,14 +67,12 @@ CondensedCost condense(std::span<const Correspondence> correspondences, const Po
   });
   Chunk sum;
   for (const Chunk& chunk : chunks) {
-    for (std::size_t i = 0; i < sum.products.size(); ++i) sum.products[i] += chunk.products[i];
-    for (std::size_t i = 0; i < sum.border.size(); ++i) sum.border[i] += chunk.border[i];
-    sum.offset_squared += chunk.offset_squared;
+    sum.products += chunk.products;
     sum.weight_sum += chunk.weight_sum;
     sum.range_squared += chunk.range_squared;
     sum.spurious += chunk.spurious;
   }
-  result.moment = assemble(sum);
+  result.moment = sum.products.moment();
   result.weight_sum = sum.weight_sum;
   result.range_rms_m = std::sqrt(sum.range_squared / static_cast<double>(correspondences.size()));
   result.spurious_information = sum.spurious;

@@ -1,9 +1,13 @@
 #include "core/lidar/swept_cost.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
+#include "core/imu/hermite.h"
+#include "core/lidar/moment_products.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -11,75 +15,118 @@ namespace lodestone {
 namespace {
 
 constexpr int kSweepChunks = 16;
-// Of the bridge. A scan that knows its pose to 0.01 mrad tells its end's from the last few milliseconds, and modes left out are
-// taken for knowledge (docs/architecture.md has figures for three).
-constexpr int kModes = 8;
-constexpr int kSwept = 6 + 3 * kModes;  // rates, then three axes a mode
-constexpr int kRows = 64;               // correspondences multiplied at a time
+constexpr int kBins = 64;  // of a step: points of a bin share their age
+// A dense scan knows its end from the last few milliseconds. There the modes left out would pass for knowledge.
+constexpr int kTurnModes = 8;
+constexpr int kShiftModes = 6;
+constexpr int kStates = 4;  // groups of three: turn, slope at the end, shift and slope at the begin
+constexpr int kGroups = kStates + kTurnModes + kShiftModes;
+constexpr int kSwept = 3 * kGroups;
+constexpr int kNoise = 3 * (kTurnModes + kShiftModes);
 
-using SweptColumns = Eigen::Matrix<double, kSwept, kSwept>;
-using SweptBorder = Eigen::Matrix<double, 13, kSwept>;
+// Roots of cos β cosh β = 1: modes of a beam that is clamped at both ends are those of the integrated bridge.
+constexpr std::array<double, kShiftModes> kClamped{4.730040744862704,  7.853204624095838,  10.995607838001671,
+                                                   14.137165491257464, 17.278759657399480, 20.420352245626060};
 
-struct SweepSums {
-  SweptColumns own = SweptColumns::Zero();
-  SweptBorder border = SweptBorder::Zero();
+struct Bin {
+  MomentProducts products;
+  double weight_sum = 0.0;
+  double weighted_share = 0.0;
 };
 
-/// A row a correspondence: what it says of ξ, and of what deskewing took wrongly.
-struct SweepRows {
-  Eigen::Matrix<double, kRows, 13> condensed;
-  Eigen::Matrix<double, kRows, kSwept> swept;
-  Eigen::Matrix<double, kRows, kSwept> weighted;
-};
+using Bins = std::array<Bin, kBins>;
 
-void fill(SweepRows& rows, int row, const Correspondence& match, const CondensedCost& cost, const Matrix3& map_to_imu,
-          double step_s) {
-  const Vector3 n = match.plane->normal.cast<double>();
-  const Vector3 point = match.point.cast<double>();
-  const Vector3 p = point - cost.centroid;
-  const double age_s = static_cast<double>(match.age_s);
-  const double share = std::min(std::max(age_s / step_s, 0.0), 1.0);
-  const Eigen::RowVector3d turning = point.cross(map_to_imu * n).transpose();
-  rows.condensed.row(row) << p.x() * n.transpose(), p.y() * n.transpose(), p.z() * n.transpose(), n.transpose(),
-      n.dot(cost.anchor - match.plane->center.cast<double>());
-  rows.swept.row(row).head<3>() = age_s * turning;
-  rows.swept.row(row).segment<3>(3) = age_s * n.transpose();
-  // sin(kx) by its recurrence: one sine and one cosine a point.
-  const double twice_cosine = 2.0 * std::cos(M_PI * share);
-  double before = 0.0;
-  double sine = std::sin(M_PI * share);
-  for (int mode = 0; mode < kModes; ++mode) {
-    rows.swept.row(row).segment<3>(6 + 3 * mode) = (M_SQRT2 * sine) * turning;
-    const double next = twice_cosine * sine - before;
-    before = sine;
-    sine = next;
-  }
-  rows.weighted.row(row) = static_cast<double>(match.weight()) * rows.swept.row(row);
-}
-
-void accumulate(std::span<const Correspondence> part, const CondensedCost& cost, const Matrix3& map_to_imu, double step_s,
-                SweepSums& sums) {
-  SweepRows rows;
-  for (std::size_t first = 0; first < part.size(); first += kRows) {
-    const int count = static_cast<int>(std::min<std::size_t>(kRows, part.size() - first));
-    for (int row = 0; row < count; ++row) {
-      fill(rows, row, part[first + static_cast<std::size_t>(row)], cost, map_to_imu, step_s);
-    }
-    sums.border.noalias() += rows.condensed.topRows(count).transpose() * rows.weighted.topRows(count);
-    sums.own.noalias() += rows.swept.topRows(count).transpose() * rows.weighted.topRows(count);
+void accumulate(std::span<const Correspondence> part, const CondensedCost& cost, double step_s, Bins& bins) {
+  for (const Correspondence& match : part) {
+    const Vector3 n = match.plane->normal.cast<double>();
+    const double w = static_cast<double>(match.weight());
+    const double share = std::clamp(static_cast<double>(match.age_s) / step_s, 0.0, 1.0);
+    Bin& bin = bins[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>(share * kBins)))];
+    bin.products.add(n, match.point.cast<double>() - cost.centroid,
+                     n.dot(cost.anchor - match.plane->center.cast<double>()), w);
+    bin.weight_sum += w;
+    bin.weighted_share += w * share;
   }
 }
 
-/// Marginalizes the last variables of `moment`, known to `information` each.
+/// A mode of the clamped beam, of unit mean square. Source: any text on vibration, e.g. Blevins 1979, table 8-1.
+double clamped_mode(double beta, double share) {
+  const double sigma = (std::cosh(beta) - std::cos(beta)) / (std::sinh(beta) - std::sin(beta));
+  const double x = beta * share;
+  return std::cosh(x) - std::cos(x) - sigma * (std::sinh(x) - std::sin(x));
+}
+
+/// What each group of three multiplies at a share of the step.
+std::array<double, kGroups> functions_at(double share, double step_s) {
+  std::array<double, kGroups> result{};
+  const Hermite basis(share * step_s, step_s);
+  result[0] = basis.share;
+  result[1] = basis.near_slope;
+  result[2] = basis.far_position;
+  result[3] = basis.far_slope;
+  for (int mode = 0; mode < kTurnModes; ++mode) {
+    result[static_cast<std::size_t>(kStates + mode)] = M_SQRT2 * std::sin((mode + 1) * M_PI * share);
+  }
+  for (int mode = 0; mode < kShiftModes; ++mode) {
+    result[static_cast<std::size_t>(kStates + kTurnModes + mode)] =
+        clamped_mode(kClamped[static_cast<std::size_t>(mode)], share);
+  }
+  return result;
+}
+
+constexpr bool turns(int group) { return group == 0 || (group >= kStates && group < kStates + kTurnModes); }
+
+/// Rows [(p − c) × Rᵀn; n] of a point as linear in its row a of ξ; `lever`: the scan's centroid from c, where the imu was.
+Eigen::Matrix<double, 6, 13> motion_rows(const Matrix3& rotation, const Vector3& lever) {
+  Eigen::Matrix<double, 6, 13> result = Eigen::Matrix<double, 6, 13>::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const int k = (i + 2) % 3;
+    result.block<1, 3>(i, 3 * j) = rotation.col(k).transpose();
+    result.block<1, 3>(i, 3 * k) = -rotation.col(j).transpose();
+  }
+  result.block<3, 3>(0, 9) = so3::hat(lever) * rotation.transpose();
+  result.block<3, 3>(3, 9).setIdentity();
+  return result;
+}
+
+/// Marginalizes the last variables of `moment`, of which `information` is known beforehand.
 template <int kept, class Matrix>
-Eigen::Matrix<double, kept, kept> marginal(const Matrix& moment, const Eigen::VectorXd& information) {
+Eigen::Matrix<double, kept, kept> marginal(const Matrix& moment, const Eigen::MatrixXd& information) {
   const Eigen::Index gone = moment.rows() - kept;
-  Eigen::MatrixXd own = moment.bottomRightCorner(gone, gone);
-  own.diagonal() += information;
-  const Eigen::LLT<Eigen::MatrixXd> root(own);
+  const Eigen::LLT<Eigen::MatrixXd> root(moment.bottomRightCorner(gone, gone) + information);
   const Eigen::MatrixXd border = root.matrixL().solve(moment.bottomLeftCorner(gone, kept));
   Eigen::Matrix<double, kept, kept> result = moment.template topLeftCorner<kept, kept>();
   result.noalias() -= border.transpose() * border;
+  return result;
+}
+
+/// Without a state before the step, its departure is the noise of the IMU over the whole step, back from the end.
+Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deskewing) {
+  const double step_s = deskewing.step_s;
+  // y = G [ξ, slope at the end; turn, noise of shift, noise of slope].
+  Matrix25 order = Matrix25::Zero();
+  order.topLeftCorner<13, 13>().setIdentity();
+  order.block<3, 3>(16, 13).setIdentity();
+  order.block<3, 3>(13, 16).setIdentity();
+  order.block<3, 3>(19, 19).setIdentity();
+  order.block<3, 3>(22, 22).setIdentity();
+  order.block<3, 3>(19, 13) = step_s * Matrix3::Identity();
+  order.block<3, 3>(22, 13).setIdentity();
+  Eigen::Matrix2d covariance;
+  covariance << std::pow(step_s, 3) / 3.0, step_s * step_s / 2.0, step_s * step_s / 2.0, step_s;
+  const Eigen::Matrix2d known = (deskewing.accelerometer_density * covariance).inverse();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(9, 9);
+  information.topLeftCorner<3, 3>() = Matrix3::Identity() / (deskewing.gyroscope_density * step_s);
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) information.block<3, 3>(3 + 3 * i, 3 + 3 * j) = known(i, j) * Matrix3::Identity();
+  }
+  const Eigen::Matrix<double, 16, 16> rest = marginal<16>(Matrix25(order.transpose() * given_both * order), information);
+  Matrix25 result = Matrix25::Zero();
+  result.topLeftCorner<13, 13>() = rest.topLeftCorner<13, 13>();
+  result.block<13, 3>(0, 16) = rest.block<13, 3>(0, 13);
+  result.block<3, 13>(16, 0) = rest.block<3, 13>(13, 0);
+  result.block<3, 3>(16, 16) = rest.block<3, 3>(13, 13);
   return result;
 }
 
@@ -90,54 +137,65 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
   SweptCost result;
   result.given_both.topLeftCorner<13, 13>() = cost.moment;
   result.given_end = result.given_both;
-  if (deskewing.step_s <= 0.0 || correspondences.empty()) return result;
+  const double step_s = deskewing.step_s;
+  if (step_s <= 0.0 || correspondences.empty()) return result;
 
-  const Matrix3 map_to_imu = T_map_imu.rotation.toRotationMatrix().transpose();
-  std::vector<SweepSums> parts(kSweepChunks);  // too large for a stack on which others may wait
+  std::vector<Bins> parts(kSweepChunks);
   const std::size_t size = (correspondences.size() + kSweepChunks - 1) / kSweepChunks;
   parallel_for(0, kSweepChunks, [&](int i) {
     const std::size_t begin = std::min(correspondences.size(), size * static_cast<std::size_t>(i));
     const std::size_t end = std::min(correspondences.size(), begin + size);
-    accumulate(correspondences.subspan(begin, end - begin), cost, map_to_imu, deskewing.step_s,
-               parts[static_cast<std::size_t>(i)]);
+    accumulate(correspondences.subspan(begin, end - begin), cost, step_s, parts[static_cast<std::size_t>(i)]);
   });
-  SweepSums sum;
-  for (const SweepSums& part : parts) {
-    sum.own += part.own;
-    sum.border += part.border;
-  }
 
-  // [ξ, rates, modes of the bridge, a shift of all points]
-  constexpr int kAll = 13 + kSwept + 3;
+  const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
+  // [ξ; departure; modes]
+  constexpr int kAll = 13 + kSwept;
   Eigen::Matrix<double, kAll, kAll> all = Eigen::Matrix<double, kAll, kAll>::Zero();
-  all.topLeftCorner<13, 13>() = cost.moment;
-  all.block<13, kSwept>(0, 13) = sum.border;
-  all.block<kSwept, kSwept>(13, 13) = sum.own;
-  all.block<kSwept, 13>(13, 0) = sum.border.transpose();
-  // A shift moves residuals as the position in ξ does.
-  all.bottomRows<3>() = all.middleRows<3>(9).eval();
-  all.rightCols<3>() = all.middleCols<3>(9).eval();
+  for (int b = 0; b < kBins; ++b) {
+    Bin bin = parts.front()[static_cast<std::size_t>(b)];
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+      const Bin& other = parts[i][static_cast<std::size_t>(b)];
+      if (other.weight_sum <= 0.0) continue;
+      bin.products += other.products;
+      bin.weight_sum += other.weight_sum;
+      bin.weighted_share += other.weighted_share;
+    }
+    if (bin.weight_sum <= 0.0) continue;
+    const double share = bin.weighted_share / bin.weight_sum;
+    const Hermite basis(share * step_s, step_s);
+    const Vector3 position = basis.far_position * deskewing.before_position - basis.near_slope * deskewing.velocity -
+                             basis.far_slope * deskewing.before_velocity;
+    const Eigen::Matrix<double, 6, 13> rows = motion_rows(rotation, cost.centroid - position);
+    const Matrix13 moment = bin.products.moment();
+    const Eigen::Matrix<double, 6, 13> border = rows * moment;
+    const Matrix6 own = border * rows.transpose();
+    const std::array<double, kGroups> functions = functions_at(share, step_s);
+    all.topLeftCorner<13, 13>() += moment;
+    for (int i = 0; i < kGroups; ++i) {
+      const double f = functions[static_cast<std::size_t>(i)];
+      const int from = turns(i) ? 0 : 3;
+      all.block<3, 13>(13 + 3 * i, 0) += f * border.middleRows<3>(from);
+      for (int j = 0; j <= i; ++j) {
+        all.block<3, 3>(13 + 3 * i, 13 + 3 * j) +=
+            (f * functions[static_cast<std::size_t>(j)]) * own.block<3, 3>(from, turns(j) ? 0 : 3);
+      }
+    }
+  }
+  all.triangularView<Eigen::StrictlyUpper>() = all.transpose();
 
-  Eigen::VectorXd information(3 * kModes + 3);
-  for (int mode = 0; mode < kModes; ++mode) {
-    const double variance = deskewing.gyroscope_density * deskewing.step_s / std::pow((mode + 1) * M_PI, 2);
+  Eigen::VectorXd information(kNoise);
+  for (int mode = 0; mode < kTurnModes; ++mode) {
+    const double variance = deskewing.gyroscope_density * step_s / std::pow((mode + 1) * M_PI, 2);
     information.segment<3>(3 * mode).setConstant(1.0 / variance);
   }
-  // The scan's mean of noise integrated twice, back from the end.
-  information.tail<3>().setConstant(20.0 / (deskewing.accelerometer_density * std::pow(deskewing.step_s, 3)));
-  result.given_both = marginal<19>(all, information);
-
-  // The turning rate last: its noise alone is then what is known of it.
-  Matrix19 turned = result.given_both;
-  turned.middleRows<3>(13).swap(turned.bottomRows<3>());
-  turned.middleCols<3>(13).swap(turned.rightCols<3>());
-  const Vector3 rate_information = Vector3::Constant(deskewing.step_s / deskewing.gyroscope_density);
-  const Eigen::Matrix<double, 16, 16> rest = marginal<16>(turned, rate_information);
-  result.given_end.setZero();
-  result.given_end.topLeftCorner<13, 13>() = rest.topLeftCorner<13, 13>();
-  result.given_end.block<13, 3>(0, 16) = rest.block<13, 3>(0, 13);
-  result.given_end.block<3, 13>(16, 0) = rest.block<3, 13>(13, 0);
-  result.given_end.block<3, 3>(16, 16) = rest.block<3, 3>(13, 13);
+  for (int mode = 0; mode < kShiftModes; ++mode) {
+    const double variance = deskewing.accelerometer_density * std::pow(step_s, 3) /
+                            std::pow(kClamped[static_cast<std::size_t>(mode)], 4);
+    information.segment<3>(3 * (kTurnModes + mode)).setConstant(1.0 / variance);
+  }
+  result.given_both = marginal<25>(all, information.asDiagonal());
+  result.given_end = without_state_before(result.given_both, deskewing);
   return result;
 }
 

@@ -7,18 +7,17 @@
 
 namespace lodestone {
 
-using Vector19 = Eigen::Matrix<double, 19, 1>;
-using Matrix19 = Eigen::Matrix<double, 19, 19>;
+using Vector25 = Eigen::Matrix<double, 25, 1>;
+using Matrix25 = Eigen::Matrix<double, 25, 25>;
 
 /// All point-to-plane residuals of a deskewed scan as one quadratic form in y = [ξ; η]: ξ of the condensed cost, at the pose
-/// of the scan's end, and η the rates by which deskewing was wrong (Deskewing::rates). A point taken t before the end has
-/// r = aᵀ ξ + t [p × Rᵀn; n]ᵀ η. What the noise of the IMU does between the step's ends, given both, is marginalized: of the
-/// gyroscope a bridge, by its first modes of Karhunen and Loève, of the accelerometer a shift.
-/// With the pose alone taken into account instead, all of a scan's points would seem to share one turn, where a hundredth
-/// of a degree of it comes and goes while the beam goes round: heights were known to 0.2 mm that were 0.8 mm off.
+/// of the scan's end, and η how the states at both ends of the step depart from the motion that the scan was deskewed with
+/// (Deskewing::departure). A point of age t has r = aᵀ ξ + w (p × Rᵀn)ᵀ turn + nᵀ (Hermite cubic of the rest), w = t / step.
+/// The noise of the IMU between both ends, given both, is marginalized by its first modes of Karhunen and Loève: of the
+/// gyroscope a Brownian bridge, of the accelerometer the bridge of an integrated Brownian motion.
 struct SweptCost {
-  Matrix19 given_both = Matrix19::Zero();  ///< the moment of y, given the poses at both ends of the step
-  Matrix19 given_end = Matrix19::Zero();   ///< where only the scan's end is a variable: the turning rate is marginalized too
+  Matrix25 given_both = Matrix25::Zero();  ///< the moment of y, given the states at both ends of the step
+  Matrix25 given_end = Matrix25::Zero();   ///< given the scan's end alone: of η the slope at the end remains
 };
 
 /// `cost`: condensed from the same correspondences at the same pose.

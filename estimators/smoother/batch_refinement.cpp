@@ -57,7 +57,9 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
   for (std::size_t first = 0; first < which.size(); first += kScans) {
     const std::size_t last = std::min(first + kScans, which.size());
     parallel_for(first, last, [&](std::size_t i) {
-      measurements_.register_scan(*keyframes_[which[i]], window.state(which[i]));
+      const std::size_t k = which[i];
+      const NavState before = window.state(k > 0 ? k - 1 : 0);
+      measurements_.register_scan(*keyframes_[k], window.state(k), k > 0 ? &before : nullptr);
     });
     for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i) release(*keyframes_[which[i]]);
     const double share = (rounds_ + static_cast<double>(last) / static_cast<double>(which.size())) /

@@ -32,7 +32,7 @@ KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
   }
 }
 
-void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& state) const {
+void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& state, const NavState* before) const {
   const RunOptions& options = input_.options;
   keyframe.associated = state.T_map_imu;
   if (input_.planes == nullptr) {
@@ -40,7 +40,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
     return;
   }
-  const ScanMotion motion(state, keyframe.imu);
+  const ScanMotion motion =
+      before == nullptr ? ScanMotion(state, keyframe.imu) : ScanMotion(*before, state, keyframe.imu);
   const std::vector<Eigen::Vector3f> points =
       deskew(keyframe.points, keyframe.scan_start, motion, input_.suite.lidar.T_imu_lidar);
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);

@@ -24,9 +24,9 @@ class KeyframeMeasurements {
  public:
   explicit KeyframeMeasurements(EstimatorInput input);
 
-  /// Deskews, associates and condenses the keyframe's scan at `state`. Without LiDAR the magnetometers' height takes its
-  /// place, where the field map tells it.
-  void register_scan(Keyframe& keyframe, const NavState& state) const;
+  /// Deskews, associates and condenses the keyframe's scan at `state`. `before`: the state of the keyframe before; null where
+  /// none is known. Without LiDAR the magnetometers' height takes its place, where the field map has one layer.
+  void register_scan(Keyframe& keyframe, const NavState& state, const NavState* before) const;
 
   /// The degeneracy of a keyframe, by the rule in force. `known`: gives what LiDAR and IMU together know of its pose
   /// (φ, p), less so many times what noisy normals pretend to give; called only where the rule asks for it.

@@ -174,7 +174,8 @@ Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {
 void Smoother::renew(std::size_t k) {
   Keyframe& keyframe = *keyframes_[k];
   const NavState state = window_->state(k);
-  measurements_.register_scan(keyframe, state);
+  const std::optional<NavState> state_before = k > 0 ? std::optional(window_->state(k - 1)) : std::nullopt;
+  measurements_.register_scan(keyframe, state, state_before ? &*state_before : nullptr);
   // Hidden directions follow those of the keyframe before; a keyframe analysed again follows itself.
   const Keyframe* before = k + 1 < keyframes_.size() ? &keyframe : k > 0 ? keyframes_[k - 1].get() : nullptr;
   const Degeneracy analysed = measurements_.analyse(keyframe, state, [&](double taken) { return known_of(k, taken); });

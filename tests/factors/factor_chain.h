@@ -34,7 +34,7 @@ class Chain {
       motions[k] = {BlockKind::motion, std::vector<double>(9)};
       Eigen::Map<Vector9>(motions[k].values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
       std::vector<WindowBlock*> lidar_blocks{&poses[k], &motions[k]};
-      if (k > 0) lidar_blocks.push_back(&poses[k - 1]);
+      if (k > 0) lidar_blocks.insert(lidar_blocks.end(), {&poses[k - 1], &motions[k - 1]});
       Scan points = scan(truth.truth[k].T_map_imu, room_normals(random), 200, 0.02, 5.0, 0.0, random);
       for (std::size_t i = 0; i < points.matches.size(); ++i) points.matches[i].age_s = 5e-4F * static_cast<float>(i);
       Deskewing deskewing;

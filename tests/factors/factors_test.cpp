@@ -120,6 +120,8 @@ Deskewing wrong_deskewing(Random& random) {
   Deskewing result;
   result.turn = so3::exp(random.vector(0.3));
   result.velocity = random.vector();
+  result.before_position = random.vector(0.1);
+  result.before_velocity = random.vector();
   result.step_s = 0.1;
   result.gyroscope_density = 0.1;
   result.accelerometer_density = 10.0;
@@ -143,8 +145,11 @@ TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     Eigen::Matrix<double, 9, 1> motion;
     motion << random.vector(), random.vector(), random.vector();
     expect_gradients(CondensedLidarFactor(scan, mask, false), {&pose_manifold, &motion_manifold}, {block.data(), motion.data()});
-    expect_gradients(CondensedLidarFactor(scan, mask, true), {&pose_manifold, &motion_manifold, &pose_manifold},
-                     {block.data(), motion.data(), before.data()});
+    Eigen::Matrix<double, 9, 1> motion_before;
+    motion_before << random.vector(), random.vector(), random.vector();
+    expect_gradients(CondensedLidarFactor(scan, mask, true),
+                     {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold},
+                     {block.data(), motion.data(), before.data(), motion_before.data()});
   }
 }
 

@@ -79,7 +79,7 @@ Nees nees_of_drives(int runs, bool knows) {
       const Sweep sweep = sweep_of(truth.between[k], normals, 6, random);
       for (int pass = 0; pass < 2; ++pass) {
         const NavState state = window.state(newest);
-        const ScanMotion motion(state, truth.samples[k]);
+        const ScanMotion motion(window.state(newest - 1), state, truth.samples[k]);
         const std::vector<Correspondence> matches = deskewed(sweep, motion, options.period_s, truth.between[k].size());
         window.set_lidar(newest,
                          condense_scan(matches, state.T_map_imu, knows ? Deskewing(state, motion, options.noise) : Deskewing{}),
