@@ -49,14 +49,15 @@ function(lodestone_unity target)
   endif()
 endfunction()
 
-# lodestone_floor(NAME): a static library of every source below the current folder, known as lodestone::NAME.
-function(lodestone_floor name)
+# lodestone_layer(NAME): a static library of every source below the current folder, known as lodestone::NAME.
+function(lodestone_layer name)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/ros1/")
-  if(NOT sources)
-    file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/empty.cpp "")
-    set(sources ${CMAKE_CURRENT_BINARY_DIR}/empty.cpp)
-  endif()
+  list(FILTER sources EXCLUDE REGEX "/ros1/|/simulate/")
+  lodestone_library(${name} "${sources}" ${ARGN})
+endfunction()
+
+# lodestone_library(NAME SOURCES LIBRARY...): a static library, known as lodestone::NAME.
+function(lodestone_library name sources)
   add_library(lodestone_${name} STATIC ${sources})
   add_library(lodestone::${name} ALIAS lodestone_${name})
   target_link_libraries(lodestone_${name} PUBLIC lodestone_options ${ARGN})

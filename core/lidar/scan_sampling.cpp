@@ -12,7 +12,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+constexpr std::uint64_t kEmptySlot = ~std::uint64_t{0};
 
 /// How many points each voxel of a scan holds.
 class VoxelCounts {
@@ -20,7 +20,7 @@ class VoxelCounts {
   VoxelCounts(std::size_t points, double voxel_m) : inverse_voxel_(static_cast<float>(1.0 / voxel_m)) {
     std::size_t capacity = 1024;
     while (capacity < 2 * points) capacity *= 2;
-    slots_.assign(capacity, {kEmpty, 0, 0});
+    slots_.assign(capacity, {kEmptySlot, 0, 0});
   }
 
   /// Adds a point; returns its voxel's slot.
@@ -35,7 +35,7 @@ class VoxelCounts {
   /// Adds up the 3 × 3 × 3 voxels round each.
   void sum_surroundings() {
     const auto sum = [this](std::size_t i) {
-      if (slots_[i].key != kEmpty) slots_[i].surroundings = surroundings_of(slots_[i].key);
+      if (slots_[i].key != kEmptySlot) slots_[i].surroundings = surroundings_of(slots_[i].key);
     };
     parallel_for(std::size_t{0}, slots_.size(), sum, 4096);
   }
@@ -51,7 +51,7 @@ class VoxelCounts {
 
   std::size_t find(std::uint64_t key) const {
     std::size_t slot = mix(key) & (slots_.size() - 1);
-    while (slots_[slot].key != kEmpty && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
+    while (slots_[slot].key != kEmptySlot && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
     return slot;
   }
 

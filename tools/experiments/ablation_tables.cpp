@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "tools/simulate/world.h"
+#include "tools/simulate/world_queries.h"
 #include "tools/experiments/switches.h"
 
 namespace lodestone::ablation {
@@ -104,7 +104,7 @@ class WorldNoise {
  public:
   double of(const std::string& world, const std::vector<std::string>& settings) {
     const auto [found, is_new] = noise_ut_.try_emplace({world, settings}, 0.0);
-    if (is_new) found->second = simulation::load_world(world, settings).magnetometers.noise_ut;
+    if (is_new) found->second = simulation::magnetometer_noise_ut(world, settings);
     return found->second;
   }
 

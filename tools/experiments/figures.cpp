@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "tools/simulate/world.h"
+#include "tools/simulate/world_queries.h"
 #include "tools/plotting/error_distribution.h"
 #include "tools/plotting/error_grid.h"
 #include "tools/plotting/plan_figures.h"
@@ -77,7 +77,7 @@ std::string range_heading(const Run& run) {
 
 /// What distinguishes the rows of a grid beside the range: drives, where there are several, and the field's noise.
 std::string noise_heading(const Run& run, bool several_drives) {
-  const double noise = run.noise_ut ? *run.noise_ut : simulation::load_world(run.world).magnetometers.noise_ut;
+  const double noise = run.noise_ut ? *run.noise_ut : simulation::magnetometer_noise_ut(run.world);
   const std::string drive = fmt::format("{} {}{}{}, ", run.world_name, run.sequence, run.scene.empty() ? "" : " ", run.scene);
   return fmt::format("{}noise {:g} µT", several_drives ? drive : "", noise);
 }

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "core/error.h"
-#include "tools/simulate/world.h"
+#include "tools/simulate/world_queries.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/experiments/fingerprint.h"
@@ -27,13 +27,9 @@ void check_worlds(const Experiment& experiment, const Plan& plan) {
         return run.group == group.name && run.world_name == drive.world_name && run.sequence == drive.sequence;
       });
       if (!meant) continue;
-      const simulation::World world = simulation::load_world(drive.world, group.world_settings);
-      simulation::find_sequence(world, drive.sequence);
       std::vector<std::string> scenes = drive.map_scenes;
       scenes.push_back(drive.scene);
-      for (const std::string& scene : scenes) {
-        if (scene != simulation::no_scene) simulation::find_scene(world, scene);
-      }
+      simulation::require_in_world(drive.world, group.world_settings, drive.sequence, scenes);
     }
   }
 }

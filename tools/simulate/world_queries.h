@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lodestone::simulation {
+
+/// White noise of the magnetometers of a world, per axis, in µT. `assignments` are "key.path=value" and change the world
+/// before it is read. Throws InputError like load_world().
+double magnetometer_noise_ut(const std::string& world_file, const std::vector<std::string>& assignments = {});
+
+/// Throws InputError if the world cannot be read, or if it lacks the sequence or one of the scenes.
+void require_in_world(const std::string& world_file, const std::vector<std::string>& assignments,
+                      const std::string& sequence, const std::vector<std::string>& scenes);
+
+}  // namespace lodestone::simulation
