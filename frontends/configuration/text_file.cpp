@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "core/error.h"
 
 namespace lodestone {

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
 #include "core/nearest_name.h"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "core/error.h"
 #include "frontends/maps/tiff_handle.h"
 

@@ -1,6 +1,7 @@
-// The floors of the house (design: core < factors, frontends < estimators < tools): an include only ever points down.
+// The plan of the source tree: an include only ever points to a lower layer (core < factors, frontends < estimators < tools).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -13,11 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What each floor may include besides itself.
+/// What each layer may include besides itself.
 const std::map<std::string, std::set<std::string>> kAllowed{{"core", {}},
                                                             {"factors", {"core"}},
                                                             {"frontends", {"core"}},
-                                                            {"estimators", {"core", "factors", "frontends"}},
+                                                            {"estimators", {"core", "factors"}},
                                                             {"tools", {"core", "factors", "frontends", "estimators"}}};
 
 bool is_source(const fs::path& path) {
@@ -25,11 +26,11 @@ bool is_source(const fs::path& path) {
   return kEndings.count(path.extension().string()) > 0;
 }
 
-/// Calls `check(file, line number, what is included)` for every quoted or bracketed include below a floor.
+/// Calls `check(file, line number, what is included)` for every quoted or bracketed include below a layer.
 template <class Check>
-void for_each_include(const std::string& floor, Check check) {
+void for_each_include(const std::string& layer, Check check) {
   static const std::regex kInclude(R"re(^\s*#\s*include\s*["<]([^">]+)[">])re");
-  for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / floor)) {
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / layer)) {
     if (!entry.is_regular_file() || !is_source(entry.path())) continue;
     std::ifstream file(entry.path());
     int number = 0;
@@ -41,29 +42,75 @@ void for_each_include(const std::string& floor, Check check) {
   }
 }
 
-TEST(Architecture, IncludesOnlyPointToLowerFloors) {
-  for (const auto& [floor, lower] : kAllowed) {
-    for_each_include(floor, [&, &floor = floor, &lower = lower](const fs::path& path, int line, const std::string& include) {
+TEST(Architecture, IncludesOnlyPointToLowerLayers) {
+  for (const auto& [layer, lower] : kAllowed) {
+    for_each_include(layer, [&, &layer = layer, &lower = lower](const fs::path& path, int line, const std::string& include) {
       EXPECT_EQ(include.find(".."), std::string::npos) << path << ":" << line << ": includes are written from the root";
       const std::string target = include.substr(0, include.find('/'));
-      if (target == "tests" || (kAllowed.count(target) > 0 && target != floor)) {
-        EXPECT_EQ(lower.count(target), 1U) << path << ":" << line << ": " << floor << " must not include " << include;
+      if (target == "tests" || (kAllowed.count(target) > 0 && target != layer)) {
+        EXPECT_EQ(lower.count(target), 1U) << path << ":" << line << ": " << layer << " must not include " << include;
       }
     });
   }
 }
 
-TEST(Architecture, TheCoreDoesWithoutInputOutputAndSolvers) {
-  const std::regex forbidden(R"(^(ceres|pcl|opencv2|yaml-cpp|rosbag|ros|sensor_msgs|embree3|CLI|nlohmann|spdlog|fstream|iostream)(/|$))");
-  for_each_include("core", [&](const fs::path& path, int line, const std::string& include) {
-    EXPECT_FALSE(std::regex_search(include, forbidden)) << path << ":" << line << ": the core must not include " << include;
-  });
+TEST(Architecture, OnlyFrontendsAndToolsKnowFilesAndTheirFormats) {
+  const std::regex forbidden(
+      R"(^(pcl|opencv2|yaml-cpp|rosbag|ros|sensor_msgs|embree3|CLI|nlohmann|spdlog|sqlite3\.h|tiffio\.h|fstream|iostream)(/|$))");
+  const std::regex solvers(R"(^(ceres|cholmod\.h|suitesparse)(/|$))");
+  for (const std::string layer : {"core", "factors", "estimators"}) {
+    for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
+      EXPECT_FALSE(std::regex_search(include, forbidden)) << path << ":" << line << ": " << layer << " must not include " << include;
+      if (layer == "core") {
+        EXPECT_FALSE(std::regex_search(include, solvers)) << path << ":" << line << ": the core must not include " << include;
+      }
+    });
+  }
+}
+
+/// Written by CMake: "LAYER: LIBRARY LIBRARY…", with all that these link.
+TEST(Architecture, EstimatorsLinkNoFileFormat) {
+  const std::regex forbidden("pcl|opencv|embree|ros|sqlite|tiff|cairo|yaml", std::regex::icase);
+  std::ifstream file(LODESTONE_LINK_DEPENDENCIES);
+  ASSERT_TRUE(file.is_open());
+  int layers = 0;
+  for (std::string line; std::getline(file, line); ++layers) {
+    EXPECT_FALSE(std::regex_search(line, forbidden)) << line;
+    EXPECT_NE(line.find("Eigen3"), std::string::npos) << line;  // the list is not empty
+  }
+  EXPECT_EQ(layers, 3);
+}
+
+TEST(Architecture, OnlyItsRoomKnowsTheSimulator) {
+  const std::set<std::string> doors{"tools/simulate/world_queries.h", "tools/simulate/map_truth.h"};
+  for (const auto& [layer, lower] : kAllowed) {
+    for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
+      if (include.find("tools/simulate/") != 0 || path.string().find("/tools/simulate/") != std::string::npos) return;
+      EXPECT_EQ(doors.count(include), 1U) << path << ":" << line << ": must not include " << include;
+    });
+  }
+}
+
+TEST(Architecture, NoRoomHoldsAQuarterOfTheCode) {
+  std::map<std::string, std::ptrdiff_t> rooms;
+  std::ptrdiff_t all = 0;
+  for (const auto& [layer, lower] : kAllowed) {
+    const fs::path root = fs::path(LODESTONE_SOURCE_DIR) / layer;
+    for (const auto& entry : fs::recursive_directory_iterator(root)) {
+      if (!entry.is_regular_file() || !is_source(entry.path())) continue;
+      std::ifstream file(entry.path());
+      const auto lines = std::count(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>(), '\n');
+      rooms[layer + "/" + fs::relative(entry.path(), root).begin()->string()] += lines;
+      all += lines;
+    }
+  }
+  for (const auto& [room, lines] : rooms) EXPECT_LT(4 * lines, all) << room;
 }
 
 TEST(Architecture, HeadersKeepHeavyLibrariesToThemselves) {
   const std::regex heavy(R"(^(pcl/|opencv2/|embree3/|yaml-cpp/|cairo/|tiffio?\.h))");
-  for (const auto& [floor, lower] : kAllowed) {
-    for_each_include(floor, [&](const fs::path& path, int line, const std::string& include) {
+  for (const auto& [layer, lower] : kAllowed) {
+    for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
       if (path.extension() != ".h") return;
       EXPECT_FALSE(std::regex_search(include, heavy)) << path << ":" << line << ": include " << include << " in a .cpp";
     });
@@ -73,8 +120,8 @@ TEST(Architecture, HeadersKeepHeavyLibrariesToThemselves) {
 /// ThreadSanitizer is told of the order of loops in one place (core/parallel.h).
 TEST(Architecture, LoopsOnAllCoresGoThroughOneDoor) {
   const std::regex loops(R"(^tbb/(parallel_|blocked_range|task_group|flow_graph))");
-  for (const auto& [floor, lower] : kAllowed) {
-    for_each_include(floor, [&](const fs::path& path, int line, const std::string& include) {
+  for (const auto& [layer, lower] : kAllowed) {
+    for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
       if (path.filename() == "parallel.cpp" || path.filename() == "parallel_sort.h") return;
       EXPECT_FALSE(std::regex_search(include, loops)) << path << ":" << line << ": core/parallel.h instead of " << include;
     });
@@ -82,8 +129,8 @@ TEST(Architecture, LoopsOnAllCoresGoThroughOneDoor) {
 }
 
 TEST(Architecture, NoFileOutgrowsFourHundredLines) {
-  for (const auto& [floor, lower] : kAllowed) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / floor)) {
+  for (const auto& [layer, lower] : kAllowed) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / layer)) {
       if (!entry.is_regular_file() || !is_source(entry.path())) continue;
       std::ifstream file(entry.path());
       const auto lines = std::count(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>(), '\n');
@@ -94,8 +141,8 @@ TEST(Architecture, NoFileOutgrowsFourHundredLines) {
 
 TEST(Architecture, NothingBelowMainEndsTheProgram) {
   const std::regex ends(R"((^|[^\w.>:])(std::)?(abort|exit|quick_exit|_exit)\s*\()");
-  for (const auto& [floor, lower] : kAllowed) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / floor)) {
+  for (const auto& [layer, lower] : kAllowed) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / layer)) {
       if (!entry.is_regular_file() || !is_source(entry.path())) continue;
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) {

@@ -86,7 +86,7 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
     if (column == 0) canvas.vertical_text({12.0, middle}, "y, m", ink::letter, ink::text);
   }
   const double right = kPageWidth - kBarSpace + 16.0;
-  draw_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, scale, difference_color, "|ΔB|, µT");
+  figures::draw_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, scale, difference_color, "|ΔB|, µT");
   canvas.save(path);
 }
 
@@ -134,8 +134,8 @@ void draw_residuals_over_difference(const std::filesystem::path& path, const Ras
   }
   canvas.text({kLeft + 0.5 * width, bottom + 34.0}, "x, m", ink::letter, ink::text, Anchor::middle, Anchor::begin);
   const double right = kLeft + width + 16.0;
-  draw_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, residual, vivid_color, "|measured − map|, µT");
-  draw_color_bar(canvas, {right + kBarSpace, kTitle, right + kBarSpace + kBarWidth, bottom}, background, grey_color,
+  figures::draw_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, residual, vivid_color, "|measured − map|, µT");
+  figures::draw_color_bar(canvas, {right + kBarSpace, kTitle, right + kBarSpace + kBarWidth, bottom}, background, grey_color,
                  "|ΔB| of the maps, µT");
   canvas.save(path);
 }

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "core/error.h"
 #include "estimators/factory.h"
 #include "frontends/configuration/text_file.h"

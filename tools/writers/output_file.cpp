@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "core/error.h"
 
 namespace lodestone {

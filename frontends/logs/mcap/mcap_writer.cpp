@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <map>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "core/error.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/logs/topic_list.h"

@@ -8,7 +8,7 @@
 #include <map>
 #include <tuple>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "frontends/logs/ros1/serialization.h"
 
 namespace lodestone::ros1 {

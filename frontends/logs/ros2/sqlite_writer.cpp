@@ -8,7 +8,7 @@
 #include <optional>
 #include <set>
 
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 #include "core/error.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/logs/topic_list.h"

@@ -1,4 +1,4 @@
-#include "core/aside.h"
+#include "frontends/configuration/aside.h"
 
 #include <unistd.h>
 
