@@ -67,6 +67,10 @@ class SlidingWindow {
   /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
 
+  /// Joint covariance of the newest keyframe's pose and motion and of gravity, all else marginalized: tangent order
+  /// φ, p, v, b_g, b_a, g.
+  Matrix17 newest_covariance() const;
+
   /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
   void set_state(std::size_t k, const NavState& state);
 

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 #include "factors/block_solver.h"
 #include "factors/chain_solver.h"
 #include "factors/preintegration_factor.h"
@@ -112,6 +114,48 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
   std::vector<Matrix6> result = solver.pose_covariances(keyframes);
   if (clock_prior_) clock_sigma_s_ = std::sqrt(solver.shared_variance(gravity_.tangent_size()));
   return result;
+}
+
+Matrix17 SlidingWindow::newest_covariance() const {
+  const std::vector<WindowBlock*> variables = variables_in_order();
+  std::vector<int> starts;
+  int size = 0;
+  for (const WindowBlock* block : variables) {
+    starts.push_back(size);
+    size += block->tangent_size();
+  }
+  const auto start_of = [&](const WindowBlock* block) {
+    const auto found = std::find(variables.begin(), variables.end(), block);
+    return found == variables.end() ? -1 : starts[static_cast<std::size_t>(found - variables.begin())];
+  };
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  for (const WindowFactor* factor : factors()) {
+    const LinearizedFactor linear = linearize(*factor);
+    int row = 0;
+    for (const WindowBlock* a : factor->blocks) {
+      int column = 0;
+      for (const WindowBlock* b : factor->blocks) {
+        if (start_of(a) >= 0 && start_of(b) >= 0) {
+          information.block(start_of(a), start_of(b), a->tangent_size(), b->tangent_size()) +=
+              linear.jacobian.middleCols(row, a->tangent_size()).transpose() *
+              linear.jacobian.middleCols(column, b->tangent_size());
+        }
+        column += b->tangent_size();
+      }
+      row += a->tangent_size();
+    }
+  }
+  Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(size, tangent::size);
+  const WindowBlock* order[] = {&keyframes_.back()->pose, &keyframes_.back()->motion, &gravity_};
+  std::vector<int> rows;
+  for (const WindowBlock* block : order) {
+    for (int i = 0; i < block->tangent_size(); ++i) rows.push_back(start_of(block) + i);
+  }
+  for (int i = 0; i < tangent::size; ++i) wanted(rows[static_cast<std::size_t>(i)], i) = 1.0;
+  const Eigen::MatrixXd solved = information.ldlt().solve(wanted);
+  Matrix17 result;
+  for (int i = 0; i < tangent::size; ++i) result.row(i) = solved.row(rows[static_cast<std::size_t>(i)]);
+  return 0.5 * (result + result.transpose());
 }
 
 ChainLink SlidingWindow::link(std::size_t k) const {

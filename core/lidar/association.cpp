@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/observability/robust_weight.h"
 #include "core/parallel.h"
@@ -65,6 +66,7 @@ struct Noise {
   float max_distance;
   Matrix6f pose_covariance;  // φ, p
   Repeats repeats;
+  float variance_scale;
   float gate_squared;
   double huber_sigmas;
 };
@@ -88,9 +90,10 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     Vector6f jacobian;
     jacobian.head<3>() = point.cross(normal_in_imu);
     jacobian.tail<3>() = plane->normal;
-    const float by_sensor = noise.range_variance * cosine_squared +
-                            noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance;
-    const float by_plane = plane->variance_at(place);
+    const float by_sensor =
+        noise.variance_scale * (noise.range_variance * cosine_squared +
+                                noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance);
+    const float by_plane = noise.variance_scale * plane->variance_at(place);
     const float variance = by_sensor + noise.repeats.along(jacobian) * by_plane;
     const float expected = variance + variance_by_pose(jacobian, noise.pose_covariance);
     if (distance * distance > noise.gate_squared * expected) continue;
@@ -105,7 +108,7 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
                                       const AssociationOptions& options, std::span<const float> ages_s,
-                                      const ScanAveraging& averaging) {
+                                      const ScanAveraging& averaging, double variance_scale) {
   const auto square = [](double value) { return static_cast<float>(value * value); };
   const Noise noise{square(lidar.range_noise_m),
                     square(lidar.direction_noise_rad),
@@ -113,6 +116,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                     static_cast<float>(options.max_distance_m),
                     pose_covariance.cast<float>(),
                     repeats_of(averaging, options.map_error_repeats),
+                    static_cast<float>(variance_scale),
                     square(options.gate_sigmas),
                     options.huber_sigmas};
   const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();
@@ -131,17 +135,35 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
   return result;
 }
 
-double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
-  double sum = 0.0;
-  int count = 0;
+namespace {
+
+/// r² at the pose over its variance, of each correspondence whose variance is known.
+std::vector<double> squared_sigmas(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  std::vector<double> result;
+  result.reserve(correspondences.size());
   for (const Correspondence& match : correspondences) {
     if (!(match.variance_once > 0.0F)) continue;
     const Vector3 place = T_map_imu * match.point.cast<double>();
     const double residual = match.plane->normal.cast<double>().dot(place - match.plane->center.cast<double>());
-    sum += residual * residual / static_cast<double>(match.variance_once);
-    ++count;
+    result.push_back(residual * residual / static_cast<double>(match.variance_once));
   }
-  return count == 0 ? 0.0 : sum / count;
+  return result;
+}
+
+}  // namespace
+
+double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  const std::vector<double> squares = squared_sigmas(correspondences, T_map_imu);
+  return squares.empty() ? 0.0 : std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(squares.size());
+}
+
+double residual_scale(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  constexpr double kMedianOfChiSquared = 0.454936423119572;
+  std::vector<double> squares = squared_sigmas(correspondences, T_map_imu);
+  if (squares.empty()) return 0.0;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return *middle / kMedianOfChiSquared;
 }
 
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {

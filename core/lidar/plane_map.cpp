@@ -16,15 +16,18 @@ std::uint64_t spread(std::uint64_t key) {
   return key ^ (key >> 29);
 }
 
-double median_thickness(std::span<const VoxelPlane> voxels) {
+PlaneThickness thickness_of(std::span<const VoxelPlane> voxels) {
   std::vector<float> thickness;
   for (const VoxelPlane& voxel : voxels) {
     if (voxel.is_plane != 0) thickness.push_back(voxel.plane.thickness);
   }
-  if (thickness.empty()) return 0.0;
-  const auto middle = thickness.begin() + static_cast<std::ptrdiff_t>(thickness.size() / 2);
-  std::nth_element(thickness.begin(), middle, thickness.end());
-  return static_cast<double>(*middle);
+  if (thickness.empty()) return {};
+  const auto value_at = [&thickness](std::size_t rank) {
+    const auto place = thickness.begin() + static_cast<std::ptrdiff_t>(rank);
+    std::nth_element(thickness.begin(), place, thickness.end());
+    return static_cast<double>(*place);
+  };
+  return {value_at(median_rank(thickness.size())), value_at(low_rank(thickness.size()))};
 }
 
 }  // namespace
@@ -32,19 +35,19 @@ double median_thickness(std::span<const VoxelPlane> voxels) {
 PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options)
     : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)) {
   const std::vector<VoxelPlane> voxels = fit_voxel_planes(points, options);
-  median_thickness_m_ = median_thickness(voxels);
+  thickness_ = thickness_of(voxels);
   insert(voxels);
 }
 
-PlaneMap::PlaneMap(std::span<const VoxelPlane> voxels, double median_thickness_m, const PlaneMapOptions& options)
+PlaneMap::PlaneMap(std::span<const VoxelPlane> voxels, const PlaneThickness& thickness, const PlaneMapOptions& options)
     : options_(options),
       inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)),
-      median_thickness_m_(median_thickness_m) {
+      thickness_(thickness) {
   insert(voxels);
 }
 
 void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
-  const double limit = thickness_limit(median_thickness_m_, options_);
+  const double limit = thickness_limit(thickness_, options_);
   const auto counts = [limit](const VoxelPlane& voxel) {
     return voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
   };
@@ -59,7 +62,7 @@ void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
     table_[slot] = {voxel.key, kNoPlane};
     if (counts(voxel)) {
       table_[slot].plane = static_cast<std::int32_t>(planes_.size());
-      planes_.push_back(with_shared_thickness(voxel.plane, median_thickness_m_, options_));
+      planes_.push_back(with_shared_thickness(voxel.plane, thickness_, options_));
     } else {
       ++rejected_voxels_;
     }

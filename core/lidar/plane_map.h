@@ -19,8 +19,8 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   /// Fits a plane to each voxel of `points` (map frame, metres; finite). The result does not depend on threads.
   PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options);
 
-  /// A part of a map whose planes have the median thickness `median_thickness_m`. `voxels`: of all its tiles, in any order.
-  PlaneMap(std::span<const VoxelPlane> voxels, double median_thickness_m, const PlaneMapOptions& options);
+  /// A part of a map whose planes are all together as thick as `thickness`. `voxels`: of all its tiles, in any order.
+  PlaneMap(std::span<const VoxelPlane> voxels, const PlaneThickness& thickness, const PlaneMapOptions& options);
 
   /// This map, which must be held by a shared_ptr.
   std::shared_ptr<const PlaneMap> around(const Vector3&) const override { return shared_from_this(); }
@@ -42,8 +42,8 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   const std::vector<Plane>& planes() const { return planes_; }
   const PlaneMapOptions& options() const { return options_; }
 
-  /// Median rms distance of the whole map's planes' points from them, metres: the survey's noise and the surfaces' roughness.
-  double median_thickness_m() const { return median_thickness_m_; }
+  /// Of the whole map's planes: the survey's noise and the surfaces' roughness.
+  const PlaneThickness& thickness() const { return thickness_; }
 
   /// Voxels that held points but no plane.
   std::int64_t rejected_voxels() const { return rejected_voxels_; }
@@ -66,7 +66,7 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   std::vector<Plane> planes_;
   std::vector<Slot> table_;
   std::uint64_t mask_ = 0;
-  double median_thickness_m_ = 0.0;
+  PlaneThickness thickness_;
   std::int64_t rejected_voxels_ = 0;
 };
 

@@ -131,17 +131,24 @@ std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points
   return voxels;
 }
 
-double thickness_limit(double median_thickness_m, const PlaneMapOptions& options) {
-  return options.max_thickness_over_median > 0.0 ? options.max_thickness_over_median * median_thickness_m
-                                                 : std::numeric_limits<double>::infinity();
+double PlaneThickness::log_spread() const { return low_m > 0.0 ? std::log(median_m / low_m) : 0.0; }
+
+double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options) {
+  constexpr double kStandardDeviations = 3.0;
+  if (!(options.max_thickness_over_median > 0.0)) return std::numeric_limits<double>::infinity();
+  return thickness.median_m *
+         std::max(options.max_thickness_over_median, std::exp(kStandardDeviations * thickness.log_spread()));
 }
 
-Plane with_shared_thickness(Plane plane, double median_thickness_m, const PlaneMapOptions& options) {
-  const double prior = options.thickness_prior_points;
+Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness, const PlaneMapOptions& options) {
+  // The logarithm of a variance of ν degrees of freedom has a variance of about 2 / ν.
+  const double variance_of_log = std::pow(2.0 * thickness.log_spread(), 2);
+  const double prior = variance_of_log > 0.0 ? std::min(options.thickness_prior_points, 2.0 / variance_of_log)
+                                             : options.thickness_prior_points;
   const double own = static_cast<double>(plane.count) - 3.0;
   const double squared = std::pow(static_cast<double>(plane.thickness), 2);
   if (prior <= 0.0 || own <= 0.0 || squared <= 0.0) return plane;
-  const auto factor = static_cast<float>((prior * std::pow(median_thickness_m, 2) / squared + own) / (prior + own));
+  const auto factor = static_cast<float>((prior * std::pow(thickness.median_m, 2) / squared + own) / (prior + own));
   plane.offset_variance *= factor;
   plane.major_tilt_variance *= factor;
   plane.minor_tilt_variance *= factor;

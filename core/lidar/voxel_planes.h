@@ -30,10 +30,11 @@ struct PlaneMapOptions {
                   "take a plane's height from those points whose foot on it lies within the voxel: the chord of a curved wall "
                   "then lies where points in this voxel do");
     visitor.field("max_thickness_over_median", max_thickness_over_median,
-                  "a plane thicker than so many times the map's median holds a piece of something else; 0: no limit");
+                  "in a map of even noise, a plane thicker than this many times the median contains a piece of another "
+                  "surface; in a map of uneven noise the limit is three times the spread of thickness; 0: no limit");
     visitor.field("thickness_prior_points", thickness_prior_points,
-                  "a plane's own few points tell badly how noisy they are: the map's median thickness counts as so many; 0: "
-                  "not at all");
+                  "the map's median thickness counts as this many points in the noise of each plane, fewer in a map of "
+                  "uneven noise; 0: not at all");
     visitor.section("fit", fit);
     visitor.field("tile_above_points", tile_above_points,
                   "a cloud of more points is cut into tiles, of which only those round the robot are in memory; the results "
@@ -107,16 +108,30 @@ struct VoxelPlane {
 std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
                                          const std::function<bool(const Eigen::Vector3i&)>& wanted = nullptr);
 
-/// Largest thickness that a map's planes may have, given the median of all: where floor meets wall a voxel may hold a
-/// strip of the other surface too thin to refuse by itself; it shows against what the map's planes are like.
-double thickness_limit(double median_thickness_m, const PlaneMapOptions& options);
+/// How thick the planes of a whole map are (rms distance of their points, m). Sensors, surfaces and range make some maps
+/// uneven; the lower half shows it, because voxels at edges are thick for another reason.
+struct PlaneThickness {
+  double median_m = 0.0;
+  double low_m = 0.0;  ///< one standard deviation below the median: the value of rank 0.159
+
+  /// One standard deviation of the logarithm.
+  double log_spread() const;
+};
+
+/// Ranks of the median and of `low_m` among so many sorted values.
+constexpr std::size_t median_rank(std::size_t count) { return count / 2; }
+constexpr std::size_t low_rank(std::size_t count) { return count * 159 / 1000; }
+
+/// Largest thickness that a map's planes may have: where floor meets wall a voxel may hold a strip of the other surface too
+/// thin to reject by itself. It stands out against the thickness of the map's planes, by three standard deviations.
+double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options);
 
 /// `plane` with the variances that its points' noise gives it, where that is taken from the map's planes and its own points
-/// together: the mean a posteriori under the conjugate prior of `thickness_prior_points` degrees of freedom (Smyth, Statistical
-/// Applications in Genetics and Molecular Biology 2004). Of eight points alone one variance in three is too small by a third,
+/// together: the mean a posteriori under the conjugate prior of at most `thickness_prior_points` degrees of freedom, fewer where the
+/// map's planes differ by more than so many points let them (Smyth, Statistical Applications in Genetics and Molecular Biology 2004). Of eight points alone one variance in three is too small by a third,
 /// and the plane weighs the more for it. The prior is corrected for the three fitted parameters as if it came from as many points
 /// as the plane has: one with fewer than is usual in its map, at the edge of what the survey saw, is trusted the less. A
 /// thickness of exactly zero is left as it is.
-Plane with_shared_thickness(Plane plane, double median_thickness_m, const PlaneMapOptions& options);
+Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness, const PlaneMapOptions& options);
 
 }  // namespace lodestone

@@ -23,6 +23,7 @@ struct Keyframe {
   Matrix6 predicted_covariance = Matrix6::Identity();  ///< of it, before this scan's measurements (φ, p)
   Matrix6 gate_covariance = Matrix6::Identity();  ///< of the pose, where correspondences are looked for
   ScanAveraging averaging;                 ///< that planes' errors are counted by: what the causal estimate averaged
+  double variance_scale = 1.0;             ///< by which residuals of the log exceed what sensor and plane explain
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
   CondensedScan lidar;

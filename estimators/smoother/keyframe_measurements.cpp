@@ -50,7 +50,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - keyframe.scan_start - keyframe.points[i].offset_ns));
   }
   keyframe.correspondences = associate(points, state.T_map_imu, keyframe.gate_covariance, *planes,
-                                       input_.suite.lidar, options.lidar.association, ages_s, keyframe.averaging);
+                                       input_.suite.lidar, options.lidar.association, ages_s, keyframe.averaging,
+                                       keyframe.variance_scale);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
   // An outage, of a robot that was at the layer's height before.

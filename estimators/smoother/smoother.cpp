@@ -53,18 +53,15 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     }
   } else {
     const std::size_t newest = window_->size() - 1;
-    const NavState state = propagate(window_->state(newest), bundle.imu, input_.suite.imu, nullptr);
+    Matrix17 covariance = window_->newest_covariance();
+    const NavState state = propagate(window_->state(newest), bundle.imu, input_.suite.imu, &covariance);
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
-    // One scan of IMU adds little beside what velocity is uncertain to.
-    keyframe->predicted_covariance = keyframes_.back()->estimate.covariance;
-    const double step_s = to_seconds(bundle.scan.end - keyframes_.back()->estimate.time);
-    keyframe->predicted_covariance.diagonal().head<3>().array() +=
-        std::pow(input_.suite.imu.gyroscope_noise_density, 2) * step_s;
-    keyframe->predicted_covariance.diagonal().tail<3>().array() += std::pow(0.05 * step_s, 2);
+    keyframe->predicted_covariance = covariance.topLeftCorner<6, 6>();
     // Scans one after the other see much the same.
     keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->predicted_covariance};
   }
   keyframe->gate_covariance = keyframe->predicted_covariance;
+  keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
   const std::size_t newest = window_->size() - 1;
@@ -85,6 +82,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     if (solved) iterations += window_->solve();
   }
 
+  follow_residuals(*keyframes_.back());
   const bool leaves = window_->size() > 1 &&
                       to_seconds(window_->time(newest) - window_->time(0)) >= options.smoother.window_s - 1e-6;
   std::vector<std::size_t> wanted{newest};
@@ -157,6 +155,18 @@ void Smoother::find_again() {
                keyframe.estimate.time);
   window_->move(*found * keyframe.predicted.inverse());
   keyframe.predicted = window_->state(newest).T_map_imu;
+}
+
+/// Sensor, surface and map are never quite as noisy as their data sheets say: variances follow the residuals of the log, upwards
+/// at once and downwards over some ten scans.
+void Smoother::follow_residuals(const Keyframe& keyframe) {
+  constexpr int kFewest = 100;  // correspondences that a median is taken of
+  constexpr double kGain = 0.1;
+  if (static_cast<int>(keyframe.correspondences.size()) < kFewest) return;
+  const double found = keyframe.variance_scale *
+                       residual_scale(keyframe.correspondences, window_->state(window_->size() - 1).T_map_imu);
+  const double gain = keyframes_.size() == 1 ? 1.0 : kGain;
+  variance_scale_ = std::max(1.0, variance_scale_ + gain * (found - variance_scale_));
 }
 
 Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {

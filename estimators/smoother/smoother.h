@@ -29,6 +29,7 @@ class Smoother final : public Estimator {
   void find_again();
   void judge_field(Keyframe& keyframe);
   void tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
+  void follow_residuals(const Keyframe& keyframe);
   void renew(std::size_t k);
   Matrix6 known_of(std::size_t k, double noise_taken) const;
   Matrix6 narrower_gate(std::size_t k) const;
@@ -42,6 +43,7 @@ class Smoother final : public Estimator {
   FieldAgreement agreement_;  // judged only where LiDAR does not see all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
+  double variance_scale_ = 1.0;  // of LiDAR residuals
   std::size_t left_ = 0;      // keyframes that have left the window
   std::size_t recalled_ = 0;  // bundles
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for

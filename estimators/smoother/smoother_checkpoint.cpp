@@ -8,7 +8,7 @@ namespace lodestone {
 /// Without measurements (recall) and correspondences (looked for anew before they are used again).
 template <class Archive>
 void serialize(Archive& archive, Keyframe& keyframe) {
-  auto& [scan_start, imu, points, magnetic, predicted, predicted_covariance, gate_covariance, averaging, planes,
+  auto& [scan_start, imu, points, magnetic, predicted, predicted_covariance, gate_covariance, averaging, variance_scale, planes,
          correspondences, lidar, lidar_information, seen_share, unit_hessian, degeneracy, associated, analysed, estimate, field_disagrees] = keyframe;
   archive(predicted, predicted_covariance, gate_covariance, averaging.information_of_scan, averaging.covariance);
   archive(lidar.cost, lidar_information, seen_share, unit_hessian, degeneracy, associated);

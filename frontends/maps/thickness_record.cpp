@@ -29,7 +29,7 @@ void ThicknessRecord::add(const std::vector<float>& thickness) {
 template <class Use>
 void ThicknessRecord::for_each(Use use) const {
   std::vector<float> part(1 << 16);
-  const std::int64_t count = spool_.size() / static_cast<std::int64_t>(sizeof(float));
+  const std::int64_t count = size();
   for (std::int64_t begin = 0; begin < count; begin += static_cast<std::int64_t>(part.size())) {
     const auto length = static_cast<std::size_t>(std::min(count - begin, static_cast<std::int64_t>(part.size())));
     spool_.read(begin * static_cast<std::int64_t>(sizeof(float)), part.data(), length * sizeof(float));
@@ -37,9 +37,9 @@ void ThicknessRecord::for_each(Use use) const {
   }
 }
 
-float ThicknessRecord::median() const {
+float ThicknessRecord::of_rank(std::size_t wanted) const {
   if (spool_.size() == 0) return 0.0F;
-  std::int64_t rank = spool_.size() / static_cast<std::int64_t>(sizeof(float)) / 2;
+  auto rank = static_cast<std::int64_t>(wanted);
   const auto upper = static_cast<std::uint32_t>(locate(upper_counts_, rank));
   std::vector<std::int64_t> lower_counts(kHalf, 0);
   for_each([&](float value) {

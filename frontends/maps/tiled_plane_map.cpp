@@ -57,11 +57,11 @@ std::shared_ptr<const PlaneMap> TiledPlaneMap::load(const Eigen::Vector2d& cente
     content_.spool->read(piece.offset, next, static_cast<std::size_t>(piece.count) * sizeof(VoxelPlane));
     next += piece.count;
   }
-  return std::make_shared<PlaneMap>(voxels, content_.median_thickness_m, content_.options);
+  return std::make_shared<PlaneMap>(voxels, content_.thickness, content_.options);
 }
 
 void TiledPlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
-  const double limit = thickness_limit(content_.median_thickness_m, content_.options);
+  const double limit = thickness_limit(content_.thickness, content_.options);
   for (const auto& [tile, piece] : content_.tiles) {
     std::vector<VoxelPlane> voxels(static_cast<std::size_t>(piece.count));
     {
@@ -70,7 +70,7 @@ void TiledPlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
     }
     for (const VoxelPlane& voxel : voxels) {
       const bool is_plane = voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
-      const Plane plane = with_shared_thickness(voxel.plane, content_.median_thickness_m, content_.options);
+      const Plane plane = with_shared_thickness(voxel.plane, content_.thickness, content_.options);
       visit(voxel_of_key(voxel.key), is_plane ? &plane : nullptr);
     }
   }
@@ -150,8 +150,10 @@ std::shared_ptr<const TiledPlaneMap> TiledPlaneMapBuilder::build(double reach_m)
   }
   tiles_.clear();
   spool_.reset();
-  content.median_thickness_m = static_cast<double>(thickness.median());
-  content.planes = thickness.count_up_to(thickness_limit(content.median_thickness_m, options_));
+  const auto planes = static_cast<std::size_t>(thickness.size());
+  content.thickness = {static_cast<double>(thickness.of_rank(median_rank(planes))),
+                       static_cast<double>(thickness.of_rank(low_rank(planes)))};
+  content.planes = thickness.count_up_to(thickness_limit(content.thickness, options_));
   return std::make_shared<TiledPlaneMap>(std::move(content), reach_m);
 }
 

@@ -34,7 +34,7 @@ class TiledPlaneMap final : public PlaneMapSource {
     int tile_voxels = 0;
     std::unique_ptr<SpoolFile> spool;       ///< of VoxelPlane
     std::map<TileIndex, TilePiece> tiles;
-    double median_thickness_m = 0.0;
+    PlaneThickness thickness;
     std::int64_t planes = 0;  ///< of the whole map
   };
 

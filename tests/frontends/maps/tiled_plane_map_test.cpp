@@ -83,7 +83,8 @@ TEST(TiledPlaneMap, GivesTheBitsOfTheWholeMap) {
   for (int place = 0; place < 60; ++place) {
     const Eigen::Vector3f robot(-25.0F + 1.5F * static_cast<float>(place), 2.0F * uniform(generator), 0.5F);
     const auto around = source->around(robot.cast<double>());
-    EXPECT_EQ(around->median_thickness_m(), whole->median_thickness_m());
+    EXPECT_EQ(around->thickness().median_m, whole->thickness().median_m);
+    EXPECT_EQ(around->thickness().low_m, whole->thickness().low_m);
     for (int i = 0; i < 2000; ++i) {
       const Eigen::Vector3f step(7.0F * uniform(generator), 7.0F * uniform(generator), 2.0F * uniform(generator));
       // Half of the points on surfaces, where planes and what is beside them are.
