@@ -5,7 +5,7 @@
     tools/check_docs.py --sizes         print the words of each page as well
     tools/check_docs.py --linked-files  print the files outside docs/ that a page links to; tools/docs.sh puts them on the site
 
-Words of a page: the prose, and a third of the words in tables. Code blocks do not count.
+Words of a page: the prose, and half of the words in tables. Code blocks do not count.
 """
 import re
 import subprocess
@@ -158,7 +158,7 @@ def size_of(path):
     count = {"prose": 0, "table": 0}
     for _, kind, text in blocks(path.read_text(encoding="utf-8")):
         count[kind] += len(words(text))
-    return count["prose"] + count["table"] // 3
+    return count["prose"] + count["table"] // 2
 
 
 def check_sizes(show):
