@@ -24,5 +24,5 @@ def on_nav(nav, config, files):
     from mkdocs.structure.nav import Link
 
     if (Path(config["config_file_path"]).parent / "build/docs/api/html/index.html").exists():
-        nav.items.append(Link("API", "api/index.html"))
+        nav.items.append(Link("API", "api/files.html"))
     return nav
