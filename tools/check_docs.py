@@ -3,6 +3,7 @@
 
     tools/check_docs.py                 check everything; ends with 1 at any finding
     tools/check_docs.py --sizes         print the words of each page as well
+    tools/check_docs.py --site DIR      check links and anchors of the built site
     tools/check_docs.py --linked-files  print the files outside docs/ that a page links to; tools/docs.sh puts them on the site
 
 Words of a page: the prose, and half of the words in tables. Code blocks do not count.
@@ -182,7 +183,32 @@ def linked_files():
     return sorted(file for file in found if file.parts[0] != "docs")
 
 
+def check_site(site):
+    """Links and anchors of the built pages; the API reference is Doxygen's own."""
+    pages_of_site = [path for path in site.rglob("*.html") if path.relative_to(site).parts[0] != "api" and path.name != "404.html"]
+    ids = {}
+    for page in pages_of_site:
+        text = page.read_text(encoding="utf-8")
+        for link in re.findall(r"<(?:a|img)\b[^>]*?(?:href|src)=\"?([^\"\s>]+)", text):
+            target = target_of(page, link)
+            if not target:
+                continue
+            file, anchor = target
+            if not file.exists():
+                yield f"{page.relative_to(site)}: {link}: no such file"
+            elif anchor and file.suffix == ".html" and not file.is_relative_to(site / "api"):
+                if file not in ids:
+                    ids[file] = set(re.findall(r"\b(?:id|name)=\"?([^\"\s>]+)", file.read_text(encoding="utf-8")))
+                if anchor not in ids[file]:
+                    yield f"{page.relative_to(site)}: {link}: no such heading"
+
+
 def main():
+    if "--site" in sys.argv:
+        findings = [*check_site(Path(sys.argv[sys.argv.index("--site") + 1]).resolve())]
+        for finding in findings:
+            print(finding, file=sys.stderr)
+        return 1 if findings else 0
     if "--linked-files" in sys.argv:
         print("\n".join(map(str, linked_files())))
         return 0

@@ -29,4 +29,5 @@ cp README.md "$build/source/"
 doxygen docs/Doxyfile
 mkdocs --quiet build --strict
 cp -r "$build/api/html" "$build/site/api"
+tools/check_docs.py --site "$build/site"
 echo "docs: $root/$build/site/index.html"
