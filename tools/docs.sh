@@ -13,7 +13,7 @@ set_up() {
   local missing=()
   [[ -n $(command -v doxygen) ]] || missing+=(doxygen)
   [[ -n $(command -v mkdocs) ]] || missing+=(mkdocs)
-  mkdocs build --help 2>/dev/null | grep -q material || missing+=(mkdocs-material)
+  [[ $(mkdocs build --help 2>/dev/null) == *material* ]] || missing+=(mkdocs-material)
   ((${#missing[@]} == 0)) || "$root/tools/setup.sh" "${missing[@]}"
 }
 set_up
