@@ -37,6 +37,9 @@ class Estimator {
   /// Hands out what still lies in the window.
   virtual void finish(EstimateSink& sink) = 0;
 
+  /// The library and the linear solver that minimize this method's cost; empty if it minimizes none.
+  virtual std::string solver() const { return {}; }
+
   /// Writes what `process` goes on from, less what the log tells again (`recall`). `lasting` gets what will never change:
   /// each part once, with the first call after it came to be.
   virtual void save(StateWriter& state, StateWriter& lasting) = 0;

@@ -19,6 +19,7 @@ class Monitored final : public Estimator {
   }
 
   void finish(EstimateSink& sink) override { estimator_->finish(sink); }
+  std::string solver() const override { return estimator_->solver(); }
 
   void save(StateWriter& state, StateWriter& lasting) override { estimator_->save(state, lasting); }
   void load(StateReader& state, StateReader& lasting) override { estimator_->load(state, lasting); }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/checkpoint/archives.h"
@@ -20,7 +21,7 @@
 
 namespace lodestone {
 
-struct ChainVariables;
+class SparseInformation;
 
 /// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
 /// go. Nothing depends on addresses or threads. One gravity for all keyframes; magnetometer biases are constant over
@@ -61,11 +62,19 @@ class SlidingWindow {
   /// Sets or renews the pose that the field told of keyframe k, in place of a field factor.
   void set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask);
 
-  /// Minimizes; returns the iterations taken. Re-integrates IMU factors whose bias left the linear range.
+  /// Minimizes the cost by Ceres; returns the number of iterations. Ends with a step that lowers ½ Σ r² by less than 0.005.
+  /// Integrates IMU factors again if their biases left the linear range.
   int solve();
 
-  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window.
+  /// The solver and the linear solver: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE)".
+  static std::string solver_description();
+
+  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation). Never
+  /// throws: a direction that nothing measures has a very large variance.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
+
+  /// Joint covariance of the newest keyframe's pose and motion and of gravity, in tangent order φ, p, v, b_g, b_a, g.
+  Matrix17 newest_covariance() const;
 
   /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
   void set_state(std::size_t k, const NavState& state);
@@ -118,8 +127,8 @@ class SlidingWindow {
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
   std::vector<const WindowFactor*> factors() const;
-  ChainVariables chain_variables() const;
-  std::vector<WindowBlock*> variables_in_order() const;
+  std::vector<const WindowBlock*> variables_in_order() const;
+  SparseInformation information() const;
 
   SlidingWindowOptions options_;
   ImuNoise noise_;

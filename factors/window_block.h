@@ -16,9 +16,6 @@ struct WindowBlock {
   int tangent_size() const { return lodestone::tangent_size(kind, static_cast<int>(values.size())); }
 };
 
-/// Moves a variable by a step in its tangent, in place.
-void move(WindowBlock& block, const double* delta);
-
 /// A factor of the window with the variables it touches, in its own order.
 struct WindowFactor {
   ceres::ResidualBlockId id = nullptr;

@@ -104,7 +104,6 @@ std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
 std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   if (keyframes_.empty()) return {};
   SlidingWindowOptions solver = input_.options.smoother.solver;
-  solver.solver = WindowSolver::blocks;
   solver.max_iterations = kIterations;
   SlidingWindow window(keyframes_.front()->estimate.time, start_.state, start_.covariance,
                        static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu, solver);

@@ -20,6 +20,7 @@ class Smoother final : public Estimator {
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
+  std::string solver() const override { return SlidingWindow::solver_description(); }
   void save(StateWriter& state, StateWriter& lasting) override;
   void load(StateReader& state, StateReader& lasting) override;
   void recall(const ScanBundle& bundle) override;

@@ -88,8 +88,6 @@ TEST_P(Checkpoint, GoesOnWithTheSameBits) {
 
 void as_is(RunOptions&) {}
 void batch(RunOptions& options) { options.smoother.refine = Refinement::batch; }
-void by_ceres(RunOptions& options) { options.smoother.solver.solver = WindowSolver::ceres; }
-void by_blocks(RunOptions& options) { options.smoother.solver.solver = WindowSolver::blocks; }
 void by_points_without_biases(RunOptions& options) {
   options.smoother.solver.condensed = false;
   options.smoother.solver.magnetometer_bias_states = false;
@@ -102,8 +100,6 @@ void with_clock_and_epochs(RunOptions& options) {
 INSTANTIATE_TEST_SUITE_P(Checkpoints, Checkpoint,
                          ::testing::Values(Case{"smoother", "smoother", true, true, as_is, 60},
                                            Case{"smoother_batch", "smoother", true, true, batch, 40},
-                                           Case{"smoother_ceres", "smoother", true, true, by_ceres, 40},
-                                           Case{"smoother_blocks", "smoother", true, true, by_blocks, 40},
                                            Case{"smoother_points_without_biases", "smoother", true, true,
                                                 by_points_without_biases, 30},
                                            Case{"smoother_clock_epochs", "smoother", true, true, with_clock_and_epochs, 45},

@@ -156,6 +156,7 @@ class Pass {
   void finish() { estimator_->finish(results_); }
 
   bool began() const { return estimator_ != nullptr; }
+  std::string solver() const { return estimator_->solver(); }
   std::int64_t scans() const { return scans_; }
   Time first_start() const { return first_start_; }
   Time last_end() const { return last_end_; }
@@ -233,6 +234,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   // A signal ends a refinement, too.
   if (summary.status == RunStatus::done && run.refines && interrupt_requested()) summary.status = RunStatus::interrupted;
   summary.scans = pass.scans();
+  summary.solver = pass.solver();
   const Time last_end = pass.last_end();
   summary.duration_s = to_seconds(last_end - pass.first_start());
   count_steps(outcome.record, summary, warnings);

@@ -327,6 +327,9 @@ int execute(const RunCall& call) {
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
+  for (const RunSummary& summary : summaries) {
+    if (!summary.solver.empty()) std::printf("%s: solved by %s\n", summary.estimator.c_str(), summary.solver.c_str());
+  }
   if (bound) std::printf("%s\n", bound_text(*bound, summaries).c_str());
   for (const RunSummary& summary : summaries) {
     if (summary.stale_map) std::printf("%s", stale_map_text(summary.estimator, *summary.stale_map).c_str());

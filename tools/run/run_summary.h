@@ -50,6 +50,7 @@ struct StageFigures {
 
 struct RunSummary {
   std::string estimator;
+  std::string solver;  ///< library and linear solver; empty if the estimator minimizes no cost
   RunStatus status = RunStatus::done;
   std::int64_t scans = 0;
   double duration_s = 0.0;  ///< of the log, as far as it was worked off
