@@ -34,12 +34,6 @@ class PoseMask {
     return reference_.boxplus(seen);
   }
 
-  /// For checkpoints.
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive(active_, projector_, reference_, slide_);
-  }
-
   /// What of a small motion (φ, p) of the robot the factor sees, and of a derivative by one.
   Vector6 hide(const Vector6& motion) const { return active_ ? (projector_ * motion).eval() : motion; }
   template <class Derived>

@@ -27,7 +27,8 @@ Slide slide_of(const WindowFactor& lidar) {
 
 }  // namespace
 
-SlidingWindow::SlidingWindow(int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options)
+SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
+                             const ImuNoise& noise, const SlidingWindowOptions& options)
     : options_(options),
       noise_(noise),
       magnetometers_(magnetometers),
@@ -38,11 +39,7 @@ SlidingWindow::SlidingWindow(int magnetometers, const ImuNoise& noise, const Sli
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_options.disable_all_safety_checks = true;
   problem_ = std::make_unique<ceres::Problem>(problem_options);
-}
 
-SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
-                             const ImuNoise& noise, const SlidingWindowOptions& options)
-    : SlidingWindow(magnetometers, noise, options) {
   gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}};
   add_block(gravity_);
   auto keyframe = std::make_unique<Keyframe>();
@@ -67,14 +64,10 @@ void SlidingWindow::add_block(WindowBlock& block) {
                               : block.kind == BlockKind::gravity ? gravity_manifold_.get()
                                                                  : nullptr;
   problem_->AddParameterBlock(block.values.data(), static_cast<int>(block.values.size()), manifold);
-  blocks_.push_back(&block);
 }
 
 void SlidingWindow::remove_block(WindowBlock& block) {
   problem_->RemoveParameterBlock(block.values.data());
-  // With fast removal the last takes its place.
-  *std::find(blocks_.begin(), blocks_.end(), &block) = blocks_.back();
-  blocks_.pop_back();
 }
 
 WindowFactor SlidingWindow::add_factor(std::unique_ptr<ceres::CostFunction> function,

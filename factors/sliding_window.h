@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "core/checkpoint/archives.h"
 #include "core/geometry/nav_state.h"
 #include "core/imu/preintegration.h"
 #include "core/observability/window_information.h"
@@ -31,11 +30,6 @@ class SlidingWindow {
   /// Starts with one keyframe whose state is known with `covariance` (tangent order φ, p, v, b_g, b_a, g).
   SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers, const ImuNoise& noise,
                 const SlidingWindowOptions& options);
-
-  /// The window that `save` wrote: from there on the same calls give the same bits. `map`, `interpolation`: of its field
-  /// factors. All else as it was made with.
-  SlidingWindow(StateReader& state, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
-                int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options);
   ~SlidingWindow();
   SlidingWindow(const SlidingWindow&) = delete;
   SlidingWindow& operator=(const SlidingWindow&) = delete;
@@ -82,8 +76,6 @@ class SlidingWindow {
   /// Puts the biases of keyframe k's epoch in force, µT, one a magnetometer; nothing without a field factor or bias states.
   void set_magnetometer_biases(std::size_t k, std::span<const Vector3> biases_ut);
 
-  void save(StateWriter& state) const;
-
   /// Takes the oldest keyframe out, leaving what it knew as a square-root prior.
   void marginalize_oldest();
 
@@ -113,17 +105,10 @@ class SlidingWindow {
  private:
   struct Keyframe;
   struct BiasEpoch;
-  SlidingWindow(int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options);  // without a variable
   WindowFactor add_factor(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
   void remove_factor(WindowFactor& factor);
   void add_block(WindowBlock& block);
   void remove_block(WindowBlock& block);
-  std::vector<WindowFactor*> factor_places();
-  void save_factor(StateWriter& state, std::size_t place, const WindowFactor& factor) const;
-  std::unique_ptr<ceres::CostFunction> load_factor(StateReader& state, std::size_t place,
-                                                   const std::vector<WindowBlock*>& blocks,
-                                                   const std::shared_ptr<const MagneticMap>& map,
-                                                   FieldInterpolation interpolation) const;
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
   std::vector<const WindowFactor*> factors() const;
@@ -136,7 +121,6 @@ class SlidingWindow {
   std::unique_ptr<ceres::Manifold> pose_manifold_;
   std::unique_ptr<ceres::Manifold> gravity_manifold_;
   std::unique_ptr<ceres::Problem> problem_;
-  std::vector<WindowBlock*> blocks_;  // in the problem's own order, which it does not tell and Ceres' solver goes by
   WindowBlock gravity_;
   WindowFactor prior_;
   WindowBlock clock_;         // how late the magnetometers' stamps are, s

@@ -104,7 +104,6 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     hand_out(0, covariances[1], sink);
     window_->marginalize_oldest();
     keyframes_.pop_front();
-    ++left_;
   }
   causal.diagnostics.step_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();

@@ -21,9 +21,6 @@ class Smoother final : public Estimator {
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
   std::string solver() const override { return SlidingWindow::solver_description(); }
-  void save(StateWriter& state, StateWriter& lasting) override;
-  void load(StateReader& state, StateReader& lasting) override;
-  void recall(const ScanBundle& bundle) override;
 
  private:
   void take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const;
@@ -43,8 +40,6 @@ class Smoother final : public Estimator {
   FieldAgreement agreement_;  // judged only where LiDAR does not see all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
-  std::size_t left_ = 0;      // keyframes that have left the window
-  std::size_t recalled_ = 0;  // bundles
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
 };
 
