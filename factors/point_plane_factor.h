@@ -17,7 +17,6 @@ class PointPlaneFactor final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  const std::vector<Correspondence>& correspondences() const { return correspondences_; }
   void set_mask(const PoseMask& mask) { mask_ = mask; }
   const PoseMask& mask() const { return mask_; }
 

@@ -105,8 +105,17 @@ class SlidingWindow {
  private:
   struct Keyframe;
   struct BiasEpoch;
-  WindowFactor add_factor(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
-  void remove_factor(WindowFactor& factor);
+  WindowFactor add_residual(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
+  template <class Function>
+  RenewableFactor<Function> add_factor(std::unique_ptr<Function> function, std::vector<WindowBlock*> blocks) {
+    Function* content = function.get();
+    return {add_residual(std::move(function), std::move(blocks)), content};
+  }
+  template <class Function>
+  void remove_factor(RenewableFactor<Function>& factor) {
+    if (factor) problem_->RemoveResidualBlock(factor.id);
+    factor = {};
+  }
   void add_block(WindowBlock& block);
   void remove_block(WindowBlock& block);
   void set_prior(MarginalPrior prior, const Slide& slide);
@@ -122,7 +131,7 @@ class SlidingWindow {
   std::unique_ptr<ceres::Manifold> gravity_manifold_;
   std::unique_ptr<ceres::Problem> problem_;
   WindowBlock gravity_;
-  WindowFactor prior_;
+  RenewableFactor<PriorFactor> prior_;
   WindowBlock clock_;         // how late the magnetometers' stamps are, s
   WindowFactor clock_prior_;  // empty: not estimated, or no reading yet
   mutable double clock_sigma_s_ = 0.0;

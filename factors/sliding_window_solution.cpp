@@ -8,9 +8,6 @@
 #include <array>
 #include <cmath>
 
-#include "factors/preintegration_factor.h"
-#include "factors/prior_factor.h"
-#include "factors/random_walk_factor.h"
 #include "factors/sliding_window_parts.h"
 #include "factors/sparse_information.h"
 
@@ -41,18 +38,16 @@ class SettledCallback final : public ceres::IterationCallback {
 int SlidingWindow::solve() {
   for (std::size_t k = 1; k < keyframes_.size(); ++k) {
     const double* bias = keyframes_[k - 1]->motion.values.data() + 3;
-    auto* factor =
-        static_cast<PreintegrationFactor*>(const_cast<ceres::CostFunction*>(keyframes_[k]->imu.function));
-    if (!factor->preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3))) {
-      factor->set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), noise_), noise_);
+    PreintegrationFactor& factor = *keyframes_[k]->imu.content;
+    if (!factor.preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3))) {
+      factor.set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), noise_), noise_);
     }
   }
   if (options_.magnetometer_bias_jumps) {
     for (const auto& epoch : epochs_) {
       if (!epoch->walk) continue;
       const auto& blocks = epoch->walk.blocks;
-      static_cast<RandomWalkFactor*>(const_cast<ceres::CostFunction*>(epoch->walk.function))
-          ->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
+      epoch->walk.content->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
     }
   }
   SettledCallback settled;
@@ -103,7 +98,8 @@ std::vector<const WindowFactor*> SlidingWindow::factors() const {
   std::vector<const WindowFactor*> result{&prior_};
   if (clock_prior_) result.push_back(&clock_prior_);
   for (const auto& keyframe : keyframes_) {
-    for (const WindowFactor* factor : {&keyframe->imu, &keyframe->lidar, &keyframe->field}) {
+    if (keyframe->imu) result.push_back(&keyframe->imu);
+    for (const WindowFactor* factor : keyframe->measurements()) {
       if (*factor) result.push_back(factor);
     }
   }
@@ -144,11 +140,11 @@ Matrix17 SlidingWindow::newest_covariance() const {
 }
 
 ChainLink SlidingWindow::link(std::size_t k) const {
-  return static_cast<const PreintegrationFactor*>(keyframes_[k + 1]->imu.function)->link(state(k), state(k + 1));
+  return keyframes_[k + 1]->imu.content->link(state(k), state(k + 1));
 }
 
 Matrix17 SlidingWindow::prior_information() const {
-  const auto* prior = static_cast<const PriorFactor*>(prior_.function);
+  const PriorFactor* prior = prior_.content;
   // The prior names its blocks in the order in which the factors it came from did.
   const WindowBlock* order[] = {&keyframes_.front()->pose, &keyframes_.front()->motion, &gravity_};
   Eigen::MatrixXd root = Eigen::MatrixXd::Zero(prior->root().rows(), tangent::size);

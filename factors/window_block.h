@@ -25,6 +25,12 @@ struct WindowFactor {
   explicit operator bool() const { return id != nullptr; }
 };
 
+/// A factor whose content the window renews between solves. Ceres owns the function.
+template <class Function>
+struct RenewableFactor : WindowFactor {
+  Function* content = nullptr;
+};
+
 /// A factor's residual at the current values and its Jacobian by the tangents of its blocks side by side.
 struct LinearizedFactor {
   Eigen::VectorXd residual;
