@@ -3,9 +3,12 @@
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(TBB REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
+# SuiteSparse has no package file in Debian; that of Ceres finds SuiteSparse.
+if(NOT TARGET SuiteSparse::CHOLMOD OR NOT TARGET SuiteSparse::SPQR)
+  message(FATAL_ERROR "This Ceres was built without SuiteSparse. Install libceres-dev and libsuitesparse-dev.")
+endif()
 find_package(yaml-cpp REQUIRED)
 find_package(fmt REQUIRED)
-find_package(cereal 1.3 REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)

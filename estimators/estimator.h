@@ -3,7 +3,6 @@
 #include <memory>
 #include <string>
 
-#include "core/checkpoint/archives.h"
 #include "core/geometry/pose.h"
 #include "core/measurements.h"
 #include "estimators/estimate.h"
@@ -37,15 +36,8 @@ class Estimator {
   /// Hands out what still lies in the window.
   virtual void finish(EstimateSink& sink) = 0;
 
-  /// Writes what `process` goes on from, less what the log tells again (`recall`). `lasting` gets what will never change:
-  /// each part once, with the first call after it came to be.
-  virtual void save(StateWriter& state, StateWriter& lasting) = 0;
-
-  /// Of a new estimator, made from the same input: takes up what `save` wrote, `lasting` from its beginning. After that
-  /// every bundle that had been processed has to be recalled, in order; from then on its estimates are the same bits as if it
-  /// had never been left.
-  virtual void load(StateReader& state, StateReader& lasting) = 0;
-  virtual void recall(const ScanBundle& bundle) = 0;
+  /// The library and the linear solver that minimize this method's cost; empty if it minimizes none.
+  virtual std::string solver() const { return {}; }
 };
 
 }  // namespace lodestone

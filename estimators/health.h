@@ -28,12 +28,6 @@ class FieldAgreement {
 
   bool lost() const { return mean_ < 0.5; }
 
-  /// For checkpoints.
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive(mean_);
-  }
-
  private:
   double mean_ = 1.0;
 };

@@ -15,28 +15,17 @@ class Monitored final : public Estimator {
       : estimator_(std::move(estimator)), monitor_(suite, warnings) {}
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override {
-    cleaned(bundle, [&](const ScanBundle& clean) { estimator_->process(clean, sink); });
+    auto healthy = monitor_.without_unhealthy(bundle.magnetic, bundle.scan.end);
+    if (!healthy) return estimator_->process(bundle, sink);
+    ScanBundle clean = bundle;
+    clean.magnetic = std::move(*healthy);
+    estimator_->process(clean, sink);
   }
 
   void finish(EstimateSink& sink) override { estimator_->finish(sink); }
-
-  void save(StateWriter& state, StateWriter& lasting) override { estimator_->save(state, lasting); }
-  void load(StateReader& state, StateReader& lasting) override { estimator_->load(state, lasting); }
-
-  /// The monitor looks at the readings again and so comes to where it was.
-  void recall(const ScanBundle& bundle) override {
-    cleaned(bundle, [&](const ScanBundle& clean) { estimator_->recall(clean); });
-  }
+  std::string solver() const override { return estimator_->solver(); }
 
  private:
-  template <class Use>
-  void cleaned(const ScanBundle& bundle, Use use) {
-    auto healthy = monitor_.without_unhealthy(bundle.magnetic, bundle.scan.end);
-    if (!healthy) return use(bundle);
-    ScanBundle clean = bundle;
-    clean.magnetic = std::move(*healthy);
-    use(clean);
-  }
 
   std::unique_ptr<Estimator> estimator_;
   MagnetometerMonitor monitor_;

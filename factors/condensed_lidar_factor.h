@@ -23,11 +23,6 @@ class CondensedLidarFactor final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  /// For checkpoints.
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive(cost_, deskewing_, root_, mask_);
-  }
 
  private:
   bool has_before() const { return parameter_block_sizes().size() > 2; }

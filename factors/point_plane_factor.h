@@ -2,7 +2,6 @@
 
 #include <ceres/cost_function.h>
 
-#include <memory>
 #include <vector>
 
 #include "core/lidar/correspondence.h"
@@ -18,16 +17,11 @@ class PointPlaneFactor final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  const std::vector<Correspondence>& correspondences() const { return correspondences_; }
   void set_mask(const PoseMask& mask) { mask_ = mask; }
   const PoseMask& mask() const { return mask_; }
 
-  /// Keeps what the correspondences point into, where no map does.
-  void keep(std::shared_ptr<const std::vector<Plane>> planes) { planes_ = std::move(planes); }
-
  private:
   std::vector<Correspondence> correspondences_;
-  std::shared_ptr<const std::vector<Plane>> planes_;
   PoseMask mask_;
 };
 

@@ -23,12 +23,6 @@ class PoseFactor final : public ceres::SizedCostFunction<6, 7> {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  /// For checkpoints.
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive(measured_, mask_);
-  }
-
  private:
   MeasuredPose measured_;
   PoseMask mask_;

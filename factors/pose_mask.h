@@ -34,12 +34,6 @@ class PoseMask {
     return reference_.boxplus(seen);
   }
 
-  /// For checkpoints.
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive(active_, projector_, reference_, slide_);
-  }
-
   /// What of a departure (Deskewing) the factor sees: its turn and its shift are one motion of the keyframe before, its slopes
   /// are shifts alone.
   Eigen::Matrix<double, 12, 1> hide_departure(const Eigen::Matrix<double, 12, 1>& departure) const {

@@ -51,11 +51,6 @@ class RandomWalkFactor final : public ceres::CostFunction {
     return true;
   }
 
-  /// For checkpoints.
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive(size_, group_, sigma_, whitening_);
-  }
 
  private:
   int size_;

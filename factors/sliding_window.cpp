@@ -5,10 +5,7 @@
 #include <cmath>
 
 #include "factors/manifolds.h"
-#include "factors/point_plane_factor.h"
-#include "factors/preintegration_factor.h"
 #include "factors/prior_factor.h"
-#include "factors/random_walk_factor.h"
 #include "factors/sliding_window_parts.h"
 
 namespace lodestone {
@@ -20,14 +17,10 @@ void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
   Eigen::Map<Vector9>(motion.values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
 }
 
-Slide slide_of(const WindowFactor& lidar) {
-  if (const auto* condensed = dynamic_cast<const CondensedLidarFactor*>(lidar.function)) return condensed->mask().slide();
-  return static_cast<const PointPlaneFactor*>(lidar.function)->mask().slide();
-}
-
 }  // namespace
 
-SlidingWindow::SlidingWindow(int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options)
+SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
+                             const ImuNoise& noise, const SlidingWindowOptions& options)
     : options_(options),
       noise_(noise),
       magnetometers_(magnetometers),
@@ -38,11 +31,7 @@ SlidingWindow::SlidingWindow(int magnetometers, const ImuNoise& noise, const Sli
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_options.disable_all_safety_checks = true;
   problem_ = std::make_unique<ceres::Problem>(problem_options);
-}
 
-SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
-                             const ImuNoise& noise, const SlidingWindowOptions& options)
-    : SlidingWindow(magnetometers, noise, options) {
   gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}};
   add_block(gravity_);
   auto keyframe = std::make_unique<Keyframe>();
@@ -67,28 +56,19 @@ void SlidingWindow::add_block(WindowBlock& block) {
                               : block.kind == BlockKind::gravity ? gravity_manifold_.get()
                                                                  : nullptr;
   problem_->AddParameterBlock(block.values.data(), static_cast<int>(block.values.size()), manifold);
-  blocks_.push_back(&block);
 }
 
 void SlidingWindow::remove_block(WindowBlock& block) {
   problem_->RemoveParameterBlock(block.values.data());
-  // With fast removal the last takes its place.
-  *std::find(blocks_.begin(), blocks_.end(), &block) = blocks_.back();
-  blocks_.pop_back();
 }
 
-WindowFactor SlidingWindow::add_factor(std::unique_ptr<ceres::CostFunction> function,
-                                       std::vector<WindowBlock*> blocks) {
+WindowFactor SlidingWindow::add_residual(std::unique_ptr<ceres::CostFunction> function,
+                                         std::vector<WindowBlock*> blocks) {
   std::vector<double*> parameters;
   for (WindowBlock* block : blocks) parameters.push_back(block->values.data());
   const ceres::CostFunction* pointer = function.get();
   const ceres::ResidualBlockId id = problem_->AddResidualBlock(function.release(), nullptr, parameters);
   return {id, pointer, std::move(blocks)};
-}
-
-void SlidingWindow::remove_factor(WindowFactor& factor) {
-  if (factor) problem_->RemoveResidualBlock(factor.id);
-  factor = {};
 }
 
 void SlidingWindow::set_prior(MarginalPrior prior, const Slide& slide) {
@@ -103,6 +83,7 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
   auto keyframe = std::make_unique<Keyframe>();
   keyframe->time = time;
   keyframe->samples.assign(samples.begin(), samples.end());
+  keyframe->noise = noise_;
   store(state, keyframe->pose, keyframe->motion);
   add_block(keyframe->pose);
   add_block(keyframe->motion);
@@ -119,12 +100,12 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan, const st
   if (keyframe.lidar_in_prior) return;
   if (scan.cost.count == 0) {
     remove_factor(keyframe.lidar);
+    remove_factor(keyframe.points);
   } else if (!options_.condensed) {
-    remove_factor(keyframe.lidar);
-    keyframe.lidar = add_factor(std::make_unique<PointPlaneFactor>(correspondences, mask), {&keyframe.pose});
+    remove_factor(keyframe.points);
+    keyframe.points = add_factor(std::make_unique<PointPlaneFactor>(correspondences, mask), {&keyframe.pose});
   } else if (keyframe.lidar) {
-    // Owned by the problem, made by us: the problem persists, only the content is renewed.
-    static_cast<CondensedLidarFactor*>(const_cast<ceres::CostFunction*>(keyframe.lidar.function))->set(scan, mask);
+    keyframe.lidar.content->set(scan, mask);
   } else {
     std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.motion};
     if (k > 0) blocks.insert(blocks.end(), {&keyframes_[k - 1]->pose, &keyframes_[k - 1]->motion});
@@ -133,16 +114,12 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan, const st
 }
 
 void SlidingWindow::set_lidar_mask(std::size_t k, const PoseMask& mask) {
-  auto* function = const_cast<ceres::CostFunction*>(keyframes_[k]->lidar.function);
-  if (auto* condensed = dynamic_cast<CondensedLidarFactor*>(function)) {
-    condensed->set_mask(mask);
-  } else if (auto* points = dynamic_cast<PointPlaneFactor*>(function)) {
-    points->set_mask(mask);
-  }
+  if (keyframes_[k]->lidar) keyframes_[k]->lidar.content->set_mask(mask);
+  if (keyframes_[k]->points) keyframes_[k]->points.content->set_mask(mask);
 }
 
 void SlidingWindow::follow_slide(const Slide& slide) {
-  static_cast<PriorFactor*>(const_cast<ceres::CostFunction*>(prior_.function))->follow(slide);
+  prior_.content->follow(slide);
 }
 
 SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
@@ -179,9 +156,8 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
     return;
   }
   if (keyframe.field) {
-    auto* factor = static_cast<FieldFactor*>(const_cast<ceres::CostFunction*>(keyframe.field.function));
-    if (factor->readings().size() == readings.size()) {
-      factor->renew(readings, mask);
+    if (keyframe.field.content->readings().size() == readings.size()) {
+      keyframe.field.content->renew(readings, mask);
       return;
     }
     remove_factor(keyframe.field);
@@ -206,27 +182,29 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
 
 void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask) {
   Keyframe& keyframe = *keyframes_[k];
-  if (auto* factor = dynamic_cast<PoseFactor*>(const_cast<ceres::CostFunction*>(keyframe.field.function))) {
-    factor->set(measured, mask);
-    return;
+  if (keyframe.field_pose) {
+    keyframe.field_pose.content->set(measured, mask);
+  } else {
+    keyframe.field_pose = add_factor(std::make_unique<PoseFactor>(measured, mask), {&keyframe.pose});
   }
-  remove_factor(keyframe.field);
-  keyframe.field = add_factor(std::make_unique<PoseFactor>(measured, mask), {&keyframe.pose});
 }
 
 void SlidingWindow::marginalize_oldest() {
   Keyframe& oldest = *keyframes_.front();
   Keyframe& next = *keyframes_[1];
   std::vector<WindowFactor> involved{prior_};
-  for (const WindowFactor& factor : {oldest.lidar, oldest.field, next.imu}) {
-    if (factor) involved.push_back(factor);
+  for (const WindowFactor* factor : oldest.measurements()) {
+    if (*factor) involved.push_back(*factor);
   }
+  involved.push_back(next.imu);
   // The next scan's deskewing leans on the oldest pose: what it knows goes into the prior with it.
   next.lidar_in_prior = next.lidar && next.lidar.blocks.back() == &oldest.motion;
   if (next.lidar_in_prior) involved.push_back(next.lidar);
   std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
   // Without a scan the slide goes on: what was not held before is not held by what was known before.
-  const Slide slide = next.lidar ? slide_of(next.lidar) : static_cast<const PriorFactor*>(prior_.function)->slide();
+  const Slide slide = next.lidar    ? next.lidar.content->mask().slide()
+                      : next.points ? next.points.content->mask().slide()
+                                    : prior_.content->slide();
   // An epoch leaves with its last keyframe, once a later epoch has begun.
   BiasEpoch* leaving = nullptr;
   if (options_.magnetometer_bias_states && epochs_.size() > 1) {
@@ -258,7 +236,9 @@ void SlidingWindow::marginalize_oldest() {
   // Factors go one by one in a fixed order: the problem's own order of removal would depend on addresses.
   remove_factor(prior_);
   remove_factor(oldest.lidar);
+  remove_factor(oldest.points);
   remove_factor(oldest.field);
+  remove_factor(oldest.field_pose);
   remove_factor(next.imu);
   if (next.lidar_in_prior) remove_factor(next.lidar);
   if (leaving != nullptr) {

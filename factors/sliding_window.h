@@ -4,9 +4,9 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "core/checkpoint/archives.h"
 #include "core/geometry/nav_state.h"
 #include "core/imu/preintegration.h"
 #include "core/observability/window_information.h"
@@ -20,7 +20,7 @@
 
 namespace lodestone {
 
-struct ChainVariables;
+class SparseInformation;
 
 /// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
 /// go. Nothing depends on addresses or threads. One gravity for all keyframes; magnetometer biases are constant over
@@ -30,14 +30,12 @@ class SlidingWindow {
   /// Starts with one keyframe whose state is known with `covariance` (tangent order φ, p, v, b_g, b_a, g).
   SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers, const ImuNoise& noise,
                 const SlidingWindowOptions& options);
-
-  /// The window that `save` wrote: from there on the same calls give the same bits. `map`, `interpolation`: of its field
-  /// factors. All else as it was made with.
-  SlidingWindow(StateReader& state, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
-                int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options);
   ~SlidingWindow();
   SlidingWindow(const SlidingWindow&) = delete;
   SlidingWindow& operator=(const SlidingWindow&) = delete;
+
+  /// Noise of the IMU between keyframes that are added from now on.
+  void set_imu_noise(const ImuNoise& noise) { noise_ = noise; }
 
   /// A new keyframe, joined to the newest by the IMU.
   void add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples);
@@ -61,14 +59,18 @@ class SlidingWindow {
   /// Sets or renews the pose that the field told of keyframe k, in place of a field factor.
   void set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask);
 
-  /// Minimizes; returns the iterations taken. Re-integrates IMU factors whose bias left the linear range.
+  /// Minimizes the cost by Ceres; returns the number of iterations. Ends with a step that lowers ½ Σ r² by less than 0.005.
+  /// Integrates IMU factors again if their biases left the linear range.
   int solve();
 
-  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window.
+  /// The solver and the linear solver: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE)".
+  static std::string solver_description();
+
+  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation). Never
+  /// throws: a direction that nothing measures has a very large variance.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
 
-  /// Joint covariance of the newest keyframe's pose and motion and of gravity, all else marginalized: tangent order
-  /// φ, p, v, b_g, b_a, g.
+  /// Joint covariance of the newest keyframe's pose and motion and of gravity, in tangent order φ, p, v, b_g, b_a, g.
   Matrix17 newest_covariance() const;
 
   /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
@@ -76,8 +78,6 @@ class SlidingWindow {
 
   /// Puts the biases of keyframe k's epoch in force, µT, one a magnetometer; nothing without a field factor or bias states.
   void set_magnetometer_biases(std::size_t k, std::span<const Vector3> biases_ut);
-
-  void save(StateWriter& state) const;
 
   /// Takes the oldest keyframe out, leaving what it knew as a square-root prior.
   void marginalize_oldest();
@@ -108,22 +108,24 @@ class SlidingWindow {
  private:
   struct Keyframe;
   struct BiasEpoch;
-  SlidingWindow(int magnetometers, const ImuNoise& noise, const SlidingWindowOptions& options);  // without a variable
-  WindowFactor add_factor(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
-  void remove_factor(WindowFactor& factor);
+  WindowFactor add_residual(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
+  template <class Function>
+  RenewableFactor<Function> add_factor(std::unique_ptr<Function> function, std::vector<WindowBlock*> blocks) {
+    Function* content = function.get();
+    return {add_residual(std::move(function), std::move(blocks)), content};
+  }
+  template <class Function>
+  void remove_factor(RenewableFactor<Function>& factor) {
+    if (factor) problem_->RemoveResidualBlock(factor.id);
+    factor = {};
+  }
   void add_block(WindowBlock& block);
   void remove_block(WindowBlock& block);
-  std::vector<WindowFactor*> factor_places();
-  void save_factor(StateWriter& state, std::size_t place, const WindowFactor& factor) const;
-  std::unique_ptr<ceres::CostFunction> load_factor(StateReader& state, std::size_t place,
-                                                   const std::vector<WindowBlock*>& blocks,
-                                                   const std::shared_ptr<const MagneticMap>& map,
-                                                   FieldInterpolation interpolation) const;
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
   std::vector<const WindowFactor*> factors() const;
-  ChainVariables chain_variables() const;
-  std::vector<WindowBlock*> variables_in_order() const;
+  std::vector<const WindowBlock*> variables_in_order() const;
+  SparseInformation information() const;
 
   SlidingWindowOptions options_;
   ImuNoise noise_;
@@ -131,9 +133,8 @@ class SlidingWindow {
   std::unique_ptr<ceres::Manifold> pose_manifold_;
   std::unique_ptr<ceres::Manifold> gravity_manifold_;
   std::unique_ptr<ceres::Problem> problem_;
-  std::vector<WindowBlock*> blocks_;  // in the problem's own order, which it does not tell and Ceres' solver goes by
   WindowBlock gravity_;
-  WindowFactor prior_;
+  RenewableFactor<PriorFactor> prior_;
   WindowBlock clock_;         // how late the magnetometers' stamps are, s
   WindowFactor clock_prior_;  // empty: not estimated, or no reading yet
   mutable double clock_sigma_s_ = 0.0;

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "core/measurements.h"
+#include "factors/point_plane_factor.h"
+#include "factors/preintegration_factor.h"
+#include "factors/random_walk_factor.h"
 #include "factors/sliding_window.h"
 
 namespace lodestone {
@@ -11,7 +15,7 @@ namespace lodestone {
 struct SlidingWindow::BiasEpoch {
   Time start = 0;
   WindowBlock biases;
-  WindowFactor walk;
+  RenewableFactor<RandomWalkFactor> walk;
   int keyframes = 0;  // how many keyframes use it
 };
 
@@ -19,12 +23,18 @@ struct SlidingWindow::Keyframe {
   Time time = 0;
   WindowBlock pose{BlockKind::pose, std::vector<double>(7)};
   WindowBlock motion{BlockKind::motion, std::vector<double>(9)};
-  std::vector<ImuSample> samples;  // from the keyframe before
-  WindowFactor imu;                // to the keyframe before
-  WindowFactor lidar;
-  bool lidar_in_prior = false;     // it leaned on a keyframe that is gone
-  WindowFactor field;
+  std::vector<ImuSample> samples;             // from the keyframe before
+  ImuNoise noise;                             // of these samples
+  RenewableFactor<PreintegrationFactor> imu;  // to the keyframe before
+  RenewableFactor<CondensedLidarFactor> lidar;
+  RenewableFactor<PointPlaneFactor> points;   // in place of `lidar`, without condensing
+  bool lidar_in_prior = false;                // it leaned on a keyframe that is gone
+  RenewableFactor<FieldFactor> field;
+  RenewableFactor<PoseFactor> field_pose;     // in place of `field`, with measured poses
   BiasEpoch* epoch = nullptr;
+
+  /// The measurements of this keyframe, set or not.
+  std::array<const WindowFactor*, 4> measurements() const { return {&lidar, &points, &field, &field_pose}; }
 };
 
 }  // namespace lodestone

@@ -1,7 +1,5 @@
 #include "factors/window_block.h"
 
-#include <algorithm>
-
 #include "factors/manifolds.h"
 
 namespace lodestone {
@@ -22,27 +20,6 @@ Eigen::MatrixXd plus_jacobian(BlockKind kind, const double* values) {
 }
 
 }  // namespace
-
-void move(WindowBlock& block, const double* delta) {
-  double* values = block.values.data();
-  switch (block.kind) {
-    case BlockKind::pose: {
-      PoseBlock moved;
-      PoseManifold().Plus(values, delta, moved.data());
-      std::copy(moved.begin(), moved.end(), values);
-      return;
-    }
-    case BlockKind::gravity: {
-      Vector3 moved;
-      GravityManifold().Plus(values, delta, moved.data());
-      Eigen::Map<Vector3>{values} = moved;
-      return;
-    }
-    case BlockKind::motion:
-    case BlockKind::euclidean:
-      for (std::size_t i = 0; i < block.values.size(); ++i) values[i] += delta[i];
-  }
-}
 
 LinearizedFactor linearize(const WindowFactor& factor) {
   const int rows = factor.function->num_residuals();

@@ -16,9 +16,6 @@ struct WindowBlock {
   int tangent_size() const { return lodestone::tangent_size(kind, static_cast<int>(values.size())); }
 };
 
-/// Moves a variable by a step in its tangent, in place.
-void move(WindowBlock& block, const double* delta);
-
 /// A factor of the window with the variables it touches, in its own order.
 struct WindowFactor {
   ceres::ResidualBlockId id = nullptr;
@@ -26,6 +23,12 @@ struct WindowFactor {
   std::vector<WindowBlock*> blocks;
 
   explicit operator bool() const { return id != nullptr; }
+};
+
+/// A factor whose content the window renews between solves. Ceres owns the function.
+template <class Function>
+struct RenewableFactor : WindowFactor {
+  Function* content = nullptr;
 };
 
 /// A factor's residual at the current values and its Jacobian by the tangents of its blocks side by side.

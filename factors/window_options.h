@@ -5,20 +5,7 @@
 
 namespace lodestone {
 
-/// What minimizes the window's cost.
-enum class WindowSolver {
-  chain,  ///< Gauss-Newton on the block-tridiagonal system, made for this shape
-  ceres,  ///< Ceres' trust region with a general sparse Cholesky factorization
-  blocks  ///< Gauss-Newton, factorized by blocks in the order of time: linear in length, what a whole log is solved with
-};
-
-constexpr auto enum_names(WindowSolver) {
-  return EnumNames<WindowSolver, 3>{
-      {{WindowSolver::chain, "chain"}, {WindowSolver::ceres, "ceres"}, {WindowSolver::blocks, "blocks"}}};
-}
-
 struct SlidingWindowOptions {
-  WindowSolver solver = WindowSolver::chain;
   int max_iterations = 4;
   bool condensed = true;
   bool magnetometer_bias_states = true;
@@ -30,7 +17,6 @@ struct SlidingWindowOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("solver", solver, "chain, ceres or blocks: what minimizes the window's cost");
     visitor.field("max_iterations", max_iterations, "iterations of one solve");
     visitor.field("condensed", condensed, "a scan as thirteen residuals; false: one residual a point");
     visitor.field("magnetometer_bias_states", magnetometer_bias_states, "estimate a bias of each magnetometer");

@@ -39,12 +39,6 @@ struct Deskewing {
   /// belongs turned by t / step of the turn, and shifted by the Hermite cubic of the others (core/imu/hermite.h).
   /// `before`: null where it is not known. Then only the slope at the end is not zero.
   Vector12 departure(const NavState* before, const NavState& end, Jacobians* jacobians) const;
-
-  /// For checkpoints.
-  template <class Archive>
-  void serialize(Archive& archive) {
-    archive(turn, velocity, before_position, before_velocity, step_s, gyroscope_density, accelerometer_density);
-  }
 };
 
 }  // namespace lodestone

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "core/checkpoint/serialization.h"
 #include "core/imu/propagation.h"
 #include "core/imu/scan_motion.h"
 #include "core/observability/robust_weight.h"
@@ -74,12 +73,6 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
 }
 
 void IteratedFilter::finish(EstimateSink&) {}
-
-void IteratedFilter::save(StateWriter& state, StateWriter&) { state(started_, state_, covariance_); }
-
-void IteratedFilter::load(StateReader& state, StateReader&) { state(started_, state_, covariance_); }
-
-void IteratedFilter::recall(const ScanBundle&) {}  // a filter keeps no measurement
 
 Degeneracy IteratedFilter::analyse(const Scan& scan) const {
   const DegeneracyOptions& options = input_.options.ieskf.degeneracy;

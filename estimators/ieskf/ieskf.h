@@ -19,9 +19,6 @@ class IteratedFilter final : public Estimator {
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
-  void save(StateWriter& state, StateWriter& lasting) override;
-  void load(StateReader& state, StateReader& lasting) override;
-  void recall(const ScanBundle& bundle) override;
 
  private:
   struct Scan;

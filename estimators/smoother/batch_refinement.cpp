@@ -45,6 +45,7 @@ std::vector<Estimate> BatchRefinement::estimates() const {
 
 void BatchRefinement::build(SlidingWindow& window) const {
   for (std::size_t k = 1; k < keyframes_.size(); ++k) {
+    window.set_imu_noise(keyframes_[k]->imu_noise);
     window.add_keyframe(keyframes_[k]->estimate.time, keyframes_[k]->estimate.state, keyframes_[k]->imu);
   }
   // The start's prior stays where the start was; the states begin where the window left them.
@@ -106,7 +107,6 @@ std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
 std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   if (keyframes_.empty()) return {};
   SlidingWindowOptions solver = input_.options.smoother.solver;
-  solver.solver = WindowSolver::blocks;
   solver.max_iterations = kIterations;
   SlidingWindow window(keyframes_.front()->estimate.time, start_.state, start_.covariance,
                        static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu, solver);

@@ -27,11 +27,6 @@ class BatchRefinement {
   /// ended it.
   std::vector<Estimate> refine(const Progress& progress);
 
-  /// As Estimator has them. What `load` brings lacks its measurements: `keyframe` is there to be given them.
-  void save(StateWriter& state, StateWriter& lasting);
-  void load(StateReader& state, StateReader& lasting);
-  Keyframe& keyframe(std::size_t k) { return *keyframes_[k]; }
-
   /// Rounds that the last refinement took, and the largest move of its last one, metres.
   int rounds() const { return rounds_; }
   double last_move_m() const { return last_move_m_; }
@@ -48,7 +43,6 @@ class BatchRefinement {
   InitialState start_;
   std::vector<std::unique_ptr<Keyframe>> keyframes_;
   std::vector<std::vector<Vector3>> biases_;
-  std::size_t saved_ = 0;  // of the keyframes
   int rounds_ = 0;
   double last_move_m_ = 0.0;
 };

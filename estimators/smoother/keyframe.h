@@ -17,6 +17,7 @@ namespace lodestone {
 struct Keyframe {
   Time scan_start = 0;
   std::vector<ImuSample> imu;              ///< over this scan's bundle
+  ImuNoise imu_noise;                      ///< of these samples
   std::vector<LidarPoint> points;          ///< sampled, lidar frame, own times
   std::vector<MagneticArraySample> magnetic;
   Pose predicted;                          ///< that readings of the field are judged at

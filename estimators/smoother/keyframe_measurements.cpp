@@ -57,7 +57,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   // An outage, of a robot that was at the layer's height before.
   if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
   keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated,
-                                 matched == 0 ? Deskewing{} : Deskewing(state, motion, input_.suite.imu));
+                                 matched == 0 ? Deskewing{} : Deskewing(state, motion, keyframe.imu_noise));
   keyframe.lidar_information = keyframe.lidar.cost.hessian(state.T_map_imu) -
                                options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;
   keyframe.seen_share = keyframe.lidar.cost.seen_share(state.T_map_imu);

@@ -32,11 +32,13 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   const bool solved = input_.linearize_at == nullptr;  // else only covariances are asked for
   auto keyframe = std::make_unique<Keyframe>();
   take_measurements(*keyframe, bundle);
+  imu_white_noise_.add(bundle.imu);
+  keyframe->imu_noise = imu_white_noise_.bound(input_.suite.imu);
 
   if (window_ == nullptr) {
     InitialState start =
         initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, options.initial);
-    NavState state = propagate(start.state, bundle.imu, input_.suite.imu, &start.covariance);
+    NavState state = propagate(start.state, bundle.imu, keyframe->imu_noise, &start.covariance);
     keyframe->estimate.time = bundle.scan.end;
     const auto found = solved ? better_start(input_, *keyframe, state) : std::nullopt;
     if (found) {
@@ -54,7 +56,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   } else {
     const std::size_t newest = window_->size() - 1;
     Matrix17 covariance = window_->newest_covariance();
-    const NavState state = propagate(window_->state(newest), bundle.imu, input_.suite.imu, &covariance);
+    const NavState state = propagate(window_->state(newest), bundle.imu, keyframe->imu_noise, &covariance);
+    window_->set_imu_noise(keyframe->imu_noise);
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
     keyframe->predicted_covariance = covariance.topLeftCorner<6, 6>();
     // Scans one after the other see much the same.
@@ -102,7 +105,6 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     hand_out(0, covariances[1], sink);
     window_->marginalize_oldest();
     keyframes_.pop_front();
-    ++left_;
   }
   causal.diagnostics.step_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();

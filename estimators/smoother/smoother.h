@@ -3,6 +3,7 @@
 #include <deque>
 #include <memory>
 
+#include "core/imu/white_noise.h"
 #include "estimators/factory.h"
 #include "estimators/health.h"
 #include "estimators/smoother/batch_refinement.h"
@@ -20,9 +21,7 @@ class Smoother final : public Estimator {
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
-  void save(StateWriter& state, StateWriter& lasting) override;
-  void load(StateReader& state, StateReader& lasting) override;
-  void recall(const ScanBundle& bundle) override;
+  std::string solver() const override { return SlidingWindow::solver_description(); }
 
  private:
   void take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const;
@@ -43,9 +42,8 @@ class Smoother final : public Estimator {
   FieldAgreement agreement_;  // judged only where LiDAR does not see all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
+  ImuWhiteNoise imu_white_noise_;
   double variance_scale_ = 1.0;  // of LiDAR residuals
-  std::size_t left_ = 0;      // keyframes that have left the window
-  std::size_t recalled_ = 0;  // bundles
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
 };
 

@@ -44,10 +44,9 @@ void set_scan(SlidingWindow& window, const Log& log, std::size_t place, std::siz
   window.set_lidar(place, log.costs[k], log.scans[k].matches, {});
 }
 
-std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed, WindowSolver solver = WindowSolver::chain) {
+std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed) {
   SlidingWindowOptions options;
   options.condensed = condensed;
-  options.solver = solver;
   options.max_iterations = 4;
   auto window = std::make_unique<SlidingWindow>(log.truth.times[0], log.guesses[0], start_covariance(), 8,
                                                 log.options.noise, options);
@@ -59,12 +58,12 @@ std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed, Windo
 }
 
 /// Every keyframe starts off its place: a whole solve, not an update.
-void window_solve(benchmark::State& state, bool condensed, WindowSolver solver) {
+void window_solve(benchmark::State& state, bool condensed) {
   static const Log log(kKeyframes);
   double iterations = 0.0;
   for (auto _ : state) {
     state.PauseTiming();
-    auto window = full_window(log, condensed, solver);
+    auto window = full_window(log, condensed);
     state.ResumeTiming();
     iterations += window->solve();
     state.PauseTiming();
@@ -73,15 +72,12 @@ void window_solve(benchmark::State& state, bool condensed, WindowSolver solver) 
   }
   state.counters["iterations"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
 }
-BENCHMARK_CAPTURE(window_solve, condensed, true, WindowSolver::chain)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(window_solve, condensed_by_ceres, true, WindowSolver::ceres)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(window_solve, one_residual_a_point, false, WindowSolver::chain)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(window_solve, one_residual_a_point_by_ceres, false, WindowSolver::ceres)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_solve, condensed, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_solve, one_residual_a_point, false)->Unit(benchmark::kMillisecond);
 
 /// What a robot pays for a scan once its points are condensed: a keyframe comes, the window is solved, the oldest goes.
 /// With magnetometers: 32 readings a keyframe and biases of eight sensors.
-void window_update(benchmark::State& state, bool magnetometers, WindowSolver solver) {
+void window_update(benchmark::State& state, bool magnetometers) {
   static const Log log(400);
   static const std::shared_ptr<const MagneticMap> map = wavy_map();
   std::vector<std::vector<FieldReading>> readings(log.truth.times.size());
@@ -102,7 +98,7 @@ void window_update(benchmark::State& state, bool magnetometers, WindowSolver sol
   for (auto _ : state) {
     if (next == log.truth.times.size()) {
       state.PauseTiming();
-      window = full_window(log, true, solver);
+      window = full_window(log, true);
       for (std::size_t k = 0; k < kKeyframes; ++k) {
         window->set_field(k, map, FieldInterpolation::bicubic, readings[k], {});
       }
@@ -121,11 +117,8 @@ void window_update(benchmark::State& state, bool magnetometers, WindowSolver sol
   }
   state.counters["iterations"] = benchmark::Counter(iterations, benchmark::Counter::kAvgIterations);
 }
-BENCHMARK_CAPTURE(window_update, lidar, false, WindowSolver::chain)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(window_update, lidar_by_ceres, false, WindowSolver::ceres)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(window_update, lidar_and_magnetometers, true, WindowSolver::chain)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(window_update, lidar_and_magnetometers_by_ceres, true, WindowSolver::ceres)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_update, lidar, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(window_update, lidar_and_magnetometers, true)->Unit(benchmark::kMillisecond);
 
 /// The same with LiDAR, without the solve.
 void add_and_marginalize(benchmark::State& state) {

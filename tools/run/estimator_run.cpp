@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/run/bound_run.h"
+#include "tools/run/estimate_recording.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
 #include "tools/writers/error_file.h"
@@ -106,7 +108,7 @@ void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const
   write_errors(path, error_rows(pairs, covariances));
 }
 
-/// One pass: reads bundle after bundle and feeds the estimator. What it is made of is what crosses from one to the next.
+/// One pass: reads bundle after bundle and feeds the estimator, or a recording of its estimates.
 class Pass {
  public:
   Pass(const EstimatorRun& run, Clock::time_point start, OpenedLog log, EstimateSink& results, WarningLog& warnings)
@@ -115,53 +117,59 @@ class Pass {
         log_(std::move(log)),
         results_(results),
         warnings_(warnings),
-        readings_(run.field.map != nullptr ? run.field.suite->magnetometers.size() : 0) {}
+        readings_(run.field.map != nullptr ? run.field.suite->magnetometers.size() : 0),
+        sinks_({&results}) {}
 
-  /// Goes on from the checkpoint: the log is read again, which is quick beside estimating, up to where the pass stood.
-  void take_up() {
-    before_ = run_.checkpoint->read();
-    ScanBundle bundle;
-    Progress progress(run_.name + ", reading again", log_.begin, before_.last_end);
-    while (scans_ < before_.scans) {
-      throw_if_interrupted();
-      if (!read(bundle)) throw InputError(fmt::format("the log has {} scans, {} were there before", scans_, before_.scans));
-      if (scans_ == 0) run_.checkpoint->restore(*estimator_, results_);
-      estimator_->recall(bundle);
-      count(bundle);
-      progress.update(last_end_);
-    }
-    warnings_ = before_.warnings;  // those of log and estimator, which told them once more
-  }
-
-  /// Works off the rest. Whether a signal ended that.
+  /// From the first bundle to the last. Returns whether a signal ended the pass.
   bool work_off() {
-    ManySinks sinks({&results_});
-    if (run_.checkpoint != nullptr) sinks = ManySinks({&results_, run_.checkpoint});
-    Progress progress(run_.name, log_.begin, log_.end);
+    if (run_.resume && !run_.recording.empty()) recording_ = EstimateRecording::read(run_.recording);
+    if (!recording_ && !run_.recording.empty()) record();
+    Progress progress(recording_ ? run_.name + ", reading again" : run_.name, log_.begin, log_.end);
     ScanBundle bundle;
     while (read(bundle)) {
-      estimator_->process(bundle, sinks);
+      if (recording_) {
+        throw_if_interrupted();
+      } else {
+        estimator_->process(bundle, sinks_);
+      }
       count(bundle);
       progress.update(last_end_);
-      const bool ends = interrupt_requested();
-      if (run_.checkpoint != nullptr && (ends || run_.checkpoint->due())) keep();
-      if (ends) return true;
+      if (interrupt_requested()) return true;
     }
     if (!estimator_) throw InputError("the log holds no scan between its first and last IMU sample; nothing to estimate");
-    // What comes now may take long, and other estimators may follow.
-    if (run_.checkpoint != nullptr && (run_.refines || run_.checkpoint->exists())) keep();
     return false;
   }
 
-  void finish() { estimator_->finish(results_); }
+  /// Hands out what is left; `refine_s` and `wall_s` are known from then on.
+  void finish() {
+    const auto worked_off = Clock::now();
+    if (recording_) {
+      recording_->replay(results_);
+      warnings_ = recording_->pass().warnings;  // with those of the estimator
+      record_ = recording_->pass();
+      return;
+    }
+    estimator_->finish(sinks_);
+    record_ = {seconds_since(start_), seconds_since(worked_off), peak_memory_mb(), warnings_};
+  }
+
+  /// The estimator has ended: keeps its estimates for --resume. If the disk does not take them, the run goes on.
+  void keep() {
+    if (recorder_ == nullptr) return;
+    try {
+      recorder_->finish(record_);
+    } catch (const InputError& error) {
+      warn_of_recording(error);
+    }
+  }
 
   bool began() const { return estimator_ != nullptr; }
+  std::string solver() const { return estimator_->solver(); }
   std::int64_t scans() const { return scans_; }
   Time first_start() const { return first_start_; }
   Time last_end() const { return last_end_; }
   const ArrayLog& readings() const { return readings_; }
-  double wall_s() const { return before_.wall_s + seconds_since(start_); }
-  double peak_rss_mb() const { return std::max(before_.peak_rss_mb, peak_memory_mb()); }
+  const PassRecord& record_of_pass() const { return record_; }
 
  private:
   bool read(ScanBundle& bundle) {
@@ -179,15 +187,18 @@ class Pass {
     last_end_ = bundle.scan.end;
   }
 
-  /// A checkpoint that cannot be written ends no run: it only cannot be resumed from there.
-  void keep() {
-    if (failed_) return;
+  void record() {
     try {
-      run_.checkpoint->write(*estimator_, {scans_, last_end_, wall_s(), peak_rss_mb(), warnings_});
+      recorder_ = std::make_unique<EstimateRecorder>(run_.recording);
+      sinks_ = ManySinks({&results_, recorder_.get()});
     } catch (const InputError& error) {
-      failed_ = true;
-      warnings_.add("run.checkpoint", fmt::format("none is written any more: {}", error.what()), last_end_);
+      warn_of_recording(error);
     }
+  }
+
+  void warn_of_recording(const InputError& error) {
+    recorder_.reset();
+    warnings_.add("run.recording", fmt::format("--resume will run this estimator again: {}", error.what()), last_end_);
   }
 
   const EstimatorRun& run_;
@@ -200,8 +211,10 @@ class Pass {
   std::int64_t scans_ = 0;
   Time first_start_ = 0;
   Time last_end_ = 0;
-  PassState before_;
-  bool failed_ = false;
+  std::optional<EstimateRecording> recording_;  // of a call before, which is replayed
+  std::unique_ptr<EstimateRecorder> recorder_;  // of this pass
+  ManySinks sinks_;
+  PassRecord record_;
 };
 
 }  // namespace
@@ -219,7 +232,6 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   ManySinks sinks({&files, &outcome.record});
   std::optional<InputError> failure;
   Pass pass(run, start, std::move(log), sinks, warnings);
-  if (run.resume && run.checkpoint != nullptr && run.checkpoint->exists()) pass.take_up();
   try {
     if (pass.work_off()) summary.status = RunStatus::interrupted;
   } catch (const InputError& error) {
@@ -227,12 +239,13 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
     failure = error;
     summary.status = RunStatus::stopped;
   }
-  const auto worked_off = Clock::now();
   pass.finish();
-  summary.refine_s = seconds_since(worked_off);
+  summary.refine_s = pass.record_of_pass().refine_s;
   // A signal ends a refinement, too.
   if (summary.status == RunStatus::done && run.refines && interrupt_requested()) summary.status = RunStatus::interrupted;
+  if (summary.status == RunStatus::done) pass.keep();
   summary.scans = pass.scans();
+  summary.solver = pass.solver();
   const Time last_end = pass.last_end();
   summary.duration_s = to_seconds(last_end - pass.first_start());
   count_steps(outcome.record, summary, warnings);
@@ -255,8 +268,8 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
     summary.stale_map = std::move(report.stale);
     outcome.field_rows = std::move(report.rows);
   }
-  summary.wall_s = pass.wall_s();
-  summary.peak_rss_mb = pass.peak_rss_mb();
+  summary.wall_s = pass.record_of_pass().wall_s;
+  summary.peak_rss_mb = pass.record_of_pass().peak_rss_mb;
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log_end, summary.status);
   if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth);
   for (StageFigures& stage : summary.stages) {

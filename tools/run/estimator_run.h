@@ -8,7 +8,6 @@
 #include "core/measurements.h"
 #include "estimators/estimator.h"
 #include "tools/run/field_report.h"
-#include "tools/run/run_checkpoint.h"
 #include "tools/run/run_summary.h"
 
 namespace lodestone {
@@ -28,9 +27,9 @@ struct EstimatorRun {
   const Trajectory* truth = nullptr;  ///< null: no figures against the truth
   const Bound* bound = nullptr;       ///< null: none was asked for
   FieldMaterial field;                ///< its map null: no stale-map report
-  RunCheckpoint* checkpoint = nullptr;  ///< null: the pass cannot be taken up again
-  bool refines = false;                 ///< what comes after the log's end takes long
-  bool resume = false;                  ///< go on from the checkpoint, where there is one
+  bool refines = false;               ///< the whole log is solved together at its end
+  std::filesystem::path recording;    ///< gets all estimates once the pass has ended; empty: no such file
+  bool resume = false;                ///< if there is a recording, replay it instead of estimating
   std::function<OpenedLog()> open;    ///< opens the log at its beginning; its time counts
   std::function<std::unique_ptr<Estimator>(const ScanBundle&)> make_estimator;  ///< called with the first bundle
 };
@@ -44,8 +43,8 @@ struct EstimatorOutcome {
 };
 
 /// Works off the log. A signal (interrupt_requested) or an InputError of the source ends it early: what there is is
-/// written and marked; the InputError is thrown on. A pass that was taken up ends with the bytes of an unbroken one, but for
-/// what tells of wall time and memory. Throws Interrupted where a signal comes before it is where it was. `warnings` is the log that source and estimator write to.
+/// written and marked; the InputError is thrown on. A replayed pass reads the log again and ends with the same bytes. Throws
+/// Interrupted if a signal comes during a replay. `warnings`: the log that source and estimator write to.
 /// Throws InputError where the log holds no scan.
 EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings);
 

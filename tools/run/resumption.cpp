@@ -11,7 +11,7 @@
 #include "estimators/factory.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
-#include "tools/run/run_checkpoint.h"
+#include "tools/run/estimate_recording.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {
@@ -19,6 +19,11 @@ namespace lodestone {
 namespace {
 
 namespace fs = std::filesystem;
+
+fs::path checkpoint_folder(const RunCall& call) { return fs::path(call.out) / "checkpoint"; }
+
+/// What the recordings beside it were made from.
+fs::path identity_file(const RunCall& call) { return checkpoint_folder(call) / "call.json"; }
 
 /// The exit code of a call of this identity that ended whole.
 std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity& identity) {
@@ -48,44 +53,71 @@ void remove_leftovers(const RunCall& call) {
 
 }  // namespace
 
-fs::path checkpoint_folder(const RunCall& call) { return fs::path(call.out) / "checkpoint"; }
+fs::path recording_of(const RunCall& call, const std::string& estimator) {
+  return checkpoint_folder(call) / (estimator + ".estimates");
+}
 
-std::optional<int> begin_or_go_on(const RunCall& call, const RunIdentity& identity) {
-  const fs::path folder = checkpoint_folder(call);
+namespace {
+
+/// Of a call that did not end; nothing if there is none.
+std::optional<RunIdentity> unfinished_identity(const RunCall& call) {
+  const fs::path file = identity_file(call);
+  if (!fs::exists(file)) return std::nullopt;
+  const auto json = nlohmann::json::parse(read_text_file(file.string()), nullptr, false);
+  try {
+    return json.get<RunIdentity>();
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(fmt::format("{}: damaged; run without --resume to begin anew", file.string()));
+  }
+}
+
+void say_what_is_kept(const RunCall& call) {
+  bool any = false;
+  for (const std::string& name : call.estimators) {
+    if (!EstimateRecording::read(recording_of(call, name))) continue;
+    std::printf("%s: had ended; its estimates are kept\n", name.c_str());
+    any = true;
+  }
+  if (!any) std::printf("%s: no estimator had ended; the run begins anew\n", call.out.c_str());
+}
+
+}  // namespace
+
+std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& identity) {
   if (call.resume) {
     if (const auto code = code_of_whole_results(call, identity)) {
       std::printf("%s: the results are whole already; nothing is left to resume\n", call.out.c_str());
       return code;
     }
-    bool any = false;
-    for (const std::string& name : call.estimators) {
-      RunCheckpoint checkpoint(folder, name, 0.0, identity);
-      if (checkpoint.exists()) {
-        const PassState pass = checkpoint.read();
-        std::printf("%s: goes on after %lld scans\n", name.c_str(), static_cast<long long>(pass.scans));
-        any = true;
+    if (const auto written = unfinished_identity(call)) {
+      if (const std::string difference = difference_between(*written, identity); !difference.empty()) {
+        throw InputError(fmt::format("{}: this call cannot be resumed: {}; run without --resume to begin anew", call.out, difference));
       }
+      say_what_is_kept(call);
+    } else {
+      std::printf("%s: nothing to resume; the run begins anew\n", call.out.c_str());
+      remove_recordings(call);
     }
-    if (!any) std::printf("%s: no checkpoint to resume from; the run begins anew\n", call.out.c_str());
   } else {
-    forget_checkpoints(call);
+    remove_recordings(call);
   }
   remove_leftovers(call);
-  made_folder(folder);
+  made_folder(checkpoint_folder(call));
+  write_text_file(identity_file(call).string(), nlohmann::json(identity).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
   return std::nullopt;
 }
 
-void forget_checkpoints(const RunCall& call) {
+void remove_recordings(const RunCall& call) {
   const fs::path folder = checkpoint_folder(call);
   if (!fs::is_directory(fs::symlink_status(folder))) return;
   const std::vector<std::string> estimators = estimator_names();
   std::vector<fs::path> ours;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string(), ending = entry.path().extension().string();
-    const bool state = ending == ".state" || ending == ".estimates" || ending == ".keyframes";
-    const bool of_an_estimator = std::find(estimators.begin(), estimators.end(), entry.path().stem().string()) != estimators.end();
-    if (!(state && of_an_estimator) && !is_aside_name(name)) {
-      throw InputError(fmt::format("{}: is no checkpoint of a run, and its folder is emptied by the run; move it, or choose another --out",
+    const std::string name = entry.path().filename().string();
+    const bool recording = entry.path().extension() == ".estimates" &&
+                           std::find(estimators.begin(), estimators.end(), entry.path().stem().string()) != estimators.end();
+    if (!recording && entry.path() != identity_file(call) && !is_aside_name(name)) {
+      throw InputError(fmt::format("{}: this file is not of a run, and the run empties its folder; move the file, or choose another --out",
                                    entry.path().string()));
     }
     ours.push_back(entry.path());

@@ -2,21 +2,23 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "tools/run/run_call.h"
 #include "tools/run/run_identity.h"
 
 namespace lodestone {
 
-/// OUT/checkpoint. It is there from a call's begin until all of its results are: as long as it is the call has not ended.
-std::filesystem::path checkpoint_folder(const RunCall& call);
+/// OUT/checkpoint/NAME.estimates: the estimates of an estimator that has ended. The folder exists from a call's begin until
+/// all of its results are written.
+std::filesystem::path recording_of(const RunCall& call, const std::string& estimator);
 
-/// Makes the folder, empty unless the call resumes. With --resume tells what becomes of it; where all results of this very
-/// call are there already gives the exit code that it ended with. Throws InputError, naming what differs, where the
-/// checkpoints are of another call.
-std::optional<int> begin_or_go_on(const RunCall& call, const RunIdentity& identity);
+/// Makes OUT/checkpoint and writes there what the call is made from. Without --resume the folder is empty otherwise; with
+/// --resume the recordings of this very call stay. If all results of this very call are there already, returns the exit code
+/// that the call ended with. Throws InputError, naming what differs, if the recordings are of another call.
+std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& identity);
 
-/// All results are there.
-void forget_checkpoints(const RunCall& call);
+/// Removes OUT/checkpoint. Throws InputError if the folder holds a file that no run wrote.
+void remove_recordings(const RunCall& call);
 
 }  // namespace lodestone

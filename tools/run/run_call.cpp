@@ -75,9 +75,6 @@ void check_call(const RunCall& call) {
   if (!(call.check_seconds >= 0.0)) {
     throw InputError(fmt::format("--check-seconds: expected seconds, or 0 for none, found {}", call.check_seconds));
   }
-  if (!(call.checkpoint_interval_s >= 0.0)) {
-    throw InputError(fmt::format("--checkpoint-interval: expected seconds, 0 or more, found {}", call.checkpoint_interval_s));
-  }
   if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
   if (is_automatic(call) && call.cloud.empty()) {
     throw InputError("--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; "
@@ -223,10 +220,9 @@ std::optional<Bound> find_bound(const RunCall& call, const RunMaterial& material
 }
 
 EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunMaterial& material, const Bound* bound,
-                         const RunIdentity& identity, WarningLog warnings) {
-  RunCheckpoint checkpoint(checkpoint_folder(call), name, call.checkpoint_interval_s, identity);
+                         WarningLog warnings) {
   EstimatorRun run;
-  run.checkpoint = &checkpoint;
+  run.recording = recording_of(call, name);
   run.resume = call.resume;
   run.refines = material.options.smoother.refine == Refinement::batch;
   run.bound = bound;
@@ -305,7 +301,7 @@ int execute(const RunCall& call) {
   check_begin(call, material, shared);
   const std::filesystem::path out = made_folder(call.out);
   const RunIdentity identity = identify(call, material.options);
-  if (const auto code = begin_or_go_on(call, identity)) return *code;
+  if (const auto code = begin_or_resume(call, identity)) return *code;
   write_text_file((out / "config.yaml").string(),
                   "# Every option of this run; --config takes it again. What else the call said is in summary.json: call.\n" +
                       save_options(material.options));
@@ -318,7 +314,7 @@ int execute(const RunCall& call) {
   std::vector<EstimatorOutcome> outcomes;
   Time log_begin = 0;
   for (const std::string& name : call.estimators) {
-    EstimatorOutcome outcome = run_one(name, call, material, bound ? &*bound : nullptr, identity, shared);
+    EstimatorOutcome outcome = run_one(name, call, material, bound ? &*bound : nullptr, shared);
     series.push_back(picture_series(outcome));
     log_begin = outcome.log_begin;
     summaries.push_back(outcome.summary);
@@ -327,6 +323,9 @@ int execute(const RunCall& call) {
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
+  for (const RunSummary& summary : summaries) {
+    if (!summary.solver.empty()) std::printf("%s: solved by %s\n", summary.estimator.c_str(), summary.solver.c_str());
+  }
   if (bound) std::printf("%s\n", bound_text(*bound, summaries).c_str());
   for (const RunSummary& summary : summaries) {
     if (summary.stale_map) std::printf("%s", stale_map_text(summary.estimator, *summary.stale_map).c_str());
@@ -340,7 +339,7 @@ int execute(const RunCall& call) {
   const int code = exit_code_of(summaries);
   if (code != exit_code::interrupted) {
     stale.remove();
-    forget_checkpoints(call);
+    remove_recordings(call);
   }
   return code;
 }

@@ -23,8 +23,7 @@ struct RunCall {
   std::string truth;
   bool bound = false;  ///< what accuracy the sensors allow, too
   double check_seconds = 5.0;  ///< of the log's begin are looked at beforehand; 0: none
-  bool resume = false;                   ///< go on from the last checkpoint
-  double checkpoint_interval_s = 30.0;   ///< of wall time
+  bool resume = false;         ///< keep the estimators that had ended
   std::string refine;  ///< none or batch; empty: as the configuration says
 };
 

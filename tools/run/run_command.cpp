@@ -24,7 +24,7 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
       --magnetic /tmp/tunnel/field.yaml --initial-pose auto --out /tmp/tunnel/kidnapped
 
-A call that was killed or interrupted goes on with the same words and --resume.
+If a call was killed or interrupted, give the same words again and --resume: estimators that had ended are kept.
 `lodestone run --list-options` shows every key that --set and --config take.)";
 
 }  // namespace
@@ -55,9 +55,9 @@ void add_run_command(CLI::App& app, int* code) {
                       "look at so many seconds of the log's begin first, as `lodestone check` does; refuse what makes the run "
                       "wrong (0: do not look)")
       ->capture_default_str();
-  command->add_flag("--resume", call->resume, "go on where a killed or interrupted call of the same words stood last; ends with the same bytes");
-  command->add_option("--checkpoint-interval", call->checkpoint_interval_s, "seconds between the states kept for --resume")
-      ->capture_default_str();
+  command->add_flag("--resume", call->resume,
+                    "after a killed or interrupted call of the same words: keep the estimators that had ended, run the others "
+                    "again; ends with the same bytes");
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures");
   command->add_flag_callback(

@@ -9,7 +9,6 @@
 #include "frontends/logs/folder_files.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/text_file.h"
-#include "tools/run/growing_file.h"
 
 namespace lodestone {
 
@@ -47,7 +46,7 @@ std::string mark(const std::string& path) {
   if (path.empty()) return "none";
   if (!fs::is_directory(path)) return mark_of_file(path);
   const std::vector<fs::path> files = files_below(path);
-  std::uint64_t hash = FileExtent{}.hash;
+  std::uint64_t hash = kHashOfNothing;
   for (const fs::path& file : files) hash = hash_of(file.string() + ": " + mark_of_file(file) + "\n", hash);
   return fmt::format("{} files, {:016x}", files.size(), hash);
 }
@@ -57,6 +56,14 @@ std::string content_mark(const std::string& path) {
 }
 
 }  // namespace
+
+std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash) {
+  for (const char byte : bytes) {
+    hash ^= static_cast<unsigned char>(byte);
+    hash *= 1099511628211ULL;
+  }
+  return hash;
+}
 
 RunIdentity identify(const RunCall& call, const RunOptions& options) {
   const std::string raster = call.magnetic.empty() ? "" : image_of_magnetic_map(call.magnetic);
@@ -81,7 +88,7 @@ RunIdentity identify(const RunCall& call, const RunOptions& options) {
 }
 
 std::string digest(const RunIdentity& identity) {
-  std::uint64_t hash = FileExtent{}.hash;
+  std::uint64_t hash = kHashOfNothing;
   for (const auto& [name, value] : identity) hash = hash_of(fmt::format("{}:{}{}:{}", name.size(), name, value.size(), value), hash);
   return fmt::format("{:016x}", hash);
 }

@@ -23,6 +23,7 @@ Json number(const std::optional<double>& value) { return value ? number(*value) 
 Json json_of(const RunSummary& summary) {
   Json json;
   json["estimator"] = summary.estimator;
+  if (!summary.solver.empty()) json["solver"] = summary.solver;
   json["scans"] = summary.scans;
   json["duration_s"] = number(summary.duration_s);
   json["wall_s"] = number(summary.wall_s);

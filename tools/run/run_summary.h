@@ -50,6 +50,7 @@ struct StageFigures {
 
 struct RunSummary {
   std::string estimator;
+  std::string solver;  ///< library and linear solver; empty if the estimator minimizes no cost
   RunStatus status = RunStatus::done;
   std::int64_t scans = 0;
   double duration_s = 0.0;  ///< of the log, as far as it was worked off
@@ -81,7 +82,7 @@ std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Tra
 /// summary.json of one estimator: the keys of docs/architecture.md; `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);
 
-/// How a run was called: what config.yaml does not hold. Not what changes no result: threads, checkpoints, --resume.
+/// How a run was called: what config.yaml does not hold. Not what changes no result: threads, --resume.
 struct CallRecord {
   RunCall call;
   std::optional<double> max_range_m;  ///< in force: of the call, else of the platform; nothing without LiDAR

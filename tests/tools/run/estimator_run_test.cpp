@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "estimators/serialization.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tests/tools/program_runner.h"
 #include "tools/progress.h"
@@ -65,10 +64,6 @@ class StandIn : public Estimator {
     for (const Estimate& estimate : window_) sink.best(estimate);
     window_.clear();
   }
-
-  void save(StateWriter& state, StateWriter&) override { state(count_, window_); }
-  void load(StateReader& state, StateReader&) override { state(count_, window_); }
-  void recall(const ScanBundle&) override {}
 
  private:
   int count_ = 0;
@@ -138,6 +133,42 @@ TEST_F(EstimatorRunTest, WritesEveryFileWhole) {
   for (const auto& entry : std::filesystem::directory_iterator(folder_ / "stand-in")) {
     EXPECT_EQ(entry.path().string().find("partial"), std::string::npos);
   }
+}
+
+/// Must not be asked.
+class Unused final : public Estimator {
+  void process(const ScanBundle&, EstimateSink&) override { ADD_FAILURE(); }
+  void finish(EstimateSink&) override { ADD_FAILURE(); }
+};
+
+TEST_F(EstimatorRunTest, AResumedRunReplaysWhatHadEnded) {
+  StandIn stand_in;
+  stand_in.offset = {0.0, 0.3, 0.0};
+  stand_in.last_health = Health::lost;
+  EstimatorRun run = run_with(stand_in);
+  run.recording = folder_ / "stand-in.estimates";
+  run.resume = true;  // there is no recording yet
+  WarningLog warnings;
+  warnings.add("of.the.maps", "made up", 3, 2);
+  run_estimator(run, warnings);
+  std::map<std::string, std::string> wanted;
+  for (const auto& entry : std::filesystem::directory_iterator(run.folder)) wanted[entry.path().filename()] = content_of(entry.path());
+  ASSERT_EQ(wanted.size(), 6U);
+  std::filesystem::remove_all(run.folder);
+
+  run.make_estimator = [](const ScanBundle&) { return std::make_unique<Unused>(); };
+  WarningLog again;
+  EXPECT_EQ(run_estimator(run, again).summary.status, RunStatus::lost);
+  for (const auto& [name, content] : wanted) EXPECT_TRUE(content_of(run.folder / name) == content) << name;
+
+  // A damaged recording is no recording.
+  std::string recorded = content_of(run.recording);
+  recorded[recorded.size() / 2] ^= 1;
+  std::ofstream(run.recording, std::ios::binary) << recorded;
+  run.make_estimator = run_with(stand_in).make_estimator;
+  WarningLog anew;
+  run_estimator(run, anew);
+  EXPECT_EQ(content_of(run.folder / "trajectory.tum"), wanted.at("trajectory.tum"));
 }
 
 TEST_F(EstimatorRunTest, SummaryHasTheContractsKeys) {

@@ -150,7 +150,6 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused(call("--initial-pose auto"), "not sure of the start");  // the bare room looks the same turned by half
   expect_refused(call("--max-range -3"), "--max-range");
   expect_refused(call("--threads 0"), "--threads");
-  expect_refused(call("--checkpoint-interval -3"), "--checkpoint-interval");
   const std::string rest = " --platform " + path("platform.yaml") + " --out " + path("out");
   expect_refused("run " + path("nowhere.bag") + rest + " --cloud " + path("cloud.pcd"), "nowhere.bag");
   expect_refused("run " + path("truth.tum") + rest + " --cloud " + path("cloud.pcd"), "truth.tum");
@@ -195,10 +194,10 @@ TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
     expect_refused("run " + path("log") + maps + " --out " + path(out), "is in the folder of the log");
   }
   EXPECT_FALSE(fs::exists(folder_ / "log/deep"));
-  // Others' files in the folder of checkpoints are not swept out with those.
+  // A run removes its own recordings alone.
   std::ofstream(folder_ / "out/checkpoint/model.pt") << "weeks of work";
-  std::ofstream(folder_ / "out/checkpoint/smoother.state") << "of old";
-  expect_refused(call(""), "model.pt: is no checkpoint of a run");
+  std::ofstream(folder_ / "out/checkpoint/smoother.estimates") << "of old";
+  expect_refused(call(""), "model.pt: this file is not of a run");
   EXPECT_EQ(content_of(folder_ / "out/checkpoint/model.pt"), "weeks of work");
 }
 

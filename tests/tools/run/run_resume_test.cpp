@@ -25,6 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 
 /// Everything that a run leaves, but what tells of the machine's time and memory.
 std::map<std::string, std::string> results_in(const fs::path& folder) {
@@ -82,7 +83,7 @@ class RunResume : public testing::Test {
   static std::string call(const std::string& out, const std::string& options) {
     return "run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") + " --magnetic " +
            path("field.yaml") + " --initial-pose-from " + path("truth.tum") + " --out " + path(out) +
-           " --checkpoint-interval 0 " + options;
+           " " + options;
   }
 
   /// Starts the call and sends it `signal` once `when` says so; how it ended.
@@ -140,7 +141,7 @@ TEST_F(RunResume, KilledTwentyTimesItEndsWithTheSameBytes) {
   std::map<std::string, std::string> wanted;
   const double whole_s = run_unbroken("unbroken", options, wanted);
   std::mt19937_64 random(5);
-  int taken_up = 0;
+  int kept = 0;
   // Each is killed again and again, a third of a whole run later on average, until one comes to its end.
   int kills = 0;
   while (kills < 20) {
@@ -149,7 +150,7 @@ TEST_F(RunResume, KilledTwentyTimesItEndsWithTheSameBytes) {
     for (; kills < 20; ++kills) {
       const double after_s = whole_s * static_cast<double>(random() % 1000) / 1500.0;
       const int status = broken_off(call("killed", options + resume), SIGKILL, after(after_s));
-      if (fs::exists(path("killed/checkpoint/smoother.state"))) ++taken_up;
+      if (fs::exists(path("killed/checkpoint/smoother.estimates"))) ++kept;
       resume = " --resume";
       if (WIFEXITED(status)) break;
     }
@@ -157,85 +158,79 @@ TEST_F(RunResume, KilledTwentyTimesItEndsWithTheSameBytes) {
     ASSERT_EQ(resumed.code, 0) << resumed.errors;
     expect_same(results_in(path("killed")), wanted);
   }
-  EXPECT_GT(taken_up, 3);
+  EXPECT_GT(kept, 0);
   EXPECT_FALSE(fs::exists(path("killed/checkpoint")));
 }
 
-TEST_F(RunResume, InterruptedItGoesOn) {
-  const std::string truth = " --truth " + path("truth.tum");
-  for (const std::string& options : {"--estimator smoother" + truth, std::string("--estimator ieskf,smoother --refine batch")}) {
-    std::map<std::string, std::string> wanted;
-    run_unbroken("unbroken", options, wanted);
-    int status = 0;
-    for (int attempt = 0; attempt < 5; ++attempt) {  // a busy machine may let the call end before it is signalled
-      fs::remove_all(path("interrupted"));
-      status = broken_off(call("interrupted", options), SIGINT, once_there("interrupted/checkpoint/smoother.state"));
-      ASSERT_TRUE(WIFEXITED(status));
-      if (WEXITSTATUS(status) != 0) break;
-    }
-    ASSERT_EQ(WEXITSTATUS(status), 130);
-    EXPECT_EQ(nlohmann::json::parse(content_of(path("interrupted/summary.json")))["status"], "interrupted");
-    EXPECT_THAT(content_of(path("interrupted/smoother/causal.tum")), HasSubstr("# interrupted"));
-    const ProgramResult resumed = run_lodestone(call("interrupted", options + " --resume"));
-    ASSERT_EQ(resumed.code, 0) << resumed.errors;
-    EXPECT_THAT(resumed.output, HasSubstr("goes on after"));
-    expect_same(results_in(path("interrupted")), wanted);
+TEST_F(RunResume, InterruptedItKeepsWhatHadEnded) {
+  const std::string options = "--estimator ieskf,smoother --refine batch --truth " + path("truth.tum");
+  std::map<std::string, std::string> wanted;
+  run_unbroken("unbroken", options, wanted);
+  int status = 0;
+  for (int attempt = 0; attempt < 5; ++attempt) {  // a busy machine may let the call end before it is signalled
+    fs::remove_all(path("interrupted"));
+    status = broken_off(call("interrupted", options), SIGINT, once_there("interrupted/checkpoint/ieskf.estimates"));
+    ASSERT_TRUE(WIFEXITED(status));
+    if (WEXITSTATUS(status) != 0) break;
   }
+  ASSERT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(nlohmann::json::parse(content_of(path("interrupted/summary.json")))["status"], "interrupted");
+  EXPECT_THAT(content_of(path("interrupted/smoother/causal.tum")), HasSubstr("# interrupted"));
+  EXPECT_FALSE(fs::exists(path("interrupted/checkpoint/smoother.estimates")));
+  const ProgramResult resumed = run_lodestone(call("interrupted", options + " --resume"));
+  ASSERT_EQ(resumed.code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.output, HasSubstr("ieskf: had ended; its estimates are kept"));
+  EXPECT_THAT(resumed.output, Not(HasSubstr("smoother: had ended")));
+  expect_same(results_in(path("interrupted")), wanted);
 }
 
 TEST_F(RunResume, SaysWhatItFinds) {
   const std::string options = "--estimator ieskf";
   const ProgramResult anew = run_lodestone(call("whole", options + " --resume"));
   EXPECT_EQ(anew.code, 0) << anew.errors;
-  EXPECT_THAT(anew.output, HasSubstr("no checkpoint to resume from"));
+  EXPECT_THAT(anew.output, HasSubstr("nothing to resume"));
   const ProgramResult whole = run_lodestone(call("whole", options + " --resume"));
   EXPECT_EQ(whole.code, 0) << whole.errors;
   EXPECT_THAT(whole.output, HasSubstr("whole already"));
   const ProgramResult other = run_lodestone(call("whole", options + " --resume --max-range 20"));
-  EXPECT_THAT(other.output, HasSubstr("no checkpoint to resume from"));
+  EXPECT_THAT(other.output, HasSubstr("nothing to resume"));
 }
 
-TEST_F(RunResume, RefusesWhatItCannotGoOnFrom) {
-  const std::string options = "--estimator smoother";
+TEST_F(RunResume, RefusesResultsOfAnotherCall) {
+  const std::string options = "--estimator ieskf,smoother";
   std::map<std::string, std::string> wanted;
   run_unbroken("unbroken", options, wanted);
-  const std::string state = path("refused/checkpoint/smoother.state");
-  for (int attempt = 0; attempt < 5 && !fs::exists(state); ++attempt) {
-    broken_off(call("refused", options), SIGKILL, once_there("refused/checkpoint/smoother.state"));
+  const std::string recording = path("refused/checkpoint/ieskf.estimates");
+  for (int attempt = 0; attempt < 5 && !fs::exists(recording); ++attempt) {
+    broken_off(call("refused", options), SIGKILL, once_there("refused/checkpoint/ieskf.estimates"));
   }
-  ASSERT_TRUE(fs::exists(state));
+  ASSERT_TRUE(fs::exists(recording));
   expect_refused(call("refused", options + " --resume --set smoother.window_s=1.5"), "smoother.window_s was 2.5 and is 1.5 now");
   expect_refused(call("refused", options + " --resume --max-range 25"), "--max-range was none and is 25 now");
-  expect_refused(call("refused", "--estimator smoother,ieskf --resume"), "--estimator was smoother and is smoother,ieskf now");
+  expect_refused(call("refused", "--estimator smoother --resume"), "--estimator was ieskf,smoother and is smoother now");
   const auto changed = fs::last_write_time(path("log.bag"));
   fs::last_write_time(path("log.bag"), changed + std::chrono::seconds(1));
   expect_refused(call("refused", options + " --resume"), "the log was");
   fs::last_write_time(path("log.bag"), changed);
 
-  const std::string whole = content_of(state);
   const auto write = [](const std::string& file, const std::string& content) { std::ofstream(file, std::ios::binary) << content; };
-  write(state, whole.substr(0, whole.size() / 2));
-  expect_refused(call("refused", options + " --resume"), "damaged or cut off");
-  std::string flipped = whole;
-  flipped[whole.size() / 2] ^= 1;
-  write(state, flipped);
-  expect_refused(call("refused", options + " --resume"), "damaged or cut off");
-  write(state, "");
-  expect_refused(call("refused", options + " --resume"), "smoother.state");
-  write(state, whole);
-  const std::string estimates = path("refused/checkpoint/smoother.estimates");
-  const std::string told = content_of(estimates);
-  write(estimates, told.substr(0, told.size() / 3));
-  expect_refused(call("refused", options + " --resume"), "smoother.estimates: damaged");
-  write(estimates, told + "what was added after the checkpoint");
+  const std::string identity = content_of(path("refused/checkpoint/call.json"));
+  write(path("refused/checkpoint/call.json"), identity.substr(0, identity.size() / 2));
+  expect_refused(call("refused", options + " --resume"), "call.json: damaged");
+  write(path("refused/checkpoint/call.json"), identity);
+
+  // An estimator with a damaged recording runs again.
+  const std::string whole = content_of(recording);
+  write(recording, whole.substr(0, whole.size() / 2));
   const ProgramResult resumed = run_lodestone(call("refused", options + " --resume"));
   ASSERT_EQ(resumed.code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.output, HasSubstr("no estimator had ended"));
   expect_same(results_in(path("refused")), wanted);
 }
 
 TEST_F(RunResume, WithoutTheWordItBeginsAnew) {
   fs::create_directories(path("anew/checkpoint"));
-  std::ofstream(path("anew/checkpoint/ieskf.state")) << "of old";
+  std::ofstream(path("anew/checkpoint/ieskf.estimates")) << "of old";
   // What a process that was killed had written aside.
   const std::vector<std::string> aside{"anew/bound.csv.partial-7", "anew/ieskf/trajectory.tum.partial-7",
                                        "anew/pictures/map.png.partial-7", "anew/overview/truth.tum.partial-7"};

@@ -1,0 +1,188 @@
+#include "factors/sparse_information.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+
+namespace lodestone {
+
+namespace {
+
+/// Factors linearized at the same time: as many as keep all cores busy while what waits to be added up fits in memory.
+constexpr std::size_t kFactorsAtOnce = 1024;
+
+/// If elimination leaves less of a diagonal element, Cholesky's variances have fewer than five digits.
+constexpr double kLeastPivotShare = 1e-11;
+
+constexpr double kUnknownSigma = 1e6;
+
+/// Jacobian by the tangents of the factor's variables; columns of constant blocks are left out.
+Eigen::MatrixXd jacobian_of(const WindowFactor& factor, const std::unordered_map<const WindowBlock*, int>& numbers) {
+  Eigen::MatrixXd jacobian = linearize(factor).jacobian;
+  Eigen::Index from = 0;
+  Eigen::Index to = 0;
+  for (const WindowBlock* block : factor.blocks) {
+    const Eigen::Index size = block->tangent_size();
+    if (numbers.contains(block)) {
+      if (from != to) jacobian.middleCols(to, size) = jacobian.middleCols(from, size).eval();
+      to += size;
+    }
+    from += size;
+  }
+  jacobian.conservativeResize(Eigen::NoChange, to);
+  return jacobian;
+}
+
+}  // namespace
+
+SparseInformation::SparseInformation(std::vector<const WindowBlock*> variables,
+                                     std::span<const WindowFactor* const> factors) {
+  Eigen::Index size = 0;
+  for (const WindowBlock* block : variables) {
+    numbers_.emplace(block, static_cast<int>(ranges_.size()));
+    ranges_.push_back({size, block->tangent_size()});
+    size += block->tangent_size();
+  }
+  std::vector<Clique> cliques;
+  for (const WindowFactor* factor : factors) {
+    Clique clique{factor, {}};
+    for (const WindowBlock* block : factor->blocks) {
+      const auto found = numbers_.find(block);
+      if (found != numbers_.end()) clique.variables.push_back(found->second);
+    }
+    if (!clique.variables.empty()) cliques.push_back(std::move(clique));
+  }
+  lay_out(cliques);
+  add_factors(cliques);
+  const auto& values = information_.coeffs();
+  if (!values.isFinite().all()) return;
+  root_ = SparseTriangle::by_cholesky(information_);
+  if (!root_ || root_->least_pivot_share(information_) < kLeastPivotShare) {
+    by_qr_ = true;
+    root_ = SparseTriangle::by_qr(whitened_rows(cliques), information_);
+  }
+}
+
+void SparseInformation::lay_out(std::span<const Clique> cliques) {
+  earlier_.resize(ranges_.size());
+  for (const Clique& clique : cliques) {
+    for (const int own : clique.variables) {
+      for (const int other : clique.variables) {
+        if (other < own) earlier_[static_cast<std::size_t>(own)].push_back(other);
+      }
+    }
+  }
+  const Eigen::Index size = ranges_.empty() ? 0 : ranges_.back().begin + ranges_.back().size;
+  information_.resize(size, size);
+  std::vector<std::int64_t> rows;
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    std::vector<int>& earlier = earlier_[i];
+    std::sort(earlier.begin(), earlier.end());
+    earlier.erase(std::unique(earlier.begin(), earlier.end()), earlier.end());
+    for (Eigen::Index column = 0; column < ranges_[i].size; ++column) {
+      for (const int other : earlier) {
+        const IndexRange& range = ranges_[static_cast<std::size_t>(other)];
+        for (Eigen::Index row = 0; row < range.size; ++row) rows.push_back(range.begin + row);
+      }
+      for (Eigen::Index row = 0; row <= column; ++row) rows.push_back(ranges_[i].begin + row);
+      information_.outerIndexPtr()[ranges_[i].begin + column + 1] = static_cast<std::int64_t>(rows.size());
+    }
+  }
+  information_.resizeNonZeros(static_cast<Eigen::Index>(rows.size()));
+  std::copy(rows.begin(), rows.end(), information_.innerIndexPtr());
+  std::fill_n(information_.valuePtr(), rows.size(), 0.0);
+}
+
+void SparseInformation::add_factors(std::span<const Clique> cliques) {
+  std::vector<Eigen::MatrixXd> shares(std::min(kFactorsAtOnce, cliques.size()));
+  for (std::size_t first = 0; first < cliques.size(); first += kFactorsAtOnce) {
+    const std::size_t count = std::min(kFactorsAtOnce, cliques.size() - first);
+    parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      const Eigen::MatrixXd jacobian = jacobian_of(*cliques[first + i].factor, numbers_);
+      shares[i].noalias() = jacobian.transpose() * jacobian;
+    }, 4);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::vector<int>& clique = cliques[first + i].variables;
+      Eigen::Index column_begin = 0;
+      for (const int own : clique) {
+        const IndexRange& columns = ranges_[static_cast<std::size_t>(own)];
+        Eigen::Index row_begin = 0;
+        for (const int other : clique) {
+          const IndexRange& rows = ranges_[static_cast<std::size_t>(other)];
+          if (other <= own) {
+            const Eigen::Index offset = offset_of(other, own);
+            for (Eigen::Index column = 0; column < columns.size; ++column) {
+              double* to = information_.valuePtr() + information_.outerIndexPtr()[columns.begin + column] + offset;
+              const Eigen::Index end = other == own ? column + 1 : rows.size;
+              for (Eigen::Index row = 0; row < end; ++row) to[row] += shares[i](row_begin + row, column_begin + column);
+            }
+          }
+          row_begin += rows.size;
+        }
+        column_begin += columns.size;
+      }
+    }
+  }
+}
+
+Eigen::Index SparseInformation::offset_of(int row_variable, int column_variable) const {
+  Eigen::Index offset = 0;
+  for (const int other : earlier_[static_cast<std::size_t>(column_variable)]) {
+    if (other == row_variable) break;
+    offset += ranges_[static_cast<std::size_t>(other)].size;
+  }
+  return offset;
+}
+
+SparseMatrix SparseInformation::whitened_rows(std::span<const Clique> cliques) const {
+  std::vector<Eigen::MatrixXd> parts(cliques.size());
+  parallel_for(std::size_t{0}, cliques.size(), [&](std::size_t i) {
+    parts[i] = jacobian_of(*cliques[i].factor, numbers_);
+    if (parts[i].rows() <= parts[i].cols()) return;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> triangle(parts[i]);
+    const Eigen::Index size = parts[i].cols();
+    parts[i] = triangle.matrixQR().topRows(size).triangularView<Eigen::Upper>().toDenseMatrix();
+  }, 4);
+  std::vector<Eigen::Triplet<double, std::int64_t>> entries;
+  Eigen::Index row = 0;
+  for (std::size_t i = 0; i < cliques.size(); ++i) {
+    Eigen::Index column = 0;
+    for (const int variable : cliques[i].variables) {
+      const IndexRange& range = ranges_[static_cast<std::size_t>(variable)];
+      for (Eigen::Index j = 0; j < range.size; ++j, ++column) {
+        for (Eigen::Index k = 0; k < parts[i].rows(); ++k) {
+          if (parts[i](k, column) != 0.0) entries.emplace_back(row + k, range.begin + j, parts[i](k, column));
+        }
+      }
+    }
+    row += parts[i].rows();
+  }
+  for (Eigen::Index column = 0; column < information_.cols(); ++column) entries.emplace_back(row++, column, 1.0 / kUnknownSigma);
+  SparseMatrix rows(row, information_.cols());
+  rows.setFromTriplets(entries.begin(), entries.end());
+  return rows;
+}
+
+Eigen::MatrixXd SparseInformation::covariance(std::span<const WindowBlock* const> variables) const {
+  std::vector<IndexRange> ranges;
+  Eigen::Index size = 0;
+  for (const WindowBlock* block : variables) {
+    ranges.push_back(ranges_[static_cast<std::size_t>(numbers_.at(block))]);
+    size += ranges.back().size;
+  }
+  if (!root_) return kUnknownSigma * kUnknownSigma * Eigen::MatrixXd::Identity(size, size);
+  return root_->covariance(ranges);
+}
+
+std::vector<Eigen::MatrixXd> SparseInformation::covariances() const {
+  if (root_) return root_->diagonal_covariances(ranges_);
+  std::vector<Eigen::MatrixXd> result;
+  for (const IndexRange& range : ranges_) {
+    result.push_back(kUnknownSigma * kUnknownSigma * Eigen::MatrixXd::Identity(range.size, range.size));
+  }
+  return result;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,209 @@
+#include "factors/sparse_triangle.h"
+
+#include <suitesparse/SuiteSparseQR.hpp>
+#include <suitesparse/cholmod.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace lodestone {
+
+namespace {
+
+/// SuiteSparse's workspace and settings.
+class SuiteSparse {
+ public:
+  SuiteSparse() {
+    cholmod_l_start(&common);
+    // The order is the caller's, and no BLAS: the same bits on every machine.
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_NATURAL;
+    common.postorder = 0;
+    common.supernodal = CHOLMOD_SIMPLICIAL;
+    common.final_ll = 1;
+    common.print = 0;
+  }
+  ~SuiteSparse() { cholmod_l_finish(&common); }
+  SuiteSparse(const SuiteSparse&) = delete;
+  SuiteSparse& operator=(const SuiteSparse&) = delete;
+
+  cholmod_common common;
+};
+
+static_assert(sizeof(SuiteSparse_long) == sizeof(SparseMatrix::StorageIndex));
+
+/// SuiteSparse reads through these pointers; it does not write.
+cholmod_sparse view(const SparseMatrix& matrix, bool upper) {
+  cholmod_sparse result{};
+  result.nrow = static_cast<std::size_t>(matrix.rows());
+  result.ncol = static_cast<std::size_t>(matrix.cols());
+  result.nzmax = static_cast<std::size_t>(matrix.nonZeros());
+  result.p = const_cast<SparseMatrix::StorageIndex*>(matrix.outerIndexPtr());
+  result.i = const_cast<SparseMatrix::StorageIndex*>(matrix.innerIndexPtr());
+  result.x = const_cast<double*>(matrix.valuePtr());
+  result.stype = upper ? 1 : 0;
+  result.itype = CHOLMOD_LONG;
+  result.xtype = CHOLMOD_REAL;
+  result.dtype = CHOLMOD_DOUBLE;
+  result.sorted = 1;
+  result.packed = 1;
+  return result;
+}
+
+}  // namespace
+
+std::optional<SparseTriangle> SparseTriangle::by_cholesky(const SparseMatrix& information) {
+  SuiteSparse suite;
+  cholmod_sparse matrix = view(information, true);
+  cholmod_factor* factor = cholmod_l_analyze(&matrix, &suite.common);
+  if (factor == nullptr) throw std::runtime_error("CHOLMOD: out of memory");
+  cholmod_l_factorize(&matrix, factor, &suite.common);
+  std::optional<SparseTriangle> result;
+  if (suite.common.status == CHOLMOD_OK && factor->minor == factor->n) {
+    result.emplace();
+    const auto* begins = static_cast<const std::int64_t*>(factor->p);
+    const auto* counts = static_cast<const std::int64_t*>(factor->nz);
+    const auto* rows = static_cast<const std::int64_t*>(factor->i);
+    const auto* values = static_cast<const double*>(factor->x);
+    result->starts_.push_back(0);
+    for (std::size_t column = 0; column < factor->n; ++column) {
+      result->rows_.insert(result->rows_.end(), rows + begins[column], rows + begins[column] + counts[column]);
+      result->values_.insert(result->values_.end(), values + begins[column], values + begins[column] + counts[column]);
+      result->starts_.push_back(static_cast<std::int64_t>(result->rows_.size()));
+    }
+  }
+  cholmod_l_free_factor(&factor, &suite.common);
+  return result;
+}
+
+SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatrix& pattern) {
+  // SuiteSparseQR drops zeros of R; the recursion needs the whole pattern, which is that of any factor of H.
+  SparseMatrix identity = pattern;
+  for (Eigen::Index column = 0; column < identity.outerSize(); ++column) {
+    for (SparseMatrix::InnerIterator entry(identity, column); entry; ++entry) {
+      entry.valueRef() = entry.row() == entry.col() ? 1.0 : 0.0;
+    }
+  }
+  SparseTriangle result = by_cholesky(identity).value();
+  std::fill(result.values_.begin(), result.values_.end(), 0.0);
+
+  SuiteSparse suite;
+  cholmod_sparse matrix = view(rows, false);
+  cholmod_sparse* triangle = nullptr;
+  SuiteSparse_long* permutation = nullptr;  // stays empty: the order is fixed
+  SuiteSparseQR<double>(SPQR_ORDERING_FIXED, SPQR_NO_TOL, static_cast<SuiteSparse_long>(rows.cols()), &matrix, &triangle,
+                        &permutation, &suite.common);
+  if (triangle == nullptr || permutation != nullptr) throw std::runtime_error("SuiteSparseQR: out of memory");
+  const auto* starts = static_cast<const std::int64_t*>(triangle->p);
+  const auto* indices = static_cast<const std::int64_t*>(triangle->i);
+  const auto* values = static_cast<const double*>(triangle->x);
+  for (std::int64_t column = 0; column < static_cast<std::int64_t>(triangle->ncol); ++column) {
+    for (std::int64_t at = starts[column]; at < starts[column + 1]; ++at) {
+      // R(row, column) = L(column, row).
+      const auto begin = result.rows_.begin() + result.starts_[static_cast<std::size_t>(indices[at])];
+      const auto end = result.rows_.begin() + result.starts_[static_cast<std::size_t>(indices[at]) + 1];
+      const auto place = std::lower_bound(begin, end, column);
+      if (place == end || *place != column) throw std::logic_error("SparseTriangle: the rows are not those of the pattern");
+      result.values_[static_cast<std::size_t>(place - result.rows_.begin())] = values[at];
+    }
+  }
+  cholmod_l_free_sparse(&triangle, &suite.common);
+  return result;
+}
+
+double SparseTriangle::least_pivot_share(const SparseMatrix& information) const {
+  double least = 1.0;
+  for (Eigen::Index column = 0; column < information.cols(); ++column) {
+    // The diagonal is the last of an upper triangle's column.
+    const double before = information.valuePtr()[information.outerIndexPtr()[column + 1] - 1];
+    const double root = values_[static_cast<std::size_t>(starts_[static_cast<std::size_t>(column)])];
+    least = std::min(least, root * root / before);
+  }
+  return least;
+}
+
+Eigen::MatrixXd SparseTriangle::covariance(std::span<const IndexRange> variables) const {
+  const auto size = static_cast<Eigen::Index>(starts_.size()) - 1;
+  Eigen::Index columns = 0;
+  Eigen::Index first = size;
+  for (const IndexRange& variable : variables) {
+    columns += variable.size;
+    first = std::min(first, variable.begin);
+  }
+  // H⁻¹ = L⁻ᵀ L⁻¹; a right-hand side of row-major order, for its rows are what is worked on.
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Rows solution = Rows::Zero(size - first, columns);
+  Eigen::Index column = 0;
+  for (const IndexRange& variable : variables) {
+    for (Eigen::Index i = 0; i < variable.size; ++i) solution(variable.begin + i - first, column++) = 1.0;
+  }
+  for (Eigen::Index j = first; j < size; ++j) {
+    const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j)]);
+    const auto end = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j) + 1]);
+    auto pivot = solution.row(j - first);
+    pivot /= values_[begin];
+    if (pivot.isZero(0.0)) continue;
+    for (std::size_t at = begin + 1; at < end; ++at) solution.row(rows_[at] - first) -= values_[at] * pivot;
+  }
+  return solution.transpose() * solution;
+}
+
+std::vector<double> SparseTriangle::inverse_on_pattern() const {
+  // Z = H⁻¹ on the pattern of L, column by column from the last: Z_ij = -Σ_k Z_ik L_kj / L_jj over the rows k > j of L's
+  // column j, and Z_jj = 1 / L_jj² - Σ_k Z_kj L_kj / L_jj.
+  const std::size_t size = starts_.size() - 1;
+  std::vector<double> inverse(values_.size());
+  std::vector<double> share(size, 0.0);
+  std::vector<double> sum(size, 0.0);
+  std::vector<std::size_t> column_of(size, size);  // whose pattern a row was last found in
+  for (std::size_t j = size; j-- > 0;) {
+    const auto begin = static_cast<std::size_t>(starts_[j]);
+    const auto end = static_cast<std::size_t>(starts_[j + 1]);
+    const double pivot = values_[begin];
+    for (std::size_t at = begin + 1; at < end; ++at) {
+      const auto row = static_cast<std::size_t>(rows_[at]);
+      share[row] = values_[at] / pivot;
+      sum[row] = 0.0;
+      column_of[row] = j;
+    }
+    for (std::size_t at = begin + 1; at < end; ++at) {
+      const auto i = static_cast<std::size_t>(rows_[at]);
+      const auto first = static_cast<std::size_t>(starts_[i]);
+      const auto last = static_cast<std::size_t>(starts_[i + 1]);
+      sum[i] += inverse[first] * share[i];
+      for (std::size_t below = first + 1; below < last; ++below) {
+        const auto k = static_cast<std::size_t>(rows_[below]);
+        if (column_of[k] != j) continue;
+        sum[i] += inverse[below] * share[k];
+        sum[k] += inverse[below] * share[i];
+      }
+    }
+    double own = 1.0 / (pivot * pivot);
+    for (std::size_t at = begin + 1; at < end; ++at) {
+      const auto row = static_cast<std::size_t>(rows_[at]);
+      inverse[at] = -sum[row];
+      own += share[row] * sum[row];
+    }
+    inverse[begin] = own;
+  }
+  return inverse;
+}
+
+std::vector<Eigen::MatrixXd> SparseTriangle::diagonal_covariances(std::span<const IndexRange> variables) const {
+  const std::vector<double> inverse = inverse_on_pattern();
+  std::vector<Eigen::MatrixXd> result;
+  for (const IndexRange& variable : variables) {
+    Eigen::MatrixXd block(variable.size, variable.size);
+    for (Eigen::Index j = 0; j < variable.size; ++j) {
+      // The own block is dense: its rows are the first of the column.
+      const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(variable.begin + j)]);
+      for (Eigen::Index i = j; i < variable.size; ++i) {
+        block(i, j) = block(j, i) = inverse[begin + static_cast<std::size_t>(i - j)];
+      }
+    }
+    result.push_back(std::move(block));
+  }
+  return result;
+}
+
+}  // namespace lodestone

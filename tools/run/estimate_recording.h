@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/warnings.h"
+#include "estimators/estimator.h"
+#include "tools/run/run_identity.h"
+#include "tools/writers/output_file.h"
+
+namespace lodestone {
+
+/// What a pass over a log leaves beside its estimates.
+struct PassRecord {
+  double wall_s = 0.0;
+  double refine_s = 0.0;
+  double peak_rss_mb = 0.0;
+  WarningLog warnings;
+};
+
+/// Writes all estimates of one estimator to a file, so that `run --resume` need not estimate them again. The file appears when
+/// the estimator has ended. The file holds numbers as they lie in memory: only the program that wrote the file may read it.
+class EstimateRecorder final : public EstimateSink {
+ public:
+  /// Throws InputError if the folder of `path` cannot be written.
+  explicit EstimateRecorder(const std::filesystem::path& path) : file_(path) {}
+
+  void causal(const Estimate& estimate) override { write(Kind::causal, estimate); }
+  void best(const Estimate& estimate) override { write(Kind::best, estimate); }
+  void smoothed(const Estimate& estimate) override { write(Kind::smoothed, estimate); }
+
+  /// The estimator has ended. Throws InputError if the disk did not take everything.
+  void finish(const PassRecord& pass);
+
+ private:
+  friend class EstimateRecording;
+  enum class Kind : std::uint8_t { causal, best, smoothed };
+  void write(Kind kind, const Estimate& estimate);
+  void write(std::string_view bytes);
+
+  OutputFile file_;
+  std::uint64_t hash_ = kHashOfNothing;
+};
+
+/// The content of such a file.
+class EstimateRecording {
+ public:
+  /// Nothing if there is no such file, or if the file is damaged.
+  static std::optional<EstimateRecording> read(const std::filesystem::path& path);
+
+  /// Gives every estimate to `sink`, in the order in which they were recorded.
+  void replay(EstimateSink& sink) const;
+
+  const PassRecord& pass() const { return pass_; }
+
+ private:
+  std::vector<std::pair<EstimateRecorder::Kind, Estimate>> estimates_;
+  PassRecord pass_;
+};
+
+}  // namespace lodestone
