@@ -13,7 +13,7 @@ find_package(PCL 1.12 REQUIRED COMPONENTS common io)
 find_package(embree 3 REQUIRED)
 find_package(TIFF REQUIRED)
 
-find_package(PNG REQUIRED)
+find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs)
 find_path(CAIRO_INCLUDE_DIR cairo/cairo.h REQUIRED)
 find_library(CAIRO_LIBRARY cairo REQUIRED)
 

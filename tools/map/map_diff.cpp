@@ -13,6 +13,7 @@
 #include "frontends/maps/magnetic_difference_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "tools/commands.h"
+#include "tools/map/changed_places.h"
 #include "tools/plotting/difference_picture.h"
 #include "tools/writers/output_file.h"
 
