@@ -2,6 +2,7 @@
 #include "tools/experiments/figures.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -227,7 +228,7 @@ std::vector<DrawnFigure> draw_figures(const Experiment& experiment, const Result
     try {
       if (!draw(figure, Shown(figure, results, root), root / path)) continue;
     } catch (const InputError& error) {
-      std::fprintf(stderr, "lodestone: figure %s is left out: %s\n", figure.name.c_str(), error.what());
+      spdlog::warn("lodestone: figure {} is left out: {}", figure.name, error.what());
       continue;
     }
     drawn.push_back({figure.title, path + ".png", path + ".pdf", path + ".svg", figure.caption});
