@@ -20,7 +20,7 @@ constexpr std::size_t kJudgedPoints = 1500;
 constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, on each of some hundred places
 constexpr double kTilesTogether_m = 32.0;
 constexpr double kSamePlace_m = 0.25;
-constexpr double kSame_rad = 3.0 * degree;
+constexpr double kSameHeading_rad = 3.0 * degree;
 constexpr double kArrayCrowding = 3.0;     // readings that share one error of the map
 constexpr double kMapError_ut = 0.5;
 
@@ -34,7 +34,7 @@ std::vector<SiteLevel> levels_of(const PlaneMapSource& planes) {
 
 bool is_same(const Pose& a, const Pose& b) {
   const Vector6 difference = a.boxminus(b);
-  return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSame_rad;
+  return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSameHeading_rad;
 }
 
 std::vector<Eigen::Vector3f> thinned(std::vector<Eigen::Vector3f> points, std::size_t most) {
