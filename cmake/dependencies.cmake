@@ -16,19 +16,11 @@ find_package(PCL 1.12 REQUIRED COMPONENTS common io)
 find_package(embree 3 REQUIRED)
 find_package(TIFF REQUIRED)
 
-find_package(PNG REQUIRED)
+find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs)
 find_path(CAIRO_INCLUDE_DIR cairo/cairo.h REQUIRED)
 find_library(CAIRO_LIBRARY cairo REQUIRED)
 
-# pluginlib's package file runs a Python script that needs the distribution's own Python, not another one on the PATH.
-if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
-  set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The distribution's Python, for ROS package files")
-endif()
-find_package(pluginlib REQUIRED)
-find_package(rosbag_storage REQUIRED)
-find_package(sensor_msgs REQUIRED)
-
-# Logs of ROS 2: CDR messages, SQLite bags, packed chunks and their checksums.
+# Logs: CDR messages, SQLite bags, packed chunks and their checksums.
 find_package(fastcdr REQUIRED)
 find_package(SQLite3 REQUIRED)
 find_package(BZip2 REQUIRED)

@@ -52,7 +52,7 @@ endfunction()
 # lodestone_layer(NAME): a static library of every source below the current folder, known as lodestone::NAME.
 function(lodestone_layer name)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/ros1/|/simulate/")
+  list(FILTER sources EXCLUDE REGEX "/simulate/")
   lodestone_library(${name} "${sources}" ${ARGN})
 endfunction()
 

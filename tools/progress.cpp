@@ -1,12 +1,14 @@
 #include "tools/progress.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <utility>
 
 #include "core/error.h"
@@ -18,7 +20,9 @@ namespace {
 std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
-extern "C" void note_interrupt(int) { interrupted.store(true); }
+extern "C" void note_interrupt(int) {
+  interrupted.store(true);
+}
 
 }  // namespace
 
@@ -45,7 +49,9 @@ void catch_interrupts() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-bool interrupt_requested() { return interrupted.load(std::memory_order_relaxed); }
+bool interrupt_requested() {
+  return interrupted.load(std::memory_order_relaxed);
+}
 
 void throw_if_interrupted() {
   if (interrupt_requested()) throw Interrupted();
@@ -60,17 +66,18 @@ std::string progress_line(const std::string& label, double share, double rate, d
   return line;
 }
 
-Progress::Progress(std::string label, Time begin, Time end, std::FILE* stream)
+Progress::Progress(std::string label, Time begin, Time end)
     : label_(std::move(label)),
       begin_(begin),
       end_(end),
-      stream_(stream),
-      terminal_(isatty(fileno(stream)) == 1),
+      terminal_(isatty(STDERR_FILENO) == 1 && spdlog::should_log(spdlog::level::info)),
       last_(begin),
       start_(Clock::now()),
       next_print_(start_ + (terminal_ ? std::chrono::milliseconds(200) : std::chrono::seconds(5))) {}
 
-Progress::~Progress() { finish(); }
+Progress::~Progress() {
+  finish();
+}
 
 void Progress::update(Time now) {
   last_ = std::max(last_, now);
@@ -85,8 +92,7 @@ void Progress::finish() {
   finished_ = true;
   if (!open_line_) return;
   print(last_, Clock::now());
-  std::fputc('\n', stream_);
-  std::fflush(stream_);
+  std::fputc('\n', stderr);
 }
 
 void Progress::print(Time now, Clock::time_point wall) {
@@ -94,16 +100,12 @@ void Progress::print(Time now, Clock::time_point wall) {
   const double done = to_seconds(now - begin_);
   const double total = to_seconds(end_ - begin_);
   const double rate = elapsed > 0.0 ? done / elapsed : 0.0;
-  if (total <= 0.0) {
-    std::fprintf(stream_, "%s%s  %.1f s of the log  %.1f x real time%s", terminal_ ? "\r\033[K" : "", label_.c_str(), done,
-                 rate, terminal_ ? "" : "\n");
-  } else {
-    const double left = rate > 0.0 ? (total - done) / rate : std::nan("");
-    const std::string line = progress_line(label_, done / total, rate, left, terminal_ ? 30 : 0);
-    std::fprintf(stream_, "%s%s%s", terminal_ ? "\r\033[K" : "", line.c_str(), terminal_ ? "" : "\n");
-  }
-  open_line_ = terminal_;
-  std::fflush(stream_);
+  const double left = rate > 0.0 ? (total - done) / rate : std::nan("");
+  const std::string line = total > 0.0 ? progress_line(label_, done / total, rate, left, terminal_ ? 30 : 0)
+                                       : fmt::format("{}  {:.1f} s of the log  {:.1f} x real time", label_, done, rate);
+  if (!terminal_) return spdlog::info(line);
+  open_line_ = true;
+  std::fprintf(stderr, "\r\033[K%s", line.c_str());
 }
 
 }  // namespace lodestone

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstdio>
 #include <string>
 
 #include "core/time.h"
@@ -27,11 +26,13 @@ std::string progress_bar(double share, int width);
 /// One line of progress: a bar of `bar_width` cells (none for 0), per cent, times real time, time left.
 std::string progress_line(const std::string& label, double share, double rate, double seconds_left, int bar_width);
 
-/// How far a pass over a log has come: on a terminal a bar that is redrawn, elsewhere a line every few seconds.
+/// How far a pass over a log has come: on a terminal a bar that is redrawn, elsewhere a message every few seconds. None
+/// with
+/// --quiet.
 class Progress {
  public:
-  /// Log times from `begin` to `end`; without a span (equal times) only the rate is told. Written to `stream`.
-  Progress(std::string label, Time begin, Time end, std::FILE* stream = stderr);
+  /// Log times from `begin` to `end`; without a span (equal times) only the rate is reported.
+  Progress(std::string label, Time begin, Time end);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -49,7 +50,6 @@ class Progress {
   std::string label_;
   Time begin_;
   Time end_;
-  std::FILE* stream_;
   bool terminal_;
   bool open_line_ = false;  ///< a bar stands on the current line
   bool finished_ = false;

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <unordered_map>
 
 #include "core/parallel.h"
 
@@ -169,15 +168,6 @@ void add_figures(MagneticDifference& result) {
   result.share_above_three_sigma = static_cast<double>(above) / count;
 }
 
-/// The root of a place's tree, with the path to it shortened.
-std::size_t find_root(std::vector<std::size_t>& parent, std::size_t index) {
-  while (parent[index] != index) {
-    parent[index] = parent[parent[index]];
-    index = parent[index];
-  }
-  return index;
-}
-
 }  // namespace
 
 double DifferencePiece::change(int piece_row, int piece_column) const {
@@ -202,72 +192,6 @@ MagneticDifference compare_maps(const MagneticMap& first, const MagneticMap& sec
   result.only_second_m2 = area_without(second, first);
   add_figures(result);
   return result;
-}
-
-std::vector<ChangedPlace> changed_places(const MagneticDifference& difference, double threshold_ut) {
-  struct Node {
-    int row;
-    int column;
-    double change;
-    double height;
-  };
-  const FieldGrid& grid = difference.grid;
-  std::vector<Node> nodes;
-  std::unordered_map<std::int64_t, std::size_t> index_of;
-  const auto key = [&](int row, int column) { return static_cast<std::int64_t>(row) * (grid.columns + 2LL) + column; };
-  for (const DifferencePiece& piece : difference.pieces) {
-    for (int row = 0; row < piece.rows; ++row) {
-      for (int column = 0; column < piece.columns; ++column) {
-        const double change = piece.change(row, column);
-        if (!(change > threshold_ut) || change < 0.0) continue;
-        const int layer = piece.largest_layer[static_cast<std::size_t>(row) * piece.columns + column];
-        index_of[key(piece.row + row, piece.column + column)] = nodes.size();
-        nodes.push_back({piece.row + row, piece.column + column, change, grid.heights_m[layer]});
-      }
-    }
-  }
-  std::vector<std::size_t> parent(nodes.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    constexpr int neighbours[4][2] = {{0, 1}, {1, -1}, {1, 0}, {1, 1}};  // the other four have this one as theirs
-    for (const auto& step : neighbours) {
-      const auto found = index_of.find(key(nodes[i].row + step[0], nodes[i].column + step[1]));
-      if (found == index_of.end()) continue;
-      const std::size_t a = find_root(parent, i);
-      const std::size_t b = find_root(parent, found->second);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  std::vector<ChangedPlace> places;
-  std::vector<std::size_t> place_of(nodes.size());
-  std::vector<std::int64_t> counts;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const std::size_t root = find_root(parent, i);  // never behind i: roots are the lowest of their place
-    if (root == i) {
-      place_of[i] = places.size();
-      places.emplace_back();
-      counts.push_back(0);
-    }
-    ChangedPlace& place = places[place_of[root]];
-    const Vector3 position = node_position({grid.resolution_m, grid.origin, grid.columns, grid.rows, {nodes[i].height}}, 0,
-                                           nodes[i].row, nodes[i].column);
-    ++counts[place_of[root]];
-    place.center += position.head<2>();
-    place.mean_ut += nodes[i].change;
-    if (nodes[i].change > place.largest_ut) {
-      place.largest_ut = nodes[i].change;
-      place.largest_at = position;
-    }
-  }
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto count = static_cast<double>(counts[i]);
-    places[i].center /= count;
-    places[i].mean_ut /= count;
-    places[i].area_m2 = count * grid.resolution_m * grid.resolution_m;
-  }
-  std::stable_sort(places.begin(), places.end(),
-                   [](const ChangedPlace& a, const ChangedPlace& b) { return a.largest_ut > b.largest_ut; });
-  return places;
 }
 
 }  // namespace lodestone

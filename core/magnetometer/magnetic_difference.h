@@ -48,16 +48,4 @@ struct MagneticDifference {
 /// A map of one layer answers at any height. The same bits on any number of threads. Nothing compared: `nodes` is 0.
 MagneticDifference compare_maps(const MagneticMap& first, const MagneticMap& second);
 
-/// A connected place where the field differs.
-struct ChangedPlace {
-  Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< mean of its nodes, map x, y
-  double area_m2 = 0.0;
-  double mean_ut = 0.0;                              ///< of |ΔB|, the largest of the layers at each node
-  double largest_ut = 0.0;
-  Vector3 largest_at = Vector3::Zero();              ///< map
-};
-
-/// Nodes with |ΔB| above the threshold that touch (also by corners) make a place; the largest change first.
-std::vector<ChangedPlace> changed_places(const MagneticDifference& difference, double threshold_ut);
-
 }  // namespace lodestone

@@ -1,27 +1,14 @@
 #include "frontends/configuration/configuration_node.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/number_text.h"
 
 namespace lodestone {
-namespace {
-
-/// The whole text as a number; false where anything is left over.
-template <class Number>
-bool parse_number(const std::string& text, Number& number) {
-  const char* begin = text.data();
-  const char* end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;
-  const auto result = std::from_chars(begin, end, number);
-  return result.ec == std::errc() && result.ptr == end && begin != end;
-}
-
-}  // namespace
 
 const ConfigurationNode* ConfigurationNode::find(const std::string& key) const {
   const auto found = std::find(keys_.begin(), keys_.end(), key);

@@ -1,12 +1,12 @@
 #include "frontends/configuration/file_kind.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
 #include "core/error.h"
+#include "frontends/configuration/number_text.h"
 
 namespace lodestone {
 namespace {
@@ -41,8 +41,7 @@ bool is_tum_line(std::string_view line) {
     if (line.empty()) return numbers == 8;
     const std::string_view word = line.substr(0, line.find_first_of(" \t\r"));
     double value = 0.0;
-    const auto parsed = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (parsed.ec != std::errc() || parsed.ptr != word.data() + word.size()) return false;
+    if (!parse_number(word, value)) return false;
     ++numbers;
     line.remove_prefix(word.size());
   }

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/number_text.h"
 
 namespace lodestone {
 
@@ -67,9 +68,10 @@ std::vector<bool> named(const std::string& choice, const Platform& platform) {
 
 void choose_magnetometers(const std::string& choice, Platform& platform) {
   if (choice == "all") return;
-  const bool number = !choice.empty() && choice.size() < 7 && choice.find_first_not_of("0123456789") == std::string::npos;
+  int count = -1;
+  const bool number = parse_number(choice, count) && count >= 0;
   if (choice.empty()) throw InputError(fmt::format("{}: expected all, a number, or names with commas", kKey));
-  const std::vector<bool> taken = number ? spread_out(std::stoi(choice), platform) : named(choice, platform);
+  const std::vector<bool> taken = number ? spread_out(count, platform) : named(choice, platform);
   std::vector<MagnetometerModel> models;
   std::vector<MagnetometerMessageLayout> layouts;
   for (std::size_t i = 0; i < taken.size(); ++i) {

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
 
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/configuration/text_file.h"
 
 namespace lodestone {
@@ -22,10 +22,8 @@ constexpr int largest_exponent = 1000;
 
 bool is_digit(char character) { return character >= '0' && character <= '9'; }
 
-bool parse_double(std::string_view text, double& value) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  return result.ec == std::errc() && result.ptr == text.data() + text.size() && std::isfinite(value);
+bool parse_finite(std::string_view text, double& value) {
+  return parse_number(text, value) && std::isfinite(value);
 }
 
 /// One line of a table of poses, told by its file and number in every complaint.
@@ -99,7 +97,7 @@ Trajectory parse_tum(const std::string& path, const std::string& text) {
     if (!parse_stamp(parts[0], pose.time)) line.fail("'" + std::string(parts[0]) + "' is no stamp in seconds" + kStampsWithin);
     std::array<double, 7> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!parse_double(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
+      if (!parse_finite(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
     }
     pose.pose = make_pose(line, values, false);
     return pose;
@@ -113,14 +111,12 @@ Trajectory parse_euroc(const std::string& path, const std::string& text) {
       line.fail("expected at least 8 values (t[ns],x,y,z,qw,qx,qy,qz), found " + std::to_string(parts.size()));
     }
     StampedPose pose;
-    const auto result = std::from_chars(parts[0].data(), parts[0].data() + parts[0].size(), pose.time);
-    if (result.ec != std::errc() || result.ptr != parts[0].data() + parts[0].size() || pose.time > farthest_time ||
-        pose.time < -farthest_time) {
+    if (!parse_number(parts[0], pose.time) || pose.time > farthest_time || pose.time < -farthest_time) {
       line.fail("'" + std::string(parts[0]) + "' is no stamp in whole nanoseconds" + kStampsWithin);
     }
     std::array<double, 7> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!parse_double(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
+      if (!parse_finite(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
     }
     pose.pose = make_pose(line, values, true);
     return pose;
@@ -134,10 +130,7 @@ bool parse_stamp(std::string_view text, Time& time) {
   if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
   int exponent = 0;
   if (const std::size_t e = text.find_first_of("eE"); e != std::string_view::npos) {
-    std::string_view digits = text.substr(e + 1);
-    if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
-    const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
-    if (result.ec != std::errc() || result.ptr != digits.data() + digits.size()) return false;
+    if (!parse_number(text.substr(e + 1), exponent)) return false;
     if (exponent > largest_exponent || exponent < -largest_exponent) return false;
     text = text.substr(0, e);
   }

@@ -94,6 +94,19 @@ void unpack_bz2(std::span<const std::uint8_t> packed, std::uint64_t size, Unpack
          });
 }
 
+std::vector<std::uint8_t> pack_bz2(std::span<const std::uint8_t> bytes) {
+  auto size = static_cast<unsigned>(bytes.size() + bytes.size() / 100 + 600);  // bzip2's bound
+  std::vector<std::uint8_t> packed(size);
+  constexpr int block_size = 9;  // of 100 kB
+  if (BZ2_bzBuffToBuffCompress(reinterpret_cast<char*>(packed.data()), &size,
+                               const_cast<char*>(reinterpret_cast<const char*>(bytes.data())),
+                               static_cast<unsigned>(bytes.size()), block_size, 0, 0) != BZ_OK) {
+    throw std::logic_error("packing failed");
+  }
+  packed.resize(size);
+  return packed;
+}
+
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 }  // namespace
@@ -118,12 +131,16 @@ void unpack(Codec codec, std::span<const std::uint8_t> packed, std::uint64_t siz
 
 std::vector<std::uint8_t> pack(Codec codec, std::span<const std::uint8_t> bytes) {
   if (codec == Codec::none) return {bytes.begin(), bytes.end()};
-  if (codec == Codec::bz2) throw std::invalid_argument("bzip2 is read only");
-  std::vector<std::uint8_t> packed(codec == Codec::lz4 ? LZ4F_compressFrameBound(bytes.size(), nullptr)
+  if (codec == Codec::bz2) return pack_bz2(bytes);
+  LZ4F_preferences_t frame{};
+  frame.frameInfo.blockMode = LZ4F_blockIndependent;  // rosbag's reader supports no other
+  frame.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
+  std::vector<std::uint8_t> packed(codec == Codec::lz4 ? LZ4F_compressFrameBound(bytes.size(), &frame)
                                                        : ZSTD_compressBound(bytes.size()));
   const std::size_t size =
-      codec == Codec::lz4 ? LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), nullptr)
-                          : ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), ZSTD_CLEVEL_DEFAULT);
+      codec == Codec::lz4
+          ? LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), &frame)
+          : ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), ZSTD_CLEVEL_DEFAULT);
   if (codec == Codec::lz4 ? LZ4F_isError(size) != 0 : ZSTD_isError(size) != 0) throw std::logic_error("packing failed");
   packed.resize(size);
   return packed;

@@ -34,7 +34,7 @@ enum class UnpackedSize {
 void unpack(Codec codec, std::span<const std::uint8_t> packed, std::uint64_t size, UnpackedSize meaning,
             std::vector<std::uint8_t>& out);
 
-/// lz4, zstd or none.
+/// In one frame, or one stream.
 std::vector<std::uint8_t> pack(Codec codec, std::span<const std::uint8_t> bytes);
 
 bool starts_like_zstd(std::span<const std::uint8_t> bytes);

@@ -9,10 +9,7 @@ namespace {
 
 class RosbagWriter : public LogWriter {
  public:
-  RosbagWriter(const std::string& path, Codec codec)
-      : writer_(path, codec == Codec::lz4   ? ros1::Compression::lz4
-                      : codec == Codec::bz2 ? ros1::Compression::bz2
-                                            : ros1::Compression::none) {}
+  RosbagWriter(const std::string& path, Codec codec) : writer_(path, codec) {}
   Encoding encoding() const override { return Encoding::ros1; }
   void write(const TopicInfo& topic, const RawMessage& message) override {
     writer_.write(topic, message.record_time, message.data, message.size, message.publisher);

@@ -8,18 +8,17 @@
 
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
-#include "frontends/logs/csv/csv_log.h"
 #include "frontends/logs/compression.h"
+#include "frontends/logs/csv/csv_log.h"
 #include "frontends/logs/file_bytes.h"
+#include "frontends/logs/mcap/mcap_index.h"
 #include "frontends/logs/merged_source.h"
 #include "frontends/logs/recording_parts.h"
-#include "frontends/logs/segment_source.h"
-#include "frontends/logs/temporary_file.h"
-#include "frontends/logs/mcap/mcap_index.h"
+#include "frontends/logs/ros1/bag_index.h"
 #include "frontends/logs/ros2/bag_metadata.h"
 #include "frontends/logs/ros2/sqlite_source.h"
-#include "frontends/logs/rosbag/checked_bag.h"
-#include "frontends/logs/rosbag/cut_bag.h"
+#include "frontends/logs/segment_source.h"
+#include "frontends/logs/temporary_file.h"
 
 namespace lodestone {
 namespace {
@@ -106,20 +105,10 @@ class UnpackedSource : public MessageSource {
   Source source_;
 };
 
-Source open_bag(const std::string& path, WarningLog& warnings) {
-  constexpr std::size_t of_rosbag = 8;  // it reads lists of plugins at each opening
-  require_descriptors(path, of_rosbag);
-  try {
-    return std::make_unique<CheckedBag>(path, warnings);
-  } catch (const BagCutOff&) {
-    return std::make_unique<SegmentSource>(std::make_unique<CutBag>(path, warnings), warnings);
-  }
-}
-
 Source open_file(const std::string& path, WarningLog& warnings) {
   switch (kind_of_file(path)) {
     case FileKind::ros1_bag:
-      return open_bag(path, warnings);
+      return std::make_unique<SegmentSource>(std::make_unique<BagIndex>(path, warnings), warnings);
     case FileKind::sqlite:
       return std::make_unique<SqliteSource>(path, warnings);
     case FileKind::mcap:

@@ -56,8 +56,10 @@ void SegmentSource::load_segment(std::size_t segment) {
   }
   loaded_bytes_ += loaded.bytes.size();
   if (loaded_bytes_ > largest_overlap) {
-    throw InputError(fmt::format("{}: more than {} MB of its chunks overlap in time; sort it by time ('mcap sort')", index_->path(),
-                                 largest_overlap >> 20));
+    throw InputError(
+        fmt::format("{}: more than {} MB of its chunks overlap in time; sort the file by time ('mcap sort'; a ROS 1 "
+                    "bag: play and record it again)",
+                    index_->path(), largest_overlap >> 20));
   }
   active_.push_back(std::move(active));
   std::push_heap(active_.begin(), active_.end(), later);

@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 
 #include "core/error.h"
-#include "frontends/configuration/file_kind.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/logs/csv/csv_text.h"
 
 namespace lodestone {
@@ -20,12 +20,6 @@ namespace {
 
 /// Columns of a table, by what they hold.
 enum Column { x, y, z, field_x, field_y, field_z, sigma, columns };
-
-bool parse_cell(std::string_view text, double& value) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  return !text.empty() && result.ec == std::errc() && result.ptr == text.data() + text.size();
-}
 
 /// Letters and digits alone, small: "B_x [uT]" is "bxut".
 std::string plain(std::string_view name) {
@@ -133,7 +127,8 @@ class TableReader {
     const std::vector<std::string_view> cells = split_cells(text, separator_);
     if (!ordered_) {
       double ignored = 0.0;
-      const bool words = std::none_of(cells.begin(), cells.end(), [&](auto cell) { return parse_cell(cell, ignored); });
+      const bool words =
+          std::none_of(cells.begin(), cells.end(), [&](auto cell) { return parse_number(cell, ignored); });
       if (words && (take_header(cells) || comment)) return;
       if (words) {
         fail(fmt::format("found the columns {}; expected x, y, z, Bx, By, Bz, and perhaps sigma",
@@ -207,7 +202,7 @@ class TableReader {
       const auto place = static_cast<std::size_t>(places_[column]);
       const std::string_view cell = place < cells.size() ? cells[place] : std::string_view();
       double value = 0.0;
-      if (!parse_cell(cell, value)) {
+      if (!parse_number(cell, value)) {
         if (column < field_x || !cell.empty()) fail(fmt::format("'{}' is no number, in the column {}", cell, place + 1));
         value = std::numeric_limits<double>::quiet_NaN();  // an empty cell: no field there
       }

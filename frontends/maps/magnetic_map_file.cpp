@@ -9,10 +9,10 @@
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
 #include "frontends/configuration/file_kind.h"
-#include "frontends/maps/raster_file.h"
-#include "frontends/maps/raster_writer.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/yaml_text.h"
+#include "frontends/maps/raster_file.h"
+#include "frontends/maps/raster_writer.h"
 
 namespace lodestone {
 namespace {
@@ -26,14 +26,12 @@ class RasterNodes final : public FieldNodes {
   explicit RasterNodes(std::unique_ptr<const RasterFile> file) : file_(std::move(file)) {}
 
   bool read(int layer, int row, int column, int rows, int columns, Eigen::Vector4f* nodes) const override {
-    const std::size_t count = static_cast<std::size_t>(rows) * columns;
-    std::vector<float> values(count);
     for (int page = pages_per_layer - 1; page >= 0; --page) {  // sigma first: where there is none, there is no field
-      file_->read(layer * pages_per_layer + page, {column, row, columns, rows}, values.data());
+      const cv::Mat1f values = file_->read(layer * pages_per_layer + page, {column, row, columns, rows});
       bool any = false;
-      for (std::size_t i = 0; i < count; ++i) {
-        nodes[i][page] = values[i];
-        any = any || std::isfinite(values[i]);
+      for (std::size_t i = 0; i < values.total(); ++i) {
+        nodes[i][page] = values(static_cast<int>(i));
+        any = any || std::isfinite(nodes[i][page]);
       }
       if (!any) return false;
     }
@@ -48,15 +46,17 @@ void write_image(const MagneticMap& map, int tile, const std::filesystem::path& 
   const FieldGrid& grid = map.grid();
   std::vector<std::string> names;
   for (const double height : grid.heights_m) {
-    for (const char* name : {"B_x", "B_y", "B_z", "sigma"}) names.push_back(fmt::format("{} at {:g} m, uT", name, height));
+    for (const char* name : {"B_x", "B_y", "B_z", "sigma"})
+      names.push_back(fmt::format("{} at {:g} m, uT", name, height));
   }
-  const RasterLayout layout{grid.columns, grid.rows, grid.resolution_m, grid.origin};
-  write_raster(path, layout, tile, names, [&](int page, const RasterWindow& window, float* values) {
+  const RasterLayout layout{{grid.columns, grid.rows}, grid.resolution_m, grid.origin};
+  write_raster(path, layout, tile, names, [&](int page, const cv::Rect& window, cv::Mat1f& values) {
     bool any = false;
-    for (int row = window.row; row < window.row + window.rows; ++row) {
-      for (int column = window.column; column < window.column + window.columns; ++column, ++values) {
-        *values = map.node(page / pages_per_layer, row, column)[page % pages_per_layer];
-        any = any || std::isfinite(*values);
+    for (int row = 0; row < window.height; ++row) {
+      for (int column = 0; column < window.width; ++column) {
+        float& value = values(row, column);
+        value = map.node(page / pages_per_layer, window.y + row, window.x + column)[page % pages_per_layer];
+        any = any || std::isfinite(value);
       }
     }
     return any;
@@ -82,8 +82,8 @@ void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, co
   std::string text =
       "# Ambient magnetic field on a grid. Pages of the image: B_x, B_y, B_z, sigma of each layer, float32.\n"
       "# A pixel is a node; the image's first row has the largest y; origin_m is the centre of the lower left pixel.\n";
-  text += fmt::format("resolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\nunit: {}\nframe: map\n", grid.resolution_m,
-                      grid.origin.x(), grid.origin.y(), heights, unit);
+  text += fmt::format("resolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\nunit: {}\nframe: map\n",
+                      grid.resolution_m, grid.origin.x(), grid.origin.y(), heights, unit);
   text += fmt::format("max_sigma_ut: {}\nimage: {}\n", map.max_sigma_ut(), quoted_yaml(image.filename().string()));
   text += provenance.empty() ? "provenance: {}\n" : "provenance:\n";
   for (const auto& [name, value] : provenance) text += "  " + name + ": " + quoted_yaml(value) + "\n";
@@ -99,12 +99,15 @@ std::string image_beside(const std::string& yaml_path, const ConfigurationNode& 
 
 }  // namespace
 
-std::string image_of_magnetic_map(const std::string& yaml_path) { return image_beside(yaml_path, ConfigurationNode::load(yaml_path)); }
+std::string image_of_magnetic_map(const std::string& yaml_path) {
+  return image_beside(yaml_path, ConfigurationNode::load(yaml_path));
+}
 
 MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes) {
   const std::string ending = std::filesystem::path(yaml_path).extension().string();
   if (ending == ".csv" || ending == ".txt" || ending == ".tsv") {
-    throw InputError(yaml_path + ": expected a magnetic map's YAML; make one of this table with `lodestone map import`");
+    throw InputError(yaml_path +
+                     ": expected a magnetic map's YAML; make one of this table with `lodestone map import`");
   }
   require_kind(yaml_path, SeemingKind::magnetic_map, "a magnetic map's YAML");
   const ConfigurationNode node = ConfigurationNode::load(yaml_path);
@@ -138,10 +141,11 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
     throw InputError(fmt::format("{}: expected {} pages (B_x, B_y, B_z, sigma for each of {} heights in {}), found {}",
                                  image, expected, grid.heights_m.size(), yaml_path, file->pages()));
   }
-  grid.columns = file->columns();
-  grid.rows = file->rows();
+  grid.columns = file->size().width;
+  grid.rows = file->size().height;
   if (grid.columns < 2 || grid.rows < 2) {
-    throw InputError(fmt::format("{}: {} x {} pixels; a map needs at least two a side", image, grid.columns, grid.rows));
+    throw InputError(
+        fmt::format("{}: {} x {} pixels; a map needs at least two a side", image, grid.columns, grid.rows));
   }
   return MagneticMap(grid, std::make_shared<RasterNodes>(std::move(file)), max_sigma, max_bytes);
 }

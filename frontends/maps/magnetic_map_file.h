@@ -23,15 +23,16 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 ///
 /// Writes both (the image is `yaml_path` with .tif), each aside and then renamed. `tile`: pixels a side of a tile, a
 /// multiple of 16. Throws InputError where that fails.
-void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, const std::string& yaml_path, int tile = 64);
+void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, const std::string& yaml_path,
+                        int tile = 64);
 
 /// What a map read from a file takes in memory unless told otherwise, bytes.
 constexpr std::size_t default_magnetic_map_bytes = 64U << 20U;
 
 /// Opens both, to the same bits that were written; nodes are read when a query comes to them, and up to `max_bytes` of
 /// them stay in memory. Images in strips or without compression, as other programs write them, do as well. Throws
-/// InputError where a file is missing, cut off or malformed, a key is misspelt or missing, a unit is unknown, or the pages
-/// are not four a layer, of one size, float32.
+/// InputError where a file is missing, cut off or malformed, a key is misspelt or missing, a unit is unknown, or the
+/// pages are not four a layer, of one size, float32.
 MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes = default_magnetic_map_bytes);
 
 /// The image that the map's YAML names. Throws InputError where it cannot be read or names none.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/logs/file_bytes.h"
 
 namespace lodestone {
@@ -42,8 +42,7 @@ struct Header {
   std::uint64_t number(const char* key, std::size_t count, std::size_t index) const {
     const std::string& word = words(key, count)[index];
     std::uint64_t value = 0;
-    const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (result.ec != std::errc() || result.ptr != word.data() + word.size() || value > largest_number) {
+    if (!parse_number(word, value) || value > largest_number) {
       fail(fmt::format("'{}' in its line {}", word, key));
     }
     return value;

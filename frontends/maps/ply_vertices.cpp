@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <sstream>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/number_text.h"
 
 namespace lodestone {
 namespace {
@@ -29,13 +29,6 @@ constexpr std::array<NumberName, 16> number_names{{{"char", 'I', 1},  {"uchar", 
                                                    {"int", 'I', 4},   {"uint", 'U', 4},   {"float", 'F', 4},   {"double", 'F', 8},
                                                    {"int8", 'I', 1},  {"uint8", 'U', 1},  {"int16", 'I', 2},   {"uint16", 'U', 2},
                                                    {"int32", 'I', 4}, {"uint32", 'U', 4}, {"float32", 'F', 4}, {"float64", 'F', 8}}};
-
-template <class Number>
-bool parse(const std::string& word, Number& value) {
-  const char* begin = word.data() + (!word.empty() && word[0] == '+' ? 1 : 0);
-  const char* end = word.data() + word.size();
-  return std::from_chars(begin, end, value).ptr == end && begin != end;
-}
 
 }  // namespace
 
@@ -82,7 +75,8 @@ void PlyVertices::read_header() {
     } else if (key == "element") {
       std::string count;
       Element element;
-      if (!(words >> element.name >> count) || !parse(count, element.count)) fail("its header has an element without a count");
+      if (!(words >> element.name >> count) || !parse_number(count, element.count))
+        fail("its header has an element without a count");
       if (elements_.size() == most_properties) fail("its header names too many elements");
       elements_.push_back(std::move(element));
     } else if (key == "property") {
@@ -233,7 +227,7 @@ Eigen::Vector3f PlyVertices::next_text() {
     next_word();
     if (properties[i].count_size > 0) {
       std::uint64_t count = 0;
-      if (!parse(word, count)) fail("a list has no count");
+      if (!parse_number(word, count)) fail("a list has no count");
       for (; count > 0; --count) next_word();
       continue;
     }
@@ -242,7 +236,7 @@ Eigen::Vector3f PlyVertices::next_text() {
       double value = 0.0;
       float single = 0.0F;
       const bool is_double = properties[i].size == 8;
-      if (!(is_double ? parse(word, value) : parse(word, single))) fail("a coordinate is no number");
+      if (!(is_double ? parse_number(word, value) : parse_number(word, single))) fail("a coordinate is no number");
       position[static_cast<int>(row)] = is_double ? static_cast<float>(value) : single;
     }
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
 
@@ -28,18 +29,23 @@ bool is_float_page(TIFF* file) {
   return bits == 32 && samples == 1 && format == SAMPLEFORMAT_IEEEFP;
 }
 
-/// What a file's bytes can unpack to, at most so many times as much. What unpacks to less than a tile cannot be read, so that
-/// nothing readable is refused.
+/// What a file's bytes can unpack to, at most so many times as much. What unpacks to less than a tile cannot be read,
+/// so that nothing readable is refused.
 std::uint64_t unpacked_of_a_byte(TIFF* file) {
   std::uint16_t compression = COMPRESSION_NONE;
   TIFFGetFieldDefaulted(file, TIFFTAG_COMPRESSION, &compression);
   switch (compression) {
-    case COMPRESSION_NONE: return 1;
-    case COMPRESSION_PACKBITS: return 64;  // a byte 128 times, in two
+    case COMPRESSION_NONE:
+      return 1;
+    case COMPRESSION_PACKBITS:
+      return 64;  // a byte 128 times, in two
     case COMPRESSION_ADOBE_DEFLATE:
-    case COMPRESSION_DEFLATE: return 1100;  // 258 bytes in two bits
-    case COMPRESSION_LZW: return 2600;      // nearly 4096 bytes in 12 bits
-    default: return 1U << 16U;              // Zstandard: 128 KiB in four bytes, and less for the others
+    case COMPRESSION_DEFLATE:
+      return 1100;  // 258 bytes in two bits
+    case COMPRESSION_LZW:
+      return 2600;  // nearly 4096 bytes in 12 bits
+    default:
+      return 1U << 16U;  // Zstandard: 128 KiB in four bytes, and less for the others
   }
 }
 
@@ -69,8 +75,8 @@ std::optional<BlockPlaces> places_of_blocks(TIFF* file, const BlockCut& cut) {
   std::uint64_t* counts = nullptr;
   if (cut.blocks != (cut.tiled ? TIFFNumberOfTiles(file) : TIFFNumberOfStrips(file)) ||
       TIFFGetField(file, cut.tiled ? TIFFTAG_TILEOFFSETS : TIFFTAG_STRIPOFFSETS, &offsets) != 1 ||
-      TIFFGetField(file, cut.tiled ? TIFFTAG_TILEBYTECOUNTS : TIFFTAG_STRIPBYTECOUNTS, &counts) != 1 || offsets == nullptr ||
-      counts == nullptr) {
+      TIFFGetField(file, cut.tiled ? TIFFTAG_TILEBYTECOUNTS : TIFFTAG_STRIPBYTECOUNTS, &counts) != 1 ||
+      offsets == nullptr || counts == nullptr) {
     return std::nullopt;
   }
   const std::uint64_t factor = unpacked_of_a_byte(file);
@@ -91,7 +97,9 @@ constexpr const char* kCopyAgain = "copy it whole, or write it again";
 /// A side of a page, or of a tile.
 constexpr std::uint32_t most_pixels = 1U << 28U;
 
-[[noreturn]] void fail_unreadable(const std::string& path) { throw InputError(path + ": is no readable TIFF; write it again"); }
+[[noreturn]] void fail_unreadable(const std::string& path) {
+  throw InputError(path + ": is no readable TIFF; write it again");
+}
 
 [[noreturn]] void fail_to_read_page(const std::string& path, int page) {
   throw InputError(fmt::format("{}: page {} cannot be read; write the file again", path, page + 1));
@@ -112,8 +120,8 @@ std::optional<std::uint64_t> announced_description(const FileBytes& file) {
   const FileBytes file(path);
   const auto announced = announced_description(file);
   if (announced && *announced >= file.size()) {
-    throw InputError(fmt::format("{}: is cut off: its header announces a page at byte {}, the file has {} bytes; {}", path,
-                                 *announced, file.size(), kCopyAgain));
+    throw InputError(fmt::format("{}: is cut off: its header announces a page at byte {}, the file has {} bytes; {}",
+                                 path, *announced, file.size(), kCopyAgain));
   }
   throw InputError(path + ": is no readable TIFF; write it again" + looks_like(path));
 }
@@ -127,8 +135,10 @@ RasterFile::RasterFile(std::string path, std::size_t cache_bytes) : path_(std::m
   if (!first) fail_to_open(path_);
   const int pages = static_cast<int>(TIFFNumberOfDirectories(first.get()));
   if (TIFFSetDirectory(first.get(), static_cast<tdir_t>(pages - 1)) == 1 && TIFFLastDirectory(first.get()) == 0) {
-    throw InputError(fmt::format("{}: is cut off or damaged: it announces more than the {} pages that can be read, the file has {} "
-                                 "bytes; {}", path_, pages, std::filesystem::file_size(path_), kCopyAgain));
+    throw InputError(
+        fmt::format("{}: is cut off or damaged: it announces more than the {} pages that can be read, the file has {} "
+                    "bytes; {}",
+                    path_, pages, std::filesystem::file_size(path_), kCopyAgain));
   }
   const std::uint64_t size = std::filesystem::file_size(path_);
   for (int page = 0; page < pages; ++page) {
@@ -145,62 +155,72 @@ RasterFile::RasterFile(std::string path, std::size_t cache_bytes) : path_(std::m
 
 void RasterFile::describe(int page, tiff* file, std::uint64_t size) {
   if (!is_float_page(file)) {
-    throw InputError(fmt::format("{}: page {} is not float32 with one channel; save it as 32-bit grey", path_, page + 1));
+    throw InputError(
+        fmt::format("{}: page {} is not float32 with one channel; save it as 32-bit grey", path_, page + 1));
   }
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
   TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &columns);
   TIFFGetField(file, TIFFTAG_IMAGELENGTH, &rows);
   if (columns < 1 || rows < 1 || columns > most_pixels || rows > most_pixels) {
-    throw InputError(fmt::format("{}: page {} has {} x {} pixels; expected 1 to {} a side", path_, page + 1, columns, rows, most_pixels));
+    throw InputError(fmt::format("{}: page {} has {} x {} pixels; expected 1 to {} a side", path_, page + 1, columns,
+                                 rows, most_pixels));
   }
   if (page == 0) {
-    columns_ = static_cast<int>(columns);
-    rows_ = static_cast<int>(rows);
-  } else if (static_cast<int>(columns) != columns_ || static_cast<int>(rows) != rows_) {
-    throw InputError(fmt::format("{}: page {} has {} x {} pixels, page 1 has {} x {}; all must be of one size", path_, page + 1,
-                                 columns, rows, columns_, rows_));
+    size_ = {static_cast<int>(columns), static_cast<int>(rows)};
+  } else if (size_ != cv::Size(static_cast<int>(columns), static_cast<int>(rows))) {
+    throw InputError(fmt::format("{}: page {} has {} x {} pixels, page 1 has {} x {}; all must be of one size", path_,
+                                 page + 1, columns, rows, size_.width, size_.height));
   }
   pages_.push_back(describe_blocks(page, file, size));
 }
 
 /// Sizes are not believed: of a few bytes a file may announce more tiles, or larger ones, than fit into any memory.
 RasterFile::Page RasterFile::describe_blocks(int page, tiff* file, std::uint64_t size) {
-  auto block_columns = static_cast<std::uint32_t>(columns_);
-  auto block_rows = static_cast<std::uint32_t>(rows_);
+  auto block_columns = static_cast<std::uint32_t>(size_.width);
+  auto block_rows = static_cast<std::uint32_t>(size_.height);
   const bool tiled = TIFFIsTiled(file) != 0;
   if (tiled) {
     TIFFGetField(file, TIFFTAG_TILEWIDTH, &block_columns);
     TIFFGetField(file, TIFFTAG_TILELENGTH, &block_rows);
   } else {
     TIFFGetFieldDefaulted(file, TIFFTAG_ROWSPERSTRIP, &block_rows);
-    block_rows = std::min(block_rows, static_cast<std::uint32_t>(rows_));
+    block_rows = std::min(block_rows, static_cast<std::uint32_t>(size_.height));
   }
-  if (block_columns < 1 || block_rows < 1 || block_columns > most_pixels || block_rows > most_pixels) fail_unreadable(path_);
-  const auto along = [](int pixels, std::uint32_t block) { return (static_cast<std::uint64_t>(pixels) + block - 1) / block; };
-  const std::uint64_t blocks = along(columns_, block_columns) * along(rows_, block_rows);
+  if (block_columns < 1 || block_rows < 1 || block_columns > most_pixels || block_rows > most_pixels)
+    fail_unreadable(path_);
+  const auto along = [](int pixels, std::uint32_t block) {
+    return (static_cast<std::uint64_t>(pixels) + block - 1) / block;
+  };
+  const std::uint64_t blocks = along(size_.width, block_columns) * along(size_.height, block_rows);
   blocks_ += blocks;
   if (blocks_ > size / least_bytes_of_a_block) {
-    throw InputError(fmt::format("{}: is damaged: pages 1 to {} announce {} tiles, the file has {} bytes; {}", path_, page + 1, blocks_,
-                                 size, kCopyAgain));
+    throw InputError(fmt::format("{}: is damaged: pages 1 to {} announce {} tiles, the file has {} bytes; {}", path_,
+                                 page + 1, blocks_, size, kCopyAgain));
   }
   const std::uint64_t bytes = sizeof(float) * block_columns * block_rows;
-  const std::uint32_t last_rows = static_cast<std::uint32_t>(rows_) - (static_cast<std::uint32_t>(rows_) - 1) / block_rows * block_rows;
-  const auto places = places_of_blocks(file, {tiled, blocks, bytes, tiled ? bytes : sizeof(float) * block_columns * last_rows});
-  if (!places) throw InputError(fmt::format("{}: page {} does not say where its pixels are; {}", path_, page + 1, kCopyAgain));
+  const std::uint32_t last_rows = static_cast<std::uint32_t>(size_.height) -
+                                  (static_cast<std::uint32_t>(size_.height) - 1) / block_rows * block_rows;
+  const auto places =
+      places_of_blocks(file, {tiled, blocks, bytes, tiled ? bytes : sizeof(float) * block_columns * last_rows});
+  if (!places)
+    throw InputError(fmt::format("{}: page {} does not say where its pixels are; {}", path_, page + 1, kCopyAgain));
   if (places->end > size) {
-    throw InputError(fmt::format("{}: is cut off: page {} announces pixels up to byte {}, the file has {} bytes; {}", path_, page + 1,
-                                 places->end, size, kCopyAgain));
+    throw InputError(fmt::format("{}: is cut off: page {} announces pixels up to byte {}, the file has {} bytes; {}",
+                                 path_, page + 1, places->end, size, kCopyAgain));
   }
   if (places->too_few) {
-    throw InputError(fmt::format("{}: is damaged: page {} announces tiles of {} x {} pixels ({} bytes), one of which lies in {} bytes; {}",
-                                 path_, page + 1, block_columns, block_rows, bytes, *places->too_few, kCopyAgain));
+    throw InputError(fmt::format(
+        "{}: is damaged: page {} announces tiles of {} x {} pixels ({} bytes), one of which lies in {} bytes; {}",
+        path_, page + 1, block_columns, block_rows, bytes, *places->too_few, kCopyAgain));
   }
   if (unpacked_of_a_byte(file) > 1 && bytes > most_block_bytes) {
-    throw InputError(fmt::format("{}: page {} has tiles of {} x {} pixels, which take {} bytes each; expected up to {}; save it in smaller "
-                                 "tiles", path_, page + 1, block_columns, block_rows, bytes, most_block_bytes));
+    throw InputError(fmt::format(
+        "{}: page {} has tiles of {} x {} pixels, which take {} bytes each; expected up to {}; save it in smaller "
+        "tiles",
+        path_, page + 1, block_columns, block_rows, bytes, most_block_bytes));
   }
-  return {TIFFCurrentDirOffset(file), static_cast<int>(block_columns), static_cast<int>(block_rows), tiled};
+  return {TIFFCurrentDirOffset(file), {static_cast<int>(block_columns), static_cast<int>(block_rows)}, tiled};
 }
 
 tiff* RasterFile::file_at(int page) const {
@@ -213,7 +233,8 @@ tiff* RasterFile::file_at(int page) const {
   return handle.file.get();
 }
 
-RasterFile::Block RasterFile::block(int page, std::uint32_t index) const {
+/// Empty if the file has no such tile.
+cv::Mat1f RasterFile::block(int page, std::uint32_t index) const {
   const BlockKey key(page, index);
   if (const auto found = cached_.find(key); found != cached_.end()) {
     cache_.splice(cache_.begin(), cache_, found->second);
@@ -222,51 +243,44 @@ RasterFile::Block RasterFile::block(int page, std::uint32_t index) const {
   const Page& shape = pages_[page];
   TIFF* file = file_at(page);
   // GDAL leaves tiles without data out altogether: their size is 0.
-  if (TIFFGetStrileByteCount(file, index) == 0) return nullptr;
+  if (TIFFGetStrileByteCount(file, index) == 0) return {};
   // A page may end within its last strip.
-  const std::size_t rows = shape.tiled ? shape.rows : std::min<std::size_t>(shape.rows, rows_ - std::size_t{index} * shape.rows);
-  const auto values = std::make_shared<std::vector<float>>(shape.columns * rows, unread);
-  const auto bytes = static_cast<tmsize_t>(values->size() * sizeof(float));
-  const tmsize_t read = shape.tiled ? TIFFReadEncodedTile(file, index, values->data(), bytes)
-                                    : TIFFReadEncodedStrip(file, index, values->data(), bytes);
+  const std::int64_t there = shape.tiled ? shape.block.height : size_.height - std::int64_t{index} * shape.block.height;
+  cv::Mat1f values(static_cast<int>(std::min<std::int64_t>(shape.block.height, there)), shape.block.width, unread);
+  const auto bytes = static_cast<tmsize_t>(values.total() * sizeof(float));
+  const tmsize_t read = shape.tiled ? TIFFReadEncodedTile(file, index, values.data, bytes)
+                                    : TIFFReadEncodedStrip(file, index, values.data, bytes);
   if (read < 0) fail_to_read_page(path_, page);
   cache_.emplace_front(key, values);
   cached_[key] = cache_.begin();
   cached_bytes_ += static_cast<std::size_t>(bytes);
   while (cached_bytes_ > cache_bytes_ && cache_.size() > 1) {
-    cached_bytes_ -= cache_.back().second->size() * sizeof(float);
+    cached_bytes_ -= cache_.back().second.total() * sizeof(float);
     cached_.erase(cache_.back().first);
     cache_.pop_back();
   }
   return values;
 }
 
-void RasterFile::read(int page, const RasterWindow& window, float* values) const {
+cv::Mat1f RasterFile::read(int page, const cv::Rect& window) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const Page& shape = pages_[page];
-  const std::uint32_t blocks_across = static_cast<std::uint32_t>((columns_ + shape.columns - 1) / shape.columns);
-  const int top = rows_ - window.row - window.rows;  // in the file's order, from above
-  for (int block_row = top / shape.rows; block_row * shape.rows < top + window.rows; ++block_row) {
-    for (int block_column = window.column / shape.columns; block_column * shape.columns < window.column + window.columns;
-         ++block_column) {
-      const Block pixels = block(page, static_cast<std::uint32_t>(block_row) * blocks_across +
-                                           static_cast<std::uint32_t>(block_column));
-      const int left = std::max(window.column, block_column * shape.columns);
-      const int right = std::min(window.column + window.columns, (block_column + 1) * shape.columns);
-      const int first = std::max(top, block_row * shape.rows);
-      const int last = std::min(top + window.rows, (block_row + 1) * shape.rows);
-      for (int row = first; row < last; ++row) {
-        float* to = values + static_cast<std::size_t>(top + window.rows - 1 - row) * window.columns + (left - window.column);
-        if (!pixels) {
-          std::fill_n(to, right - left, unread);
-          continue;
-        }
-        const float* from = pixels->data() + static_cast<std::size_t>(row - block_row * shape.rows) * shape.columns +
-                            (left - block_column * shape.columns);
-        std::copy_n(from, right - left, to);
-      }
+  const cv::Size size = pages_[page].block;
+  const int across = (size_.width + size.width - 1) / size.width;
+  const cv::Rect wanted(window.x, size_.height - window.br().y, window.width,
+                        window.height);  // the file's rows, from above
+  cv::Mat1f values(wanted.size(), unread);
+  for (int row = wanted.y / size.height; row * size.height < wanted.br().y; ++row) {
+    for (int column = wanted.x / size.width; column * size.width < wanted.br().x; ++column) {
+      const cv::Mat1f pixels =
+          block(page, static_cast<std::uint32_t>(row) * across + static_cast<std::uint32_t>(column));
+      if (pixels.empty()) continue;
+      const cv::Point corner(column * size.width, row * size.height);
+      const cv::Rect part = wanted & cv::Rect(corner, pixels.size());
+      pixels(part - corner).copyTo(values(part - wanted.tl()));
     }
   }
+  cv::flip(values, values, 0);
+  return values;
 }
 
 }  // namespace lodestone

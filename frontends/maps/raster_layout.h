@@ -1,24 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <opencv2/core/types.hpp>
 
 namespace lodestone {
 
-/// Size and place of a raster. Pixels are nodes: pixel (column, row) lies at origin + pixel_m * (column, row), rows counted
-/// from below, as y goes. Files have them from above, as pictures do; only the reader and the writer know.
+/// Size and place of a raster. Pixels are nodes: pixel (column, row) lies at origin + pixel_m * (column, row). Windows
+/// (cv::Rect) and matrices count rows from below, as y increases. Files count rows from above; only the reader and the
+/// writer know.
 struct RasterLayout {
-  int columns = 0;
-  int rows = 0;
+  cv::Size size;  ///< columns, rows
   double pixel_m = 1.0;
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< map x, y of pixel (0, 0)
-};
-
-/// A rectangle of pixels: the lowest column and row, and how many of each.
-struct RasterWindow {
-  int column = 0;
-  int row = 0;
-  int columns = 0;
-  int rows = 0;
 };
 
 }  // namespace lodestone

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <stdexcept>
 
-#include "frontends/configuration/aside.h"
 #include "core/error.h"
+#include "frontends/configuration/aside.h"
 #include "frontends/maps/tiff_handle.h"
 
 namespace lodestone {
@@ -23,10 +24,10 @@ bool set_tags(TIFF* file, const RasterLayout& layout, int tile, int page, int pa
                                0.0,
                                0.0,
                                layout.origin.x() - 0.5 * layout.pixel_m,
-                               layout.origin.y() + (layout.rows - 0.5) * layout.pixel_m,
+                               layout.origin.y() + (layout.size.height - 0.5) * layout.pixel_m,
                                0.0};
-  return TIFFSetField(file, TIFFTAG_IMAGEWIDTH, static_cast<std::uint32_t>(layout.columns)) == 1 &&
-         TIFFSetField(file, TIFFTAG_IMAGELENGTH, static_cast<std::uint32_t>(layout.rows)) == 1 &&
+  return TIFFSetField(file, TIFFTAG_IMAGEWIDTH, static_cast<std::uint32_t>(layout.size.width)) == 1 &&
+         TIFFSetField(file, TIFFTAG_IMAGELENGTH, static_cast<std::uint32_t>(layout.size.height)) == 1 &&
          TIFFSetField(file, TIFFTAG_TILEWIDTH, static_cast<std::uint32_t>(tile)) == 1 &&
          TIFFSetField(file, TIFFTAG_TILELENGTH, static_cast<std::uint32_t>(tile)) == 1 &&
          TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, 32) == 1 && TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 1) == 1 &&
@@ -43,24 +44,18 @@ bool set_tags(TIFF* file, const RasterLayout& layout, int tile, int page, int pa
 }
 
 bool write_page(TIFF* file, const RasterLayout& layout, int tile, int page, const RasterFill& fill) {
-  std::vector<float> values;
-  std::vector<float> image;
-  for (int top = 0; top < layout.rows; top += tile) {
-    for (int left = 0; left < layout.columns; left += tile) {
-      const int height = std::min(tile, layout.rows - top);
-      const RasterWindow window{left, layout.rows - top - height, std::min(tile, layout.columns - left), height};
-      values.assign(static_cast<std::size_t>(window.columns) * window.rows, unwritten);
-      image.assign(static_cast<std::size_t>(tile) * tile, unwritten);
-      if (fill(page, window, values.data())) {
-        for (int row = 0; row < window.rows; ++row) {
-          std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(row) * window.columns, window.columns,
-                      image.begin() + static_cast<std::ptrdiff_t>(window.rows - 1 - row) * tile);
-        }
+  for (int top = 0; top < layout.size.height; top += tile) {
+    for (int left = 0; left < layout.size.width; left += tile) {
+      const cv::Size size(std::min(tile, layout.size.width - left), std::min(tile, layout.size.height - top));
+      cv::Mat1f values(size, unwritten);
+      cv::Mat1f image(tile, tile, unwritten);
+      if (fill(page, {{left, layout.size.height - top - size.height}, size}, values)) {
+        cv::flip(values, image(cv::Rect({0, 0}, size)), 0);
       }
       const std::uint32_t index =
           TIFFComputeTile(file, static_cast<std::uint32_t>(left), static_cast<std::uint32_t>(top), 0, 0);
-      const auto bytes = static_cast<tmsize_t>(image.size() * sizeof(float));
-      if (TIFFWriteEncodedTile(file, index, image.data(), bytes) < 0) return false;
+      const auto bytes = static_cast<tmsize_t>(image.total() * sizeof(float));
+      if (TIFFWriteEncodedTile(file, index, image.data, bytes) < 0) return false;
     }
   }
   return TIFFWriteDirectory(file) == 1;
@@ -70,12 +65,12 @@ bool write_page(TIFF* file, const RasterLayout& layout, int tile, int page, cons
 
 void write_raster(const std::filesystem::path& path, const RasterLayout& layout, int tile,
                   const std::vector<std::string>& page_names, const RasterFill& fill) {
-  if (layout.columns < 1 || layout.rows < 1 || tile < 16 || tile % 16 != 0) {
+  if (layout.size.empty() || tile < 16 || tile % 16 != 0) {
     throw std::invalid_argument("a raster needs pixels, and tiles of a multiple of 16 of them");
   }
   const std::filesystem::path aside = aside_name(path.string());
   // Classic TIFF ends at 4 GiB; deflate never makes much more of what it is given.
-  const double bytes = 4.0 * layout.columns * layout.rows * static_cast<double>(page_names.size());
+  const double bytes = 4.0 * layout.size.width * layout.size.height * static_cast<double>(page_names.size());
   const int pages = static_cast<int>(page_names.size());
   std::error_code code;
   bool good = false;

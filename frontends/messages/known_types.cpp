@@ -3,20 +3,53 @@
 namespace lodestone {
 namespace {
 
-constexpr const char* header_definition =
-    "================================================================================\n"
-    "MSG: std_msgs/Header\n"
-    "builtin_interfaces/Time stamp\n"
-    "string frame_id\n"
-    "================================================================================\n"
-    "MSG: builtin_interfaces/Time\n"
-    "int32 sec\n"
-    "uint32 nanosec\n";
+/// The worlds differ in the header's fields and in defaults, which ROS 1's definitions do not have.
+enum class Ros { one, two };
 
-constexpr const char* vector_definition =
-    "================================================================================\n"
-    "MSG: geometry_msgs/Vector3\n"
-    "float64 x\nfloat64 y\nfloat64 z\n";
+const std::string separator_line = std::string(80, '=') + "\n";
+
+std::string header_definition(Ros ros) {
+  const std::string name = separator_line + "MSG: std_msgs/Header\n";
+  if (ros == Ros::one) return name + "uint32 seq\ntime stamp\nstring frame_id\n";
+  return name + "builtin_interfaces/Time stamp\nstring frame_id\n" + separator_line +
+         "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+}
+
+constexpr const char* vector_fields = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+
+std::string definition_of(MessageType type, Ros ros) {
+  const std::string header = header_definition(ros);
+  const std::string vector = separator_line + vector_fields;
+  switch (type) {
+    case MessageType::point_cloud:
+      return "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n"
+             "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n" +
+             separator_line + "MSG: sensor_msgs/PointField\n" +
+             "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n"
+             "uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n" +
+             header;
+    case MessageType::livox:
+      return "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\n"
+             "livox_ros_driver2/CustomPoint[] points\n" +
+             separator_line + "MSG: livox_ros_driver2/CustomPoint\n" +
+             "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\nuint8 tag\nuint8 line\n" +
+             header;
+    case MessageType::imu:
+      return "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+             "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
+             "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n" +
+             separator_line + "MSG: geometry_msgs/Quaternion\n" +
+             (ros == Ros::one ? "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
+                              : "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n") +
+             vector + header;
+    case MessageType::magnetic_field:
+      return "std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n" +
+             vector + header;
+    case MessageType::other:
+      break;
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -44,35 +77,12 @@ std::string expected_md5(MessageType type) {
   return {};
 }
 
+std::string ros1_definition(MessageType type) {
+  return definition_of(type, Ros::one);
+}
+
 std::string ros2_definition(MessageType type) {
-  const std::string header = header_definition;
-  const std::string line(80, '=');
-  switch (type) {
-    case MessageType::point_cloud:
-      return "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n"
-             "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n" +
-             line + "\nMSG: sensor_msgs/PointField\n" +
-             "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n"
-             "uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n" +
-             header;
-    case MessageType::livox:
-      return "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\n"
-             "livox_ros_driver2/CustomPoint[] points\n" +
-             line + "\nMSG: livox_ros_driver2/CustomPoint\n" +
-             "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\nuint8 tag\nuint8 line\n" + header;
-    case MessageType::imu:
-      return "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
-             "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
-             "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n" +
-             line + "\nMSG: geometry_msgs/Quaternion\n" +
-             "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n" + vector_definition + header;
-    case MessageType::magnetic_field:
-      return "std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n" +
-             std::string(vector_definition) + header;
-    case MessageType::other:
-      break;
-  }
-  return {};
+  return definition_of(type, Ros::two);
 }
 
 TypeDefinition ros2_definition(const TopicInfo& topic) {

@@ -15,6 +15,9 @@ MessageType message_type(const std::string& type);
 /// ROS 1's checksum of a known type: of another version of the message, the bytes mean something else. Empty for `other`.
 std::string expected_md5(MessageType type);
 
+/// The type's definition as ROS 1's recorders store it. Its checksum is expected_md5(). Empty for `other`.
+std::string ros1_definition(MessageType type);
+
 /// The type's definition as ROS 2's recorders store it (ros2msg). Empty for `other`.
 std::string ros2_definition(MessageType type);
 

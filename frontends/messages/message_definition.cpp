@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <sstream>
 #include <stdexcept>
 
-#include "frontends/messages/known_types.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/logs/topic_list.h"
+#include "frontends/messages/known_types.h"
 
 namespace lodestone {
 namespace {
@@ -39,10 +39,9 @@ bool parse_line(std::string line, const std::string& package, Field& field) {
   if (field.name.empty()) return false;
   field.count = Field::single;
   if (const std::size_t open = type.find('['); open != std::string::npos) {
-    const char* begin = type.data() + open + 1;
+    const std::size_t close = std::min(type.find(']', open), type.size());
     int count = 0;
-    const auto result = std::from_chars(begin, type.data() + type.size(), count);
-    const bool fixed = result.ec == std::errc() && *result.ptr == ']';
+    const bool fixed = parse_number(std::string_view(type).substr(open + 1, close - open - 1), count);
     if (fixed && (count < 0 || count > longest_fixed_list)) {
       throw std::invalid_argument(fmt::format("a list of {} elements, '{}'", count, field.name));
     }

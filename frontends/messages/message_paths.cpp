@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/messages/message_definition.h"
 #include "frontends/messages/message_reading.h"
 #include "frontends/messages/wire_cdr.h"
@@ -32,9 +32,9 @@ std::vector<Step> steps_of(const std::string& path) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
     Step step{path.substr(begin, end - begin), 0};
     if (const std::size_t open = step.name.find('['); open != std::string::npos) {
-      const char* last = step.name.data() + step.name.size();
-      const auto result = std::from_chars(step.name.data() + open + 1, last, step.index);
-      if (result.ec != std::errc() || result.ptr + 1 != last || *result.ptr != ']') return {};
+      if (!step.name.ends_with(']')) return {};
+      const std::string_view index = std::string_view(step.name).substr(open + 1, step.name.size() - open - 2);
+      if (!parse_number(index, step.index)) return {};
       step.name.erase(open);
     }
     if (step.name.empty()) return {};

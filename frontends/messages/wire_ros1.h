@@ -54,7 +54,9 @@ class Ros1WireReader {
 /// Writes one message.
 class Ros1WireWriter {
  public:
-  void bytes(const std::uint8_t* data, std::size_t count) { data_.insert(data_.end(), data, data + count); }
+  void bytes(const std::uint8_t* data, std::size_t count) {
+    if (count > 0) data_.insert(data_.end(), data, data + count);
+  }
   template <class Number>
   void number(Number value) {
     std::array<std::uint8_t, sizeof(Number)> raw;

@@ -91,6 +91,26 @@ TEST(Program, ResultsDoNotTakeThePlaceOfAPartOfALog) {
   }
 }
 
+TEST(Program, MessagesAreQuietDetailedOrKeptInAFile) {
+  const TemporaryFolder folder;
+  const std::string truth = folder / "truth.tum", log = folder / "messages.log";
+  std::ofstream(truth) << "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n";
+  const std::string call = "evaluate " + truth + " " + truth;
+  const ProgramResult plain = run_lodestone(call), verbose = run_lodestone(call + " --verbose --log-file " + log);
+  EXPECT_EQ(plain.errors, "");
+  EXPECT_THAT(verbose.errors, ::testing::HasSubstr("exit code 0"));
+  EXPECT_EQ(plain.output, verbose.output);
+  EXPECT_THAT(content_of(log), ::testing::ContainsRegex("T[0-9:.]+ debug lodestone .*: evaluate "));
+  expect_refused("evaluate absent.tum " + truth + " --quiet --log-file " + log, "absent.tum: ");
+  EXPECT_THAT(content_of(log), ::testing::HasSubstr(" error lodestone: absent.tum: "));
+  expect_refused(call + " --quiet --verbose", "--quiet");
+  const std::string content = content_of(truth);
+  expect_refused(call + " --log-file " + truth,
+                 "--log-file " + truth + ": is " + truth + ", which the results would overwrite");
+  EXPECT_EQ(content_of(truth), content);
+  expect_refused(call + " --log-file " + folder.path().string(), "cannot be written");
+}
+
 TEST(Program, WhatIsNoFileIsOneLine) {
   const TemporaryFolder folder;
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);

@@ -10,11 +10,12 @@
 #include "core/warnings.h"
 #include "estimators/calibration/magnetometer_calibrator.h"
 #include "frontends/configuration/options.h"
-#include "frontends/synchronizer/recorded_array.h"
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/synchronizer/recorded_array.h"
 #include "tools/calibrate/calibration_report.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
@@ -135,12 +136,26 @@ void add_magnetometers(CLI::App& parent, int* code) {
   const auto call = std::make_shared<CalibrateCall>();
   CLI::App* command = parent.add_subcommand(
       "magnetometers", "Hard iron, soft iron and misalignment of each magnetometer, from a log with whatever motion it has");
-  command->add_option("LOG", call->sources.log, "a log of any kind with the magnetometers' topics; without a map also the IMU's")->required();
-  command->add_option("--platform", call->sources.platform, "the robot's platform file; a calibration in it is where this one begins")->required();
-  command->add_option("--magnetic", call->sources.magnetic, "a magnetic map, FIELD.yaml: the reference; needs --trajectory");
-  command->add_option("--trajectory", call->sources.trajectory, "T_map_imu of the log, TUM, for instance of lodestone run");
-  command->add_option("--out", call->out, "the platform file to write; calibration.json is written beside it");
-  command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order");
+  CommandFiles files(*command);
+  files
+      .input(command->add_option("LOG", call->sources.log,
+                                 "a log of any kind with the magnetometers' topics; without a map also the IMU's"))
+      ->required();
+  files
+      .input(command->add_option("--platform", call->sources.platform,
+                                 "the robot's platform file; a calibration in it is where this one begins"))
+      ->required();
+  files.input(command->add_option("--magnetic", call->sources.magnetic,
+                                  "a magnetic map, FIELD.yaml: the reference; needs --trajectory"));
+  files.input(command->add_option("--trajectory", call->sources.trajectory,
+                                  "T_map_imu of the log, TUM, for instance of lodestone run"));
+  files.output(
+      command->add_option("--out", call->out, "the platform file to write; calibration.json is written beside it"),
+      [](const std::filesystem::path& out) {
+        return std::vector<std::filesystem::path>{std::filesystem::path(out).replace_filename("calibration.json")};
+      });
+  files.input(
+      command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order"));
   command->add_option("--set", call->settings, "one option, as key=value; the keys are below");
   command->footer("Options of --config and --set:\n" + list_options(CalibrationOptions{}) +
                   R"(

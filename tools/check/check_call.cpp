@@ -1,19 +1,20 @@
 #include "tools/check/check_call.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
-#include "tools/check/log_checks.h"
-#include "tools/check/start_checks.h"
+#include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/synchronizer/bag_source.h"
-#include "frontends/maps/magnetic_map_file.h"
-#include "frontends/configuration/trajectory_file.h"
 #include "tools/check/check_drive.h"
 #include "tools/check/check_report.h"
+#include "tools/check/log_checks.h"
+#include "tools/check/start_checks.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/run/initial_pose.h"
@@ -163,7 +164,7 @@ int execute(const CheckCall& call) {
                                     [](const Finding& one) { return one.severity == Severity::error; });
   if (errors == 0) return exit_code::done;
   std::fflush(stdout);
-  std::fprintf(stderr, "lodestone: %s: %s\n", call.log.c_str(), summary_of(result.findings).c_str());
+  spdlog::error("lodestone: {}: {}", call.log, summary_of(result.findings));
   return exit_code::input_error;
 }
 

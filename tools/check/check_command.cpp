@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "tools/check/check_call.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
 
 namespace lodestone {
@@ -24,17 +25,20 @@ void add_check_command(CLI::App& app, int* code) {
       "check", "Look at a log's begin and say what is wrong with it, with the platform file, or with the maps");
   command->footer(kCheckExamples);
   const auto call = std::make_shared<CheckCall>();
-  command->add_option("LOG", call->log, "a log as `lodestone run` takes it")->required();
-  command->add_option("--platform", call->platform, "platform file (left out: topics are listed, no more)");
-  command->add_option("--cloud", call->cloud,
-                      "prior point-cloud map: overlap, start and extrinsics are held against it");
-  command->add_option("--magnetic", call->magnetic, "prior magnetic map: the magnetometers are held against it");
+  CommandFiles files(*command);
+  files.input(command->add_option("LOG", call->log, "a log as `lodestone run` takes it"))->required();
+  files.input(
+      command->add_option("--platform", call->platform, "platform file (left out: topics are listed, no more)"));
+  files.input(command->add_option("--cloud", call->cloud,
+                                  "prior point-cloud map: overlap, start and extrinsics are held against it"));
+  files.input(
+      command->add_option("--magnetic", call->magnetic, "prior magnetic map: the magnetometers are held against it"));
   auto* pose = command->add_option("--initial-pose", call->initial_pose,
                                    "T_map_imu at the log's begin, \"x y z qx qy qz qw\", or auto");
-  command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) to take it from")
+  files.input(command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) to take it from"))
       ->excludes(pose);
   command->add_option("--seconds", call->seconds, "how much of the log is looked at")->capture_default_str();
-  command->add_option("--out", call->out, "write the findings to this JSON file, too");
+  files.output(command->add_option("--out", call->out, "write the findings to this JSON file, too"));
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   command->callback([call, code]() { *code = execute(*call); });
 }

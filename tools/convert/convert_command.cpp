@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "frontends/logs/log_conversion.h"
 #include "frontends/logs/open_log.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 
@@ -134,8 +135,12 @@ void add_convert_command(CLI::App& app, int* code) {
   const auto call = std::make_shared<ConvertCall>();
   CLI::App* command = app.add_subcommand("convert", "Write a log of any kind as a ROS 1 bag, an MCAP file or an SQLite bag");
   command->footer(examples);
-  command->add_option("LOG", call->log, "the log to read")->required();
-  command->add_option("--out", call->out, "the file to write; its ending names the format: .bag, .mcap or .db3")->required();
+  CommandFiles files(*command);
+  files.input(command->add_option("LOG", call->log, "the log to read"))->required();
+  files
+      .output(command->add_option("--out", call->out,
+                                  "the file to write; its ending names the format: .bag, .mcap or .db3"))
+      ->required();
   command->add_option("--format", call->format, "bag, mcap or db3, whatever the ending")
       ->check(CLI::IsMember({"bag", "mcap", "db3"}));
   command

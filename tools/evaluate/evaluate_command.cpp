@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/evaluate/comparison.h"
 
@@ -22,8 +23,9 @@ void add_evaluate_command(CLI::App& app, int* code) {
   command->footer(kEvaluateExamples);
   const auto call = std::make_shared<ComparisonCall>();
   const auto json = std::make_shared<bool>(false);
-  command->add_option("ESTIMATE", call->estimate, "estimated trajectory, TUM")->required();
-  command->add_option("TRUTH", call->truth, "true trajectory, TUM or EuRoC csv")->required();
+  CommandFiles files(*command);
+  files.input(command->add_option("ESTIMATE", call->estimate, "estimated trajectory, TUM"))->required();
+  files.input(command->add_option("TRUTH", call->truth, "true trajectory, TUM or EuRoC csv"))->required();
   command->add_option("--align", call->align, "none|se3|sim3|origin: how the estimate is moved first")->capture_default_str();
   command
       ->add_option("--relation", call->relations,
@@ -34,8 +36,8 @@ void add_evaluate_command(CLI::App& app, int* code) {
   command->add_flag("--all-pairs", call->all_pairs, "with frames: a stretch from every pose on, not only end to end");
   command->add_flag("--interpolate", call->interpolate, "interpolate the truth at the estimate's stamps instead of matching");
   command->add_option("--max-difference", call->max_difference_s, "matching window, seconds")->capture_default_str();
-  command->add_option("--covariance", call->covariance, "covariance.csv of the estimate: NEES");
-  command->add_option("--errors", call->errors, "write the errors over time to this csv");
+  files.input(command->add_option("--covariance", call->covariance, "covariance.csv of the estimate: NEES"));
+  files.output(command->add_option("--errors", call->errors, "write the errors over time to this csv"));
   command->add_flag("--json", *json, "print JSON instead of a table");
   command->callback([call, json, code]() {
     const Comparison comparison = compare(*call);

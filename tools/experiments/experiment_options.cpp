@@ -1,14 +1,20 @@
+#include "tools/experiments/experiment_options.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 
-#include "tools/experiments/experiment_options.h"
+#include "tools/command_files.h"
 
 namespace lodestone {
 
 void add_experiment_options(CLI::App& command, const ExperimentWords& words, reproduce::ExperimentCall& call) {
-  command.add_option(words.positional, call.experiment, fmt::format("a name in config/{}, or a YAML file", words.folder))->required();
-  command.add_option("--out", call.out, "folder for the results; what is done there already is skipped");
+  CommandFiles files(command);
+  files
+      .input(command.add_option(words.positional, call.experiment,
+                                fmt::format("a name in config/{}, or a YAML file", words.folder)))
+      ->required();
+  files.output(command.add_option("--out", call.out, "folder for the results; what is done there already is skipped"));
   command.add_option("--only", call.only, words.only)->delimiter(',');
   command.add_option("--seeds", call.seeds, fmt::format("instead of the {}'s, with commas", words.noun))->delimiter(',');
   command.add_flag("--quick", call.quick, fmt::format("the {}'s short form (its section quick)", words.noun));

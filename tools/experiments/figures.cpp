@@ -2,6 +2,7 @@
 #include "tools/experiments/figures.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +12,11 @@
 
 #include "core/error.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "tools/simulate/world_queries.h"
 #include "tools/plotting/error_distribution.h"
 #include "tools/plotting/error_grid.h"
 #include "tools/plotting/plan_figures.h"
 #include "tools/plotting/run_folder.h"
+#include "tools/simulate/world_queries.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone::reproduce {
@@ -125,10 +126,10 @@ bool draw_distributions(const Shown& shown, const fs::path& path) {
   return true;
 }
 
-figures::Raster difference_of(const Shown& shown, const Run& run) {
+PlanRaster difference_of(const Shown& shown, const Run& run) {
   const MagneticMap own = read_magnetic_map(shown.file(run.own_field).string());
   const MagneticMap other = read_magnetic_map(shown.file(run.field).string());
-  return figures::difference_raster(own, other, other.grid().heights_m.front());
+  return difference_raster(own, other, other.grid().heights_m.front());
 }
 
 bool draw_differences(const Shown& shown, const fs::path& path) {
@@ -158,28 +159,18 @@ bool draw_residuals(const Shown& shown, const fs::path& path) {
 }
 
 /// Both on the grid of the first, which grows; where both have a value, the first's.
-figures::Raster merged(const figures::Raster& first, const figures::Raster& second) {
-  figures::Raster all;
-  all.resolution_m = first.resolution_m;
+PlanRaster merged(const PlanRaster& first, const PlanRaster& second) {
   const double step = first.resolution_m;
   const int left = static_cast<int>(std::ceil(std::max(0.0, first.x_m - second.x_m) / step));
   const int below = static_cast<int>(std::ceil(std::max(0.0, first.y_m - second.y_m) / step));
+  PlanRaster all = first;
   all.x_m = first.x_m - left * step;
   all.y_m = first.y_m - below * step;
-  all.columns = 1 + static_cast<int>(std::ceil((std::max(first.x_high(), second.x_high()) - all.x_m) / step - 1e-9));
-  all.rows = 1 + static_cast<int>(std::ceil((std::max(first.y_high(), second.y_high()) - all.y_m) / step - 1e-9));
-  all.values.reserve(static_cast<std::size_t>(all.columns) * static_cast<std::size_t>(all.rows));
-  for (int row = 0; row < all.rows; ++row) {
-    for (int column = 0; column < all.columns; ++column) {
-      const int i = column - left;
-      const int j = row - below;
-      const bool inside = i >= 0 && j >= 0 && i < first.columns && j < first.rows;
-      const float own = inside ? first.values[static_cast<std::size_t>(j) * static_cast<std::size_t>(first.columns) +
-                                              static_cast<std::size_t>(i)]
-                               : std::numeric_limits<float>::quiet_NaN();
-      all.values.push_back(std::isnan(own) ? static_cast<float>(second.at(all.x_m + column * step, all.y_m + row * step)) : own);
-    }
-  }
+  const int columns =
+      1 + static_cast<int>(std::ceil((std::max(first.x_high(), second.x_high()) - all.x_m) / step - 1e-9));
+  const int rows = 1 + static_cast<int>(std::ceil((std::max(first.y_high(), second.y_high()) - all.y_m) / step - 1e-9));
+  all.values = values_at(second, {all.x_m, all.y_m, step, step, {columns, rows}});
+  first.values.copyTo(all.values(cv::Rect({left, below}, first.values.size())), first.values == first.values);
   return all;
 }
 
@@ -193,7 +184,7 @@ bool draw_overview(const Shown& shown, const fs::path& path) {
     const std::size_t place = place_of(run.world_name, worlds);
     if (maps.insert(run.field).second) {
       const MagneticMap map = read_magnetic_map(shown.file(run.field).string());
-      const figures::Raster strength = figures::strength_raster(map, map.grid().heights_m.front());
+      const PlanRaster strength = strength_raster(map, map.grid().heights_m.front());
       if (place == panels.size()) {
         panels.push_back({run.world_name, strength, {}});
       } else {
@@ -237,7 +228,7 @@ std::vector<DrawnFigure> draw_figures(const Experiment& experiment, const Result
     try {
       if (!draw(figure, Shown(figure, results, root), root / path)) continue;
     } catch (const InputError& error) {
-      std::fprintf(stderr, "lodestone: figure %s is left out: %s\n", figure.name.c_str(), error.what());
+      spdlog::warn("lodestone: figure {} is left out: {}", figure.name, error.what());
       continue;
     }
     drawn.push_back({figure.title, path + ".png", path + ".pdf", path + ".svg", figure.caption});

@@ -1,16 +1,17 @@
 #include "tools/experiments/plan_run.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <thread>
 
 #include "core/error.h"
-#include "tools/simulate/world_queries.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
 #include "tools/experiments/fingerprint.h"
+#include "tools/progress.h"
+#include "tools/simulate/world_queries.h"
 
 namespace lodestone::reproduce {
 
@@ -62,9 +63,9 @@ PlanRun::PlanRun(const Experiment& experiment, const WorkOptions& options)
 }
 
 void PlanRun::run() {
-  std::fprintf(stderr, "%s: %s in %s, %zu steps to do, %s with %s each\n", file_.c_str(), plural(plan_.runs.size(), "run").c_str(),
-               root().c_str(), count(StepState::waiting), plural(static_cast<std::size_t>(schedule_.jobs), "job").c_str(),
-               plural(static_cast<std::size_t>(schedule_.threads), "thread").c_str());
+  spdlog::info("{}: {} in {}, {} steps to do, {} with {} each", file_, plural(plan_.runs.size(), "run"),
+               root().string(), count(StepState::waiting), plural(static_cast<std::size_t>(schedule_.jobs), "job"),
+               plural(static_cast<std::size_t>(schedule_.threads), "thread"));
   scheduler_->run();
 }
 
@@ -86,8 +87,8 @@ std::vector<std::string> PlanRun::status() const {
 
 int PlanRun::exit_code() const {
   if (scheduler_->all_done()) return lodestone::exit_code::done;
-  std::fprintf(stderr, "lodestone: %zu of %zu steps failed, %zu not begun for it; a further call tries them again\n",
-               count(StepState::failed), plan_.steps.size(), count(StepState::blocked));
+  spdlog::error("lodestone: {} of {} steps failed, {} not begun for it; a further call tries them again",
+                count(StepState::failed), plan_.steps.size(), count(StepState::blocked));
   return lodestone::exit_code::input_error;
 }
 

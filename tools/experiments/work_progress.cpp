@@ -1,6 +1,7 @@
 #include "tools/experiments/work_progress.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -20,7 +21,8 @@ std::size_t line_width(std::FILE* stream) {
 
 }  // namespace
 
-WorkProgress::WorkProgress(std::FILE* stream) : stream_(stream), terminal_(isatty(fileno(stream)) == 1) {}
+WorkProgress::WorkProgress(std::FILE* stream)
+    : stream_(stream), terminal_(isatty(fileno(stream)) == 1 && spdlog::should_log(spdlog::level::info)) {}
 
 WorkProgress::~WorkProgress() { finish(); }
 
@@ -44,9 +46,8 @@ void WorkProgress::update(const WorkShare& work) {
 
 void WorkProgress::tell(const WorkShare& work, const std::string& text) {
   finish();
-  std::fprintf(stream_, "[%zu/%zu] %s%s\n", work.done, work.total, text.c_str(),
-               work.done < work.total ? fmt::format("; {} left", clock_text(work.seconds_left)).c_str() : "");
-  std::fflush(stream_);
+  spdlog::info("[{}/{}] {}{}", work.done, work.total, text,
+               work.done < work.total ? fmt::format("; {} left", clock_text(work.seconds_left)) : "");
   next_ = Clock::now();
 }
 

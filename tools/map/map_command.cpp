@@ -9,19 +9,20 @@
 #include "core/error.h"
 #include "core/mapping/magnetic_map_builder.h"
 #include "frontends/configuration/options.h"
-#include "frontends/synchronizer/survey.h"
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/synchronizer/survey.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/map/map_diff.h"
 #include "tools/map/map_import.h"
-#include "tools/simulate/map_truth.h"
 #include "tools/map/survey_doubts.h"
 #include "tools/plotting/pictures.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
+#include "tools/simulate/map_truth.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {
@@ -216,10 +217,18 @@ void add_map_magnetic(CLI::App& parent, int* code) {
   const auto call = std::make_shared<MapMagneticCall>();
   CLI::App* command = parent.add_subcommand(
       "magnetic", "Build a grid map of the ambient magnetic field from a survey drive, by Gaussian-process regression, with its sigma");
-  command->add_option("SURVEY", call->survey, "the survey's log, of any kind, with the magnetometers' topics")->required();
-  command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey grade")->required();
-  command->add_option("--platform", call->platform, "the robot's platform file")->required();
-  command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it")->required();
+  CommandFiles files(*command);
+  files
+      .input(
+          command->add_option("SURVEY", call->survey, "the survey's log, of any kind, with the magnetometers' topics"))
+      ->required();
+  files.input(command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey grade"))
+      ->required();
+  files.input(command->add_option("--platform", call->platform, "the robot's platform file"))->required();
+  files
+      .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it"),
+              CommandFiles::with_endings({".tif", ".png"}))
+      ->required();
   command->add_option("--method", call->method,
                       "s-gpr: each component by itself (default); curl-free: one potential for all three");
   command->add_option("--resolution", call->resolution_m, "distance of the map's nodes, metres (default 0.1)");
@@ -227,7 +236,8 @@ void add_map_magnetic(CLI::App& parent, int* code) {
                       "no field where the map's sigma exceeds this (default: half the fitted signal sigma)");
   command->add_option("--threads", call->threads, "at most so many (default: all); the map is the same")
       ->check(CLI::PositiveNumber);
-  command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order");
+  files.input(
+      command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order"));
   command->add_option("--set", call->settings, "one option, as key.path=value; the keys are below");
   command->footer("Options of --config and --set:\n" + list_options(MagneticMapOptions{}) +
                   R"(

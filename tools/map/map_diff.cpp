@@ -12,7 +12,9 @@
 #include "core/magnetometer/magnetic_difference.h"
 #include "frontends/maps/magnetic_difference_file.h"
 #include "frontends/maps/magnetic_map_file.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
+#include "tools/map/changed_places.h"
 #include "tools/plotting/difference_picture.h"
 #include "tools/writers/output_file.h"
 
@@ -136,9 +138,17 @@ void add_map_diff(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapDiffCall>();
   CLI::App* command = map.add_subcommand(
       "diff", "Compare two magnetic maps of one site, node by node of the first: what changed, where, beyond their sigma");
-  command->add_option("FIRST", call->first, "a magnetic map, FIELD.yaml: what was")->required();
-  command->add_option("SECOND", call->second, "another one, of any grid and resolution: what is")->required();
-  command->add_option("--out", call->out, "folder for picture.png, .pdf and .svg, difference.yaml and .tif, places.csv, diff.json")->required();
+  CommandFiles files(*command);
+  files.input(command->add_option("FIRST", call->first, "a magnetic map, FIELD.yaml: what was"))->required();
+  files.input(command->add_option("SECOND", call->second, "another one, of any grid and resolution: what is"))
+      ->required();
+  files
+      .output(
+          command->add_option("--out", call->out,
+                              "folder for picture.png, .pdf and .svg, difference.yaml and .tif, places.csv, diff.json"),
+          CommandFiles::within({"picture.png", "picture.pdf", "picture.svg", "difference.yaml", "difference.tif",
+                                "places.csv", "diff.json"}))
+      ->required();
   command->add_option("--threshold-ut", call->threshold_ut, "places changed by more than this are listed, microtesla")
       ->capture_default_str();
   command->footer(R"(

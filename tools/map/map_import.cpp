@@ -11,6 +11,7 @@
 #include "frontends/configuration/options.h"
 #include "frontends/maps/field_import.h"
 #include "frontends/maps/magnetic_map_file.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/plotting/pictures.h"
 #include "tools/writers/output_file.h"
@@ -87,8 +88,15 @@ void add_map_import(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapImportCall>();
   CLI::App* command = map.add_subcommand(
       "import", "Make a magnetic map of a table of positions on a grid and field vectors that another program wrote");
-  command->add_option("TABLE", call->table, "CSV of x, y, z (m), Bx, By, Bz along the map's axes, and perhaps sigma")->required();
-  command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it")->required();
+  CommandFiles files(*command);
+  files
+      .input(command->add_option("TABLE", call->table,
+                                 "CSV of x, y, z (m), Bx, By, Bz along the map's axes, and perhaps sigma"))
+      ->required();
+  files
+      .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it"),
+              CommandFiles::with_endings({".tif", ".png"}))
+      ->required();
   command->add_option("--unit", call->unit,
                       "of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: as the header says, else told "
                       "from its size)");

@@ -15,7 +15,9 @@ namespace {
 constexpr double kCapitalHeight = 0.73;  // of DejaVu Sans, in letter sizes
 
 /// Edges that run along the sheet lie on whole pixels of the PNG and stay sharp there.
-double on_pixel(double logical) { return std::round(logical * kPixelsALogical) / kPixelsALogical; }
+double on_pixel(double logical) {
+  return std::round(logical * kPixelsALogical) / kPixelsALogical;
+}
 
 /// A lost estimate may lie kilometres off the sheet; the libraries' coordinates end before that.
 CanvasPoint brought_near(CanvasPoint point) {
@@ -23,8 +25,8 @@ CanvasPoint brought_near(CanvasPoint point) {
   return {std::clamp(point.x, -kLimit, kLimit), std::clamp(point.y, -kLimit, kLimit)};
 }
 
-/// Text with every byte that is not part of a well-formed UTF-8 letter, and every control character, as '?': the writers
-/// would refuse the whole picture.
+/// Text with every byte that is not part of a well-formed UTF-8 letter, and every control character, as '?': the
+/// writers would refuse the whole picture.
 std::string well_formed(std::string_view text) {
   std::string result;
   for (std::size_t i = 0; i < text.size();) {
@@ -68,9 +70,13 @@ Canvas::Canvas(double width, double height) : sheet_(std::make_unique<Sheet>()) 
 
 Canvas::~Canvas() = default;
 
-void Canvas::clip(const CanvasBox& box) { sheet_->clip = box; }
+void Canvas::clip(const CanvasBox& box) {
+  sheet_->clip = box;
+}
 
-void Canvas::unclip() { sheet_->clip.reset(); }
+void Canvas::unclip() {
+  sheet_->clip.reset();
+}
 
 void Canvas::fill(const CanvasBox& box, Color color, double opacity) {
   const CanvasBox on{on_pixel(box.left), on_pixel(box.top), on_pixel(box.right), on_pixel(box.bottom)};
@@ -104,7 +110,8 @@ void Canvas::polyline(const std::vector<CanvasPoint>& points, Color color, doubl
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!std::isfinite(points[i].x) || !std::isfinite(points[i].y)) continue;
     const CanvasPoint point = brought_near(points[i]);
-    const bool near = !line.points.empty() && std::hypot(point.x - line.points.back().x, point.y - line.points.back().y) < kSame;
+    const bool near =
+        !line.points.empty() && std::hypot(point.x - line.points.back().x, point.y - line.points.back().y) < kSame;
     if (!near || i + 1 == points.size()) line.points.push_back(point);
   }
   if (line.points.size() > 1) sheet_->add(std::move(line));
@@ -114,33 +121,40 @@ void Canvas::disk(CanvasPoint center, double radius, Color color) {
   if (std::isfinite(center.x) && std::isfinite(center.y)) sheet_->add(DiskMark{brought_near(center), radius, color});
 }
 
-void Canvas::shade(const CanvasBox& box, const std::function<bool(CanvasPoint, Color&)>& color) {
-  CanvasBox part{std::max(0.0, box.left), std::max(0.0, box.top), std::min(sheet_->drawing.width, box.right),
-                 std::min(sheet_->drawing.height, box.bottom)};
-  const int left = static_cast<int>(std::lround(part.left * kPixelsALogical));
-  const int top = static_cast<int>(std::lround(part.top * kPixelsALogical));
-  ImageMark image;
-  image.columns = static_cast<int>(std::lround(part.right * kPixelsALogical)) - left;
-  image.rows = static_cast<int>(std::lround(part.bottom * kPixelsALogical)) - top;
-  if (image.columns < 1 || image.rows < 1) return;
-  image.box = {left / kPixelsALogical, top / kPixelsALogical, (left + image.columns) / kPixelsALogical,
-               (top + image.rows) / kPixelsALogical};
-  image.pixels.assign(static_cast<std::size_t>(image.columns) * image.rows, 0U);
-  for (int row = 0; row < image.rows; ++row) {
-    for (int column = 0; column < image.columns; ++column) {
-      Color pixel;
-      if (!color({(left + column + 0.5) / kPixelsALogical, (top + row + 0.5) / kPixelsALogical}, pixel)) continue;
-      image.pixels[static_cast<std::size_t>(row) * image.columns + column] =
-          0xFF000000U | static_cast<std::uint32_t>(pixel.red) << 16U | static_cast<std::uint32_t>(pixel.green) << 8U |
-          static_cast<std::uint32_t>(pixel.blue);
-    }
-  }
-  sheet_->add(std::move(image));
+cv::Rect Canvas::pixels_of(const CanvasBox& box) const {
+  const auto pixel = [](double logical) { return static_cast<int>(std::lround(logical * kPixelsALogical)); };
+  const cv::Point first(pixel(std::max(0.0, box.left)), pixel(std::max(0.0, box.top)));
+  const cv::Point last(pixel(std::min(sheet_->drawing.width, box.right)),
+                       pixel(std::min(sheet_->drawing.height, box.bottom)));
+  return {first.x, first.y, std::max(0, last.x - first.x), std::max(0, last.y - first.y)};
 }
 
-double Canvas::text_width(const std::string& text, double size) const { return advance_of(well_formed(text), size); }
+void Canvas::shade(const CanvasBox& box, const cv::Mat1f& shares, ColorRamp ramp) {
+  const cv::Rect pixels = pixels_of(box);
+  if (pixels.empty()) return;
+  const CanvasBox covered{pixels.x / kPixelsALogical, pixels.y / kPixelsALogical, pixels.br().x / kPixelsALogical,
+                          pixels.br().y / kPixelsALogical};
+  sheet_->add(ImageMark{covered, colored(shares, ramp)});
+}
 
-void Canvas::text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal, Anchor vertical) {
+void Canvas::shade(const CanvasBox& box, const std::function<double(CanvasPoint)>& share, ColorRamp ramp) {
+  const cv::Rect pixels = pixels_of(box);
+  cv::Mat1f shares(pixels.size());
+  for (int row = 0; row < shares.rows; ++row) {
+    for (int column = 0; column < shares.cols; ++column) {
+      shares(row, column) = static_cast<float>(
+          share({(pixels.x + column + 0.5) / kPixelsALogical, (pixels.y + row + 0.5) / kPixelsALogical}));
+    }
+  }
+  shade(box, shares, ramp);
+}
+
+double Canvas::text_width(const std::string& text, double size) const {
+  return advance_of(well_formed(text), size);
+}
+
+void Canvas::text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal,
+                  Anchor vertical) {
   if (text.empty()) return;
   // The height of a capital, whatever the letters are: so neighbours stand on one line.
   if (vertical == Anchor::begin) at.y += kCapitalHeight * size;
@@ -151,7 +165,8 @@ void Canvas::text(CanvasPoint at, const std::string& text, double size, Color co
 void Canvas::vertical_text(CanvasPoint center, const std::string& text, double size, Color color) {
   if (text.empty()) return;
   center.x += 0.5 * kCapitalHeight * size;
-  sheet_->drawing.marks.push_back({TextMark{center, well_formed(text), size, color, Anchor::middle, true}, std::nullopt});
+  sheet_->drawing.marks.push_back(
+      {TextMark{center, well_formed(text), size, color, Anchor::middle, true}, std::nullopt});
 }
 
 void Canvas::save(const std::filesystem::path& path) const {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -18,20 +19,20 @@ struct Color {
 /// Colours that the colour-blind tell apart too (Okabe and Ito 2008), for the i-th series; they repeat after seven.
 Color series_color(std::size_t index);
 
-/// A share (0 to 1) as a colour; what lies beyond is held at the ends.
-using ColorRamp = Color (*)(double);
+/// Colours for shares from 0 to 1.
+enum class ColorRamp {
+  heat,        ///< viridis, paled so that lines stand out on it
+  difference,  ///< white to dark red
+  grey,        ///< near white to dark grey: backgrounds
+  pale_grey,   ///< light greys: backgrounds of coloured lines
+  vivid,       ///< plasma, dark blue over magenta to yellow: lines on grey
+};
 
-/// A share (0 to 1) as a colour of the perceptually even viridis scale, paled so that lines stand out on it.
-Color heat_color(double share);
+/// The colour of a share. Shares beyond 0 and 1 have the colours of the ends.
+Color color_of(ColorRamp ramp, double share);
 
-/// A share from white to a dark red: differences, of which none is white.
-Color difference_color(double share);
-
-/// A share from near white to dark grey: what lies behind something coloured.
-Color grey_color(double share);
-
-/// A share from dark blue over magenta to yellow (plasma): lines on grey.
-Color vivid_color(double share);
+/// The same for a raster: blue, green, red, opacity. NaN is transparent.
+cv::Mat4b colored(const cv::Mat1f& shares, ColorRamp ramp);
 
 /// A point of the canvas: x to the right, y down, logical pixels. A PNG has two real pixels to each; in PDF and SVG each
 /// is half a point (1/144 inch): 504 are the column of a paper, 1032 its page, 15 a letter of 7.5 pt.
@@ -73,9 +74,16 @@ class Canvas {
   void polyline(const std::vector<CanvasPoint>& points, Color color, double width, Stroke stroke = Stroke::solid);
   void disk(CanvasPoint center, double radius, Color color);
 
-  /// Calls `color` for the centre of every real pixel of the box; where it gives false what lies below shows. An image
-  /// of that resolution in PDF and SVG.
-  void shade(const CanvasBox& box, const std::function<bool(CanvasPoint, Color&)>& color);
+  /// The real pixels of a box, as far as the box lies on the sheet. A real pixel (column, row) has its centre at
+  /// (column + 0.5, row + 0.5) / 2 logical pixels.
+  cv::Rect pixels_of(const CanvasBox& box) const;
+
+  /// Colours the real pixels of a box: `shares` has one value for each of `pixels_of(box)`. Below NaN, the drawing
+  /// shows. PDF and SVG contain an image of this resolution.
+  void shade(const CanvasBox& box, const cv::Mat1f& shares, ColorRamp ramp);
+
+  /// The same with the share at the centre of each real pixel.
+  void shade(const CanvasBox& box, const std::function<double(CanvasPoint)>& share, ColorRamp ramp);
 
   /// `size` is the height of the letters in logical pixels; the anchors say which part of the text lies at `at`.
   void text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal, Anchor vertical);

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
+#include "tools/plotting/drawing.h"
+
 namespace lodestone {
 
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp, const std::string& title) {
-  canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    color = ramp((box.bottom - point.y) / box.height());
-    return true;
-  });
+void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp,
+                    const std::string& title) {
+  canvas.shade(
+      box, [&](CanvasPoint point) { return (box.bottom - point.y) / box.height(); }, ramp);
   canvas.frame(box, ink::frame, 1.0);
   for (const double tick : scale.ticks(std::max(2, static_cast<int>(box.height() / 42.0)))) {
     const double y = box.bottom - scale.share(tick) * box.height();
@@ -17,6 +18,22 @@ void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, Co
   }
   canvas.text({0.5 * (box.left + box.right), box.top - 10.0}, title, ink::letter, ink::text, Anchor::middle,
               Anchor::end);
+}
+
+void shade_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& stretch, const PlanRaster& raster,
+                  const Scale& scale, ColorRamp ramp, RasterInterpolation interpolation) {
+  const cv::Rect pixels = canvas.pixels_of(box);
+  const double x_step = stretch.width() / box.width() / kPixelsALogical;
+  const double y_step = stretch.height() / box.height() / kPixelsALogical;
+  PlanPoints points;
+  points.x_m = stretch.x_low + (pixels.x + 0.5 - box.left * kPixelsALogical) * x_step;
+  points.y_m = stretch.y_high - (pixels.y + 0.5 - box.top * kPixelsALogical) * y_step;
+  points.x_step_m = x_step;
+  points.y_step_m = -y_step;
+  points.count = pixels.size();
+  cv::Mat1f shares = values_at(raster, points, interpolation);
+  for (float& value : shares) value = static_cast<float>(scale.share(value));
+  canvas.shade(box, shares, ramp);
 }
 
 }  // namespace lodestone

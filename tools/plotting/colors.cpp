@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "tools/plotting/canvas.h"
 
@@ -8,63 +9,70 @@ namespace lodestone {
 
 namespace {
 
-/// Between colours at even steps from 0 to 1; `paling` mixes in so much white.
-template <std::size_t N>
-Color between(const std::array<std::array<double, 3>, N>& steps, double share, double paling = 0.0) {
-  const double place = std::clamp(share, 0.0, 1.0) * (N - 1);
-  const auto low = std::min(static_cast<std::size_t>(place), N - 2);
-  const double part = place - static_cast<double>(low);
-  std::array<int, 3> mixed{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double value = steps[low][i] * (1.0 - part) + steps[low + 1][i] * part;
-    mixed[i] = static_cast<int>(std::lround(value * (1.0 - paling) + 255.0 * paling));
+constexpr int kColors = 256;
+
+/// The colours of one of OpenCV's maps, with a share of white mixed in.
+cv::Mat3b map_of(int opencv_map, double white) {
+  cv::Mat1b shares(kColors, 1);
+  for (int i = 0; i < kColors; ++i) shares(i) = static_cast<unsigned char>(i);
+  cv::Mat colors;
+  cv::applyColorMap(shares, colors, opencv_map);
+  colors.convertTo(colors, -1, 1.0 - white, 255.0 * white);
+  return colors;
+}
+
+/// Colours between even steps, given as red, green, blue.
+cv::Mat3b between(const std::vector<cv::Vec3b>& steps) {
+  const int last = static_cast<int>(steps.size()) - 1;
+  cv::Mat3b colors(kColors, 1);
+  for (int i = 0; i < kColors; ++i) {
+    const double place = static_cast<double>(last) * i / (kColors - 1);
+    const int low = std::min(static_cast<int>(place), last - 1);
+    const cv::Vec3d mixed = cv::Vec3d(steps[low]) * (low + 1 - place) + cv::Vec3d(steps[low + 1]) * (place - low);
+    colors(i) = cv::Vec3b(cv::Vec3d(mixed[2], mixed[1], mixed[0]));
   }
-  return {mixed[0], mixed[1], mixed[2]};
+  return colors;
+}
+
+/// Blue, green, red of the shares 0, 1/255, ... 1.
+const cv::Mat3b& table_of(ColorRamp ramp) {
+  // Viridis and plasma: Smith and van der Walt 2015. The reds are ColorBrewer's OrRd, with white as their first step.
+  static const std::array<cv::Mat3b, 5> tables{map_of(cv::COLORMAP_VIRIDIS, 0.4),
+                                               between({{255, 255, 255},
+                                                        {254, 232, 200},
+                                                        {253, 187, 132},
+                                                        {252, 141, 89},
+                                                        {227, 74, 51},
+                                                        {179, 0, 0},
+                                                        {100, 0, 20}}),
+                                               between({{250, 250, 250}, {90, 90, 90}}),
+                                               between({{232, 232, 232}, {174, 174, 174}}),
+                                               map_of(cv::COLORMAP_PLASMA, 0.0)};
+  return tables[static_cast<std::size_t>(ramp)];
 }
 
 }  // namespace
 
 Color series_color(std::size_t index) {
-  static constexpr std::array<Color, 7> kColors{{{213, 94, 0},
-                                                 {0, 114, 178},
-                                                 {0, 158, 115},
-                                                 {204, 121, 167},
-                                                 {230, 159, 0},
-                                                 {86, 180, 233},
-                                                 {120, 94, 60}}};
-  return kColors[index % kColors.size()];
+  static constexpr std::array<Color, 7> kSeries{
+      {{213, 94, 0}, {0, 114, 178}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}, {120, 94, 60}}};
+  return kSeries[index % kSeries.size()];
 }
 
-Color heat_color(double share) {
-  // Viridis at eight even steps (Smith and van der Walt 2015).
-  static constexpr std::array<std::array<double, 3>, 8> kSteps{{{68, 1, 84},
-                                                                {70, 50, 127},
-                                                                {54, 92, 141},
-                                                                {39, 127, 142},
-                                                                {31, 161, 135},
-                                                                {74, 194, 109},
-                                                                {159, 218, 58},
-                                                                {253, 231, 37}}};
-  return between(kSteps, share, 0.4);
+Color color_of(ColorRamp ramp, double share) {
+  const auto index = static_cast<int>(std::lround((kColors - 1) * std::clamp(share, 0.0, 1.0)));
+  const cv::Vec3b color = table_of(ramp)(index);
+  return {color[2], color[1], color[0]};
 }
 
-Color difference_color(double share) {
-  // Oranges to reds at seven even steps (ColorBrewer's OrRd, its first step white).
-  static constexpr std::array<std::array<double, 3>, 7> kSteps{
-      {{255, 255, 255}, {254, 232, 200}, {253, 187, 132}, {252, 141, 89}, {227, 74, 51}, {179, 0, 0}, {100, 0, 20}}};
-  return between(kSteps, share);
-}
-
-Color grey_color(double share) {
-  static constexpr std::array<std::array<double, 3>, 2> kSteps{{{250, 250, 250}, {90, 90, 90}}};
-  return between(kSteps, share);
-}
-
-Color vivid_color(double share) {
-  // Plasma at six even steps (Smith and van der Walt 2015).
-  static constexpr std::array<std::array<double, 3>, 6> kSteps{
-      {{13, 8, 135}, {106, 0, 168}, {177, 42, 144}, {225, 100, 98}, {252, 166, 54}, {240, 249, 33}}};
-  return between(kSteps, share);
+cv::Mat4b colored(const cv::Mat1f& shares, ColorRamp ramp) {
+  cv::Mat indices;
+  shares.convertTo(indices, CV_8U, kColors - 1);
+  cv::Mat image;
+  cv::applyColorMap(indices, image, table_of(ramp));
+  cv::cvtColor(image, image, cv::COLOR_BGR2BGRA);
+  image.setTo(cv::Scalar::all(0), shares != shares);
+  return image;
 }
 
 }  // namespace lodestone

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/magnetometer/magnetic_difference.h"
+#include "tools/map/changed_places.h"
 
 namespace lodestone {
 

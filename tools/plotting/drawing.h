@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -32,12 +31,9 @@ struct DiskMark {
   Color color;
 };
 
-/// Pixels row by row from the top, 0xAARRGGBB, either opaque or 0.
 struct ImageMark {
   CanvasBox box;
-  int columns = 0;
-  int rows = 0;
-  std::vector<std::uint32_t> pixels;
+  cv::Mat4b pixels;  ///< row by row from the top: blue, green, red, opacity; either opaque or all 0
 };
 
 struct TextMark {

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <opencv2/imgproc.hpp>
 
 #include "core/error.h"
 #include "tools/plotting/drawing_files.h"
+#include "tools/plotting/png.h"
 
 namespace lodestone {
 
@@ -52,15 +54,18 @@ void trace(cairo_t* pen, const std::vector<CanvasPoint>& points) {
   for (const CanvasPoint& point : points) cairo_line_to(pen, point.x, point.y);
 }
 
-Surface image_surface(const ImageMark& image) {
-  Surface surface(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, image.columns, image.rows), &cairo_surface_destroy);
+/// The pixels of a surface, shared: blue, green, red, opacity as cairo keeps them on little-endian machines.
+cv::Mat4b pixels_of(cairo_surface_t* surface) {
+  cairo_surface_flush(surface);
+  return {cairo_image_surface_get_height(surface), cairo_image_surface_get_width(surface),
+          reinterpret_cast<cv::Vec4b*>(cairo_image_surface_get_data(surface)),
+          static_cast<std::size_t>(cairo_image_surface_get_stride(surface))};
+}
+
+Surface image_surface(const cv::Mat4b& image) {
+  Surface surface(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, image.cols, image.rows), &cairo_surface_destroy);
   require(cairo_surface_status(surface.get()), "an image");
-  unsigned char* data = cairo_image_surface_get_data(surface.get());
-  const int stride = cairo_image_surface_get_stride(surface.get());
-  for (int row = 0; row < image.rows; ++row) {
-    const auto* from = image.pixels.data() + static_cast<std::size_t>(row) * image.columns;
-    std::copy(from, from + image.columns, reinterpret_cast<std::uint32_t*>(data + static_cast<std::ptrdiff_t>(row) * stride));
-  }
+  image.copyTo(pixels_of(surface.get()));
   cairo_surface_mark_dirty(surface.get());
   return surface;
 }
@@ -96,9 +101,9 @@ struct Painter {
   }
 
   void operator()(const ImageMark& image) const {
-    const Surface surface = image_surface(image);
+    const Surface surface = image_surface(image.pixels);
     cairo_translate(pen, image.box.left, image.box.top);
-    cairo_scale(pen, image.box.width() / image.columns, image.box.height() / image.rows);
+    cairo_scale(pen, image.box.width() / image.pixels.cols, image.box.height() / image.pixels.rows);
     cairo_set_source_surface(pen, surface.get(), 0.0, 0.0);
     cairo_pattern_set_filter(cairo_get_source(pen), CAIRO_FILTER_NEAREST);
     cairo_paint(pen);
@@ -141,21 +146,16 @@ double advance_of(const std::string& text, double size) {
 }
 
 std::string png_of(const Drawing& drawing) {
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(drawing.width * kPixelsALogical + 0.5),
-                                                   static_cast<int>(drawing.height * kPixelsALogical + 0.5)),
-                        &cairo_surface_destroy);
+  const Surface surface(
+      cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(drawing.width * kPixelsALogical + 0.5),
+                                 static_cast<int>(drawing.height * kPixelsALogical + 0.5)),
+      &cairo_surface_destroy);
   require(cairo_surface_status(surface.get()), "PNG");
   const Context pen(cairo_create(surface.get()), &cairo_destroy);
   paint(drawing, pen.get(), kPixelsALogical, "PNG");
-  std::string bytes;
-  require(cairo_surface_write_to_png_stream(surface.get(), append, &bytes), "PNG");
-  return bytes;
-}
-
-std::string png_of(const ImageMark& image) {
-  std::string bytes;
-  require(cairo_surface_write_to_png_stream(image_surface(image).get(), append, &bytes), "PNG");
-  return bytes;
+  cv::Mat3b image;
+  cv::cvtColor(pixels_of(surface.get()), image, cv::COLOR_BGRA2BGR);
+  return encode_png(image);
 }
 
 std::string pdf_of(const Drawing& drawing) {

@@ -12,9 +12,6 @@ std::string png_of(const Drawing& drawing);
 std::string pdf_of(const Drawing& drawing);
 std::string svg_of(const Drawing& drawing);
 
-/// An image alone as PNG.
-std::string png_of(const ImageMark& image);
-
 /// How far `text` advances when set in letters of `size`, in the unit of `size`.
 double advance_of(const std::string& text, double size);
 

@@ -5,6 +5,7 @@
 
 #include "tools/base64.h"
 #include "tools/plotting/drawing_files.h"
+#include "tools/plotting/png.h"
 
 namespace lodestone {
 
@@ -73,10 +74,11 @@ struct SvgElement {
   }
 
   std::string operator()(const ImageMark& image) const {
-    return fmt::format("<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
-                       "xlink:href=\"data:image/png;base64,{}\"/>",
-                       short_number(image.box.left), short_number(image.box.top), short_number(image.box.width()),
-                       short_number(image.box.height()), base64(png_of(image)));
+    return fmt::format(
+        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
+        "xlink:href=\"data:image/png;base64,{}\"/>",
+        short_number(image.box.left), short_number(image.box.top), short_number(image.box.width()),
+        short_number(image.box.height()), base64(encode_png(image.pixels)));
   }
 
   std::string operator()(const TextMark& text) const {

@@ -41,25 +41,25 @@ double mean_height(const Trajectory& truth, const std::vector<PictureSeries>& se
 
 /// The strength between whose 1 % and 99 % quantiles the colours run: a single bolt must not take the whole scale.
 Scale strength_range(const MagneticMap& map) {
-  std::vector<double> strengths;
+  std::vector<float> strengths;
   map.for_each_node([&](const Eigen::Vector4f& node) {
     if (node(3) <= map.max_sigma_ut()) strengths.push_back(node.head<3>().norm());
   });
   if (strengths.empty()) return {0.0, 1.0};
-  std::sort(strengths.begin(), strengths.end());
-  const auto quantile = [&](double share) { return strengths[static_cast<std::size_t>(share * (strengths.size() - 1.0))]; };
-  Scale scale{quantile(0.01), quantile(0.99)};
+  const cv::Mat1f values(strengths);
+  Scale scale{quantile(values, 0.01), quantile(values, 0.99)};
   if (scale.high - scale.low < 0.1) scale = {scale.low - 0.05, scale.high + 0.05};
   return scale;
 }
 
 void draw_field(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, double height, const Scale& strength) {
   canvas.fill(sheet.box, {240, 240, 240});
-  canvas.shade(sheet.box, [&](CanvasPoint point, Color& color) {
-    const auto value = map.query({sheet.x_at(point.x), sheet.y_at(point.y), height}, FieldInterpolation::bilinear);
-    if (value) color = heat_color(strength.share(value->field_ut.norm()));
-    return value.has_value();
-  });
+  canvas.shade(
+      sheet.box,
+      [&](CanvasPoint point) {
+        return strength.share(strength_at(map, {sheet.x_at(point.x), sheet.y_at(point.y), height}));
+      },
+      ColorRamp::heat);
 }
 
 void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, Color color, double width) {
@@ -88,7 +88,7 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
   if (map != nullptr) {
     const Scale strength = strength_range(*map);
     draw_field(canvas, sheet, *map, mean_height(truth, series), strength);
-    draw_color_bar(canvas, sheet.color_bar(), strength, heat_color, "|B| µT");
+    draw_color_bar(canvas, sheet.color_bar(), strength, ColorRamp::heat, "|B| µT");
   } else {
     axes.grid(sheet.x_ticks, sheet.y_ticks);
   }

@@ -50,7 +50,7 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
   for (const DifferencePanel& panel : panels) {
     const PlanStretch extent = extent_of(panel.difference_ut, panel.track);
     ratio = std::min(ratio, extent.width() / extent.height());
-    const double strong = panel.difference_ut.quantile(0.998);
+    const double strong = quantile(panel.difference_ut.values, 0.998);
     if (std::isfinite(strong)) high = std::max(high, strong);
   }
   constexpr double kGap = 20.0;
@@ -67,13 +67,13 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
     const double top = kTitle + static_cast<double>(i / layout.columns) * (layout.height + kRow);
     const CanvasBox box{left, top, left + layout.width, top + layout.height};
     const PlanStretch extent = extent_of(panel.difference_ut, panel.track).filling(layout.width / layout.height);
-    draw_raster(canvas, box, extent, panel.difference_ut, scale, difference_color);
+    draw_raster(canvas, box, extent, panel.difference_ut, scale, ColorRamp::difference);
     Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
     if (!panel.track.empty()) draw_track(canvas, axes, panel.track, ink::truth, 1.6);
     const bool lowest = i + layout.columns >= panels.size();
     axes.ticks(lowest, column == 0, tick_count(layout.width, 80.0), tick_count(layout.height, 34.0));
     canvas.text({box.left, box.top - 8.0}, panel.title, ink::letter, ink::text, Anchor::begin, Anchor::end);
-    const double largest = panel.difference_ut.quantile(1.0);
+    const double largest = quantile(panel.difference_ut.values, 1.0);
     if (std::isfinite(largest)) {
       canvas.text({box.right, box.top - 8.0}, fmt::format("largest {:.1f} µT", largest), ink::letter, ink::text, Anchor::end,
                   Anchor::end);
@@ -86,11 +86,11 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
     if (column == 0) canvas.vertical_text({12.0, middle}, "y, m", ink::letter, ink::text);
   }
   const double right = kPageWidth - kBarSpace + 16.0;
-  figures::draw_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, scale, difference_color, "|ΔB|, µT");
+  draw_upright_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, scale, ColorRamp::difference, "|ΔB|, µT");
   canvas.save(path);
 }
 
-void draw_residuals_over_difference(const std::filesystem::path& path, const Raster& difference_ut,
+void draw_residuals_over_difference(const std::filesystem::path& path, const PlanRaster& difference_ut,
                                     const std::vector<ResidualPanel>& panels) {
   const std::size_t count = std::max<std::size_t>(1, panels.size());
   const PlanStretch whole = extent_of(difference_ut, panels.empty() ? std::vector<Vector3>{} : panels.front().track.position);
@@ -110,14 +110,14 @@ void draw_residuals_over_difference(const std::filesystem::path& path, const Ras
   const double strong =
       residuals.empty() ? 0.0 : residuals[static_cast<std::size_t>(0.995 * (static_cast<double>(residuals.size()) - 1.0))];
   const Scale residual = difference_scale(strong);
-  const Scale background = difference_scale(difference_ut.quantile(0.998));
+  const Scale background = difference_scale(quantile(difference_ut.values, 0.998));
 
   const double bottom = static_cast<double>(count) * (height + kRow) - 10.0;
   Canvas canvas(kPageWidth, bottom + 60.0);
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const double top = kTitle + static_cast<double>(i) * (height + kRow);
     const CanvasBox box{kLeft, top, kLeft + width, top + height};
-    draw_raster(canvas, box, extent, difference_ut, background, grey_color);
+    draw_raster(canvas, box, extent, difference_ut, background, ColorRamp::grey);
     Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
     const ResidualTrack& track = panels[i].track;
     draw_track(canvas, axes, track.position, ink::white, 6.0);
@@ -125,7 +125,8 @@ void draw_residuals_over_difference(const std::filesystem::path& path, const Ras
     for (std::size_t k = 1; k < std::min(track.position.size(), track.difference_ut.size()); ++k) {
       if (!std::isfinite(track.difference_ut[k]) || !track.position[k].allFinite() || !track.position[k - 1].allFinite()) continue;
       canvas.line(axes.at(track.position[k - 1].x(), track.position[k - 1].y()),
-                  axes.at(track.position[k].x(), track.position[k].y()), vivid_color(residual.share(track.difference_ut[k])), 5.0);
+                  axes.at(track.position[k].x(), track.position[k].y()),
+                  color_of(ColorRamp::vivid, residual.share(track.difference_ut[k])), 5.0);
     }
     canvas.unclip();
     axes.ticks(i + 1 == panels.size(), true, tick_count(width, 80.0), tick_count(height, 34.0));
@@ -134,9 +135,10 @@ void draw_residuals_over_difference(const std::filesystem::path& path, const Ras
   }
   canvas.text({kLeft + 0.5 * width, bottom + 34.0}, "x, m", ink::letter, ink::text, Anchor::middle, Anchor::begin);
   const double right = kLeft + width + 16.0;
-  figures::draw_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, residual, vivid_color, "|measured − map|, µT");
-  figures::draw_color_bar(canvas, {right + kBarSpace, kTitle, right + kBarSpace + kBarWidth, bottom}, background, grey_color,
-                 "|ΔB| of the maps, µT");
+  draw_upright_color_bar(canvas, {right, kTitle, right + kBarWidth, bottom}, residual, ColorRamp::vivid,
+                         "|measured − map|, µT");
+  draw_upright_color_bar(canvas, {right + kBarSpace, kTitle, right + kBarSpace + kBarWidth, bottom}, background,
+                         ColorRamp::grey, "|ΔB| of the maps, µT");
   canvas.save(path);
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/plotting/raster.h"
+#include "tools/plotting/plan_raster.h"
 #include "tools/plotting/run_folder.h"
 
 /// Figures on the floor plan: small multiples to one scale of metres where they share a site, with colour bars.
@@ -12,7 +12,7 @@ namespace lodestone::figures {
 
 struct DifferencePanel {
   std::string title;
-  Raster difference_ut;           ///< |ΔB|
+  PlanRaster difference_ut;       ///< |ΔB|
   std::vector<Vector3> track;     ///< drawn over it; may be empty
 };
 
@@ -26,7 +26,7 @@ struct ResidualPanel {
 
 /// |measured − map| along trajectories, a panel a trajectory one above the other, over |ΔB| of two maps as background. Both
 /// have their own scale of colours, each one bar.
-void draw_residuals_over_difference(const std::filesystem::path& path, const Raster& difference_ut,
+void draw_residuals_over_difference(const std::filesystem::path& path, const PlanRaster& difference_ut,
                                     const std::vector<ResidualPanel>& panels);
 
 struct WorldTrack {
@@ -36,7 +36,7 @@ struct WorldTrack {
 
 struct WorldPanel {
   std::string title;
-  Raster strength_ut;              ///< |B|
+  PlanRaster strength_ut;          ///< |B|
   std::vector<WorldTrack> tracks;  ///< one a sequence
 };
 

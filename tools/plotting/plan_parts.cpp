@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/plotting/color_bar.h"
+
 namespace lodestone::figures {
 
 namespace {
@@ -11,8 +13,9 @@ constexpr Color kNoValue{226, 231, 237};
 
 }  // namespace
 
-PlanStretch extent_of(const Raster& raster, const std::vector<Vector3>& track) {
-  if (raster.columns > 1 && raster.rows > 1) return {raster.x_m, raster.x_high(), raster.y_m, raster.y_high()};
+PlanStretch extent_of(const PlanRaster& raster, const std::vector<Vector3>& track) {
+  if (raster.values.cols > 1 && raster.values.rows > 1)
+    return {raster.x_m, raster.x_high(), raster.y_m, raster.y_high()};
   PlanStretch extent;
   for (const Vector3& point : track) {
     if (point.allFinite()) extent.include(point.x(), point.y());
@@ -22,16 +25,10 @@ PlanStretch extent_of(const Raster& raster, const std::vector<Vector3>& track) {
   return extent;
 }
 
-void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& extent, const Raster& raster, const Scale& scale,
-                 ColorRamp ramp) {
+void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& extent, const PlanRaster& raster,
+                 const Scale& scale, ColorRamp ramp) {
   canvas.fill(box, kNoValue);
-  canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    const double value = raster.at(extent.x_low + (point.x - box.left) / box.width() * extent.width(),
-                                   extent.y_high - (point.y - box.top) / box.height() * extent.height());
-    if (!std::isfinite(value)) return false;
-    color = ramp(scale.share(value));
-    return true;
-  });
+  shade_raster(canvas, box, extent, raster, scale, ramp, RasterInterpolation::bilinear);
 }
 
 void draw_track(Canvas& canvas, const Axes& axes, const std::vector<Vector3>& track, Color color, double width) {
@@ -45,11 +42,10 @@ void draw_track(Canvas& canvas, const Axes& axes, const std::vector<Vector3>& tr
   canvas.unclip();
 }
 
-void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp, const std::string& title) {
-  canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    color = ramp((box.bottom - point.y) / box.height());
-    return true;
-  });
+void draw_upright_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp,
+                            const std::string& title) {
+  canvas.shade(
+      box, [&](CanvasPoint point) { return (box.bottom - point.y) / box.height(); }, ramp);
   canvas.frame(box, ink::frame, 1.0);
   double widest = 0.0;
   for (const double tick : scale.ticks(tick_count(box.height(), 30.0))) {
@@ -61,6 +57,8 @@ void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, Co
   canvas.vertical_text({box.right + 18.0 + widest, 0.5 * (box.top + box.bottom)}, title, ink::letter, ink::text);
 }
 
-int tick_count(double length, double least_spacing) { return std::max(2, static_cast<int>(length / least_spacing)); }
+int tick_count(double length, double least_spacing) {
+  return std::max(2, static_cast<int>(length / least_spacing));
+}
 
 }  // namespace lodestone::figures

@@ -16,6 +16,8 @@ struct PlanStretch {
   double width() const { return x_high - x_low; }
   double height() const { return y_high - y_low; }
 
+  bool contains(double x, double y) const { return x >= x_low && x <= x_high && y >= y_low && y <= y_high; }
+
   void include(double x, double y);
 
   /// Adds surroundings: `share` of the longer side, at least `least_m`. What is empty becomes two metres about the origin.

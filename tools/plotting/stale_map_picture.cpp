@@ -38,28 +38,17 @@ Scale difference_scale(const std::vector<DifferencePoint>& drive) {
 
 void draw_pale_map(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, double height) {
   const CanvasBox& box = sheet.box;
-  const auto strength = [&](CanvasPoint point) {
-    const auto value = map.query({sheet.x_at(point.x), sheet.y_at(point.y), height}, FieldInterpolation::bilinear);
-    return value ? value->field_ut.norm() : std::nan("");
-  };
-  std::vector<double> seen;  // sets the greys; a bolt must not take the whole scale
-  for (double y = box.top; y < box.bottom; y += 4.0) {
-    for (double x = box.left; x < box.right; x += 4.0) {
-      const double value = strength({x, y});
-      if (std::isfinite(value)) seen.push_back(value);
-    }
-  }
-  if (seen.empty()) return;
-  std::sort(seen.begin(), seen.end());
-  const double low = seen[seen.size() / 50];
-  const double high = std::max(low + 0.1, seen[seen.size() - 1 - seen.size() / 50]);
-  canvas.shade(box, [&](CanvasPoint point, Color& color) {
-    const double value = strength(point);
-    if (!std::isfinite(value)) return false;
-    const int grey = static_cast<int>(std::lround(232.0 - 58.0 * std::clamp((value - low) / (high - low), 0.0, 1.0)));
-    color = {grey, grey, grey};
-    return true;
-  });
+  constexpr std::size_t kSamples = 100'000;
+  const PlanRaster seen = strength_raster(map, height, sheet.stretch, kSamples);
+  const double low = quantile(seen.values, 0.02);  // sets the greys; a bolt must not take the whole scale
+  if (!std::isfinite(low)) return;
+  const Scale scale{low, std::max(low + 0.1, quantile(seen.values, 0.98))};
+  canvas.shade(
+      box,
+      [&](CanvasPoint point) {
+        return scale.share(strength_at(map, {sheet.x_at(point.x), sheet.y_at(point.y), height}));
+      },
+      ColorRamp::pale_grey);
 }
 
 void draw_drive(Canvas& canvas, const Axes& axes, const std::vector<DifferencePoint>& drive, const Scale& scale, double width) {
@@ -68,7 +57,7 @@ void draw_drive(Canvas& canvas, const Axes& axes, const std::vector<DifferencePo
     const Vector3& to = drive[i].position;
     if ((to - from).norm() > kLongestStep_m) continue;
     canvas.line(axes.at(from.x(), from.y()), axes.at(to.x(), to.y()),
-                vivid_color(scale.share(0.5 * (drive[i - 1].size_ut + drive[i].size_ut))), width);
+                color_of(ColorRamp::vivid, scale.share(0.5 * (drive[i - 1].size_ut + drive[i].size_ut))), width);
   }
 }
 
@@ -138,7 +127,7 @@ void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap
   for (const DifferencePoint& point : drive) height += point.position.z() / static_cast<double>(drive.size());
   draw_pale_map(canvas, sheet, map, height);
   const Scale scale = difference_scale(drive);
-  draw_color_bar(canvas, sheet.color_bar(), scale, vivid_color, "|ΔB| µT");
+  draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::vivid, "|ΔB| µT");
   canvas.clip(box);
   draw_drive(canvas, axes, drive, scale, 6.0);
   draw_outlines(canvas, axes, stale);

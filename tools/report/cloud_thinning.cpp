@@ -18,7 +18,8 @@ std::uint64_t voxel_key(const Eigen::Vector3f& point, double voxel_m) {
 
 }  // namespace
 
-CloudThinning::CloudThinning(PlanBox box, std::size_t limit, double voxel_m) : box_(box), limit_(limit), voxel_m_(voxel_m) {}
+CloudThinning::CloudThinning(PlanStretch box, std::size_t limit, double voxel_m)
+    : box_(box), limit_(limit), voxel_m_(voxel_m) {}
 
 bool CloudThinning::take(const Eigen::Vector3f& point) {
   if (!taken_.try_emplace(voxel_key(point, voxel_m_), 1).second) return false;

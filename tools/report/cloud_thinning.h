@@ -7,17 +7,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "tools/plotting/plan_sheet.h"
+
 namespace lodestone {
-
-/// Axis-aligned box on the map's floor plan, metres.
-struct PlanBox {
-  double x_low = 0.0;
-  double x_high = 0.0;
-  double y_low = 0.0;
-  double y_high = 0.0;
-
-  bool contains(double x, double y) const { return x >= x_low && x <= x_high && y >= y_low && y <= y_high; }
-};
 
 /// Thins a cloud of any size to at most `limit` points as it streams by: one point a voxel, the first that came. The voxels
 /// grow whenever more are taken than wanted, so memory is bounded by `limit`. The same points in the same order give the
@@ -25,7 +17,7 @@ struct PlanBox {
 class CloudThinning {
  public:
   /// Points outside `box` are left out. `voxel_m`: the finest spacing worth keeping.
-  CloudThinning(PlanBox box, std::size_t limit, double voxel_m);
+  CloudThinning(PlanStretch box, std::size_t limit, double voxel_m);
 
   void add(std::span<const Eigen::Vector3f> points);
 
@@ -38,7 +30,7 @@ class CloudThinning {
   bool take(const Eigen::Vector3f& point);
   void coarsen();
 
-  PlanBox box_;
+  PlanStretch box_;
   std::size_t limit_;
   double voxel_m_;
   std::vector<Eigen::Vector3f> points_;

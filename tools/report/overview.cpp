@@ -35,13 +35,10 @@ Trajectory truth_at_scans(const OverviewInput& input) {
 }
 
 /// The drive's surroundings. A lost estimate may end up anywhere: it does not count where another leads.
-PlanBox box_around(const Trajectory& drive) {
-  constexpr double kFar = std::numeric_limits<double>::max();
-  PlanBox box{kFar, -kFar, kFar, -kFar};
+PlanStretch box_around(const Trajectory& drive) {
+  PlanStretch box;
   for (const StampedPose& pose : drive) {
-    const Vector3& p = pose.pose.position;
-    if (!p.allFinite()) continue;
-    box = {std::min(box.x_low, p.x()), std::max(box.x_high, p.x()), std::min(box.y_low, p.y()), std::max(box.y_high, p.y())};
+    if (pose.pose.position.allFinite()) box.include(pose.pose.position.x(), pose.pose.position.y());
   }
   return {box.x_low - kSurroundings, box.x_high + kSurroundings, box.y_low - kSurroundings, box.y_high + kSurroundings};
 }
@@ -70,9 +67,9 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
   }
   if (drive.empty() && !input.estimates.empty()) drive = *input.estimates.front();
   if (!drive.empty()) {
-    const PlanBox box = box_around(drive);
+    const PlanStretch box = box_around(drive);
     if (input.field != nullptr) {
-      const FieldRaster raster = rasterize(*input.field, box, mean_height(drive), kFieldLimit);
+      const PlanRaster raster = strength_raster(*input.field, mean_height(drive), box, kFieldLimit);
       if (!raster.empty()) write_raster(raster, folder / "field.png");
     }
     if (!input.cloud.empty()) {

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "frontends/configuration/number_text.h"
 #include "tools/base64.h"
 
 namespace lodestone {
@@ -16,7 +17,8 @@ using Json = nlohmann::ordered_json;
 
 /// The shortest text of a double is what JSON holds: so rounding in decimals makes the file small.
 Json parsed(const std::string& text) {
-  const double value = std::strtod(text.c_str(), nullptr);
+  double value = 0.0;
+  parse_number(text, value);
   if (value == std::floor(value) && std::abs(value) < 1e15) return static_cast<std::int64_t>(value);
   return value;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/report/report.h"
 
@@ -29,8 +30,10 @@ void add_report_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand("report", "Write one HTML file, readable without a network, about a run");
   command->footer(kReportExamples);
   const auto call = std::make_shared<ReportCall>();
-  command->add_option("DIR", call->folder, "folder that `lodestone run` or `lodestone reproduce` wrote")->required();
-  command->add_option("--out", call->out, "the file to write (default: DIR/report.html)");
+  CommandFiles files(*command);
+  files.input(command->add_option("DIR", call->folder, "folder that `lodestone run` or `lodestone reproduce` wrote"))
+      ->required();
+  files.output(command->add_option("--out", call->out, "the file to write (default: DIR/report.html)"));
   command->callback([call, code]() {
     const std::filesystem::path out =
         call->out.empty() ? std::filesystem::path(call->folder) / "report.html" : std::filesystem::path(call->out);

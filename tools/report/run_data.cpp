@@ -50,12 +50,12 @@ Json degeneracy_limit(const ConfigurationNode& configuration, const std::string&
 }
 
 Json field_json(const fs::path& path, std::size_t limit) {
-  const FieldRaster raster = coarsened(read_raster(path), limit);
+  const PlanRaster raster = coarsened(read_raster(path), limit);
   const RasterImage image = to_image(raster);
   Json json;
   json["image"] = data_uri("image/png", image.png);
-  json["columns"] = raster.columns;
-  json["rows"] = raster.rows;
+  json["columns"] = raster.values.cols;
+  json["rows"] = raster.values.rows;
   json["resolution_m"] = raster.resolution_m;
   json["x_m"] = raster.x_m;
   json["y_m"] = raster.y_m;

@@ -4,23 +4,24 @@
 
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "core/error.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/logs/csv/csv_text.h"
 
 namespace lodestone {
 
 Pose parse_initial_pose(const std::string& text) {
   std::string blanks = text;
   for (char& character : blanks) character = character == ',' ? ' ' : character;
-  std::istringstream stream(blanks);
+  const std::vector<std::string_view> words = split_cells(blanks, ' ');
   std::array<double, 7> v{};
-  for (double& value : v) stream >> value;
-  std::string rest;
+  bool numbers = words.size() == v.size();
+  for (std::size_t i = 0; numbers && i < v.size(); ++i) numbers = parse_number(words[i], v[i]);
   const Quaternion rotation(v[6], v[3], v[4], v[5]);
   const bool finite = std::isfinite(rotation.norm()) && std::isfinite(v[0] + v[1] + v[2]);
-  if (!stream || (stream >> rest) || !finite) {
+  if (!numbers || !finite) {
     throw InputError(fmt::format("--initial-pose: expected \"x y z qx qy qz qw\" in metres, found \"{}\"", text));
   }
   if (std::abs(rotation.norm() - 1.0) > 1e-2) {

@@ -7,6 +7,9 @@
 #include <optional>
 #include <string>
 
+#include "frontends/configuration/number_text.h"
+#include "frontends/logs/csv/csv_text.h"
+
 // OpenBLAS and BLIS are chosen at installation by Debian's alternatives: neither may be there.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 extern "C" void bli_thread_set_num_threads(long) __attribute__((weak));
@@ -18,7 +21,9 @@ void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
 double peak_memory_mb() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) * 1.024e-3;  // the kernel's kB are KiB
+    const std::vector<std::string_view> words = split_cells(line, ' ');
+    double kib = 0.0;  // the kernel's kB
+    if (words.size() == 3 && words[0] == "VmHWM:" && parse_number(words[1], kib)) return kib * 1.024e-3;
   }
   rusage usage{};
   return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) * 1.024e-3 : 0.0;

@@ -2,9 +2,10 @@
 #include <cstdio>
 #include <memory>
 
-#include "estimators/factory.h"
 #include "core/nearest_name.h"
+#include "estimators/factory.h"
 #include "frontends/configuration/options.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/run/run_call.h"
 
@@ -33,19 +34,29 @@ void add_run_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand("run", "Localize a log in prior maps with one estimator, or several side by side");
   command->footer(kRunExamples);
   const auto call = std::make_shared<RunCall>();
-  command->add_option("LOG", call->log, "a bag of ROS 1 or ROS 2 (.bag, .mcap, .db3, its folder), or a folder of CSV and PCD files")->required();
-  command->add_option("--platform", call->platform, "platform file: sensors, topics, extrinsics, noise")->required();
-  command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD or PLY (left out: no LiDAR is used)");
-  command->add_option("--magnetic", call->magnetic, "prior magnetic map, YAML (left out: no magnetometer is used)");
-  command->add_option("--out", call->out, "folder for the results")->required();
+  CommandFiles files(*command);
+  files
+      .input(command->add_option(
+          "LOG", call->log,
+          "a bag of ROS 1 or ROS 2 (.bag, .mcap, .db3, its folder), or a folder of CSV and PCD files"))
+      ->required();
+  files.input(command->add_option("--platform", call->platform, "platform file: sensors, topics, extrinsics, noise"))
+      ->required();
+  files.input(
+      command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD or PLY (left out: no LiDAR is used)"));
+  files.input(command->add_option("--magnetic", call->magnetic,
+                                  "prior magnetic map, YAML (left out: no magnetometer is used)"));
+  files.output(command->add_option("--out", call->out, "folder for the results"))->required();
   command->add_option("--estimator", call->estimators, "one or several with commas: " + join_names(estimator_names()))
       ->delimiter(',')
       ->capture_default_str();
   auto* pose = command->add_option("--initial-pose", call->initial_pose,
                                    "T_map_imu at the log's begin, \"x y z qx qy qz qw\", or auto: found anywhere on the maps "
                                    "(default: the map's origin)");
-  command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) to take it from")->excludes(pose);
-  command->add_option("--config", call->configurations, "options, YAML; later files win over earlier ones");
+  files.input(command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) to take it from"))
+      ->excludes(pose);
+  files.input(
+      command->add_option("--config", call->configurations, "options, YAML; later files win over earlier ones"));
   command->add_option("--set", call->settings, "key.path=value: one option; wins over every file");
   command->add_option("--max-range", call->max_range_m, "use LiDAR points up to this many metres only");
   command->add_option("--refine", call->refine, "batch: solve the whole log together at its end (smoother, magnetic)")
@@ -59,7 +70,8 @@ void add_run_command(CLI::App& app, int* code) {
                     "after a killed or interrupted call of the same words: keep the estimators that had ended, run the others "
                     "again; ends with the same bytes");
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
-  command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures");
+  files.input(
+      command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures"));
   command->add_flag_callback(
       "--list-options",
       []() {

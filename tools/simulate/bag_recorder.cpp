@@ -62,7 +62,7 @@ std::array<double, 3> as_array(const Vector3& v) {
 
 struct BagRecorder::Implementation {
   Implementation(const std::string& path, Topics topics_in, ScanFormat format_in)
-      : writer(path, ros1::Compression::lz4), topics(std::move(topics_in)), format(format_in) {}
+      : writer(path, Codec::lz4), topics(std::move(topics_in)), format(format_in) {}
 
   void write(const LidarScan& scan) {
     switch (format) {

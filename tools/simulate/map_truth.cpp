@@ -10,9 +10,10 @@
 #include "core/magnetometer/sparse_field_nodes.h"
 #include "core/parallel.h"
 #include "frontends/maps/magnetic_map_file.h"
+#include "tools/command_files.h"
+#include "tools/commands.h"
 #include "tools/simulate/magnetic_field.h"
 #include "tools/simulate/world.h"
-#include "tools/commands.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {
@@ -69,9 +70,16 @@ void add_map_truth(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapTruthCall>();
   CLI::App* command = map.add_subcommand(
       "truth", "Write a simulated world's true field at the nodes where a map has field: `map diff` then gives the map's error");
-  command->add_option("WORLD", call->world, "world file (config/worlds/)")->required();
-  command->add_option("--like", call->like, "a magnetic map, FIELD.yaml: its grid, and its nodes with field")->required();
-  command->add_option("--out", call->out, "TRUTH.yaml; TRUTH.tif is written beside it; sigma is 0")->required();
+  CommandFiles files(*command);
+  files.input(command->add_option("WORLD", call->world, "world file (config/worlds/)"))->required();
+  files
+      .input(
+          command->add_option("--like", call->like, "a magnetic map, FIELD.yaml: its grid, and its nodes with field"))
+      ->required();
+  files
+      .output(command->add_option("--out", call->out, "TRUTH.yaml; TRUTH.tif is written beside it; sigma is 0"),
+              CommandFiles::with_endings({".tif"}))
+      ->required();
   command->add_option("--scene", call->scene, "what else stands in the world (default: only what always does)");
   command->add_option("--set", call->settings, "change a key of the world, as for simulate");
   command->footer(R"(

@@ -9,14 +9,15 @@
 
 #include "core/error.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "tools/simulate/bag_recorder.h"
-#include "tools/simulate/cloud_map.h"
-#include "tools/simulate/simulation_source.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
+#include "tools/simulate/bag_recorder.h"
+#include "tools/simulate/cloud_map.h"
+#include "tools/simulate/simulation_source.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {
@@ -133,10 +134,14 @@ void add_simulate_command(CLI::App& app, int* code) {
   const auto options = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand(
       "simulate", "Drive a robot through a world and write what it would have recorded, with truth and maps' sources");
-  command->add_option("world", options->world, "World file (config/worlds/)")->required()->type_name("WORLD.yaml");
-  command
-      ->add_option("--out", options->out,
-                   "Folder for log.bag, truth.tum, platform.yaml, cloud.pcd, survey.bag and survey.tum")
+  CommandFiles files(*command);
+  files.input(command->add_option("world", options->world, "World file (config/worlds/)"))
+      ->required()
+      ->type_name("WORLD.yaml");
+  files
+      .output(command->add_option("--out", options->out,
+                                  "Folder for log.bag, truth.tum, platform.yaml, cloud.pcd, survey.bag and survey.tum"),
+              CommandFiles::within({"platform.yaml", "log.bag", "truth.tum", "cloud.pcd", "survey.bag", "survey.tum"}))
       ->required()
       ->type_name("DIR");
   command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")

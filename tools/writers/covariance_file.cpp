@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
 #include <fstream>
 #include <optional>
 
 #include "core/error.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
@@ -31,8 +31,7 @@ std::optional<StampedCovariance> parse_row(std::string_view line) {
       continue;
     }
     double value = 0.0;
-    const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (parsed.ec != std::errc{} || parsed.ptr != text.data() + text.size()) return std::nullopt;
+    if (!parse_number(text, value)) return std::nullopt;
     result.covariance(row, column) = result.covariance(column, row) = value;
     if (++column == 6) column = ++row;
   }

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/number_text.h"
 #include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
@@ -70,8 +70,7 @@ std::vector<double> CsvTable::numbers(const std::string& column) const {
   for (std::size_t row = 0; row < cells_.size(); ++row) {
     const std::string& text = cells_[row][index];
     double value = 0.0;
-    const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (parsed.ec != std::errc{} || parsed.ptr != text.data() + text.size()) {
+    if (!parse_number(text, value)) {
       throw InputError(fmt::format("{}:{}: {}: expected a number, found '{}'", path_, lines_[row], column, text));
     }
     values.push_back(value);

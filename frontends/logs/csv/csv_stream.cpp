@@ -1,15 +1,15 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <fstream>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/number_text.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "frontends/logs/csv/csv_log.h"
 #include "frontends/logs/csv/csv_text.h"
 #include "frontends/messages/wire_ros1.h"
-#include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
 namespace {
@@ -120,8 +120,7 @@ class CsvStream : public CsvLog::Stream {
     const std::string_view stamp = part(0);
     Time time = 0;
     if (nanoseconds_) {
-      const auto result = std::from_chars(stamp.data(), stamp.data() + stamp.size(), time);
-      if (result.ec != std::errc() || result.ptr != stamp.data() + stamp.size()) time = -1;
+      if (!parse_number(stamp, time)) time = -1;
     } else if (!parse_stamp(stamp, time)) {
       time = -1;
     }
@@ -129,12 +128,9 @@ class CsvStream : public CsvLog::Stream {
     if (time < 0 || time > last) return fmt::format("'{}' is no time from 0 to 2^32 s", stamp);
     for (std::size_t i = 1; i < columns_.size(); ++i) {
       const std::string_view value = part(i);
-      double number = 0.0;
-      const auto result = std::from_chars(value.data(), value.data() + value.size(), number);
-      if (value.empty() || result.ec != std::errc() || result.ptr != value.data() + value.size()) {
+      if (!parse_number(value, values_[i - 1])) {
         return fmt::format("'{}' is no number, in the column {}", value, columns_[i] + 1);
       }
-      values_[i - 1] = number;
     }
     time_ = time;
     return {};

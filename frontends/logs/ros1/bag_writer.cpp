@@ -1,182 +1,248 @@
 #include "frontends/logs/ros1/bag_writer.h"
 
-#include <rosbag/bag.h>
+#include <fmt/format.h>
 
-#include <boost/make_shared.hpp>
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <tuple>
+#include <vector>
 
 #include "frontends/configuration/aside.h"
-#include "frontends/logs/ros1/serialization.h"
+#include "frontends/logs/ros1/bag_record.h"
+#include "frontends/messages/known_types.h"
+#include "frontends/messages/message_writing.h"
 
 namespace lodestone::ros1 {
 namespace {
 
-/// A message that is serialized already, with what a bag says of its type.
-struct SerializedMessage {
-  std::string type, md5, definition;
-  const std::uint8_t* data = nullptr;
-  std::size_t size = 0;
-};
+constexpr std::size_t chunk_bytes = 768 * 1024;  // as rosbag's recorder
+constexpr std::size_t file_header_bytes = 4096;  // with the blanks that leave room for its final values
 
-template <class Message>
-bool describe_as(SerializedMessage& message) {
-  if (message.type != ros::message_traits::DataType<Message>::value()) return false;
-  message.md5 = ros::message_traits::MD5Sum<Message>::value();
-  message.definition = ros::message_traits::Definition<Message>::value();
-  return true;
+/// Bytes of a record in the making.
+std::string bytes_of(std::uint64_t value, std::size_t size) {
+  std::string bytes(size, '\0');
+  for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(value >> (8 * i));
+  return bytes;
+}
+std::string number(std::uint32_t value) {
+  return bytes_of(value, 4);
+}
+std::string number(std::uint64_t value) {
+  return bytes_of(value, 8);
+}
+std::string operation(BagOperation value) {
+  return bytes_of(static_cast<std::uint64_t>(value), 1);
 }
 
-}  // namespace
-}  // namespace lodestone::ros1
+/// Seconds, then nanoseconds.
+std::string time_bytes(Time time) {
+  return bytes_of(static_cast<std::uint64_t>(time / 1'000'000'000), 4) +
+         bytes_of(static_cast<std::uint64_t>(time % 1'000'000'000), 4);
+}
 
-namespace ros::message_traits {
-template <>
-struct MD5Sum<lodestone::ros1::SerializedMessage> {
-  static const char* value(const lodestone::ros1::SerializedMessage& message) { return message.md5.c_str(); }
-};
-template <>
-struct DataType<lodestone::ros1::SerializedMessage> {
-  static const char* value(const lodestone::ros1::SerializedMessage& message) { return message.type.c_str(); }
-};
-template <>
-struct Definition<lodestone::ros1::SerializedMessage> {
-  static const char* value(const lodestone::ros1::SerializedMessage& message) { return message.definition.c_str(); }
-};
-}  // namespace ros::message_traits
+std::string sized(const std::string& bytes) {
+  return number(static_cast<std::uint32_t>(bytes.size())) + bytes;
+}
 
-namespace ros::serialization {
-template <>
-struct Serializer<lodestone::ros1::SerializedMessage> {
-  template <class Stream>
-  static void write(Stream& stream, const lodestone::ros1::SerializedMessage& message) {
-    if (message.size > 0) std::memcpy(stream.advance(static_cast<std::uint32_t>(message.size)), message.data, message.size);
-  }
-  static std::uint32_t serializedLength(const lodestone::ros1::SerializedMessage& message) {
-    return static_cast<std::uint32_t>(message.size);
-  }
-};
-}  // namespace ros::serialization
+/// Fields in order of name, as rosbag writes them: "name=value", each behind its length.
+std::string fields(const std::map<std::string, std::string>& values) {
+  std::string bytes;
+  for (const auto& [name, value] : values) bytes += sized(name + "=" + value);
+  return bytes;
+}
 
-namespace lodestone::ros1 {
-namespace {
+std::string record(const std::map<std::string, std::string>& header, const std::string& content) {
+  return sized(fields(header)) + sized(content);
+}
 
-using ConnectionHeader = boost::shared_ptr<ros::M_string>;
-
-rosbag::CompressionType rosbag_compression(Compression compression) {
-  switch (compression) {
-    case Compression::lz4:
-      return rosbag::compression::LZ4;
-    case Compression::bz2:
-      return rosbag::compression::BZ2;
-    case Compression::none:
-      break;
-  }
-  return rosbag::compression::Uncompressed;
+std::string codec_name(Codec codec) {
+  return codec == Codec::lz4 ? "lz4" : codec == Codec::bz2 ? "bz2" : "none";
 }
 
 }  // namespace
 
 struct BagWriter::Implementation {
-  std::string path;
-  std::string aside;
-  std::unique_ptr<rosbag::Bag> bag = std::make_unique<rosbag::Bag>();
-  bool is_whole = false;
-  std::map<std::tuple<std::string, std::string, bool>, ConnectionHeader> headers;  ///< by topic and publisher
+  std::string path, aside;
+  Codec codec = Codec::none;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, std::fclose};
+  std::uint64_t offset = 0;
+  std::map<std::tuple<std::string, std::string, std::string, bool>, std::uint32_t>
+      connections;  ///< by topic, type, publisher
+  std::string connection_records, chunk_infos;
+  std::uint32_t chunks = 0;
+  std::string chunk;                             ///< the open one
+  std::map<std::uint32_t, std::string> indexes;  ///< of its messages, by connection
+  Time chunk_begin = 0, chunk_end = 0;
 
-  [[noreturn]] void fail(const std::exception& error) const {
-    throw BagError(path + ": cannot write the bag: " + error.what() + "; make room or choose another --out");
+  [[noreturn]] void fail(const std::string& what) const {
+    throw BagError(fmt::format("{}: cannot write the bag: {}; make room or choose another --out", path, what));
   }
-
-  void give_up() {
-    try {
-      bag->close();
-    } catch (const std::exception&) {
-      // Where the disk is full its destructor would throw the same once more, and end the program: it is kept for good.
-      static auto* const given_up = new std::vector<std::unique_ptr<rosbag::Bag>>;
-      given_up->push_back(std::move(bag));
-    }
-    std::remove(aside.c_str());
+  void put(const std::string& bytes) {
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail(std::strerror(errno));
+    offset += bytes.size();
   }
-
-  /// As rosbag's recorder writes it.
-  ConnectionHeader header_of(const std::string& topic, const SerializedMessage& message, const Publisher& publisher) {
-    ConnectionHeader& header = headers[{topic, publisher.name, publisher.latching}];
-    if (header == nullptr) {
-      header = boost::make_shared<ros::M_string>(ros::M_string{{"topic", topic}, {"type", message.type}, {"md5sum", message.md5},
-                                                               {"message_definition", message.definition},
-                                                               {"latching", publisher.latching ? "1" : "0"}});
-      if (!publisher.name.empty()) (*header)["callerid"] = publisher.name;
-    }
-    return header;
+  void put_file_header(std::uint64_t index_start) {
+    const std::map<std::string, std::string> header{
+        {"chunk_count", number(chunks)},
+        {"conn_count", number(static_cast<std::uint32_t>(connections.size()))},
+        {"index_pos", number(index_start)},
+        {"op", operation(BagOperation::file_header)}};
+    put(record(header, std::string(file_header_bytes - fields(header).size(), ' ')));
   }
-
-  template <class Message>
-  void write(const std::string& topic, Time record_time, const Message& message, const ConnectionHeader& header = nullptr) {
-    try {
-      bag->write(topic, to_ros(record_time), message, header);
-    } catch (const std::exception& error) {
-      fail(error);
-    }
+  void check_time(Time time) const {
+    if (time >= 0 && time / 1'000'000'000 <= 0xFFFFFFFFLL) return;
+    fail(fmt::format("a stamp of {} ns does not fit ROS time: expected 0 to 2^32 s", time));
   }
+  std::uint32_t connection_of(const TopicInfo& topic, const Publisher* publisher);
+  void end_chunk();
 };
 
-BagWriter::BagWriter(const std::string& path, Compression compression)
-    : implementation_(std::make_unique<Implementation>()) {
-  implementation_->path = path;
-  implementation_->aside = aside_name(path);
-  try {
-    implementation_->bag->open(implementation_->aside, rosbag::bagmode::Write);
-    implementation_->bag->setCompression(rosbag_compression(compression));
-  } catch (const std::exception& error) {
-    implementation_->give_up();
-    implementation_->fail(error);
+/// As rosbag's recorder describes it: within the chunk where it comes first, and at the end of the file.
+std::uint32_t BagWriter::Implementation::connection_of(const TopicInfo& topic, const Publisher* publisher) {
+  const auto next = static_cast<std::uint32_t>(connections.size());
+  const Publisher sender = publisher != nullptr ? *publisher : Publisher{};
+  const auto [entry, is_new] =
+      connections.try_emplace({topic.name, topic.type + topic.md5, sender.name, sender.latching}, next);
+  if (!is_new) return entry->second;
+  std::map<std::string, std::string> description{
+      {"md5sum", topic.md5}, {"message_definition", topic.definition}, {"topic", topic.name}, {"type", topic.type}};
+  if (publisher != nullptr) description["latching"] = sender.latching ? "1" : "0";
+  if (!sender.name.empty()) description["callerid"] = sender.name;
+  const std::string bytes =
+      record({{"conn", number(next)}, {"op", operation(BagOperation::connection)}, {"topic", topic.name}},
+             fields(description));
+  chunk += bytes;
+  connection_records += bytes;
+  return next;
+}
+
+void BagWriter::Implementation::end_chunk() {
+  if (chunk.empty()) return;
+  const std::uint64_t start = offset;
+  const std::vector<std::uint8_t> packed =
+      pack(codec, {reinterpret_cast<const std::uint8_t*>(chunk.data()), chunk.size()});
+  put(record({{"compression", codec_name(codec)},
+              {"op", operation(BagOperation::chunk)},
+              {"size", number(static_cast<std::uint32_t>(chunk.size()))}},
+             std::string(packed.begin(), packed.end())));
+  std::string counts;
+  for (const auto& [connection, entries] : indexes) {
+    const auto count = static_cast<std::uint32_t>(entries.size() / bag_index_entry_bytes);
+    put(record({{"conn", number(connection)},
+                {"count", number(count)},
+                {"op", operation(BagOperation::index)},
+                {"ver", number(1U)}},
+               entries));
+    counts += number(connection) + number(count);
   }
+  chunk_infos += record({{"chunk_pos", number(start)},
+                         {"count", number(static_cast<std::uint32_t>(indexes.size()))},
+                         {"end_time", time_bytes(chunk_end)},
+                         {"op", operation(BagOperation::chunk_info)},
+                         {"start_time", time_bytes(chunk_begin)},
+                         {"ver", number(1U)}},
+                        counts);
+  ++chunks;
+  chunk.clear();
+  indexes.clear();
+}
+
+BagWriter::BagWriter(const std::string& path, Codec codec) : implementation_(std::make_unique<Implementation>()) {
+  Implementation& self = *implementation_;
+  self.path = path;
+  self.aside = aside_name(path);
+  self.codec = codec;
+  self.file.reset(std::fopen(self.aside.c_str(), "wb"));
+  if (self.file == nullptr) self.fail(std::strerror(errno));
+  self.put("#ROSBAG V2.0\n");
+  self.put_file_header(0);
 }
 
 BagWriter::~BagWriter() {
-  if (!implementation_->is_whole) implementation_->give_up();
+  if (implementation_->file == nullptr) return;
+  implementation_->file.reset();
+  std::remove(implementation_->aside.c_str());
 }
 
+namespace {
+
+template <class Message>
+void write_known(BagWriter& writer, const std::string& topic, Time record_time, const Message& message) {
+  Ros1WireWriter wire;
+  writing::write(wire, message);
+  const std::vector<std::uint8_t> bytes = wire.take();
+  TopicInfo info;
+  info.name = topic;
+  info.type = writing::type_of(message);
+  writer.write(info, record_time, bytes.data(), bytes.size());
+}
+
+}  // namespace
+
 void BagWriter::write(const std::string& topic, Time record_time, const PointCloudMessage& message) {
-  implementation_->write(topic, record_time, message);
+  implementation_->check_time(message.stamp);
+  write_known(*this, topic, record_time, message);
 }
 
 void BagWriter::write(const std::string& topic, Time record_time, const LivoxMessage& message) {
-  implementation_->write(topic, record_time, message);
+  implementation_->check_time(message.stamp);
+  write_known(*this, topic, record_time, message);
 }
 
 void BagWriter::write(const std::string& topic, Time record_time, const ImuMessage& message) {
-  implementation_->write(topic, record_time, message);
+  implementation_->check_time(message.stamp);
+  write_known(*this, topic, record_time, message);
 }
 
 void BagWriter::write(const std::string& topic, Time record_time, const MagneticFieldMessage& message) {
-  implementation_->write(topic, record_time, message);
+  implementation_->check_time(message.stamp);
+  write_known(*this, topic, record_time, message);
 }
 
 void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size,
                       const Publisher* publisher) {
-  SerializedMessage message{topic.type, topic.md5, topic.definition, data, size};
-  // The first generation of Livox' driver writes the same message under its own name.
-  if (message.type == "livox_ros_driver/CustomMsg" && message.md5.empty()) message.type = "livox_ros_driver2/CustomMsg";
-  if (message.md5.empty() && !describe_as<PointCloudMessage>(message) && !describe_as<LivoxMessage>(message) &&
-      !describe_as<ImuMessage>(message) && !describe_as<MagneticFieldMessage>(message)) {
-    throw BagError(implementation_->path + ": topic " + topic.name + ": the type " + topic.type + " has no known definition");
+  Implementation& self = *implementation_;
+  self.check_time(record_time);
+  TopicInfo described = topic;
+  if (described.md5.empty()) {
+    const MessageType type = message_type(topic.type);
+    if (type == MessageType::other) {
+      throw BagError(self.path + ": topic " + topic.name + ": the type " + topic.type + " has no known definition");
+    }
+    // The first generation of Livox' driver writes the same message under its own name.
+    if (type == MessageType::livox) described.type = "livox_ros_driver2/CustomMsg";
+    described.md5 = expected_md5(type);
+    described.definition = ros1_definition(type);
   }
-  const ConnectionHeader header = publisher == nullptr ? nullptr : implementation_->header_of(topic.name, message, *publisher);
-  implementation_->write(topic.name, record_time, message, header);
+  const bool new_chunk = self.chunk.empty();
+  const std::uint32_t connection = self.connection_of(described, publisher);
+  self.indexes[connection] += time_bytes(record_time) + number(static_cast<std::uint32_t>(self.chunk.size()));
+  self.chunk += sized(fields(
+      {{"conn", number(connection)}, {"op", operation(BagOperation::message)}, {"time", time_bytes(record_time)}}));
+  self.chunk += number(static_cast<std::uint32_t>(size));
+  self.chunk.append(reinterpret_cast<const char*>(data), size);
+  self.chunk_begin = new_chunk ? record_time : std::min(self.chunk_begin, record_time);
+  self.chunk_end = new_chunk ? record_time : std::max(self.chunk_end, record_time);
+  if (self.chunk.size() > chunk_bytes) self.end_chunk();
 }
 
 void BagWriter::close() {
-  try {
-    implementation_->bag->close();
-    std::filesystem::rename(implementation_->aside, implementation_->path);
-    implementation_->is_whole = true;
-  } catch (const std::exception& error) {
-    implementation_->fail(error);
-  }
+  Implementation& self = *implementation_;
+  self.end_chunk();
+  const std::uint64_t index_start = self.offset;
+  self.put(self.connection_records);
+  self.put(self.chunk_infos);
+  if (std::fseek(self.file.get(), 13, SEEK_SET) != 0) self.fail(std::strerror(errno));
+  self.put_file_header(index_start);
+  if (std::fflush(self.file.get()) != 0) self.fail(std::strerror(errno));
+  std::error_code error;
+  std::filesystem::rename(self.aside, self.path, error);
+  if (error) self.fail(error.message());
+  self.file.reset();
 }
 
 }  // namespace lodestone::ros1

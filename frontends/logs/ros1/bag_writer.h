@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "frontends/logs/compression.h"
 #include "frontends/logs/message_source.h"
 #include "frontends/logs/ros1/messages.h"
 
@@ -12,14 +13,14 @@ namespace lodestone::ros1 {
 /// nobody ever sees half a bag; without close() nothing is left behind.
 class BagWriter {
  public:
-  /// Throws BagError where the folder cannot be written.
-  BagWriter(const std::string& path, Compression compression);
+  /// `codec`: none, lz4 or bz2. Throws BagError where the folder cannot be written.
+  BagWriter(const std::string& path, Codec codec);
   ~BagWriter();
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
 
-  /// `record_time` (ns, > 0) is when the message would have arrived: the order in which the bag is read back. For a scan
-  /// that is its end, whatever its header's stamp says. Throws BagError, also where a stamp does not fit ROS time
+  /// `record_time` (ns, > 0) is when the message would have arrived: the order in which the bag is read back. For a
+  /// scan that is its end, whatever its header's stamp says. Throws BagError, also where a stamp does not fit ROS time
   /// (0 to 2³² s).
   void write(const std::string& topic, Time record_time, const PointCloudMessage& message);
   void write(const std::string& topic, Time record_time, const LivoxMessage& message);

@@ -11,8 +11,7 @@
 #include "core/error.h"
 #include "core/time.h"
 
-/// The messages that Lodestone reads and writes, as plain structs, whichever ROS wrote them. No ROS header is needed to use them, and
-/// this folder is clean C++17 as well as C++20, for the ROS headers do not compile as C++20.
+/// The messages that Lodestone reads and writes, as plain structs, whichever ROS wrote them.
 namespace lodestone::ros1 {
 
 /// A bag cannot be opened, read or written. The message is one line that names the file.
@@ -101,7 +100,5 @@ struct MagneticFieldMessage {
 };
 
 using Message = std::variant<PointCloudMessage, LivoxMessage, ImuMessage, MagneticFieldMessage>;
-
-enum class Compression { none, lz4, bz2 };
 
 }  // namespace lodestone::ros1

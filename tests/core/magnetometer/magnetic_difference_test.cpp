@@ -117,32 +117,6 @@ TEST(MagneticDifference, WhatOneMapAloneCoversIsCountedApart) {
   EXPECT_EQ(apart.compared_m2, 0.0);
 }
 
-TEST(MagneticDifference, PlacesAreTheConnectedStretchesAboveTheThreshold) {
-  const MagneticMap a = make_map(coarse, before, 0.3F);
-  const MagneticDifference difference = compare_maps(a, make_map(coarse, after, 0.3F));
-  const double threshold = 5.0;
-  double areas[2] = {0.0, 0.0};  // right, left
-  Eigen::Vector2d centers[2] = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
-  for (int row = 0; row < coarse.rows; ++row) {
-    for (int column = 0; column < coarse.columns; ++column) {
-      const Vector3 at = place(coarse, 0, row, column);
-      if (change(at).norm() <= threshold) continue;
-      areas[at.x() < 0.0] += 0.01;
-      centers[at.x() < 0.0] += 0.01 * at.head<2>();
-    }
-  }
-  const std::vector<ChangedPlace> places = changed_places(difference, threshold);
-  ASSERT_EQ(places.size(), 2U);
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_NEAR(places[i].area_m2, areas[i], 1e-9);
-    EXPECT_LT((places[i].center - centers[i] / areas[i]).norm(), 1e-9);
-    EXPECT_GT(places[i].mean_ut, threshold);
-  }
-  EXPECT_GT(places[0].largest_ut, places[1].largest_ut);
-  EXPECT_LT((places[0].largest_at.head<2>() - Eigen::Vector2d(2.03, -0.51)).norm(), 0.08);
-  EXPECT_TRUE(changed_places(difference, 1000.0).empty());
-}
-
 TEST(MagneticDifference, LayersAreComparedAtTheirHeights) {
   FieldGrid layered = coarse;
   layered.heights_m = {0.2, 0.6};

@@ -20,7 +20,7 @@ constexpr Time start = 1'700'000'000'000'000'000;
 constexpr int messages = 6000;
 
 /// Two topics in turn, numbered, in chunks of some hundred kilobytes.
-void write_bag(const std::string& path, ros1::Compression compression) {
+void write_bag(const std::string& path, Codec compression) {
   ros1::BagWriter writer(path, compression);
   for (int i = 0; i < messages; ++i) {
     writer.write("/imu", start + 2 * i, ros1::ImuMessage{start + 2 * i, "imu", {1.0 * i}, {}});
@@ -54,7 +54,7 @@ int read_prefix(const std::string& path, std::int64_t& cut_off) {
   return listed == count ? count : -1;
 }
 
-class CutBagTest : public ::testing::TestWithParam<ros1::Compression> {};
+class CutBagTest : public ::testing::TestWithParam<Codec> {};
 
 TEST_P(CutBagTest, IsReadUpToTheCut) {
   const TemporaryFolder folder;
@@ -65,7 +65,7 @@ TEST_P(CutBagTest, IsReadUpToTheCut) {
   EXPECT_EQ(read_prefix(path, cut_off), 2 * messages);
   EXPECT_EQ(cut_off, 0);
   // What is packed comes by whole chunks, of which there are five, and of its file the indexes take a larger share.
-  const double all = 2.0 * messages, chunk = GetParam() == ros1::Compression::none ? 0.0 : 0.25 * all;
+  const double all = 2.0 * messages, chunk = GetParam() == Codec::none ? 0.0 : 0.25 * all;
   for (const double share : {0.4, 0.6, 0.9}) {
     std::filesystem::copy_file(path, folder / "cut.bag", std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(folder / "cut.bag", static_cast<std::uintmax_t>(share * static_cast<double>(size)));
@@ -109,11 +109,9 @@ TEST_P(CutBagTest, OfARecorderThatWasKilledGivesItsOpenChunk) {
   EXPECT_EQ(cut_off, 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Compressions, CutBagTest, ::testing::Values(ros1::Compression::none, ros1::Compression::lz4, ros1::Compression::bz2),
+INSTANTIATE_TEST_SUITE_P(Compressions, CutBagTest, ::testing::Values(Codec::none, Codec::lz4, Codec::bz2),
                          [](const auto& info) {
-                           return info.param == ros1::Compression::none  ? "none"
-                                  : info.param == ros1::Compression::lz4 ? "lz4"
-                                                                         : "bz2";
+                           return info.param == Codec::none ? "none" : info.param == Codec::lz4 ? "lz4" : "bz2";
                          });
 
 }  // namespace

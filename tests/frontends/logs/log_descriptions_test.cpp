@@ -113,7 +113,7 @@ TEST(LogDescriptions, OfRos1KeepEachPublisher) {
     topic.definition = "geometry_msgs/TransformStamped[] transforms\n";
     TopicInfo other = topic;
     other.name = "/tf";
-    ros1::BagWriter writer(folder / "log.bag", ros1::Compression::none);
+    ros1::BagWriter writer(folder / "log.bag", Codec::none);
     const std::vector<std::uint8_t> bytes(4);
     Time time = described_start;
     for (const Publisher* publisher : {&first, &second, &first}) writer.write(topic, ++time, bytes.data(), bytes.size(), publisher);
@@ -178,7 +178,7 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
   const std::vector<Sent> sent{{&fixed, &first, "old1"}, {&fixed, &second, "two_"}, {&moving, &plain, "away"}, {&fixed, &first, "one_"},
                                {&fixed, &plain, "away"}, {&moving, &plain, "here"}, {&fixed, &first, "new1"}};
   {
-    ros1::BagWriter writer(folder / "log.bag", ros1::Compression::none);
+    ros1::BagWriter writer(folder / "log.bag", Codec::none);
     Time time = described_start;
     for (const Sent& each : sent) {
       writer.write(*each.topic, ++time, reinterpret_cast<const std::uint8_t*>(each.bytes.data()), each.bytes.size(), each.publisher);
@@ -191,7 +191,6 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
   EXPECT_EQ(conversion.latched, 2);
   EXPECT_TRUE(conversion.warnings.entries().empty());
   const std::vector<StoredMessage> messages = all_messages_in(folder / "part.bag");
-  // Which of one instant comes first is rosbag_storage's to say.
   EXPECT_THAT(messages, UnorderedElementsAre(StoredMessage{"/tf_static", from, "two_", "/second latching"},
                                              StoredMessage{"/tf_static", from, "one_", "/first latching"},
                                              StoredMessage{"/tf", from, "here", "/plain"},
@@ -202,7 +201,7 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
   std::filesystem::create_directory(folder / "parts");
   std::filesystem::rename(folder / "log.bag", folder / "parts/0.bag");
   {
-    ros1::BagWriter writer(folder / "parts/1.bag", ros1::Compression::none);
+    ros1::BagWriter writer(folder / "parts/1.bag", Codec::none);
     const std::vector<std::uint8_t> bytes(4);
     for (const Time after : {8, 9}) writer.write(fixed, described_start + after, bytes.data(), bytes.size(), &first);
     writer.close();

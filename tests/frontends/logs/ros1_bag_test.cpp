@@ -1,11 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <map>
 
-#include "frontends/logs/ros1/bag_reader.h"
+#include "frontends/configuration/text_file.h"
+#include "frontends/logs/ros1/bag_index.h"
 #include "frontends/logs/ros1/bag_writer.h"
-#include "frontends/logs/rosbag/checked_bag.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/frontends/logs/test_files.h"
 
@@ -30,7 +31,7 @@ PointCloudMessage cloud_of(const std::vector<std::uint8_t>& bytes) {
   return cloud;
 }
 
-class RoundTrip : public ::testing::TestWithParam<Compression> {};
+class RoundTrip : public ::testing::TestWithParam<Codec> {};
 
 TEST_P(RoundTrip, GivesBackWhatWasWrittenInOrderOfRecordTime) {
   const TemporaryFolder folder;
@@ -109,13 +110,12 @@ TEST_P(RoundTrip, GivesBackWhatWasWrittenInOrderOfRecordTime) {
   EXPECT_EQ(std::get<MagneticFieldMessage>(message).frame, "mag");
 }
 
-INSTANTIATE_TEST_SUITE_P(EachCompression, RoundTrip,
-                         ::testing::Values(Compression::none, Compression::lz4, Compression::bz2));
+INSTANTIATE_TEST_SUITE_P(EachCompression, RoundTrip, ::testing::Values(Codec::none, Codec::lz4, Codec::bz2));
 
 TEST(BagWriterTest, LeavesNothingBehindWithoutClose) {
   const TemporaryFolder folder;
   {
-    BagWriter writer(folder / "log.bag", Compression::lz4);
+    BagWriter writer(folder / "log.bag", Codec::lz4);
     writer.write("/imu", start, ImuMessage{start, "imu", {}, {}});
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
@@ -123,48 +123,115 @@ TEST(BagWriterTest, LeavesNothingBehindWithoutClose) {
 
 TEST(BagWriterTest, RefusesWhatItCannotWrite) {
   const TemporaryFolder folder;
-  EXPECT_THAT(message_of<BagError>([&] { BagWriter(folder / "absent/log.bag", Compression::none); }),
+  EXPECT_THAT(message_of<BagError>([&] { BagWriter(folder / "absent/log.bag", Codec::none); }),
               HasSubstr("absent/log.bag"));
-  BagWriter writer(folder / "log.bag", Compression::none);
+  BagWriter writer(folder / "log.bag", Codec::none);
   EXPECT_THAT(message_of<BagError>([&] { writer.write("/imu", start, ImuMessage{-5, "imu", {}, {}}); }),
               HasSubstr("does not fit ROS time"));
 }
 
-TEST(BagReaderTest, SaysWhatIsWrongWithAFile) {
+/// What the definition in the bag says has the checksum beside it: ROS tools compare the two.
+TEST(BagWriterTest, DescribesKnownTypesAsRosDoes) {
   const TemporaryFolder folder;
-  WarningLog warnings;
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "none.bag", warnings); }), HasSubstr("no such file"));
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder.path().string(), warnings); }), HasSubstr("no regular file"));
-  testing::write_text(folder / "empty.bag", "");
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "empty.bag", warnings); }), HasSubstr("is no ROS 1 bag"));
-  testing::write_text(folder / "other.bag", "just some text, and no bag");
-  EXPECT_THAT(message_of<BagError>([&] { BagReader(folder / "other.bag", warnings); }), HasSubstr("is no ROS 1 bag"));
+  {
+    BagWriter writer(folder / "log.bag", Codec::none);
+    writer.write("/points", start, cloud_of({}));
+    writer.write("/livox", start, LivoxMessage{});
+    writer.write("/imu", start, ImuMessage{start, "imu", {}, {}});
+    writer.write("/field", start, MagneticFieldMessage{start, "field", {}});
+    writer.close();
+  }
+  testing::DecodedLog log(folder / "log.bag");
+  EXPECT_EQ(log.topic("/points").md5, "1158d486dd51d683ce2f1be655c3c181");
+  EXPECT_EQ(log.topic("/livox").md5, "e4d6829bdfe657cb6c21a746c86b21a6");
+  EXPECT_EQ(log.topic("/imu").md5, "6a62c6daae103f4ff57a132d6f95cec2");
+  EXPECT_EQ(log.topic("/field").md5, "2f3b0b43eed0c9501de0fa3ff89a45aa");
+  for (const TopicInfo& topic : log.topics()) {
+    EXPECT_THAT(topic.definition, HasSubstr("MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"))
+        << topic.name;
+  }
 }
 
-TEST(BagReaderTest, SaysThatABagIsTruncatedWhereverItEnds) {
+TEST(BagIndexTest, SaysWhatIsWrongWithAFile) {
+  const TemporaryFolder folder;
+  WarningLog warnings;
+  const auto error = [&](const std::string& path) { return message_of<InputError>([&] { BagIndex(path, warnings); }); };
+  EXPECT_THAT(error(folder / "none.bag"), HasSubstr("none.bag: "));
+  testing::write_text(folder / "empty.bag", "");
+  EXPECT_THAT(error(folder / "empty.bag"), HasSubstr("is no ROS 1 bag"));
+  testing::write_text(folder / "other.bag", "just some text, and no bag");
+  EXPECT_THAT(error(folder / "other.bag"), HasSubstr("is no ROS 1 bag"));
+  testing::write_text(folder / "old.bag", "#ROSBAG V1.2\n");
+  EXPECT_THAT(error(folder / "old.bag"), HasSubstr("another version than 2.0"));
+  testing::write_text(folder / "short.bag", "#ROSBAG V2.0\n");
+  EXPECT_THAT(error(folder / "short.bag"), HasSubstr("no message ahead of that"));
+}
+
+/// Wherever the bag ends, its messages up to there are read or the bag is refused; that it is cut off is always said.
+TEST(BagIndexTest, SaysThatABagIsCutOffWhereverItEnds) {
   const TemporaryFolder folder;
   const std::string path = folder / "log.bag";
   {
-    BagWriter writer(path, Compression::lz4);
+    BagWriter writer(path, Codec::lz4);
     for (int i = 0; i < 500; ++i) writer.write("/imu", start + i, ImuMessage{start + i, "imu", {1.0 * i}, {}});
     writer.close();
   }
-  WarningLog warnings;
   const auto size = std::filesystem::file_size(path);
-  for (const double share : {0.99, 0.8, 0.5, 0.1}) {
+  for (std::uintmax_t kept = size - 1; kept > 0; kept -= std::min<std::uintmax_t>(kept, kept > size - 1000 ? 7 : 997)) {
     const std::string cut = folder / "cut.bag";
     std::filesystem::copy_file(path, cut, std::filesystem::copy_options::overwrite_existing);
-    std::filesystem::resize_file(cut, static_cast<std::uintmax_t>(share * static_cast<double>(size)));
-    EXPECT_THAT(message_of<BagError>([&] { BagReader reader(cut, warnings); }), HasSubstr("truncated")) << share;
-    EXPECT_THAT(message_of<InputError>([&] { CheckedBag reader(cut, warnings); }), HasSubstr("truncated")) << share;
+    std::filesystem::resize_file(cut, kept);
+    WarningLog warnings;
+    try {
+      BagIndex index(cut, warnings);
+      EXPECT_EQ(warnings.count("log.cut_off"), 1) << kept << " of " << size;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), ::testing::AnyOf(HasSubstr("cut off"), HasSubstr("is no ROS 1 bag")))
+          << kept << " of " << size;
+    }
   }
 }
 
-TEST(BagReaderTest, SelectRefusesAbsentTopics) {
+/// The bytes of a bag whose only chunk is not packed, with those of `from` replaced in one place.
+void alter(const std::string& path, const std::string& from, const std::string& to, std::size_t skip = 0) {
+  std::string bag = read_text_file(path);
+  std::size_t at = bag.find(from);
+  for (; skip > 0; --skip) at = bag.find(from, at + 1);
+  ASSERT_NE(at, std::string::npos);
+  bag.replace(at, to.size(), to);
+  std::ofstream(path, std::ios::binary) << bag;
+}
+
+TEST(BagIndexTest, AnIndexThatContradictsItsChunkIsRefusedWithTheByte) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "log.bag";
+  const auto damaged = [&](const std::string& from, const std::string& to) {
+    BagWriter writer(path, Codec::none);
+    for (int i = 0; i < 3; ++i) writer.write("/imu", start + i, ImuMessage{start + i, "imu", {1.0 * i}, {}});
+    writer.close();
+    alter(path, from, to);
+    return message_of<InputError>([&] {
+      testing::DecodedLog log(path);
+      log.select({"/imu"});
+      Message message;
+      std::size_t topic = 0;
+      Time time = 0;
+      while (log.next(message, topic, time)) {
+      }
+    });
+  };
+  EXPECT_THAT(damaged(std::string("count=\3\0\0\0", 10), std::string("count=\2\0\0\0", 10)),
+              HasSubstr("damaged at byte"));
+  EXPECT_THAT(damaged(std::string("op=\4", 4), std::string("op=\2", 4)), HasSubstr("damaged at byte"));
+  EXPECT_THAT(damaged("compression=none", "compression=nine"), HasSubstr("the compression 'nine' is unknown"));
+  EXPECT_THAT(damaged("size=", "sise="), HasSubstr("no field 'size'"));
+}
+
+TEST(BagIndexTest, SelectRefusesAbsentTopics) {
   const TemporaryFolder folder;
   const std::string path = folder / "log.bag";
   {
-    BagWriter writer(path, Compression::none);
+    BagWriter writer(path, Codec::none);
     writer.write("/imu", start, ImuMessage{start, "imu", {}, {}});
     writer.close();
   }

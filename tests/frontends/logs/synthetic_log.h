@@ -19,7 +19,7 @@ struct SyntheticLog {
   int points_per_scan = 2048;
   int magnetometers = 2;
   bool lidar = true;
-  ros1::Compression compression = ros1::Compression::lz4;
+  Codec compression = Codec::lz4;
   std::function<bool(int, ros1::PointCloudMessage&, std::vector<std::uint8_t>&)> on_scan;
   std::function<bool(int, ros1::ImuMessage&)> on_imu;
   std::function<bool(int, int, ros1::MagneticFieldMessage&)> on_field;  ///< sample, magnetometer

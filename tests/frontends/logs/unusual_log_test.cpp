@@ -1,14 +1,11 @@
 // Logs that are laid out as no recorder does it, though the formats allow it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <sqlite3.h>
 
-
-#include "frontends/messages/wire_ros1.h"
 #include "frontends/logs/ros1/bag_writer.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
-#include "frontends/logs/rosbag/bag_structure.h"
+#include "frontends/messages/wire_ros1.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/frontends/logs/stored_messages.h"
 #include "tests/frontends/logs/test_files.h"
@@ -41,7 +38,7 @@ void write_mixed_bag(const std::string& path) {
   older.md5 = std::string(32, '0');
   older.definition = "Header header\n";
   const Publisher nodes[] = {{"/imu", false}, {"/field", false}, {"/older", false}, {"/again", false}};
-  ros1::BagWriter writer(path, ros1::Compression::none);
+  ros1::BagWriter writer(path, Codec::none);
   Time time = unusual_start;
   const auto write = [&](const TopicInfo& topic, int numbers, const Publisher& node) {
     const std::vector<std::uint8_t> bytes = message_of_numbers(++time, numbers);
@@ -79,58 +76,6 @@ TEST(UnusualBag, OfTwoTypesOnOneTopicTheFirstIsRead) {
     }
     EXPECT_EQ(count, 6);
   }
-}
-
-template <class Number>
-void append_number(std::string& text, Number number) {
-  for (std::size_t i = 0; i < sizeof(Number); ++i) text += static_cast<char>(static_cast<std::uint64_t>(number) >> (8 * i));
-}
-
-template <class Number>
-std::string bag_field(const std::string& name, Number number) {
-  std::string field;
-  append_number(field, static_cast<std::uint32_t>(name.size() + 1 + sizeof(Number)));
-  field += name + "=";
-  append_number(field, number);
-  return field;
-}
-
-/// A record with a header and no content.
-std::string bag_record(const std::string& header) {
-  std::string record;
-  append_number(record, static_cast<std::uint32_t>(header.size()));
-  return record + header + std::string(4, '\0');
-}
-
-/// A bag of empty chunks.
-std::string bag_of_chunks(std::uint32_t chunks) {
-  const auto file_header = [chunks](std::uint64_t index) {
-    return "#ROSBAG V2.0\n" + bag_record(bag_field("op", std::uint8_t{3}) + bag_field("index_pos", index) +
-                                         bag_field("conn_count", std::uint32_t{0}) + bag_field("chunk_count", chunks));
-  };
-  std::string compression;
-  append_number(compression, std::uint32_t{16});
-  compression += "compression=none";
-  const std::string chunk = bag_record(bag_field("op", std::uint8_t{5}) + compression + bag_field("size", std::uint32_t{0}));
-  const std::uint64_t start = file_header(0).size();
-  std::string bag = file_header(start + chunks * chunk.size());
-  for (std::uint32_t i = 0; i < chunks; ++i) bag += chunk;
-  for (std::uint32_t i = 0; i < chunks; ++i) {
-    bag += bag_record(bag_field("op", std::uint8_t{6}) + bag_field("ver", std::uint32_t{1}) +
-                      bag_field("chunk_pos", start + i * chunk.size()) + bag_field("start_time", std::uint64_t{1}) +
-                      bag_field("end_time", std::uint64_t{1}) + bag_field("count", std::uint32_t{0}));
-  }
-  return bag;
-}
-
-/// A search through all chunks for each of them would take a hundred times as long for ten times as many.
-TEST(UnusualBag, AChunkInfoThatPointsBetweenChunksIsRefused) {
-  const TemporaryFolder folder;
-  std::string bag = bag_of_chunks(3);
-  bag[bag.rfind("chunk_pos=") + 10] ^= 1;
-  std::ofstream(folder / "chunks.bag", std::ios::binary) << bag;
-  EXPECT_THAT(message_of<InputError>([&] { BagStructure structure(folder / "chunks.bag"); }),
-              HasSubstr("there is no chunk at byte"));
 }
 
 /// A bag of three messages; `messages` makes their table.

@@ -26,9 +26,11 @@ class Raster : public ::testing::Test {
 
   void write(const RasterLayout& layout, int tile, int pages) const {
     write_raster(path_, layout, tile, std::vector<std::string>(static_cast<std::size_t>(pages), "page"),
-                 [](int page, const RasterWindow& window, float* values) {
-                   for (int row = 0; row < window.rows; ++row) {
-                     for (int column = 0; column < window.columns; ++column) *values++ = value(page, window.row + row, window.column + column);
+                 [](int page, const cv::Rect& window, cv::Mat1f& values) {
+                   for (int row = 0; row < window.height; ++row) {
+                     for (int column = 0; column < window.width; ++column) {
+                       values(row, column) = value(page, window.y + row, window.x + column);
+                     }
                    }
                    return true;
                  });
@@ -37,8 +39,7 @@ class Raster : public ::testing::Test {
   std::string error() const {
     try {
       const RasterFile file(path_.string());
-      std::vector<float> values(static_cast<std::size_t>(file.columns()) * file.rows());
-      file.read(0, {0, 0, file.columns(), file.rows()}, values.data());
+      file.read(0, {{0, 0}, file.size()});
     } catch (const InputError& error) {
       return error.what();
     }
@@ -52,22 +53,21 @@ class Raster : public ::testing::Test {
 TEST_F(Raster, AnyWindowReadsBackTheBits) {
   std::mt19937 generator(1);
   for (const int tile : {16, 48}) {
-    write({101, 67, 0.1, {3.0, 4.0}}, tile, 3);
+    write({{101, 67}, 0.1, {3.0, 4.0}}, tile, 3);
     const RasterFile file(path_.string(), 10000);  // a cache that holds next to nothing
-    ASSERT_EQ(file.columns(), 101);
-    ASSERT_EQ(file.rows(), 67);
+    ASSERT_EQ(file.size(), cv::Size(101, 67));
     ASSERT_EQ(file.pages(), 3);
     for (int i = 0; i < 300; ++i) {
       const int column = static_cast<int>(generator() % 101);
       const int row = static_cast<int>(generator() % 67);
-      const RasterWindow window{column, row, 1 + static_cast<int>(generator() % (101U - column)), 1 + static_cast<int>(generator() % (67U - row))};
+      const cv::Rect window(column, row, 1 + static_cast<int>(generator() % (101U - column)),
+                            1 + static_cast<int>(generator() % (67U - row)));
       const int page = static_cast<int>(generator() % 3);
-      std::vector<float> values(static_cast<std::size_t>(window.columns) * window.rows, -1.0F);
-      file.read(page, window, values.data());
-      for (int r = 0; r < window.rows; ++r) {
-        for (int c = 0; c < window.columns; ++c) {
+      const cv::Mat1f values = file.read(page, window);
+      for (int r = 0; r < window.height; ++r) {
+        for (int c = 0; c < window.width; ++c) {
           const float expected = value(page, row + r, column + c);
-          ASSERT_EQ(std::memcmp(&values[static_cast<std::size_t>(r) * window.columns + c], &expected, 4), 0) << page << r << c;
+          ASSERT_EQ(std::memcmp(&values(r, c), &expected, 4), 0) << page << r << c;
         }
       }
     }
@@ -75,7 +75,7 @@ TEST_F(Raster, AnyWindowReadsBackTheBits) {
 }
 
 TEST_F(Raster, TheFirstRowOfTheFileHasTheLargestYAndItsPlaceIsThere) {
-  write({20, 30, 0.5, {3.0, 4.0}}, 16, 1);
+  write({{20, 30}, 0.5, {3.0, 4.0}}, 16, 1);
   TIFF* file = TIFFOpen(path_.c_str(), "r");
   ASSERT_NE(file, nullptr);
   std::vector<float> tile(16 * 16);
@@ -93,17 +93,15 @@ TEST_F(Raster, TheFirstRowOfTheFileHasTheLargestYAndItsPlaceIsThere) {
 }
 
 TEST_F(Raster, WhatIsEmptyTakesNextToNothing) {
-  const RasterLayout layout{3000, 3000, 0.1, {0.0, 0.0}};  // 300 x 300 m, 36 MB a page
-  write_raster(path_, layout, 64, {"one"}, [](int, const RasterWindow& window, float* values) {
-    if (window.column != 640 || window.row > 64) return false;
-    values[0] = 7.0F;
+  const RasterLayout layout{{3000, 3000}, 0.1, {0.0, 0.0}};  // 300 x 300 m, 36 MB a page
+  write_raster(path_, layout, 64, {"one"}, [](int, const cv::Rect& window, cv::Mat1f& values) {
+    if (window.x != 640 || window.y > 64) return false;
+    values(0) = 7.0F;
     return true;
   });
   EXPECT_LT(std::filesystem::file_size(path_), 300000U);
   const RasterFile file(path_.string());
-  float value = 0.0F;
-  file.read(0, {1500, 1500, 1, 1}, &value);
-  EXPECT_TRUE(std::isnan(value));
+  EXPECT_TRUE(std::isnan(file.read(0, {1500, 1500, 1, 1})(0)));
 }
 
 TEST_F(Raster, SaysWhatIsWrong) {
@@ -111,12 +109,12 @@ TEST_F(Raster, SaysWhatIsWrong) {
   EXPECT_THAT(error(), HasSubstr("no such file"));
   std::ofstream(path_) << "no picture";
   EXPECT_THAT(error(), HasSubstr("no readable TIFF"));
-  write({300, 300, 0.1, {0, 0}}, 16, 2);
+  write({{300, 300}, 0.1, {0, 0}}, 16, 2);
   EXPECT_EQ(error(), "no error");
   // Wherever pixels are missing, the line says that it is cut off, how far it should reach and how many bytes there are.
   const auto whole = std::filesystem::file_size(path_);
   for (const std::uintmax_t kept : {whole - whole / 50, whole * 3 / 4, whole / 2, whole / 10}) {
-    write({300, 300, 0.1, {0, 0}}, 16, 2);
+    write({{300, 300}, 0.1, {0, 0}}, 16, 2);
     std::filesystem::resize_file(path_, kept);
     EXPECT_THAT(error(), HasSubstr("raster.tif: is cut off")) << kept << " of " << whole;
     EXPECT_THAT(error(), HasSubstr(std::to_string(kept) + " bytes; copy it whole, or write it again")) << kept << " of " << whole;
@@ -129,8 +127,8 @@ TEST_F(Raster, SaysWhatIsWrong) {
   for (std::uint32_t i = 0; i < 8; ++i) TIFFWriteScanline(file, row, i, 0);
   TIFFClose(file);
   EXPECT_THAT(error(), HasSubstr("page 1 is not float32"));
-  EXPECT_THROW(write_raster(folder_.path() / "absent" / "raster.tif", {20, 30, 0.5, {3.0, 4.0}}, 16, {"one"},
-                            [](int, const RasterWindow&, float*) { return false; }),
+  EXPECT_THROW(write_raster(folder_.path() / "absent" / "raster.tif", {{20, 30}, 0.5, {3.0, 4.0}}, 16, {"one"},
+                            [](int, const cv::Rect&, cv::Mat1f&) { return false; }),
                InputError);
 }
 

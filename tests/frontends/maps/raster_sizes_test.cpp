@@ -86,9 +86,7 @@ TEST(RasterSizes, AnnouncedSizesAreNotBelieved) {
   EXPECT_THAT(error({4096, 4096, 16, COMPRESSION_ADOBE_DEFLATE, size}), HasSubstr("announce 65536 tiles, the file has"));
 
   CraftedTiff{16, 62, 0, COMPRESSION_ADOBE_DEFLATE, size}.write(path, data);  // 992 of the 1000 values
-  float value = 0.0F;
-  RasterFile(path).read(0, {15, 61, 1, 1}, &value);
-  EXPECT_EQ(value, 1.0F);
+  EXPECT_EQ(RasterFile(path).read(0, {15, 61, 1, 1})(0), 1.0F);
 }
 
 /// Tiles, or strips, of which some are left out.
@@ -123,16 +121,14 @@ TEST(RasterSizes, AbsentTilesAndAShortLastStripAreRead) {
   const testing::TemporaryFolder folder;
   const std::string path = folder / "raster.tif";
   write_in_pieces(path, 48, 16, 16, 0, {1});
-  std::vector<float> values(48 * 16, 0.0F);
-  RasterFile(path).read(0, {0, 0, 48, 16}, values.data());
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  cv::Mat1f values = RasterFile(path).read(0, {0, 0, 48, 16});
+  for (int i = 0; i < 48 * 16; ++i) {
     const bool there = i % 48 >= 16 && i % 48 < 32;
-    ASSERT_TRUE(there ? values[i] == 11.0F : std::isnan(values[i])) << i << ": " << values[i];
+    ASSERT_TRUE(there ? values(i) == 11.0F : std::isnan(values(i))) << i << ": " << values(i);
   }
   write_in_pieces(path, 5, 10, 0, 4, {0, 1, 2});
-  values.assign(5 * 10, 0.0F);
-  RasterFile(path).read(0, {0, 0, 5, 10}, values.data());
-  for (std::size_t row = 0; row < 10; ++row) EXPECT_EQ(values[row * 5 + 2], row < 2 ? 12.0F : row < 6 ? 11.0F : 10.0F) << row;
+  values = RasterFile(path).read(0, {0, 0, 5, 10});
+  for (int row = 0; row < 10; ++row) EXPECT_EQ(values(row, 2), row < 2 ? 12.0F : row < 6 ? 11.0F : 10.0F) << row;
 }
 
 TEST(RasterSizes, ManyPagesTakeFewFiles) {
@@ -142,10 +138,12 @@ TEST(RasterSizes, ManyPagesTakeFewFiles) {
   const testing::TemporaryFolder folder;
   constexpr int pages = 1200;  // 300 heights
   const auto value = [](int page, int row, int column) { return static_cast<float>(10000 * page + 100 * row + column); };
-  write_raster(folder / "raster.tif", {40, 20, 0.1, {0.0, 0.0}}, 16, std::vector<std::string>(pages, "page"),
-               [&](int page, const RasterWindow& window, float* values) {
-                 for (int row = 0; row < window.rows; ++row) {
-                   for (int column = 0; column < window.columns; ++column) *values++ = value(page, window.row + row, window.column + column);
+  write_raster(folder / "raster.tif", {{40, 20}, 0.1, {0.0, 0.0}}, 16, std::vector<std::string>(pages, "page"),
+               [&](int page, const cv::Rect& window, cv::Mat1f& values) {
+                 for (int row = 0; row < window.height; ++row) {
+                   for (int column = 0; column < window.width; ++column) {
+                     values(row, column) = value(page, window.y + row, window.x + column);
+                   }
                  }
                  return true;
                });
@@ -157,9 +155,7 @@ TEST(RasterSizes, ManyPagesTakeFewFiles) {
   for (int i = 0; i < 5000; ++i) {
     const int page = static_cast<int>(generator() % pages);
     const int row = static_cast<int>(generator() % 20U), column = static_cast<int>(generator() % 40U);
-    float found = 0.0F;
-    file.read(page, {column, row, 1, 1}, &found);
-    ASSERT_EQ(found, value(page, row, column));
+    ASSERT_EQ(file.read(page, {column, row, 1, 1})(0), value(page, row, column));
   }
 }
 

@@ -141,7 +141,7 @@ TEST(MessagePaths, AnImuAndItsMagnetometersComeFromOneMessage) {
   const std::string path = folder / "log.bag";
   TopicInfo topic = board_topic(Encoding::ros1);
   topic.md5 = "0123456789abcdef0123456789abcdef";
-  ros1::BagWriter writer(path, ros1::Compression::none);
+  ros1::BagWriter writer(path, Codec::none);
   for (int i = 0; i < 300; ++i) {
     const Time time = board_time + i * 5'000'000;
     const auto bytes = board_message<Ros1WireWriter>(2, time);

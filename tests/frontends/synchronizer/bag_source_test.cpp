@@ -81,7 +81,7 @@ TEST_F(BagSourceTest, TheCalibrationOfAMagnetometerIsTakenOff) {
 TEST_F(BagSourceTest, MissingAndCutOffFiles) {
   EXPECT_THAT(message_of<InputError>([this] { read_all(folder / "absent.bag", platform()); }),
               HasSubstr("absent.bag: there is no such file"));
-  log.compression = ros1::Compression::none;
+  log.compression = Codec::none;
   log.write(path);
   const Contents whole = read_all(path, platform());
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);

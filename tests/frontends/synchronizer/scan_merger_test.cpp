@@ -130,7 +130,7 @@ TEST_F(TwoLidars, AreReadFromOneLogWithLayoutsOfTheirOwn) {
   const std::string path = folder / "log.bag";
   const CloudLayout layouts[] = {{"t", ros1::PointField::uint32}, {"timestamp", ros1::PointField::uint64, PointTimeUnit::nanoseconds, PointTimeZero::epoch}};
   {
-    ros1::BagWriter writer(path, ros1::Compression::none);
+    ros1::BagWriter writer(path, Codec::none);
     std::vector<std::uint8_t> data;
     for (int i = 0; i < 10; ++i) {
       const Time start = first_start + i * period;

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-SyntheticLog small_log(ros1::Compression compression = ros1::Compression::none) {
+SyntheticLog small_log(Codec compression = Codec::none) {
   SyntheticLog log;
   log.scans = 2;
   log.points_per_scan = 64;
@@ -34,13 +34,13 @@ SyntheticLog small_log(ros1::Compression compression = ros1::Compression::none) 
   return log;
 }
 
-template <ros1::Compression compression>
+template <Codec compression>
 void write_bag(const fs::path& folder) {
   small_log(compression).write((folder / "log").string());
 }
 
 void write_cut_bag(const fs::path& folder) {
-  write_bag<ros1::Compression::none>(folder);
+  write_bag<Codec::none>(folder);
   fs::resize_file(folder / "log", 2 * fs::file_size(folder / "log") / 3);
 }
 
@@ -301,9 +301,9 @@ void write_split_bag(const fs::path& folder) {
 
 const std::vector<Boundary>& boundaries() {
   static const std::vector<Boundary> all{
-      {"rosbag", "log", write_bag<ros1::Compression::none>, read_log_file},
-      {"rosbag_lz4", "log", write_bag<ros1::Compression::lz4>, read_log_file},
-      {"rosbag_bz2", "log", write_bag<ros1::Compression::bz2>, read_log_file},
+      {"rosbag", "log", write_bag<Codec::none>, read_log_file},
+      {"rosbag_lz4", "log", write_bag<Codec::lz4>, read_log_file},
+      {"rosbag_bz2", "log", write_bag<Codec::bz2>, read_log_file},
       {"rosbag_cut", "log", write_cut_bag, read_log_file},
       {"mcap", "log", write_converted<LogFormat::mcap, Codec::none>, read_log_file},
       {"mcap_zstd", "log", write_converted<LogFormat::mcap, Codec::zstd>, read_log_file},

@@ -29,7 +29,7 @@ class LogSampleTest : public ::testing::Test {
       imu.angular_velocity = {};
       return true;
     };
-    ros1::BagWriter writer(path_, ros1::Compression::none);
+    ros1::BagWriter writer(path_, Codec::none);
     for (int i = 0; i < 400; ++i) {
       const Time time = log.start + i * SyntheticLog::imu_period;
       log.write_imu(writer, i);

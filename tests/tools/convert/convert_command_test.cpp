@@ -87,7 +87,7 @@ TEST_F(ConvertCommand, APartSaysWhatWasLatchedBeforeIt) {
   const Publisher latching{"/robot", true}, plain{"/robot", false};
   const std::vector<std::uint8_t> bytes(4);
   {
-    ros1::BagWriter writer(path("log.bag"), ros1::Compression::none);
+    ros1::BagWriter writer(path("log.bag"), Codec::none);
     writer.write(fixed, from_seconds(100.0), bytes.data(), bytes.size(), &latching);
     for (int i = 0; i < 10; ++i) writer.write(moving, from_seconds(100.0 + i), bytes.data(), bytes.size(), &plain);
     writer.close();

@@ -49,10 +49,9 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
 
   const RasterFile raster((folder / "out/difference.tif").string());
   ASSERT_EQ(raster.pages(), 4);
-  std::vector<float> size(41 * 31);
-  raster.read(3, {0, 0, 41, 31}, size.data());
-  EXPECT_FLOAT_EQ(size[10 * 41 + 10], 20.0F);
-  EXPECT_FLOAT_EQ(size[20 * 41 + 10], 0.0F);
+  const cv::Mat1f size = raster.read(3, {0, 0, 41, 31});
+  EXPECT_FLOAT_EQ(size(10, 10), 20.0F);
+  EXPECT_FLOAT_EQ(size(20, 10), 0.0F);
   EXPECT_THAT(content_of(folder / "out/difference.yaml"), HasSubstr("image: \"difference.tif\""));
 }
 

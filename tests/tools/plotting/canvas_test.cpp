@@ -19,10 +19,8 @@ using testing::HasSubstr;
 void draw_everything(Canvas& canvas) {
   const CanvasBox box{40.0, 20.0, 240.0, 120.0};
   canvas.fill(box, {240, 240, 240});
-  canvas.shade(box, [](CanvasPoint point, Color& color) {
-    color = heat_color(point.x / 240.0);
-    return point.y > 60.0;
-  });
+  canvas.shade(
+      box, [](CanvasPoint point) { return point.y > 60.0 ? point.x / 240.0 : NAN; }, ColorRamp::heat);
   canvas.clip(box);
   canvas.polygon({{50.0, 100.0}, {150.0, 30.0}, {400.0, 100.0}}, {0, 114, 178}, 0.3);
   canvas.polyline({{0.0, 0.0}, {100.0, 80.0}, {1e9, -1e9}}, {213, 94, 0}, 2.0, Stroke::dashed);

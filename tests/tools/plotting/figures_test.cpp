@@ -35,18 +35,24 @@ ErrorSeries made_up_errors(const std::string& method, double noise_ut, bool dege
   return series;
 }
 
-Raster made_up_raster(double width, double height, double peak) {
-  Raster raster{0.2, -0.5 * width, -0.5 * height, static_cast<int>(width / 0.2) + 1, static_cast<int>(height / 0.2) + 1, {}};
-  for (int row = 0; row < raster.rows; ++row) {
-    for (int column = 0; column < raster.columns; ++column) {
+PlanRaster made_up_raster(double width, double height, double peak) {
+  PlanRaster raster{0.2, -0.5 * width, -0.5 * height, 0.0, {}};
+  raster.values.create(static_cast<int>(height / 0.2) + 1, static_cast<int>(width / 0.2) + 1);
+  for (int row = 0; row < raster.values.rows; ++row) {
+    for (int column = 0; column < raster.values.cols; ++column) {
       const double x = raster.x_m + 0.2 * column;
       const double y = raster.y_m + 0.2 * row;
       double value = 0.3 + 0.2 * std::sin(x) * std::sin(1.3 * y);
       for (double car = -20.0; car < 25.0; car += 9.0) value += peak * std::exp(-std::hypot(x - car, y - 2.0) / 1.2);
-      raster.values.push_back(std::hypot(x - 12.0, y + 2.5) < 0.8 ? NAN : static_cast<float>(value));
+      raster.values(row, column) = std::hypot(x - 12.0, y + 2.5) < 0.8 ? NAN : static_cast<float>(value);
     }
   }
   return raster;
+}
+
+/// The raster at one point.
+double value_at(const PlanRaster& raster, double x, double y) {
+  return values_at(raster, {x, y, 1.0, 1.0, {1, 1}})(0, 0);
 }
 
 std::vector<Vector3> loop(double a, double b, double wiggle = 0.0) {
@@ -148,10 +154,11 @@ TEST_F(Figures, DifferencesOfMaps) {
 }
 
 TEST_F(Figures, ResidualsOverTheDifference) {
-  const Raster background = made_up_raster(56.0, 7.0, 50.0);
+  const PlanRaster background = made_up_raster(56.0, 7.0, 50.0);
   std::vector<ResidualPanel> panels{{"magnetic", {{}, loop(24.0, 2.0, 0.3), {}}}, {"smoother", {{}, loop(24.0, 2.0), {}}}};
   for (ResidualPanel& panel : panels) {
-    for (const Vector3& point : panel.track.position) panel.track.difference_ut.push_back(background.at(point.x(), point.y()));
+    for (const Vector3& point : panel.track.position)
+      panel.track.difference_ut.push_back(value_at(background, point.x(), point.y()));
   }
   const std::string svg =
       drawn("residuals", [&](const auto& path) { draw_residuals_over_difference(path, background, panels); });
@@ -171,18 +178,33 @@ TEST_F(Figures, WorldsWithTheirDrives) {
   drawn("worlds_none", [&](const auto& path) { draw_worlds(path, {{"nothing", {}, {}}}); });
 }
 
-TEST(Raster, ReadsBackItsNodesAndIsEmptyOutside) {
-  const Raster raster{0.5, 1.0, 2.0, 3, 2, {0.0F, 1.0F, 2.0F, 10.0F, 11.0F, NAN}};
-  EXPECT_DOUBLE_EQ(raster.at(1.0, 2.0), 0.0);
-  EXPECT_DOUBLE_EQ(raster.at(1.25, 2.25), 5.5);
-  EXPECT_TRUE(std::isnan(raster.at(1.75, 2.25)));
-  EXPECT_TRUE(std::isnan(raster.at(0.99, 2.0)));
-  EXPECT_DOUBLE_EQ(raster.quantile(1.0), 11.0);
-  EXPECT_TRUE(std::isnan(Raster{}.at(0.0, 0.0)));
-  EXPECT_TRUE(std::isnan(Raster{}.quantile(0.5)));
+TEST(PlanRaster, HasItsNodesValuesAndNoneOutside) {
+  const PlanRaster raster{0.5, 1.0, 2.0, 0.0, (cv::Mat1f(2, 3) << 0.0F, 1.0F, 2.0F, 10.0F, 11.0F, NAN)};
+  EXPECT_EQ(value_at(raster, 1.0, 2.0), 0.0);
+  EXPECT_EQ(value_at(raster, 1.25, 2.25), 5.5);
+  EXPECT_TRUE(std::isnan(value_at(raster, 1.75, 2.25)));
+  EXPECT_TRUE(std::isnan(value_at(raster, 0.99, 2.0)));
+  EXPECT_DOUBLE_EQ(quantile(raster.values, 1.0), 11.0);
+  EXPECT_TRUE(std::isnan(value_at({}, 0.0, 0.0)));
+  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
 }
 
-TEST(Raster, OfTwoMapsIsTheNormOfTheirDifference) {
+TEST(PlanRaster, IsSampledFromBelowAndFromAbove) {
+  const PlanRaster raster = made_up_raster(4.0, 3.0, 20.0);
+  const PlanPoints from_below{raster.x_m, raster.y_m, 0.2, 0.2, raster.values.size()};
+  const PlanPoints from_above{raster.x_m, raster.y_high(), 0.2, -0.2, raster.values.size()};
+  cv::Mat1f below = values_at(raster, from_below);
+  cv::Mat1f above = values_at(raster, from_above, RasterInterpolation::nearest);
+  for (int row = 0; row < below.rows; ++row) {
+    for (int column = 0; column < below.cols; ++column) {
+      EXPECT_NEAR(below(row, column), raster.values(row, column), 1e-4);
+      EXPECT_EQ(above(below.rows - 1 - row, column), raster.values(row, column));
+    }
+  }
+  EXPECT_EQ(value_at(raster, raster.x_high(), raster.y_high()), raster.values(below.rows - 1, below.cols - 1));
+}
+
+TEST(PlanRaster, OfTwoMapsIsTheNormOfTheirDifference) {
   FieldGrid grid;
   grid.resolution_m = 1.0;
   grid.columns = grid.rows = 3;
@@ -190,11 +212,11 @@ TEST(Raster, OfTwoMapsIsTheNormOfTheirDifference) {
   const MagneticMap a(grid, std::vector<Eigen::Vector4f>(9, {3.0F, 0.0F, 44.0F, 0.1F}), 5.0);
   grid.origin = {1.0, 0.0};
   const MagneticMap b(grid, std::vector<Eigen::Vector4f>(9, {0.0F, 4.0F, 44.0F, 0.1F}), 5.0);
-  const Raster difference = difference_raster(a, b, 0.0);
+  const PlanRaster difference = difference_raster(a, b, 0.0);
   EXPECT_DOUBLE_EQ(difference.x_m, 1.0);
-  EXPECT_FLOAT_EQ(static_cast<float>(difference.at(1.5, 1.0)), 5.0F);
-  EXPECT_TRUE(std::isnan(difference.at(2.5, 1.0))) << "the reference ends at 2 m";
-  EXPECT_FLOAT_EQ(strength_raster(b, 0.0).values.front(), std::hypot(4.0F, 44.0F));
+  EXPECT_FLOAT_EQ(static_cast<float>(value_at(difference, 1.5, 1.0)), 5.0F);
+  EXPECT_TRUE(std::isnan(value_at(difference, 2.5, 1.0))) << "the reference ends at 2 m";
+  EXPECT_FLOAT_EQ(strength_raster(b, 0.0).values(0, 0), std::hypot(4.0F, 44.0F));
 }
 
 class RunFolder : public testing::Test {

@@ -1,8 +1,11 @@
 // What a report's page is made of: thinning, rasters, buckets, safe text.
+#include "tools/report/page_data.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -12,7 +15,6 @@
 #include "tools/base64.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
-#include "tools/report/page_data.h"
 #include "tools/report/time_buckets.h"
 
 namespace lodestone {
@@ -113,40 +115,44 @@ MagneticMap slope() {
 
 TEST(FieldRaster, IsTheMapAndComesBackFromDisk) {
   const MagneticMap map = slope();
-  const FieldRaster raster = rasterize(map, {-100.0, 100.0, -100.0, 100.0}, 0.2, 1'000'000);
-  ASSERT_EQ(raster.columns, 21);
-  ASSERT_EQ(raster.rows, 11);
-  EXPECT_NEAR(raster.strength_ut[2 * 21 + 3], 40.0 + 1.5 + 3.0, 1e-4);
-  EXPECT_TRUE(std::isnan(raster.strength_ut[5 * 21 + 5]));
+  const PlanRaster raster = strength_raster(map, 0.2, {-100.0, 100.0, -100.0, 100.0}, 1'000'000);
+  ASSERT_EQ(raster.values.cols, 21);
+  ASSERT_EQ(raster.values.rows, 11);
+  EXPECT_NEAR(raster.values(2, 3), 40.0 + 1.5 + 3.0, 1e-4);
+  EXPECT_TRUE(std::isnan(raster.values(5, 5)));
   const TemporaryFolder folder;
   write_raster(raster, folder / "field.png");
-  const FieldRaster back = read_raster(folder / "field.png");
-  ASSERT_EQ(back.columns, raster.columns);
-  ASSERT_EQ(back.rows, raster.rows);
+  const PlanRaster back = read_raster(folder / "field.png");
+  ASSERT_EQ(back.values.cols, raster.values.cols);
+  ASSERT_EQ(back.values.rows, raster.values.rows);
   EXPECT_DOUBLE_EQ(back.x_m, -2.0);
   EXPECT_DOUBLE_EQ(back.y_m, 3.0);
-  for (std::size_t i = 0; i < raster.strength_ut.size(); ++i) {
-    if (std::isnan(raster.strength_ut[i])) {
-      EXPECT_TRUE(std::isnan(back.strength_ut[i])) << i;
-    } else {
-      EXPECT_NEAR(back.strength_ut[i], raster.strength_ut[i], 0.0051) << i;
+  for (int row = 0; row < raster.values.rows; ++row) {
+    for (int column = 0; column < raster.values.cols; ++column) {
+      const float value = raster.values(row, column);
+      if (std::isnan(value)) {
+        EXPECT_TRUE(std::isnan(back.values(row, column))) << row << " " << column;
+      } else {
+        EXPECT_NEAR(back.values(row, column), value, 0.0051) << row << " " << column;
+      }
     }
   }
+  std::ofstream(folder / "other.png") << "no picture";
   EXPECT_THROW(read_raster(folder / "other.png"), InputError);
 }
 
 TEST(FieldRaster, IsCutToTheDriveAndNoLargerThanAsked) {
   const MagneticMap map = slope();
-  const FieldRaster cut = rasterize(map, {0.0, 2.0, 4.0, 5.0}, 0.2, 1'000'000);
-  EXPECT_EQ(cut.columns, 5);
-  EXPECT_EQ(cut.rows, 3);
+  const PlanRaster cut = strength_raster(map, 0.2, {0.0, 2.0, 4.0, 5.0}, 1'000'000);
+  EXPECT_EQ(cut.values.cols, 5);
+  EXPECT_EQ(cut.values.rows, 3);
   EXPECT_DOUBLE_EQ(cut.x_m, 0.0);
-  EXPECT_TRUE(rasterize(map, {100.0, 200.0, 0.0, 1.0}, 0.2, 1000).empty());
-  const FieldRaster whole = rasterize(map, {-100.0, 100.0, -100.0, 100.0}, 0.2, 1'000'000);
-  const FieldRaster coarse = coarsened(whole, 60);
-  EXPECT_LE(coarse.strength_ut.size(), 66U);
+  EXPECT_TRUE(strength_raster(map, 0.2, {100.0, 200.0, 0.0, 1.0}, 1000).empty());
+  const PlanRaster whole = strength_raster(map, 0.2, {-100.0, 100.0, -100.0, 100.0}, 1'000'000);
+  const PlanRaster coarse = coarsened(whole, 60);
+  EXPECT_LE(coarse.values.total(), 66U);
   // A mean of neighbours on a slope is the slope at their middle.
-  EXPECT_NEAR(coarse.strength_ut[0], 40.0 + (coarse.x_m + 2.0) + 3.0 * (coarse.y_m - 3.0), 1e-3);
+  EXPECT_NEAR(coarse.values(0, 0), 40.0 + (coarse.x_m + 2.0) + 3.0 * (coarse.y_m - 3.0), 1e-3);
 }
 
 TEST(PageData, EncodesAsTheStandardSays) {

@@ -43,7 +43,7 @@ void write_imu(ros1::BagWriter& writer, const Platform& platform, const ImuSampl
 /// Writes the log with each scan as `write` does it.
 template <class WriteScan>
 void write_log(const std::vector<Measurement>& log, const Platform& platform, const std::string& to, const WriteScan& write) {
-  ros1::BagWriter writer(to, ros1::Compression::none);
+  ros1::BagWriter writer(to, Codec::none);
   std::vector<std::uint8_t> data;
   for (const Measurement& measurement : log) {
     if (const auto* scan = std::get_if<LidarScan>(&measurement)) {
@@ -92,7 +92,7 @@ std::string seen_of(const std::vector<Measurement>& log) {
 void split(const std::string& from, const Platform& platform, const Pose& T_imu_rear, const std::string& to) {
   WarningLog warnings;
   BagSource source(from, platform, warnings, {.magnetometers = false});
-  ros1::BagWriter writer(to, ros1::Compression::none);
+  ros1::BagWriter writer(to, Codec::none);
   const testing::CloudLayout front_layout, rear_layout{"timestamp", Field::uint64, PointTimeUnit::nanoseconds, PointTimeZero::epoch};
   const Pose T_rear_front = T_imu_rear.inverse() * platform.suite.lidar.T_imu_lidar;
   std::vector<std::uint8_t> data;

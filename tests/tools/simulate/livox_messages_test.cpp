@@ -5,13 +5,12 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/logs/ros1/bag_reader.h"
-#include "frontends/logs/ros1/bag_writer.h"
 #include "frontends/configuration/text_file.h"
+#include "frontends/logs/ros1/bag_writer.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "tests/frontends/logs/test_files.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/simulation_source.h"
-#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone::simulation {
 namespace {
@@ -157,7 +156,7 @@ class MalformedCustomMsg : public LivoxMessages {
  protected:
   void write(std::uint32_t said, std::size_t bytes) const {
     const std::vector<std::uint8_t> data(20'000);
-    ros1::BagWriter writer(folder_ / "log.bag", ros1::Compression::none);
+    ros1::BagWriter writer(folder_ / "log.bag", Codec::none);
     for (int i = 0; i < 300; ++i) {
       ros1::ImuMessage imu;
       imu.stamp = 1'700'000'000'000'000'000 + i * 5'000'000;

@@ -32,7 +32,14 @@ inline Codec bag_codec(const std::string& name) {
   throw BagRecordError("the compression '" + name + "' is unknown; expected none, lz4 or bz2");
 }
 
-enum class BagOperation : std::uint8_t { message = 2, file_header = 3, index = 4, chunk = 5, chunk_info = 6, connection = 7 };
+enum class BagOperation : std::uint8_t {
+  message = 2,
+  file_header = 3,
+  index = 4,
+  chunk = 5,
+  chunk_info = 6,
+  connection = 7
+};
 
 /// The fields of a header. Views into bytes that must live on.
 class BagHeader {

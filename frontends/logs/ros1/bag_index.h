@@ -6,39 +6,51 @@
 #include <vector>
 
 #include "frontends/logs/file_bytes.h"
+#include "frontends/logs/ros1/bag_record.h"
 #include "frontends/logs/segment_index.h"
-#include "frontends/logs/rosbag/bag_record.h"
 
 namespace lodestone {
 
-/// A ROS 1 bag that its recorder did not close, or of which the end is missing: what `rosbag reindex` would find. The walk
-/// over its records goes to the first that is not whole; chunks without a whole index, the last one mostly, are unpacked.
-class CutBag : public SegmentIndex {
+/// A ROS 1 bag (format 2.0), read by its records: the index at the end of the file is not needed. A bag that is cut
+/// off, or that its recorder did not close, is read up to the first record that is not whole. Lengths and counts in the
+/// file are checked before they are used.
+class BagIndex : public SegmentIndex {
  public:
-  /// Throws InputError where no message can be read. Counts log.cut_off, and log.damaged_chunk, in `warnings`, which must
-  /// outlive this.
-  CutBag(const std::string& path, WarningLog& warnings);
+  /// Throws InputError, with the byte, if the file is missing, is no ROS 1 bag of version 2.0, contradicts itself, or
+  /// is cut off before its first message. Counts log.cut_off and log.mixed_topic in `warnings`, which must outlive
+  /// this; of a bag that is cut off also log.damaged_chunk.
+  BagIndex(const std::string& path, WarningLog& warnings);
 
   const std::string& path() const override { return file_.path(); }
   const std::vector<TopicInfo>& topics() const override { return topics_.topics; }
   int topic_of(std::uint32_t channel) const override;
   const Publisher* publisher_of(std::uint32_t channel) const override;
   std::size_t segment_count() const override { return chunks_.size(); }
-  Time begin_of(std::size_t segment) const override { return chunks_[segment].begin; }
+  Time begin_of(std::size_t segment) const override { return chunks_[segment].count.begin; }
+  /// Throws InputError if the bag is whole and the chunk is damaged.
   void load(std::size_t segment, LoadedSegment& loaded) override { load(chunks_[segment], loaded); }
 
  private:
   struct Chunk {
-    std::uint64_t data = 0;  ///< where its content starts
+    std::uint64_t record = 0;            ///< where its record starts
+    std::uint64_t data = 0;              ///< where its content starts
     std::uint64_t packed = 0, size = 0;  ///< bytes, unpacked at most so many
     std::string compression;
-    bool cut = false;  ///< the file ends within it
-    Time begin = 0, end = 0;
+    bool cut = false;    ///< the file ends within it
+    MessageCount count;  ///< as its index records announce
+  };
+  /// What the file's first record announces.
+  struct Announced {
+    std::uint64_t index_start = 0;  ///< 0: the recorder did not close the bag
+    std::uint32_t connections = 0, chunks = 0;
   };
 
-  std::uint64_t walk();
+  [[noreturn]] void fail(std::uint64_t byte, const std::string& what) const;
+  void check_magic() const;
+  bool walk(std::uint64_t& offset);
   std::uint64_t take_record(std::uint64_t offset);
-  void take_chunk(const BagHeader& header, std::uint64_t data, std::uint64_t size);
+  void take_file_header(const BagHeader& header, std::uint64_t offset);
+  void take_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size);
   void take_index(const BagHeader& header, std::uint64_t data, std::uint64_t size);
   void define(const BagHeader& header, std::span<const std::uint8_t> content);
   void close_chunk();
@@ -47,6 +59,9 @@ class CutBag : public SegmentIndex {
 
   FileBytes file_;
   WarningLog& warnings_;
+  Announced announced_;
+  std::uint32_t indexed_connections_ = 0, indexed_chunks_ = 0;  ///< records at the end of the file
+  bool cut_ = false;
   std::vector<Chunk> chunks_;  ///< in order of begin after construction
   std::map<std::uint32_t, TopicInfo> connections_;
   std::map<std::uint32_t, Publisher> publishers_;  ///< of connections

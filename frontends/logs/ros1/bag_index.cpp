@@ -1,0 +1,249 @@
+#include "frontends/logs/ros1/bag_index.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "core/error.h"
+#include "frontends/logs/compression.h"
+
+namespace lodestone {
+namespace {
+
+constexpr std::string_view magic = "#ROSBAG V2.0\n";
+
+/// The file ends within a record, or before what its first record announces.
+struct BagEnd {};
+
+/// Seconds in the lower half, nanoseconds in the upper one.
+Time time_of(std::uint64_t value) {
+  return static_cast<Time>(value & 0xFFFFFFFFU) * 1'000'000'000 + static_cast<Time>(value >> 32U);
+}
+
+}  // namespace
+
+void BagIndex::fail(std::uint64_t byte, const std::string& what) const {
+  throw InputError(
+      fmt::format("{}: the bag is damaged at byte {}: {}; repair it with 'rosbag reindex', or record it again", path(),
+                  byte, what));
+}
+
+void BagIndex::check_magic() const {
+  std::vector<std::uint8_t> start;
+  file_.read(0, static_cast<std::size_t>(std::min<std::uint64_t>(magic.size(), file_.size())), start);
+  const std::string_view text(reinterpret_cast<const char*>(start.data()), start.size());
+  if (!text.starts_with("#ROSBAG V"))
+    throw InputError(path() + ": is no ROS 1 bag (it does not start with '#ROSBAG V')");
+  if (text.size() == magic.size() && text != magic) {
+    throw InputError(path() +
+                     ": is a ROS 1 bag of another version than 2.0; convert it with 'rosbag fix' of ROS Noetic");
+  }
+}
+
+BagIndex::BagIndex(const std::string& path, WarningLog& warnings) : file_(path), warnings_(warnings) {
+  check_magic();
+  std::uint64_t end = std::min<std::uint64_t>(magic.size(), file_.size());
+  cut_ = !walk(end);
+  if (cut_ && end < file_.size()) chunk_counts_.clear();  // some of the last chunk's indexes may be missing
+  close_chunk();
+  const std::string what = fmt::format("{}: the bag is cut off at byte {} of {}, or was not closed by its recorder",
+                                       path, end, file_.size());
+  if (cut_ && chunks_.empty()) throw InputError(what + "; there is no message ahead of that; record it again");
+  std::stable_sort(chunks_.begin(), chunks_.end(),
+                   [](const Chunk& a, const Chunk& b) { return a.count.begin < b.count.begin; });
+  topics_ = collect_topics(path, connections_, counts_, warnings_);
+  if (cut_) warnings_.add("log.cut_off", what + "; what lies before is read", chunks_.back().count.end);
+}
+
+/// Returns false if the bag is cut off or was not closed. `offset` ends at the first byte that was not read.
+bool BagIndex::walk(std::uint64_t& offset) {
+  try {
+    while (offset < file_.size()) offset = take_record(offset);
+  } catch (const BagEnd&) {
+    return false;
+  } catch (const BagRecordError& error) {
+    if (announced_.index_start != 0 || offset == magic.size()) fail(offset, error.what());
+    return false;
+  }
+  return announced_.index_start != 0 && announced_.index_start <= file_.size() &&
+         indexed_connections_ >= announced_.connections && indexed_chunks_ >= announced_.chunks;
+}
+
+/// Returns where the next one starts.
+std::uint64_t BagIndex::take_record(std::uint64_t offset) {
+  const auto piece = [this](std::uint64_t at) -> std::uint64_t {
+    if (at > file_.size() || file_.size() - at < 4) throw BagEnd();
+    std::uint8_t bytes[4];
+    file_.read(at, bytes);
+    return little_endian<std::uint32_t>(bytes);
+  };
+  const std::uint64_t header_size = piece(offset);
+  if (header_size > largest_bag_header) throw BagRecordError(fmt::format("a record's header of {} bytes", header_size));
+  const std::uint64_t size = piece(offset + 4 + header_size);
+  const std::uint64_t data = offset + 8 + header_size;
+  const std::uint64_t there = file_.size() - data;
+  file_.read(offset + 4, static_cast<std::size_t>(header_size), header_);
+  const BagHeader header(header_);
+  const BagOperation operation = header.operation();
+  if ((offset == magic.size()) != (operation == BagOperation::file_header)) {
+    throw BagRecordError(offset == magic.size() ? "the first record is no file header" : "a second file header");
+  }
+  if (operation != BagOperation::index) close_chunk();
+  if (operation == BagOperation::chunk) {
+    // A recorder writes the chunk's sizes when the chunk is full. Until then they are zero, and the content goes on to
+    // the end.
+    const bool unfinished = size == 0 && announced_.index_start == 0;
+    Chunk chunk;
+    chunk.record = offset;
+    chunk.data = data;
+    take_chunk(header, std::move(chunk), unfinished ? there : size);
+    if (unfinished || size > there) throw BagEnd();
+    return data + size;
+  }
+  if (size > there) throw BagEnd();
+  const bool indexed = announced_.index_start != 0 && offset >= announced_.index_start;
+  switch (operation) {
+    case BagOperation::file_header:
+      announced_ = {header.number<std::uint64_t>("index_pos"), header.number<std::uint32_t>("conn_count"),
+                    header.number<std::uint32_t>("chunk_count")};
+      break;
+    case BagOperation::index:
+      take_index(header, data, size);
+      break;
+    case BagOperation::connection:
+      if (size > largest_bag_header) throw BagRecordError(fmt::format("a connection of {} bytes", size));
+      file_.read(data, static_cast<std::size_t>(size), buffer_);
+      define(header, buffer_);
+      indexed_connections_ += indexed ? 1 : 0;
+      break;
+    case BagOperation::chunk_info:
+      indexed_chunks_ += indexed ? 1 : 0;
+      break;
+    default:
+      throw BagRecordError("a record of a kind that does not belong there");
+  }
+  return data + size;
+}
+
+void BagIndex::take_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size) {
+  chunk.cut = size > file_.size() - chunk.data || (announced_.index_start == 0 && size == file_.size() - chunk.data);
+  chunk.packed = std::min(size, file_.size() - chunk.data);
+  chunk.size = header.number<std::uint32_t>("size");
+  chunk.compression = header.text("compression");
+  bag_codec(chunk.compression);
+  if (chunk.cut && chunk.size == 0) chunk.size = largest_bag_chunk;
+  if (chunk.size > largest_bag_chunk || chunk.packed > largest_bag_chunk) {
+    throw BagRecordError(fmt::format("a chunk of {} bytes", std::max(chunk.size, chunk.packed)));
+  }
+  chunks_.push_back(std::move(chunk));
+  open_chunk_ = true;
+}
+
+void BagIndex::take_index(const BagHeader& header, std::uint64_t data, std::uint64_t size) {
+  const std::uint64_t count = header.number<std::uint32_t>("count");
+  if (!open_chunk_) throw BagRecordError("an index without a chunk");
+  if (count * bag_index_entry_bytes != size)
+    throw BagRecordError(fmt::format("an index of {} messages in {} bytes", count, size));
+  file_.read(data, static_cast<std::size_t>(size), buffer_);
+  MessageCount& messages = chunk_counts_[header.number<std::uint32_t>("conn")];
+  for (std::size_t i = 0; i < count; ++i) {
+    messages.add(time_of(little_endian<std::uint64_t>(buffer_.data() + i * bag_index_entry_bytes)));
+  }
+}
+
+void BagIndex::define(const BagHeader& header, std::span<const std::uint8_t> content) {
+  const BagHeader description(content);
+  TopicInfo info;
+  info.name = header.text("topic");
+  info.type = description.text("type");
+  info.md5 = description.text("md5sum");
+  info.definition = description.text("message_definition");
+  const auto connection = header.number<std::uint32_t>("conn");
+  if (!connections_.try_emplace(connection, std::move(info)).second) return;
+  if (!description.has("callerid") && !description.has("latching")) return;
+  publishers_[connection] = {description.has("callerid") ? description.text("callerid") : std::string(),
+                             description.has("latching") && description.value("latching") == "1"};
+}
+
+/// The last chunk's indexes have all been read: they count its messages. A chunk without them, or with messages of a
+/// connection that nothing has described yet, is unpacked instead.
+void BagIndex::close_chunk() {
+  if (!open_chunk_) return;
+  open_chunk_ = false;
+  Chunk& chunk = chunks_.back();
+  const bool known = std::all_of(chunk_counts_.begin(), chunk_counts_.end(),
+                                 [this](const auto& entry) { return connections_.count(entry.first) > 0; });
+  if (chunk_counts_.empty() || !known || chunk.cut) {
+    LoadedSegment loaded;
+    load(chunk, loaded);
+    chunk_counts_.clear();
+    for (const SegmentEntry& entry : loaded.entries) chunk_counts_[entry.channel].add(entry.time);
+  }
+  for (const auto& [connection, count] : chunk_counts_) {
+    counts_[connection].add(count);
+    chunk.count.add(count);
+  }
+  chunk_counts_.clear();
+  if (chunk.count.messages == 0) chunks_.pop_back();
+}
+
+int BagIndex::topic_of(std::uint32_t channel) const {
+  const auto found = topics_.topic_of.find(channel);
+  return found == topics_.topic_of.end() ? -1 : found->second;
+}
+
+const Publisher* BagIndex::publisher_of(std::uint32_t channel) const {
+  const auto found = publishers_.find(channel);
+  return found == publishers_.end() ? nullptr : &found->second;
+}
+
+void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
+  loaded.bytes.clear();
+  loaded.entries.clear();
+  std::string wrong;
+  try {
+    file_.read(chunk.data, static_cast<std::size_t>(chunk.packed), buffer_);
+    unpack(bag_codec(chunk.compression), buffer_, chunk.size, chunk.cut ? UnpackedSize::cut_off : UnpackedSize::exact,
+           loaded.bytes);
+    take_entries(loaded);
+  } catch (const CompressionError& error) {
+    wrong = fmt::format("a chunk cannot be unpacked: {}", error.what());
+  } catch (const BagRecordError& error) {
+    wrong = error.what();
+  }
+  std::stable_sort(loaded.entries.begin(), loaded.entries.end(),
+                   [](const SegmentEntry& a, const SegmentEntry& b) { return a.time < b.time; });
+  const MessageCount& count = chunk.count;
+  if (wrong.empty() && count.messages > 0 &&
+      (count.messages != static_cast<std::int64_t>(loaded.entries.size()) ||
+       count.begin != loaded.entries.front().time)) {
+    wrong = fmt::format("a chunk has {} messages; its index announces {}, or another time", loaded.entries.size(),
+                        count.messages);
+  }
+  if (wrong.empty() || chunk.cut) return;
+  if (!cut_ && announced_.index_start != 0) fail(chunk.record, wrong);
+  if (!lost_.insert(chunk.data).second) return;
+  warnings_.add(
+      "log.damaged_chunk",
+      fmt::format("{}: the chunk at byte {}: {}; its messages from there on are left out", path(), chunk.record, wrong),
+      count.begin);
+}
+
+void BagIndex::take_entries(LoadedSegment& loaded) {
+  const std::span<const std::uint8_t> all(loaded.bytes);
+  for (std::size_t offset = 0; offset < all.size();) {
+    const BagRecordView record = view_record(all, offset);
+    const BagHeader header(record.header);
+    const std::size_t data = offset + 8 + record.header.size();
+    if (header.operation() == BagOperation::message) {
+      loaded.entries.push_back({time_of(header.number<std::uint64_t>("time")), header.number<std::uint32_t>("conn"),
+                                data, record.end - data});
+    } else if (header.operation() == BagOperation::connection) {
+      define(header, all.subspan(data, record.end - data));
+    }
+    offset = record.end;
+  }
+}
+
+}  // namespace lodestone

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/magnetometer/magnetic_difference.h"
+
+namespace lodestone {
+
+/// A connected place where two magnetic maps differ.
+struct ChangedPlace {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< mean of its nodes, map x, y
+  double area_m2 = 0.0;
+  double mean_ut = 0.0;  ///< of |ΔB|, the largest of the layers at each node
+  double largest_ut = 0.0;
+  Vector3 largest_at = Vector3::Zero();  ///< map
+};
+
+/// Places of nodes with |ΔB| above the threshold that touch, corners included; the largest change first. Throws
+/// InputError if the maps share more than 2^28 nodes.
+std::vector<ChangedPlace> changed_places(const MagneticDifference& difference, double threshold_ut);
+
+}  // namespace lodestone

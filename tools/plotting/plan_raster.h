@@ -1,0 +1,65 @@
+#pragma once
+
+#include <limits>
+#include <opencv2/core/mat.hpp>
+
+#include "core/magnetometer/magnetic_difference.h"
+#include "core/magnetometer/magnetic_map.h"
+#include "tools/plotting/plan_sheet.h"
+
+namespace lodestone {
+
+/// Values on a regular grid of the floor plan: node (column i, row j) lies at (x_m, y_m) + resolution_m * (i, j), map
+/// frame. Row 0 has the smallest y. Copies share their values.
+struct PlanRaster {
+  double resolution_m = 0.1;
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double height_m = 0.0;
+  cv::Mat1f values;  ///< NaN: no value
+
+  bool empty() const { return values.empty(); }
+  double x_high() const { return x_m + resolution_m * (values.cols - 1); }
+  double y_high() const { return y_m + resolution_m * (values.rows - 1); }
+};
+
+/// A stretch without end.
+PlanStretch whole_plan();
+
+/// |B| at a point of the map frame, µT; NaN if the map has no field there.
+double strength_at(const MagneticMap& map, const Vector3& point);
+
+/// |B|, µT, at height `height_m` within `stretch`, at the map's own resolution, or as coarse as `limit` values require.
+/// Empty if stretch and map do not overlap.
+PlanRaster strength_raster(const MagneticMap& map, double height_m, const PlanStretch& stretch = whole_plan(),
+                           std::size_t limit = std::numeric_limits<std::size_t>::max());
+
+/// |B_reference − B_other|, µT, at the nodes of `other`, at height `height_m`; NaN if one of the maps has no field.
+PlanRaster difference_raster(const MagneticMap& reference, const MagneticMap& other, double height_m);
+
+/// The largest |ΔB| over the layers, µT, at the nodes of the first map; NaN if a node was not compared. The raster
+/// covers the pieces of the difference. Throws InputError for more than 2^28 nodes.
+PlanRaster change_raster(const MagneticDifference& difference);
+
+/// At most `limit` values: each is the mean of a square of neighbours.
+PlanRaster coarsened(const PlanRaster& raster, std::size_t limit);
+
+/// A grid of points: (x_m + i * x_step_m, y_m + j * y_step_m). Steps may be negative.
+struct PlanPoints {
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double x_step_m = 0.1;
+  double y_step_m = 0.1;
+  cv::Size count;
+};
+
+enum class RasterInterpolation { nearest, bilinear };
+
+/// The raster at these points. NaN outside the raster and next to a node without a value.
+cv::Mat1f values_at(const PlanRaster& raster, const PlanPoints& points,
+                    RasterInterpolation interpolation = RasterInterpolation::bilinear);
+
+/// The value that a share (0 to 1) of the finite values does not exceed; NaN if there are none.
+double quantile(const cv::Mat1f& values, double share);
+
+}  // namespace lodestone
