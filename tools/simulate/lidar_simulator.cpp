@@ -98,28 +98,30 @@ void LidarSimulator::cast(const Firing& firing, RandomStream& glass, std::span<R
 
 void LidarSimulator::mix(const Firing& firing, RandomStream& random, RandomStream& glass,
                          std::span<RayHit> hits) const {
-  std::vector<Eigen::Vector3f> others(hits.size());
-  std::vector<double> angles(hits.size());
-  std::vector<RayHit> other_hits(hits.size());
+  std::vector<std::size_t> lines;
+  std::vector<Eigen::Vector3f> others;
+  std::vector<double> angles;
+  const auto draw = [&] {
+    // Uniform in a square has the asked sigma too, and costs less than a normal.
+    return static_cast<float>(random.uniform(-1.0, 1.0) * std::numbers::sqrt3 * beam_half_width_rad);
+  };
   for (std::size_t line = 0; line < hits.size(); ++line) {
-    // Uniform in a square has the asked sigma too, and costs less than a normal: there is one for every beam.
-    const auto draw = [&] {
-      return static_cast<float>(random.uniform(-1.0, 1.0) * std::numbers::sqrt3 * beam_half_width_rad);
-    };
+    // Whether the beam would mix is drawn before it is known whether it meets an edge: half of the rays are saved.
+    if (random.uniform() >= mixing_probability) continue;
     const Eigen::Vector3f& beam = firing.directions[line];
     const Eigen::Vector3f aside = beam.unitOrthogonal(), up = beam.cross(aside);
     const float x = draw(), y = draw();
-    others[line] = (beam + x * aside + y * up).normalized();
-    angles[line] = std::hypot(x, y);
+    lines.push_back(line);
+    others.push_back((beam + x * aside + y * up).normalized());
+    angles.push_back(std::sqrt(x * x + y * y));
   }
+  std::vector<RayHit> other_hits(lines.size());
   cast({firing.seconds, firing.origin, others, firing.movers}, glass, other_hits);
-  for (std::size_t line = 0; line < hits.size(); ++line) {
-    RayHit& hit = hits[line];
-    const RayHit& other = other_hits[line];
-    if (hit.range < 0.0F || other.range < 0.0F || !is_edge(hit, other, angles[line])) continue;
-    if (random.uniform() < mixing_probability) {
-      hit.range += static_cast<float>(random.uniform()) * (other.range - hit.range);
-    }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    RayHit& hit = hits[lines[i]];
+    const RayHit& other = other_hits[i];
+    if (hit.range < 0.0F || other.range < 0.0F || !is_edge(hit, other, angles[i])) continue;
+    hit.range += static_cast<float>(random.uniform()) * (other.range - hit.range);
   }
 }
 
