@@ -87,37 +87,32 @@ void write_cloud(const simulation::World& world, std::shared_ptr<const simulatio
 /// Worlds that are ready to be driven through; the last one is kept, because the parts of a simulation often share it.
 class Environments {
  public:
-  Environments(const SimulateOptions& options, const std::string& sequence, const simulation::World& world,
-               const simulation::MovedObjects& moved)
-      : options_(options),
-        sequence_(sequence),
-        world_(world),
-        nothing_moved_(moved.mapped.empty() && moved.driven.empty()) {}
+  Environments(const simulation::World& world, const simulation::MovedObjects& moved)
+      : world_(world), nothing_moved_(moved.mapped.empty() && moved.driven.empty()) {}
 
   std::shared_ptr<const simulation::Environment> get(const std::string& scene,
                                                      const simulation::Rearrangement& rearrangement) {
     const bool same = last_ != nullptr && last_->scene_name == scene;
     if (same && (nothing_moved_ || last_rearrangement_ == &rearrangement)) return last_;
-    const bool first = last_ == nullptr;
     last_.reset();
     last_ = std::make_shared<const simulation::Environment>(world_, scene, rearrangement);
     last_rearrangement_ = &rearrangement;
-    if (first) {
-      fmt::print("{}: sequence {}, seed {}{}, {} triangles, {} pieces of steel\n", options_.world, sequence_,
-                 options_.seed, scene.empty() ? "" : ", scene " + scene, last_->scene.mesh.triangles.size(),
-                 last_->scene.sources.size());
-    }
     return last_;
   }
 
  private:
-  const SimulateOptions& options_;
-  const std::string& sequence_;
   const simulation::World& world_;
   bool nothing_moved_;
   std::shared_ptr<const simulation::Environment> last_;
   const simulation::Rearrangement* last_rearrangement_ = nullptr;
 };
+
+void print_contents(const SimulateOptions& options, const std::string& sequence,
+                    const simulation::Environment& environment) {
+  fmt::print("{}: sequence {}, seed {}{}, {} triangles, {} pieces of steel\n", options.world, sequence, options.seed,
+             environment.scene_name.empty() ? "" : ", scene " + environment.scene_name,
+             environment.scene.mesh.triangles.size(), environment.scene.sources.size());
+}
 
 void simulate(const SimulateOptions& options) {
   using Drive = simulation::SimulationSource::Drive;
@@ -142,22 +137,27 @@ void simulate(const SimulateOptions& options) {
   const simulation::MovedObjects moved = simulation::draw_moved_objects(world, options.seed);
   const Platform platform = make_platform(world, reality);
   save_platform(platform, path("platform.yaml"));
-  Environments environments(options, sequence, world, moved);
+  Environments environments(world, moved);
   if (options.writes("cloud")) {
     // The cloud map may have been surveyed among other things than the robot drives among.
-    write_cloud(world, environments.get(world.cloud.scene, moved.mapped), options.seed, path("cloud.pcd"));
+    const auto environment = environments.get(world.cloud.scene, moved.mapped);
+    if (!options.writes("log") && !options.writes("survey")) print_contents(options, sequence, *environment);
+    write_cloud(world, environment, options.seed, path("cloud.pcd"));
   }
   if (options.writes("survey")) {
-    simulation::SimulationSource survey(world, environments.get(scene, moved.mapped), sequence, Drive::survey,
-                                        options.seed, std::numeric_limits<double>::infinity());
+    const auto environment = environments.get(scene, moved.mapped);
+    if (!options.writes("log")) print_contents(options, sequence, *environment);
+    simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
+                                        std::numeric_limits<double>::infinity());
     write_tum(path("survey.tum"), survey.trajectory(),
               fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
                           world.survey.position_sigma_m, world.survey.angle_sigma_deg));
     record(survey, platform, simulation::scan_format(world.lidar), path("survey.bag"));
   }
   if (options.writes("log")) {
-    simulation::SimulationSource drive(world, environments.get(scene, moved.driven), sequence, Drive::sequence,
-                                       options.seed, options.duration_s);
+    const auto environment = environments.get(scene, moved.driven);
+    print_contents(options, sequence, *environment);
+    simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
     write_tum(path("truth.tum"), drive.trajectory(),
               reality.displacement.empty()
                   ? "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw"
