@@ -31,12 +31,43 @@ struct MagnetometerModel {
   double noise_ut = 1.0;  ///< white, one sigma a sample and component
 };
 
+/// How exactly T_imu_lidar and the LiDAR's clock are known.
+struct LidarCalibrationSigmas {
+  double translation_sigma_m = 0.010;  ///< of T_imu_lidar, an axis
+  double rotation_sigma_deg = 0.3;     ///< of T_imu_lidar, an axis
+  double clock_sigma_s = 0.003;        ///< of the LiDAR's stamps against the IMU's: one constant offset
+};
+
+/// How exactly each magnetometer's calibration and the array's clock are known.
+struct MagnetometerCalibrationSigmas {
+  double translation_sigma_m = 0.005;  ///< of T_imu_mag, an axis
+  double rotation_sigma_deg = 1.0;     ///< of T_imu_mag, an axis
+  double clock_sigma_s = 0.010;        ///< of the array's stamps against the IMU's: one constant offset
+  double offset_sigma_ut = 1.0;        ///< of what calibration leaves of the hard iron, a component
+  double matrix_sigma = 0.01;          ///< of what calibration leaves of the soft iron, an entry of the 3×3 matrix
+};
+
+/// How exactly the IMU's axes are known.
+struct ImuCalibrationSigmas {
+  double scale_sigma = 0.005;           ///< of the scale of an axis, a share
+  double misalignment_sigma_deg = 0.1;  ///< of an axis against another
+};
+
+/// One standard deviation of every part of the calibration; 0: exact, to be believed. The defaults are those of grade
+/// `field` (config/worlds/README.md, section Reality): the calibration of a usual robot.
+struct CalibrationSigmas {
+  LidarCalibrationSigmas lidar;  ///< of each LiDAR
+  MagnetometerCalibrationSigmas magnetometers;
+  ImuCalibrationSigmas imu;
+};
+
 /// The sensors of a robot as the mathematics needs them. Topics and message layouts belong to the reader.
 struct SensorSuite {
   ImuNoise imu;
   LidarModel lidar;
   std::vector<MagnetometerModel> magnetometers;
   double gravity_m_s2 = 9.80665;
+  CalibrationSigmas calibration{};
 };
 
 }  // namespace lodestone

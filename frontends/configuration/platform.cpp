@@ -1,11 +1,11 @@
 #include "frontends/configuration/platform.h"
 
-#include <cmath>
-
 #include <Eigen/LU>
+#include <cmath>
 
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/options.h"
+#include "frontends/configuration/platform_calibration.h"
 #include "frontends/configuration/text_file.h"
 
 namespace lodestone {
@@ -75,13 +75,14 @@ void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, Lidar
 
 void read_first_lidar(const ConfigurationNode& node, Platform& platform) {
   std::vector<std::string> keys = lidar_keys;
-  keys.insert(keys.end(), {"range_noise_m", "direction_noise_rad"});
+  keys.insert(keys.end(), {"range_noise_m", "direction_noise_rad", "calibration"});
   node.refuse_keys_other_than(keys);
   read_positive(node, "range_noise_m", platform.suite.lidar.range_noise_m);
   double& direction_noise_rad = platform.suite.lidar.direction_noise_rad;
   read_if_there(node, "direction_noise_rad", direction_noise_rad);
   if (!(direction_noise_rad >= 0.0)) node.at("direction_noise_rad").fail("expected a number of at least 0");
   read_lidar(node, platform.lidar, platform.suite.lidar);
+  read_calibration_sigmas(node, "calibration", platform.suite.calibration.lidar);
 }
 
 void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
@@ -93,9 +94,10 @@ void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
 }
 
 void read_imu(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"topic", "angular_velocity", "linear_acceleration", "acceleration_unit", "rate_hz", "gyroscope_noise_density_rad_s_sqrt_hz",
-                               "accelerometer_noise_density_m_s2_sqrt_hz", "gyroscope_bias_random_walk_rad_s2_sqrt_hz",
-                               "accelerometer_bias_random_walk_m_s3_sqrt_hz"});
+  node.refuse_keys_other_than({"topic", "angular_velocity", "linear_acceleration", "acceleration_unit", "rate_hz",
+                               "gyroscope_noise_density_rad_s_sqrt_hz", "accelerometer_noise_density_m_s2_sqrt_hz",
+                               "gyroscope_bias_random_walk_rad_s2_sqrt_hz",
+                               "accelerometer_bias_random_walk_m_s3_sqrt_hz", "calibration"});
   ImuNoise& noise = platform.suite.imu;
   read_value(node.at("topic"), platform.imu.topic);
   read_if_there(node, "acceleration_unit", platform.imu.acceleration_unit);
@@ -108,6 +110,7 @@ void read_imu(const ConfigurationNode& node, Platform& platform) {
   read_positive(node, "accelerometer_noise_density_m_s2_sqrt_hz", noise.accelerometer_noise_density);
   read_positive(node, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", noise.gyroscope_bias_random_walk);
   read_positive(node, "accelerometer_bias_random_walk_m_s3_sqrt_hz", noise.accelerometer_bias_random_walk);
+  read_calibration_sigmas(node, "calibration", platform.suite.calibration.imu);
 }
 
 void read_calibration(const ConfigurationNode& node, MagnetometerMessageLayout& layout) {
@@ -116,7 +119,8 @@ void read_calibration(const ConfigurationNode& node, MagnetometerMessageLayout& 
     if (!layout.hard_iron_ut.allFinite()) offset->fail("expected finite numbers");
   }
   if (const ConfigurationNode* matrix = node.find("soft_iron_correction")) {
-    layout.soft_iron_correction = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix->as_doubles(9).data());
+    layout.soft_iron_correction =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix->as_doubles(9).data());
     const double determinant = layout.soft_iron_correction.determinant();
     if (!(determinant > 0.0) || std::isinf(determinant)) {
       matrix->fail("expected nine numbers, row by row, of a matrix with a determinant above 0");
@@ -125,11 +129,13 @@ void read_calibration(const ConfigurationNode& node, MagnetometerMessageLayout& 
 }
 
 void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"name", "topic", "values", "unit", "noise_ut", "T_imu_mag", "hard_iron_ut", "soft_iron_correction"});
+  node.refuse_keys_other_than(
+      {"name", "topic", "values", "unit", "noise_ut", "T_imu_mag", "hard_iron_ut", "soft_iron_correction"});
   MagnetometerModel& model = platform.suite.magnetometers.emplace_back();
   read_value(node.at("name"), model.name);
   for (const MagnetometerModel& other : platform.suite.magnetometers) {
-    if (&other != &model && other.name == model.name) node.at("name").fail("another magnetometer is called " + model.name + " already");
+    if (&other != &model && other.name == model.name)
+      node.at("name").fail("another magnetometer is called " + model.name + " already");
   }
   MagnetometerMessageLayout layout;
   read_value(node.at("topic"), layout.topic);
@@ -149,7 +155,8 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
 }
 
 Platform read_platform(const ConfigurationNode& root) {
-  root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometers"});
+  root.refuse_keys_other_than(
+      {"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_calibration", "magnetometers"});
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
@@ -159,6 +166,7 @@ Platform read_platform(const ConfigurationNode& root) {
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
   }
   read_imu(root.at("imu"), platform);
+  read_calibration_sigmas(root, "magnetometer_calibration", platform.suite.calibration.magnetometers);
   if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
     for (const ConfigurationNode& node : magnetometers->elements()) read_magnetometer(node, platform);
   }
@@ -189,7 +197,8 @@ std::string lidar_lines(int depth, const LidarMessageLayout& layout, const Lidar
   if (layout.time_unit) text += line(depth, "time_unit", *layout.time_unit);
   if (layout.time_zero) text += line(depth, "time_zero", *layout.time_zero);
   if (with_noise) {
-    text += line(depth, "range_noise_m", model.range_noise_m) + line(depth, "direction_noise_rad", model.direction_noise_rad);
+    text += line(depth, "range_noise_m", model.range_noise_m) +
+            line(depth, "direction_noise_rad", model.direction_noise_rad);
   }
   return text + line(depth, "min_range_m", model.min_range_m) + line(depth, "max_range_m", model.max_range_m) +
          line(depth, "scan_period_s", model.scan_period_s) + pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
@@ -207,10 +216,13 @@ std::string calibration_lines(int depth, const MagnetometerMessageLayout& layout
 std::string format_platform(const Platform& platform) {
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
-  text += "lidar:\n" + line(1, "topic", platform.lidar.topic) + lidar_lines(1, platform.lidar, platform.suite.lidar, true);
+  text += "lidar:\n" + line(1, "topic", platform.lidar.topic) +
+          lidar_lines(1, platform.lidar, platform.suite.lidar, true) +
+          calibration_sigma_lines(1, "calibration", platform.suite.calibration.lidar);
   if (!platform.further_lidars.empty()) text += "further_lidars:\n";
   for (const FurtherLidar& further : platform.further_lidars) {
-    text += "  - topic: " + write_value(further.layout.topic) + "\n" + lidar_lines(2, further.layout, further.model, false);
+    text +=
+        "  - topic: " + write_value(further.layout.topic) + "\n" + lidar_lines(2, further.layout, further.model, false);
   }
   text += "imu:\n" + line(1, "topic", platform.imu.topic) +
           (platform.imu.angular_velocity_path.empty()
@@ -221,15 +233,18 @@ std::string format_platform(const Platform& platform) {
           line(1, "gyroscope_noise_density_rad_s_sqrt_hz", imu.gyroscope_noise_density) +
           line(1, "accelerometer_noise_density_m_s2_sqrt_hz", imu.accelerometer_noise_density) +
           line(1, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", imu.gyroscope_bias_random_walk) +
-          line(1, "accelerometer_bias_random_walk_m_s3_sqrt_hz", imu.accelerometer_bias_random_walk);
+          line(1, "accelerometer_bias_random_walk_m_s3_sqrt_hz", imu.accelerometer_bias_random_walk) +
+          calibration_sigma_lines(1, "calibration", platform.suite.calibration.imu) +
+          calibration_sigma_lines(0, "magnetometer_calibration", platform.suite.calibration.magnetometers);
   if (platform.suite.magnetometers.empty()) return text + "magnetometers: []\n";
   text += "magnetometers:\n";
   for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
     const MagnetometerModel& magnetometer = platform.suite.magnetometers[i];
     const MagnetometerMessageLayout& layout = platform.magnetometers.at(i);
     text += "  - name: " + write_value(magnetometer.name) + "\n" + line(2, "topic", layout.topic) +
-            (layout.path.empty() ? "" : line(2, "values", layout.path)) + line(2, "unit", layout.unit) + line(2, "noise_ut", magnetometer.noise_ut) +
-            calibration_lines(2, layout) + pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
+            (layout.path.empty() ? "" : line(2, "values", layout.path)) + line(2, "unit", layout.unit) +
+            line(2, "noise_ut", magnetometer.noise_ut) + calibration_lines(2, layout) +
+            pose_lines(2, "T_imu_mag", magnetometer.T_imu_mag);
   }
   return text;
 }

@@ -5,7 +5,9 @@
 #include <numbers>
 
 #include "core/parallel.h"
+#include "tools/simulate/displacement_field.h"
 #include "tools/simulate/random.h"
+#include "tools/simulate/reality.h"
 #include "tools/simulate/route.h"
 
 namespace lodestone::simulation {
@@ -64,17 +66,73 @@ double returned_share(const RayCaster& caster, const std::vector<Eigen::Vector3f
   return best;
 }
 
+/// What the surveyor's map makes of a true point: it is displaced, and some surfaces are there twice, because the
+/// scanner came by a second time with another error. Which ones is drawn for cubes of a few metres and the three
+/// directions that a surface may face.
+class SurveyErrors {
+ public:
+  SurveyErrors(const World& world, std::uint64_t seed)
+      : options_(world.reality),
+        seed_(seed),
+        noise_m_(options_.cloud_noise_m > 0.0 ? options_.cloud_noise_m : world.cloud.noise_m),
+        displacement_(draw_reality(world, seed).displacement) {}
+
+  Vector3 draw_noise(RandomStream& random) const { return noise_m_ * random.normal3(); }
+
+  /// Appends a point of a surface with unit `normal`, with its noise, and its second copy.
+  void map(const Vector3& point, const Vector3& noise, const Vector3& normal, RandomStream& second_random,
+           std::vector<Eigen::Vector3f>& points) const {
+    append(point, noise, points);
+    if (!(options_.doubled_walls_share > 0.0)) return;
+    const double offset = second_offset(point, normal);
+    if (offset != 0.0) append(point + offset * normal, draw_noise(second_random), points);
+  }
+
+ private:
+  static constexpr double cube_m = 4.0;
+
+  void append(const Vector3& point, const Vector3& noise, std::vector<Eigen::Vector3f>& points) const {
+    Vector3 mapped = point + noise;
+    if (!displacement_.empty()) mapped += displacement_.at(point);
+    points.push_back(mapped.cast<float>());
+  }
+
+  /// Of the second copy of a surface, along its normal, m; 0: there is only one.
+  double second_offset(const Vector3& point, const Vector3& normal) const {
+    int facing = 0;
+    normal.cwiseAbs().maxCoeff(&facing);
+    // A plane that lies on the border between two cubes belongs to one of them.
+    const Vector3 inside = point + 1e-3 * Vector3::Ones();
+    auto key = static_cast<std::uint64_t>(facing);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto cell = static_cast<std::int64_t>(std::floor(inside[axis] / cube_m));
+      key = mix(key + static_cast<std::uint64_t>(cell) + 0x9e3779b97f4a7c15ULL);
+    }
+    RandomStream random(seed_, "reality doubled walls", key);
+    if (random.uniform() >= options_.doubled_walls_share) return 0.0;
+    const double side = random.uniform() < 0.5 ? -1.0 : 1.0;
+    // Both triangles of a face, whichever way they turn, have their second copy on the same side.
+    return normal[facing] < 0.0 ? -side * options_.doubled_walls_distance_m : side * options_.doubled_walls_distance_m;
+  }
+
+  RealityOptions options_;
+  std::uint64_t seed_;
+  double noise_m_;
+  DisplacementField displacement_;
+};
+
 }  // namespace
 
 std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed) {
   const TriangleMesh& mesh = environment.scene.mesh;
   const std::vector<Eigen::Vector3f> viewpoints = find_viewpoints(world);
+  const SurveyErrors errors(world, seed);
   const double density = 1.0 / (world.cloud.point_spacing_m * world.cloud.point_spacing_m);
   const auto range = static_cast<float>(world.cloud.viewpoint_range_m);
   const std::size_t chunks = (mesh.triangles.size() + chunk - 1) / chunk;
   std::vector<std::vector<Eigen::Vector3f>> parts(chunks);
   parallel_for(std::size_t{0}, chunks, [&](std::size_t part) {
-    RandomStream random(seed, "cloud", part);
+    RandomStream random(seed, "cloud", part), second_random(seed, "reality second copy", part);
     std::size_t hint = 0;
     for (std::size_t t = part * chunk; t < std::min((part + 1) * chunk, mesh.triangles.size()); ++t) {
       const auto& triangle = mesh.triangles[t];
@@ -91,13 +149,13 @@ std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment&
         double first = random.uniform(), second = random.uniform();
         if (first + second > 1.0) first = 1.0 - first, second = 1.0 - second;
         const Vector3 point = a + first * u + second * v;
-        const Vector3 noise = world.cloud.noise_m * random.normal3();
+        const Vector3 noise = errors.draw_noise(random);
         const Target target{point.cast<float>(), unit_normal, surface};
         const double share = returned_share(environment.caster, viewpoints, target, range, hint);
         if (share <= 0.0) continue;
         any_seen = true;
         if (share < 1.0 && random.uniform() >= share) continue;
-        parts[part].push_back((point + noise).cast<float>());
+        errors.map(point, noise, normal.normalized(), second_random, parts[part]);
       }
     }
   });

@@ -1,23 +1,28 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "core/measurements.h"
 #include "tools/simulate/magnetic_field.h"
 #include "tools/simulate/motion.h"
 #include "tools/simulate/random.h"
+#include "tools/simulate/reality.h"
+#include "tools/simulate/route.h"
 
 namespace lodestone::simulation {
 
 /// What an ideal IMU reads: rotation rate and specific force in imu axes, exactly at `seconds`.
 ImuSample ideal_imu(const Motion& motion, double seconds, double gravity_m_s2);
 
-/// The IMU: the motion's derivatives plus bias (a random walk from a random start) and white noise.
+/// The IMU: the motion's derivatives times the errors of its axes, plus bias (a random walk from a random start) and
+/// white noise.
 class ImuSimulator {
  public:
   ImuSimulator(const Motion& motion, const ImuOptions& options, double gravity_m_s2, Time start_time,
-               std::uint64_t seed);
+               std::uint64_t seed, const ImuErrors& errors = {});
 
   std::optional<Time> next_time() const;
   ImuSample next();
@@ -28,6 +33,7 @@ class ImuSimulator {
   const Motion& motion_;
   ImuOptions options_;
   double gravity_;
+  ImuErrors errors_;
   Time start_time_;
   RandomStream random_;
   Vector3 gyroscope_bias_;
@@ -35,24 +41,36 @@ class ImuSimulator {
   std::int64_t index_ = 0;
 };
 
-/// All magnetometers, read at one instant: the field where each is, in its own axes, plus white noise.
+/// What is wrong with an array of magnetometers as platform.yaml describes it, and what else makes a field.
+struct ArrayErrors {
+  std::vector<MagnetometerErrors> magnetometers;                   ///< one each; empty: none
+  double clock_offset_s = 0.0;                                     ///< stamp = true time + this
+  std::function<DriveCommand(double seconds)> command{};           ///< what the motors are asked for; empty: nothing
+  std::function<Vector3(double seconds, const Vector3&)> field{};  ///< of what moves, map, µT; empty: none
+};
+
+/// All magnetometers, read at one instant: the field where each is, in its own axes, with its errors and white noise.
 class MagnetometerSimulator {
  public:
   MagnetometerSimulator(const Motion& motion, const MagneticField& field, const MagnetometerOptions& options,
-                        Time start_time, std::uint64_t seed);
+                        Time start_time, std::uint64_t seed, ArrayErrors errors = {});
 
   int sample_count() const { return sample_count_; }
+
+  /// As stamped: the true time plus the clock's offset.
   Time time(int index) const;
 
   /// The readings of every magnetometer; depends on (seed, index) alone. Thread-safe.
   std::vector<MagneticSample> read(int index) const;
 
  private:
+  Vector3 with_errors(std::size_t magnetometer, double seconds, const Vector3& field_ut) const;
   double seconds(int index) const { return options_.offset_s + index / options_.rate_hz; }
 
   const Motion& motion_;
   const MagneticField& field_;
   MagnetometerOptions options_;
+  ArrayErrors errors_;
   Time start_time_;
   std::uint64_t seed_;
   int sample_count_ = 0;

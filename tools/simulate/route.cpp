@@ -214,6 +214,21 @@ std::vector<PlannedPose> plan(const Route& route, const std::vector<Leg>& legs, 
 
 }  // namespace
 
+DriveCommand command_at(const std::vector<PlannedPose>& plan, double seconds) {
+  if (plan.size() < 4) return {};
+  // The quintic spline of Motion is centred on the third of the six poses that act on an interval.
+  const double knot = std::clamp(seconds / plan_step_s + 2.0, 1.0, static_cast<double>(plan.size()) - 3.0);
+  const auto index = static_cast<std::size_t>(knot);
+  const double share = knot - static_cast<double>(index);
+  const auto command = [&](std::size_t i) {
+    return DriveCommand{(plan[i + 1].speed - plan[i - 1].speed) / (2.0 * plan_step_s),
+                        (plan[i + 1].heading - plan[i - 1].heading) / (2.0 * plan_step_s)};
+  };
+  const DriveCommand before = command(index), after = command(index + 1);
+  return {before.acceleration_m_s2 + share * (after.acceleration_m_s2 - before.acceleration_m_s2),
+          before.yaw_rate_rad_s + share * (after.yaw_rate_rad_s - before.yaw_rate_rad_s)};
+}
+
 std::vector<PlannedPose> plan_drive(const Sequence& sequence) {
   const Route route(sequence.waypoints, sequence.corner_radius_m);
   return plan(route, {{0.0, route.length(), 0.0, 0.0}}, sequence.speed, sequence.acceleration_m_s2,

@@ -33,6 +33,15 @@ struct PlannedPose {
 };
 constexpr double plan_step_s = 0.02;
 
+/// What a plan asks of the motors.
+struct DriveCommand {
+  double acceleration_m_s2 = 0.0;  ///< forwards
+  double yaw_rate_rad_s = 0.0;
+};
+
+/// At so many seconds of the Motion that is made of `plan`; held within its ends.
+DriveCommand command_at(const std::vector<PlannedPose>& plan, double seconds);
+
 /// One sequence: rest, drive along the route by its speed profile (limits of acceleration and yaw rate kept, jerk
 /// smoothed), rest.
 std::vector<PlannedPose> plan_drive(const Sequence& sequence);

@@ -99,37 +99,88 @@ class SteelBuilder {
   std::uint64_t next_stream_ = 0;
 };
 
-void place_solid(const Solid& solid, const Pose& T_map_parent, Scene& scene, SteelBuilder& builder) {
-  for (int i = 0; i < solid.repeat_count[0]; ++i) {
-    for (int j = 0; j < solid.repeat_count[1]; ++j) {
-      for (int k = 0; k < solid.repeat_count[2]; ++k) {
-        Pose step;
-        step.position = solid.repeat_step.cwiseProduct(Vector3(i, j, k));
-        const Pose pose = T_map_parent * solid.placement * step;
-        append_shape(solid, pose, scene.mesh);
-        const ToMap to_map = [&](const Vector3& local) {
-          return pose * (solid.shape == SolidShape::tube ? tube_point(solid, local) : local);
-        };
-        for (const Steel& steel : solid.steel) builder.add(solid, steel, to_map);
-        for (const Solid& part : solid.parts) place_solid(part, pose, scene, builder);
+/// Places solids one after the other, and numbers them.
+class Placer {
+ public:
+  /// `instances`: null, or where to list what is placed.
+  Placer(Scene& scene, const Rearrangement& rearrangement, std::vector<SolidInstance>* instances)
+      : scene_(scene), rearrangement_(rearrangement), instances_(instances) {}
+
+  void place(const Solid& solid, const Pose& T_map_parent, const std::string& parent_name, SteelBuilder& builder) {
+    const std::string& name = solid.name.empty() ? parent_name : solid.name;
+    for (int i = 0; i < solid.repeat_count[0]; ++i) {
+      for (int j = 0; j < solid.repeat_count[1]; ++j) {
+        for (int k = 0; k < solid.repeat_count[2]; ++k) {
+          Pose step;
+          step.position = solid.repeat_step.cwiseProduct(Vector3(i, j, k));
+          place_one(solid, T_map_parent * solid.placement * step, name, builder);
+        }
       }
     }
   }
-}
+
+ private:
+  void place_one(const Solid& solid, Pose pose, const std::string& name, SteelBuilder& builder) {
+    const std::size_t number = next_++;
+    const auto moved = rearrangement_.moved.find(number);
+    if (moved != rearrangement_.moved.end()) pose = moved->second * pose;
+    const std::size_t vertices = scene_.mesh.vertices.size(), triangles = scene_.mesh.triangles.size();
+    const std::size_t sources = scene_.sources.size();
+    if (instances_ != nullptr) instances_->push_back({&solid, name, 0, {}});
+    append_shape(solid, pose, scene_.mesh);
+    const ToMap to_map = [&](const Vector3& local) {
+      return pose * (solid.shape == SolidShape::tube ? tube_point(solid, local) : local);
+    };
+    for (const Steel& steel : solid.steel) builder.add(solid, steel, to_map);
+    for (const Solid& part : solid.parts) place(part, pose, name, builder);
+    if (instances_ != nullptr) {
+      SolidInstance& instance = (*instances_)[number];
+      instance.end = next_;
+      for (std::size_t v = vertices; v < scene_.mesh.vertices.size(); ++v)
+        instance.bounds.extend(scene_.mesh.vertices[v].cast<double>());
+    }
+    if (rearrangement_.gone.count(number) == 0) return;
+    // Placed and taken away again, so that all other steel keeps its random stream.
+    scene_.mesh.vertices.resize(vertices);
+    scene_.mesh.triangles.resize(triangles);
+    scene_.mesh.surface_of_triangle.resize(triangles);
+    scene_.sources.resize(sources);
+  }
+
+  Scene& scene_;
+  const Rearrangement& rearrangement_;
+  std::vector<SolidInstance>* instances_;
+  std::size_t next_ = 0;
+};
 
 }  // namespace
 
-Scene build_scene(const World& world, const std::string& scene_name) {
+std::vector<SolidInstance> list_instances(const World& world) {
   Scene scene;
   SteelBuilder builder(world.steel_seed, "steel", scene.sources);
-  for (const Solid& solid : world.solids) place_solid(solid, Pose{}, scene, builder);
+  const Rearrangement as_in_the_file;
+  std::vector<SolidInstance> instances;
+  Placer placer(scene, as_in_the_file, &instances);
+  for (const Solid& solid : world.solids) placer.place(solid, Pose{}, {}, builder);
+  return instances;
+}
+
+Scene build_scene(const World& world, const std::string& scene_name, const Rearrangement& rearrangement) {
+  Scene scene;
+  SteelBuilder builder(world.steel_seed, "steel", scene.sources);
+  Placer placer(scene, rearrangement, nullptr);
+  for (const Solid& solid : world.solids) placer.place(solid, Pose{}, {}, builder);
+  const Rearrangement as_in_the_file;
+  const auto add = [&](const Solid& solid, const std::string& identity) {
+    SteelBuilder own_builder(world.steel_seed, "steel of " + identity, scene.sources);
+    Placer(scene, as_in_the_file, nullptr).place(solid, Pose{}, {}, own_builder);
+  };
   std::size_t index = 0;
   for (const Solid& solid : find_scene(world, scene_name)) {
-    const std::string identity = solid.name.empty() ? scene_name + " " + std::to_string(index) : solid.name;
-    SteelBuilder scene_builder(world.steel_seed, "steel of " + identity, scene.sources);
-    place_solid(solid, Pose{}, scene, scene_builder);
+    add(solid, solid.name.empty() ? scene_name + " " + std::to_string(index) : solid.name);
     ++index;
   }
+  for (const Solid& solid : rearrangement.added) add(solid, solid.name);
   return scene;
 }
 

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <map>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "core/geometry/so3.h"
@@ -44,11 +48,33 @@ struct Scene {
   std::vector<FieldSource> sources;
 };
 
+/// One repetition of one of the world's solids, or of a part of a group. Instances are numbered in the order in which
+/// they are placed: a group comes before its parts.
+struct SolidInstance {
+  const Solid* solid = nullptr;  ///< of the world, which must outlive this
+  std::string name;              ///< of the solid, or of the nearest group around it that has one
+  std::size_t end = 0;           ///< the number after the last part of this instance
+  Eigen::AlignedBox3d bounds;    ///< of its surfaces and those of its parts, map, m; empty without surfaces
+};
+
+/// What stands elsewhere than the world's file says. Numbers are those of SolidInstance.
+struct Rearrangement {
+  std::map<std::size_t, Pose> moved;  ///< by instance: what takes its old place to its new one (map)
+  std::set<std::size_t> gone;         ///< with all their parts
+  std::vector<Solid> added;           ///< with their placement in the map
+
+  bool empty() const { return moved.empty() && gone.empty() && added.empty(); }
+};
+
+/// The instances of what always stands in the world.
+std::vector<SolidInstance> list_instances(const World& world);
+
 /// What always stands in the world, then what its scene `scene` adds (empty: nothing). Deterministic: depends on the
 /// world alone (its steel_seed), not on the seed of a run. The sources of the world's own solids are the same bits with
 /// every scene; a solid of a scene is magnetized by its name, so that the same car is the same on another day and
-/// changes no other (one without a name: by its scene and place in the list). Throws InputError for an unknown scene.
-Scene build_scene(const World& world, const std::string& scene = {});
+/// changes no other (one without a name: by its scene and place in the list). What `rearrangement` moves takes its
+/// steel along, and changes no other steel. Throws InputError for an unknown scene.
+Scene build_scene(const World& world, const std::string& scene = {}, const Rearrangement& rearrangement = {});
 
 /// Appends the triangles of one solid (its shape only, no parts) placed at `pose`, with its surface.
 void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh);

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/platform.h"
+#include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/point_cloud_file.h"
 #include "tools/command_files.h"
@@ -17,6 +18,7 @@
 #include "tools/run/resources.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/cloud_map.h"
+#include "tools/simulate/reality_yaml.h"
 #include "tools/simulate/simulation_source.h"
 #include "tools/writers/output_file.h"
 
@@ -28,6 +30,7 @@ struct SimulateOptions {
   std::string out;
   std::string sequence;
   std::string scene;
+  std::string reality;
   std::vector<std::string> only{"log", "cloud", "survey"};
 
   bool writes(const char* part) const { return std::find(only.begin(), only.end(), part) != only.end(); }
@@ -41,11 +44,11 @@ double seconds_from(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The world's sensors as a platform file says them, with the same noise that the simulator draws.
-Platform make_platform(const simulation::World& world) {
+/// The world's sensors as the user's platform file describes them.
+Platform make_platform(const simulation::World& world, const simulation::Reality& reality) {
   Platform platform;
   platform.name = world.name;
-  platform.suite = simulation::sensor_suite(world);
+  platform.suite = simulation::believed_suite(world, reality);
   platform.lidar = simulation::message_layout(simulation::scan_format(world.lidar));
   for (std::size_t j = 0; j < platform.suite.magnetometers.size(); ++j)
     platform.magnetometers.push_back({fmt::format("/magnetometer_{}/field", j), FieldUnit::tesla});
@@ -82,11 +85,43 @@ void write_cloud(const simulation::World& world, std::shared_ptr<const simulatio
   fmt::print("{}: {} points\n", path, cloud.size());
 }
 
+/// Worlds that are ready to be driven through; the last one is kept, because the parts of a simulation often share it.
+class Environments {
+ public:
+  Environments(const simulation::World& world, const simulation::MovedObjects& moved)
+      : world_(world), nothing_moved_(moved.mapped.empty() && moved.driven.empty()) {}
+
+  std::shared_ptr<const simulation::Environment> get(const std::string& scene,
+                                                     const simulation::Rearrangement& rearrangement) {
+    const bool same = last_ != nullptr && last_->scene_name == scene;
+    if (same && (nothing_moved_ || last_rearrangement_ == &rearrangement)) return last_;
+    last_.reset();
+    last_ = std::make_shared<const simulation::Environment>(world_, scene, rearrangement);
+    last_rearrangement_ = &rearrangement;
+    return last_;
+  }
+
+ private:
+  const simulation::World& world_;
+  bool nothing_moved_;
+  std::shared_ptr<const simulation::Environment> last_;
+  const simulation::Rearrangement* last_rearrangement_ = nullptr;
+};
+
+void print_contents(const SimulateOptions& options, const std::string& sequence,
+                    const simulation::Environment& environment) {
+  fmt::print("{}: sequence {}, seed {}{}, {} triangles, {} pieces of steel\n", options.world, sequence, options.seed,
+             environment.scene_name.empty() ? "" : ", scene " + environment.scene_name,
+             environment.scene.mesh.triangles.size(), environment.scene.sources.size());
+}
+
 void simulate(const SimulateOptions& options) {
   using Drive = simulation::SimulationSource::Drive;
   catch_interrupts();
   const ThreadLimit limit(options.threads);
-  const simulation::World world = simulation::load_world(options.world, options.settings);
+  std::vector<std::string> settings = options.settings;
+  if (!options.reality.empty()) settings.push_back("reality.grade=" + options.reality);
+  const simulation::World world = simulation::load_world(options.world, settings);
   const auto& [sequence, drive_plan] = simulation::find_sequence(world, options.sequence);
   const std::string scene = options.scene.empty()                   ? drive_plan.scene
                             : options.scene == simulation::no_scene ? std::string{}
@@ -99,32 +134,37 @@ void simulate(const SimulateOptions& options) {
   made_folder(options.out);
   const auto path = [&](const char* name) { return (std::filesystem::path(options.out) / name).string(); };
 
-  // The cloud map may have been surveyed among other things than the robot drives among.
-  const bool drives = options.writes("log") || options.writes("survey");
-  auto environment = std::make_shared<const simulation::Environment>(world, drives ? scene : world.cloud.scene);
-  fmt::print("{}: sequence {}, seed {}{}, {} triangles, {} pieces of steel\n", options.world, sequence, options.seed,
-             environment->scene_name.empty() ? "" : ", scene " + environment->scene_name,
-             environment->scene.mesh.triangles.size(), environment->scene.sources.size());
-  const Platform platform = make_platform(world);
+  const simulation::Reality reality = simulation::draw_reality(world, options.seed);
+  const simulation::MovedObjects moved = simulation::draw_moved_objects(world, options.seed);
+  const Platform platform = make_platform(world, reality);
   save_platform(platform, path("platform.yaml"));
+  Environments environments(world, moved);
   if (options.writes("cloud")) {
-    const bool same_scene = world.cloud.scene == environment->scene_name;
-    write_cloud(world,
-                same_scene ? environment : std::make_shared<const simulation::Environment>(world, world.cloud.scene),
-                options.seed, path("cloud.pcd"));
-  }
-  if (options.writes("log")) {
-    simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
-    write_tum(path("truth.tum"), drive.trajectory(), "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw");
-    record(drive, platform, simulation::scan_format(world.lidar), path("log.bag"));
+    // The cloud map may have been surveyed among other things than the robot drives among.
+    const auto environment = environments.get(world.cloud.scene, moved.mapped);
+    if (!options.writes("log") && !options.writes("survey")) print_contents(options, sequence, *environment);
+    write_cloud(world, environment, options.seed, path("cloud.pcd"));
   }
   if (options.writes("survey")) {
+    const auto environment = environments.get(scene, moved.mapped);
+    if (!options.writes("log")) print_contents(options, sequence, *environment);
     simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
                                         std::numeric_limits<double>::infinity());
     write_tum(path("survey.tum"), survey.trajectory(),
               fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
                           world.survey.position_sigma_m, world.survey.angle_sigma_deg));
     record(survey, platform, simulation::scan_format(world.lidar), path("survey.bag"));
+  }
+  if (options.writes("log")) {
+    const auto environment = environments.get(scene, moved.driven);
+    print_contents(options, sequence, *environment);
+    simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
+    write_tum(path("truth.tum"), drive.trajectory(),
+              reality.displacement.empty()
+                  ? "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw"
+                  : "T_map_imu in the displaced maps, exact, at the IMU's stamps; t x y z qx qy qz qw");
+    write_text_file(path("reality.yaml"), simulation::reality_yaml(world, moved, drive));
+    record(drive, platform, simulation::scan_format(world.lidar), path("log.bag"));
   }
 }
 
@@ -140,8 +180,9 @@ void add_simulate_command(CLI::App& app, int* code) {
       ->type_name("WORLD.yaml");
   files
       .output(command->add_option("--out", options->out,
-                                  "Folder for log.bag, truth.tum, platform.yaml, cloud.pcd, survey.bag and survey.tum"),
-              CommandFiles::within({"platform.yaml", "log.bag", "truth.tum", "cloud.pcd", "survey.bag", "survey.tum"}))
+                                  "Folder for log.bag, truth.tum, reality.yaml, platform.yaml, cloud.pcd, survey.bag and "
+                                  "survey.tum"),
+              CommandFiles::within({"platform.yaml", "log.bag", "truth.tum", "reality.yaml", "cloud.pcd", "survey.bag", "survey.tum"}))
       ->required()
       ->type_name("DIR");
   command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")
@@ -151,12 +192,17 @@ void add_simulate_command(CLI::App& app, int* code) {
       ->add_option("--scene", options->scene,
                    "What else stands there (default: the sequence's own scene; none: only what always does)")
       ->type_name("NAME");
+  command
+      ->add_option("--reality", options->reality,
+                   "How far robot and maps are from what platform.yaml and the maps say (default: the world's own "
+                   "reality.grade, mostly exact)")
+      ->check(CLI::IsMember({"exact", "calibrated", "field", "rough"}))
+      ->type_name("GRADE");
   command->add_option("--only", options->only, "Write only these: log (with its truth), cloud, survey")
       ->delimiter(',')
       ->check(CLI::IsMember({"log", "cloud", "survey"}))
       ->type_name("PART[,PART]");
-  command->add_option("--duration", options->duration_s, "Cut the drive after so many seconds")
-      ->type_name("S");
+  command->add_option("--duration", options->duration_s, "Cut the drive after so many seconds")->type_name("S");
   command
       ->add_option("--set", options->settings,
                    "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
@@ -170,6 +216,7 @@ void add_simulate_command(CLI::App& app, int* code) {
       "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/warehouse --sequence 2 --seed 7 "
       "--set sensors.magnetometers.noise_ut=5\n"
       "  lodestone simulate config/worlds/carpark.yaml --scene 2026-02-06 --only survey --out /tmp/february\n"
+      "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/real --reality field\n"
       "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/faulty "
       "--set 'faults=[{kind: hard_iron, magnetometer: front_0, offset_ut: [12, -5, 8]}]'");
   command->callback([options, code] {

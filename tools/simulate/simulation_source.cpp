@@ -16,6 +16,7 @@ namespace {
 
 constexpr int scans_ahead = 32;  // cast together, so that threads have work and memory stays small
 constexpr int magnetic_samples_ahead = 512;
+constexpr double survey_error_s = 20.0;  // correlation time of the slow error of a surveyed trajectory
 constexpr Time never = std::numeric_limits<Time>::max();
 
 std::vector<PlannedPose> cut(std::vector<PlannedPose> plan, double max_duration_s) {
@@ -32,6 +33,15 @@ std::string noise_of(SimulationSource::Drive drive, const std::string& scene) {
   return scene.empty() ? "survey" : "survey of " + scene;
 }
 
+/// Whom the robot meets. Drawn along the whole drive, so that a drive that is cut is the beginning of the whole one.
+Movers draw_movers(const World& world, const Environment& environment, const Sequence& sequence, std::uint64_t run_seed,
+                   std::uint64_t seed) {
+  const RealityOptions& options = world.reality;
+  if (!(options.people > 0.0) && !(options.vehicles > 0.0)) return {};
+  const Motion whole(plan_drive(sequence), world.imu.height_m, world.floor, run_seed);
+  return {options.people, options.vehicles, environment.caster, whole, seed};
+}
+
 /// Fills `batch` with make(first), make(first + 1), … on all threads, in order.
 template <class Value, class Make>
 void make_ahead(std::deque<Value>& batch, int first, int last, Make&& make) {
@@ -42,9 +52,9 @@ void make_ahead(std::deque<Value>& batch, int first, int last, Make&& make) {
 
 }  // namespace
 
-Environment::Environment(const World& world, const std::string& scene_in)
+Environment::Environment(const World& world, const std::string& scene_in, const Rearrangement& rearrangement)
     : scene_name(scene_in),
-      scene(build_scene(world, scene_in)),
+      scene(build_scene(world, scene_in, rearrangement)),
       caster(scene.mesh),
       field(world.earth_field_ut, scene.sources) {}
 
@@ -57,20 +67,39 @@ struct SimulationSource::Implementation {
         survey(world.survey),
         imu_rate_hz(world.imu.rate_hz),
         start_time(world.start_time),
-        motion(cut(is_survey ? plan_survey(sequence, world.survey) : plan_drive(sequence), max_duration_s),
-               world.imu.height_m, world.floor, run_seed),
-        imu(motion, world.imu, world.gravity_m_s2, start_time, run_seed),
-        magnetometers(motion, environment->field, world.magnetometers, start_time, run_seed),
-        lidar(environment->caster, motion, world.lidar, start_time, run_seed),
+        reality(draw_reality(world, seed)),
+        survey_error(reality.options.survey_pose_sigma_m, survey_error_s, run_seed, "reality survey pose"),
+        plan(cut(is_survey ? plan_survey(sequence, world.survey) : plan_drive(sequence), max_duration_s)),
+        motion(plan, world.imu.height_m, world.floor, run_seed),
+        movers(is_survey ? Movers{} : draw_movers(world, *environment, sequence, run_seed, seed)),
+        imu(motion, world.imu, world.gravity_m_s2, start_time, run_seed, reality.imu),
+        magnetometers(motion, environment->field, world.magnetometers, start_time, run_seed, array_errors()),
+        lidar(environment->caster, motion, world.lidar, start_time, run_seed, reality.lidar, &movers),
         scan_count(is_survey ? 0 : lidar.scan_count()) {
     if (!is_survey && !sequence.faults.empty()) {
       std::vector<Pose> mounts;
-      for (const MagnetometerMount& mount : world.magnetometers.mounts) mounts.push_back(mount.T_imu_mag());
-      faults = std::make_unique<FaultInjector>(
-          sequence.faults, start_time, run_seed, [this, mounts](int magnetometer, double seconds) {
-            return motion.pose_at(seconds) * mounts[static_cast<std::size_t>(magnetometer)];
-          });
+      for (std::size_t j = 0; j < world.magnetometers.mounts.size(); ++j) {
+        mounts.push_back(with_error(world.magnetometers.mounts[j].T_imu_mag(), reality.magnetometers[j].mounting));
+      }
+      faults = std::make_unique<FaultInjector>(sequence.faults, start_time, run_seed,
+                                               [this, mounts](int magnetometer, double seconds) {
+                                                 return motion.pose_at(seconds - reality.magnetometer_clock_offset_s) *
+                                                        mounts[static_cast<std::size_t>(magnetometer)];
+                                               });
     }
+  }
+
+  ArrayErrors array_errors() const {
+    ArrayErrors errors;
+    if (reality.options.has_magnetometer_errors()) {
+      errors.magnetometers = is_survey ? reality.survey_magnetometers : reality.magnetometers;
+    }
+    errors.clock_offset_s = reality.magnetometer_clock_offset_s;
+    errors.command = [this](double seconds) { return command_at(plan, seconds); };
+    if (!movers.list().empty()) {
+      errors.field = [this](double seconds, const Vector3& place) { return movers.field_ut(seconds, place); };
+    }
+    return errors;
   }
 
   Time magnetic_time() const {
@@ -124,7 +153,11 @@ struct SimulationSource::Implementation {
   SurveyOptions survey;
   double imu_rate_hz;
   Time start_time;
+  Reality reality;
+  DisplacementField survey_error;  ///< of the survey's trajectory, at (seconds, 0, 0)
+  std::vector<PlannedPose> plan;
   Motion motion;
+  Movers movers;
   ImuSimulator imu;
   MagnetometerSimulator magnetometers;
   LidarSimulator lidar;
@@ -170,6 +203,21 @@ const Motion& SimulationSource::motion() const {
   return implementation_->motion;
 }
 
+const Reality& SimulationSource::reality() const {
+  return implementation_->reality;
+}
+const Movers& SimulationSource::movers() const {
+  return implementation_->movers;
+}
+
+std::vector<double> SimulationSource::scan_stamp_errors() const {
+  std::vector<double> errors;
+  for (int scan = 0; scan < implementation_->scan_count; ++scan) {
+    errors.push_back(implementation_->lidar.stamp_error_s(scan));
+  }
+  return errors;
+}
+
 Trajectory SimulationSource::trajectory() const {
   const Implementation& i = *implementation_;
   Trajectory trajectory;
@@ -177,8 +225,9 @@ Trajectory SimulationSource::trajectory() const {
   const double angle_sigma = i.survey.angle_sigma_deg * std::numbers::pi / 180.0;
   for (std::int64_t k = 0; static_cast<double>(k) / i.imu_rate_hz <= i.motion.duration(); ++k) {
     const double seconds = static_cast<double>(k) / i.imu_rate_hz;
-    Pose pose = i.motion.pose_at(seconds);
+    Pose pose = i.reality.displacement.displaced(i.motion.pose_at(seconds));
     if (i.is_survey) {
+      if (!i.survey_error.empty()) pose.position += i.survey_error.at({seconds, 0.0, 0.0});
       Vector6 noise;
       noise.head<3>() = angle_sigma * random.normal3();
       noise.tail<3>() = i.survey.position_sigma_m * random.normal3();

@@ -44,6 +44,7 @@ SensorSuite sensor_suite(const World& world) {
   suite.lidar.scan_period_s = 1.0 / world.lidar.rate_hz;
   for (const MagnetometerMount& mount : world.magnetometers.mounts)
     suite.magnetometers.push_back({mount.name, mount.T_imu_mag(), world.magnetometers.noise_ut});
+  suite.calibration = calibration_sigmas(world.reality);
   return suite;
 }
 

@@ -11,6 +11,7 @@
 #include "core/sensor_suite.h"
 #include "core/time.h"
 #include "tools/simulate/faults.h"
+#include "tools/simulate/reality_options.h"
 #include "tools/simulate/sensor_options.h"
 
 /// Worlds and the sensors that drive through them: what `lodestone simulate` writes, also as a MeasurementSource.
@@ -95,8 +96,8 @@ struct Sequence {
   std::vector<SpeedPoint> speed;                  ///< linear between points
   double acceleration_m_s2 = 0.6;
   double max_yaw_rate_rad_s = 0.8;
-  double rest_s = 2.0;  ///< standing at the start, and half as long at the end
-  std::string scene;    ///< that is driven through where the call names none; empty: the world's solids alone
+  double rest_s = 2.0;        ///< standing at the start, and half as long at the end
+  std::string scene;          ///< that is driven through where the call names none; empty: the world's solids alone
   std::vector<Fault> faults;  ///< the world's, then its own
 };
 
@@ -114,6 +115,7 @@ struct World {
   FloorOptions floor;
   CloudOptions cloud;
   SurveyOptions survey;
+  RealityOptions reality;
   std::vector<Solid> solids;
   std::map<std::string, std::vector<Solid>>
       scenes;  ///< stand beside `solids` while the scene lasts: a day's parked cars
@@ -130,7 +132,7 @@ const std::pair<const std::string, Sequence>& find_sequence(const World& world, 
 /// The further solids of the scene called `name`; none where it is empty. Throws InputError that lists the scenes.
 const std::vector<Solid>& find_scene(const World& world, const std::string& name);
 
-/// What an estimator may know of the world's sensors.
+/// What an estimator may know of the world's sensors, with the true noise and the calibration sigmas of the reality.
 SensorSuite sensor_suite(const World& world);
 
 /// Point (distance along the axis, left of it, above the floor) of a tube in the tube's frame.

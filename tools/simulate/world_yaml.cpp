@@ -277,7 +277,8 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   World world;
   world.file = path;
   world.name = section.text("name");
-  // Whole numbers up to 2^53 are exact in a double; a ROS 1 bag counts seconds in 32 bits, and a drive goes on for days at most.
+  // Whole numbers up to 2^53 are exact in a double; a ROS 1 bag counts seconds in 32 bits, and a drive goes on for days
+  // at most.
   world.steel_seed = static_cast<std::uint64_t>(section.integer("steel_seed", 1.0, 0.0, 9007199254740992.0));
   world.start_time = section.integer("start_time_s", 1.7e9, 0.0, 4294000000.0) * 1'000'000'000;
   world.gravity_m_s2 = section.number("gravity_m_s2", world.gravity_m_s2);
@@ -285,6 +286,7 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   section.options("floor", world.floor);
   section.options("cloud", world.cloud);
   section.options("survey", world.survey);
+  if (const ConfigurationNode* reality = section.find("reality")) world.reality = read_reality(*reality);
   if (const ConfigurationNode* sensors = section.find("sensors")) read_sensors(*sensors, world);
   const ConfigurationNode* templates = section.find("templates");
   world.solids = read_solids(section.at("solids"), templates, 0);

@@ -83,6 +83,61 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   EXPECT_TRUE(load_platform(folder / "platform.yaml").suite.magnetometers.empty());
 }
 
+TEST(PlatformFile, CalibrationSigmasAreThoseOfAUsualRobotUnlessTheyAreStated) {
+  const CalibrationSigmas usual = load_platform(scout).suite.calibration;
+  EXPECT_EQ(usual.lidar.translation_sigma_m, 0.010);
+  EXPECT_EQ(usual.lidar.rotation_sigma_deg, 0.3);
+  EXPECT_EQ(usual.lidar.clock_sigma_s, 0.003);
+  EXPECT_EQ(usual.magnetometers.offset_sigma_ut, 1.0);
+  EXPECT_EQ(usual.imu.misalignment_sigma_deg, 0.1);
+  std::string text = read_text_file(scout);
+  text.replace(text.find("lidar:\n"), 7, "lidar:\n  calibration: {rotation_sigma_deg: 0.05, clock_sigma_s: 0}\n");
+  text.replace(text.find("imu:\n"), 5, "imu:\n  calibration: {scale_sigma: 0.1}\n");
+  text += "magnetometer_calibration: {matrix_sigma: 0.3}\n";
+  const CalibrationSigmas stated = parse_platform(text, "scout.yaml").suite.calibration;
+  EXPECT_EQ(stated.lidar.translation_sigma_m, 0.010);
+  EXPECT_EQ(stated.lidar.rotation_sigma_deg, 0.05);
+  EXPECT_EQ(stated.lidar.clock_sigma_s, 0.0);
+  EXPECT_EQ(stated.imu.scale_sigma, 0.1);
+  EXPECT_EQ(stated.magnetometers.matrix_sigma, 0.3);
+  EXPECT_EQ(stated.magnetometers.clock_sigma_s, 0.010);
+}
+
+TEST(PlatformFile, CalibrationSigmasReadBackToTheSameBits) {
+  const testing::TemporaryFolder folder;
+  Platform platform = load_platform(scout);
+  CalibrationSigmas& sigmas = platform.suite.calibration;
+  sigmas.lidar = {1.0 / 3.0, 0.1 / 3.0, 0.0};
+  sigmas.magnetometers = {0.001 / 3.0, 2.0 / 3.0, 1e-9, 0.7, 0.01 / 3.0};
+  sigmas.imu = {0.001 / 7.0, 0.02 / 7.0};
+  save_platform(platform, folder / "platform.yaml");
+  const CalibrationSigmas back = load_platform(folder / "platform.yaml").suite.calibration;
+  EXPECT_EQ(back.lidar.translation_sigma_m, sigmas.lidar.translation_sigma_m);
+  EXPECT_EQ(back.lidar.rotation_sigma_deg, sigmas.lidar.rotation_sigma_deg);
+  EXPECT_EQ(back.lidar.clock_sigma_s, 0.0);
+  EXPECT_EQ(back.magnetometers.translation_sigma_m, sigmas.magnetometers.translation_sigma_m);
+  EXPECT_EQ(back.magnetometers.rotation_sigma_deg, sigmas.magnetometers.rotation_sigma_deg);
+  EXPECT_EQ(back.magnetometers.clock_sigma_s, sigmas.magnetometers.clock_sigma_s);
+  EXPECT_EQ(back.magnetometers.offset_sigma_ut, sigmas.magnetometers.offset_sigma_ut);
+  EXPECT_EQ(back.magnetometers.matrix_sigma, sigmas.magnetometers.matrix_sigma);
+  EXPECT_EQ(back.imu.scale_sigma, sigmas.imu.scale_sigma);
+  EXPECT_EQ(back.imu.misalignment_sigma_deg, sigmas.imu.misalignment_sigma_deg);
+}
+
+TEST(PlatformFile, WrongCalibrationSigmasAreRefusedWithTheirPlace) {
+  const auto error_of = [](const std::string& calibration) {
+    return error_with("lidar:\n", "lidar:\n  calibration: " + calibration + "\n");
+  };
+  EXPECT_THAT(error_of("{rotation_sigma: 1}"), HasSubstr("rotation_sigma_deg"));
+  for (const char* value : {"-0.1", ".nan", ".inf", "2"}) {
+    const std::string message = error_of("{translation_sigma_m: " + std::string(value) + "}");
+    EXPECT_THAT(message, HasSubstr("lidar.calibration.translation_sigma_m")) << value;
+    EXPECT_THAT(message, HasSubstr("expected a")) << value;
+  }
+  EXPECT_THAT(error_of("{translation_sigma_m: 2}"), HasSubstr("0 (exact) to 1"));
+  EXPECT_THAT(error_of("3"), HasSubstr("calibration"));
+}
+
 TEST(PlatformFile, WhatIsLeftOutOfTheCloudIsLeftToItsContent) {
   std::string text = read_text_file(scout);
   for (const std::string line : {"  stamp: start", "  time_unit: ns", "    time: t"}) {
@@ -111,15 +166,17 @@ TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_THAT(error_with("translation_m: [0.05, 0.0, 0.3]", "translation_m: [0.05, 0.0]"),
               HasSubstr("expected a list of 3 numbers, found 2"));
   EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
-  EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"), 
+  EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"),
               ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("say by 'values' which is which")));
-  EXPECT_THAT(error_with("name: front_1", "name: front_0"), HasSubstr("another magnetometer is called front_0 already"));
+  EXPECT_THAT(error_with("name: front_1", "name: front_0"),
+              HasSubstr("another magnetometer is called front_0 already"));
   EXPECT_THAT(error_with("  rate_hz: 200.0\n", "  rate_hz: 200.0\n  angular_velocity: gyro\n"),
               HasSubstr("imu: the key 'linear_acceleration' is missing"));
   EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron_ut: [1, 2]"), HasSubstr("a list of 3 numbers"));
   EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    soft_iron_correction: [1, 0, 0, 0, 1, 0, 0, 0, 0]"),
               HasSubstr("a determinant above 0"));
-  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron: [1, 2, 3]"), HasSubstr("did you mean 'hard_iron_ut'"));
+  EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron: [1, 2, 3]"),
+              HasSubstr("did you mean 'hard_iron_ut'"));
   EXPECT_THAT(message_of<InputError>([] { load_platform("absent.yaml"); }), HasSubstr("no such file"));
 }
 

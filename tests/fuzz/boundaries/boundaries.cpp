@@ -270,7 +270,12 @@ void write_platform(const fs::path& folder) { save_platform(small_log().platform
 void read_platform(const fs::path& folder) { load_platform((folder / "platform.yaml").string()); }
 
 void write_world(const fs::path& folder) {
-  fs::copy_file(fs::path(LODESTONE_SOURCE_DIR) / "config/worlds/corridor.yaml", folder / "world.yaml");
+  const std::string world = read_text_file((fs::path(LODESTONE_SOURCE_DIR) / "config/worlds/corridor.yaml").string());
+  // No shipped world has a section `reality`.
+  write_text(folder / "world.yaml",
+             world + "\nreality:\n  grade: field\n  lidar_clock_offset_sigma_s: 0.003\n  mixed_points: true\n"
+                     "  cloud_displacement_rms_m: 0.02\n  cloud_displacement_length_m: 20\n"
+                     "  doubled_walls_share: 0.05\n  people: 2\n  noise_density_factor_max: 2\n");
 }
 void read_world(const fs::path& folder) { simulation::load_world((folder / "world.yaml").string()); }
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "frontends/synchronizer/bag_source.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
@@ -45,7 +45,7 @@ class SimulateCommand : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-const std::vector<std::string> all_files = {"log.bag",   "truth.tum",  "platform.yaml",
+const std::vector<std::string> all_files = {"log.bag",   "truth.tum",  "platform.yaml", "reality.yaml",
                                             "cloud.pcd", "survey.bag", "survey.tum"};
 
 TEST_F(SimulateCommand, WritesALogThatReadsBackAsWhatWasDriven) {
@@ -106,16 +106,16 @@ TEST_F(SimulateCommand, SameSeedSameBytesOtherSeedOtherBytes) {
       EXPECT_FALSE(bytes("a", file) == bytes("c", file)) << file;
     }
   }
-  // Nothing is left beside the six files.
+  // Nothing is left beside these files.
   int files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_ / "a")) ++files;
-  EXPECT_EQ(files, 6);
+  EXPECT_EQ(files, 7);
 }
 
 TEST_F(SimulateCommand, OnlyWritesWhatIsAskedForWithTheBytesOfTheWhole) {
   ASSERT_EQ(simulate("whole", "--duration 2").code, 0);
   const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
-      {"log", {"log.bag", "truth.tum", "platform.yaml"}},
+      {"log", {"log.bag", "truth.tum", "reality.yaml", "platform.yaml"}},
       {"cloud", {"cloud.pcd", "platform.yaml"}},
       {"survey,cloud", {"survey.bag", "survey.tum", "cloud.pcd", "platform.yaml"}}};
   for (const auto& [only, files] : cases) {
@@ -145,6 +145,39 @@ TEST_F(SimulateCommand, SceneIsDrivenAmongAndLeftOutOfTheCloudMapUnlessNamedTher
     EXPECT_FALSE(bytes("bare", file) == bytes("busy", file)) << file;
 }
 
+TEST_F(SimulateCommand, GradeExactIsTheDefaultToTheByte) {
+  ASSERT_EQ(simulate("default", "--duration 2").code, 0);
+  ASSERT_EQ(simulate("exact", "--duration 2 --reality exact").code, 0);
+  ASSERT_EQ(simulate("key", "--duration 2 --set reality=rough --reality exact").code, 0);
+  for (const std::string& file : all_files) {
+    EXPECT_TRUE(bytes("default", file) == bytes("exact", file)) << file;
+    EXPECT_TRUE(bytes("default", file) == bytes("key", file)) << file;
+  }
+  const Platform platform = load_platform((folder_ / "exact" / "platform.yaml").string());
+  EXPECT_EQ(platform.suite.calibration.lidar.rotation_sigma_deg, 0.0);
+  EXPECT_EQ(platform.suite.calibration.magnetometers.offset_sigma_ut, 0.0);
+}
+
+TEST_F(SimulateCommand, AGradeChangesEveryFileTheSameWayOnAnyNumberOfThreads) {
+  ASSERT_EQ(simulate("exact", "--duration 2").code, 0);
+  const ProgramResult result = simulate("field", "--duration 2 --reality field --threads 1");
+  ASSERT_EQ(result.code, 0) << result.errors;
+  ASSERT_EQ(simulate("again", "--duration 2 --reality field --threads 2").code, 0);
+  ASSERT_EQ(simulate("maps", "--reality field --only cloud,survey").code, 0);
+  for (const std::string& file : all_files) {
+    EXPECT_TRUE(bytes("field", file) == bytes("again", file)) << file;
+    EXPECT_FALSE(bytes("field", file) == bytes("exact", file)) << file;
+  }
+  for (const char* file : {"cloud.pcd", "survey.bag", "survey.tum"})
+    EXPECT_TRUE(bytes("field", file) == bytes("maps", file)) << file;
+  const Platform platform = load_platform((folder_ / "field" / "platform.yaml").string());
+  EXPECT_EQ(platform.suite.calibration.lidar.rotation_sigma_deg, 0.3);
+  EXPECT_EQ(platform.suite.lidar.T_imu_lidar.position,
+            load_platform((folder_ / "exact" / "platform.yaml").string()).suite.lidar.T_imu_lidar.position);
+  EXPECT_NE(bytes("field", "reality.yaml").find("grade: field"), std::string::npos);
+  EXPECT_NE(bytes("field", "truth.tum").find("displaced"), std::string::npos);
+}
+
 TEST_F(SimulateCommand, SetChangesTheWorldAndItsPlatform) {
   ASSERT_EQ(simulate("loud", "--duration 2 --set sensors.magnetometers.noise_ut=5").code, 0);
   const Platform platform = load_platform((folder_ / "loud" / "platform.yaml").string());
@@ -172,7 +205,8 @@ TEST_F(SimulateCommand, WrongCallsAreOneClearLineAndCode2) {
 TEST_F(SimulateCommand, ADriveWithoutAScanIsRefusedBeforeAnythingIsWritten) {
   const ProgramResult result = simulate("short", "--duration 0.05");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, ::testing::HasSubstr("--duration: expected at least one scan of the LiDAR, 0.1 s, found 0.05 s"));
+  EXPECT_THAT(result.errors,
+              ::testing::HasSubstr("--duration: expected at least one scan of the LiDAR, 0.1 s, found 0.05 s"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "short"));
 }
 

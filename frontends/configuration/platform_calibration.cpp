@@ -1,0 +1,91 @@
+#include "frontends/configuration/platform_calibration.h"
+
+#include "frontends/configuration/options.h"
+
+namespace lodestone {
+namespace {
+
+// Larger than any calibration: beyond these a value has the wrong unit.
+constexpr double largest_translation_m = 1.0;
+constexpr double largest_rotation_deg = 45.0;
+constexpr double largest_clock_s = 1.0;
+constexpr double largest_offset_ut = 1000.0;
+constexpr double largest_share = 0.5;
+
+/// Calls visit(key, sigma, bound) for each sigma, in the order of the file.
+template <class Sigmas, class Visit>
+void visit_lidar(Sigmas& sigmas, const Visit& visit) {
+  visit("translation_sigma_m", sigmas.translation_sigma_m, largest_translation_m);
+  visit("rotation_sigma_deg", sigmas.rotation_sigma_deg, largest_rotation_deg);
+  visit("clock_sigma_s", sigmas.clock_sigma_s, largest_clock_s);
+}
+
+template <class Sigmas, class Visit>
+void visit_magnetometers(Sigmas& sigmas, const Visit& visit) {
+  visit_lidar(sigmas, visit);
+  visit("offset_sigma_ut", sigmas.offset_sigma_ut, largest_offset_ut);
+  visit("matrix_sigma", sigmas.matrix_sigma, largest_share);
+}
+
+template <class Sigmas, class Visit>
+void visit_imu(Sigmas& sigmas, const Visit& visit) {
+  visit("scale_sigma", sigmas.scale_sigma, largest_share);
+  visit("misalignment_sigma_deg", sigmas.misalignment_sigma_deg, largest_rotation_deg);
+}
+
+/// `for_each` calls its argument for every sigma.
+template <class ForEach>
+void read_sigmas(const ConfigurationNode& parent, const std::string& key, const ForEach& for_each) {
+  const ConfigurationNode* node = parent.find(key);
+  if (node == nullptr) return;
+  std::vector<std::string> known;
+  for_each([&](const char* name, double& sigma, double most) {
+    known.emplace_back(name);
+    const ConfigurationNode* child = node->find(name);
+    if (child == nullptr) return;
+    sigma = child->as_double();
+    if (!(sigma >= 0.0 && sigma <= most)) {
+      child->fail("expected a standard deviation of 0 (exact) to " + options_detail::write_value(most));
+    }
+  });
+  node->refuse_keys_other_than(known);
+}
+
+template <class ForEach>
+std::string sigma_lines(int depth, const std::string& key, const ForEach& for_each) {
+  const std::string indent(static_cast<std::size_t>(2 * depth), ' ');
+  std::string text = indent + key + ":\n";
+  for_each([&](const char* name, double sigma, double) {
+    text += indent + "  " + name + ": " + options_detail::write_value(sigma) + "\n";
+  });
+  return text;
+}
+
+}  // namespace
+
+void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, LidarCalibrationSigmas& sigmas) {
+  read_sigmas(parent, key, [&](const auto& visit) { visit_lidar(sigmas, visit); });
+}
+
+void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key,
+                             MagnetometerCalibrationSigmas& sigmas) {
+  read_sigmas(parent, key, [&](const auto& visit) { visit_magnetometers(sigmas, visit); });
+}
+
+void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, ImuCalibrationSigmas& sigmas) {
+  read_sigmas(parent, key, [&](const auto& visit) { visit_imu(sigmas, visit); });
+}
+
+std::string calibration_sigma_lines(int depth, const std::string& key, const LidarCalibrationSigmas& sigmas) {
+  return sigma_lines(depth, key, [&](const auto& visit) { visit_lidar(sigmas, visit); });
+}
+
+std::string calibration_sigma_lines(int depth, const std::string& key, const MagnetometerCalibrationSigmas& sigmas) {
+  return sigma_lines(depth, key, [&](const auto& visit) { visit_magnetometers(sigmas, visit); });
+}
+
+std::string calibration_sigma_lines(int depth, const std::string& key, const ImuCalibrationSigmas& sigmas) {
+  return sigma_lines(depth, key, [&](const auto& visit) { visit_imu(sigmas, visit); });
+}
+
+}  // namespace lodestone

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "tools/simulate/moved_objects.h"
+#include "tools/simulate/simulation_source.h"
+
+namespace lodestone::simulation {
+
+/// Text of reality.yaml: grade, seed, every key of the section `reality`, and all that was drawn for `drive`, with
+/// units in the names. A test compares an estimated calibration with this file; no estimator reads it.
+std::string reality_yaml(const World& world, const MovedObjects& moved, const SimulationSource& drive);
+
+}  // namespace lodestone::simulation
