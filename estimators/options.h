@@ -69,7 +69,7 @@ struct LidarOptions {
 /// How a magnetic measurement is held back where LiDAR sees every direction.
 enum class MagneticShrink {
   none,        ///< full weight
-  residual,    ///< the paper: β on the residual, the information stays (docs/architecture.md)
+  residual,    ///< the paper: β on the residual, the information stays (docs/design/architecture.md)
   information  ///< β² on the whole factor
 };
 

@@ -29,7 +29,7 @@ struct FieldReading {
   }
 };
 
-/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion (docs/architecture.md, section
+/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion (docs/design/architecture.md, section
 /// 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases of all magnetometers (3 each, µT).
 /// With `clock` a third, how late the stamps of all magnetometers are (1, s): readings move along their own motion.
 /// A reading that finds no field in the map contributes nothing.

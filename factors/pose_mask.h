@@ -6,7 +6,7 @@ namespace lodestone {
 
 /// Lets a factor look at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost as in derivatives. What lies in the null space of
 /// P is hidden from the factor, along a bend as well where it is told of it; x₀ moves with every re-association
-/// (docs/architecture.md).
+/// (docs/design/architecture.md).
 class PoseMask {
  public:
   /// Nothing hidden.

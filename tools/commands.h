@@ -6,7 +6,7 @@ class App;
 
 namespace lodestone {
 
-/// Exit codes of the program, a contract that scripts rely on (docs/architecture.md).
+/// Exit codes of the program, a contract that scripts rely on (docs/design/architecture.md).
 namespace exit_code {
 constexpr int done = 0;
 constexpr int input_error = 2;

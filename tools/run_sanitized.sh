@@ -16,7 +16,7 @@ rules=$root/cmake/sanitizers
 jobs=${LODESTONE_JOBS:-$(nproc)}
 
 # SANITIZER-PROGRAM, with /OF where a program is run in so many parts. Those of the second list do not take turns in continuous
-# integration: their build alone would take most of its time, or nobody has measured it (docs/bad-input.md).
+# integration: their build alone would take most of its time, or nobody has measured it (docs/results/fuzzing.md).
 short=(thread-core address-core thread-factors address-factors thread-frontends thread-estimators/6)
 long=(address-frontends address-estimators/4 thread-tools/4 address-tools/4)
 programs=("${short[@]}" "${long[@]}")

@@ -5,7 +5,7 @@
 
 namespace lodestone {
 
-/// Offsets of the tangent vector's parts: φ, p, v, b_g, b_a, g (docs/architecture.md).
+/// Offsets of the tangent vector's parts: φ, p, v, b_g, b_a, g (docs/design/architecture.md).
 namespace tangent {
 constexpr int rotation = 0;
 constexpr int position = 3;

@@ -13,7 +13,7 @@ using Matrix13x6 = Eigen::Matrix<double, 13, 6>;
 
 /// All point-to-plane residuals of a scan as one quadratic form in ξ = [vec(R); R c + t − t₀; 1] ∈ R¹³ (vec by
 /// columns), c the scan's centroid and t₀ the centroid's place at the pose of accumulation: Σ w r² = ξᵀ M ξ at every
-/// pose, not only at that one. Centring keeps the digits that squaring would lose. docs/architecture.md
+/// pose, not only at that one. Centring keeps the digits that squaring would lose. docs/design/architecture.md
 struct CondensedCost {
   Matrix13 moment = Matrix13::Zero();     ///< M, whitened: Σ w a aᵀ, symmetric and positive semidefinite
   Vector3 centroid = Vector3::Zero();     ///< c, imu frame

@@ -29,7 +29,7 @@ struct ScanSamplingOptions {
 ///
 /// Whether a point is kept must not depend on its own noise. One point a voxel does: a wall in a voxel's face puts the
 /// far tail of its noise into voxels of their own, each of which would keep one, and the wall would seem to stand where
-/// the tail is (docs/architecture.md has figures). So a point is kept with probability 9 / (points in the 3 × 3 × 3 voxels round
+/// the tail is (docs/design/architecture.md has figures). So a point is kept with probability 9 / (points in the 3 × 3 × 3 voxels round
 /// its own), which is about 1 / (points a voxel) on a surface, by stratified drawing along each ring.
 std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lidar, const ScanSamplingOptions& options);
 

@@ -11,7 +11,7 @@ struct FieldResidual {
   Eigen::Matrix<double, 3, 6> jacobian;   ///< ∂residual/∂(φ, p): µT/rad and µT/m, for R Exp(φ), p + δp
 };
 
-/// r = B − (R R_IMj)ᵀ M(p + R ℓ_j) (eq:mag_loc_estimate with the Jacobians of docs/architecture.md: tangent order φ, p,
+/// r = B − (R R_IMj)ᵀ M(p + R ℓ_j) (eq:mag_loc_estimate with the Jacobians of docs/design/architecture.md: tangent order φ, p,
 /// and the lever arm, through which an array sees yaw in a gradient).
 /// `T_map_imu`: (R, p). `T_imu_mag`: (R_IMj, ℓ_j). `measured_ut`: the reading less its bias, magnetometer axes.
 /// `map`: the field at T_map_imu * T_imu_mag.position, in map axes.

@@ -46,7 +46,7 @@ struct MagneticLocalization {
 };
 
 /// Magnetic localization of one array sample (eq:mag_loc_estimate) by Gauss-Newton with a line search, from the prediction
-/// and with it as a prior (docs/architecture.md): directions that the field does not see stay where they were predicted
+/// and with it as a prior (docs/design/architecture.md): directions that the field does not see stay where they were predicted
 /// instead of taking up noise, and are reported. A step never takes a used reading off the map.
 /// `predicted`: T_map_imu at the sample's time. `prior`: its covariance, order φ (right), p (map).
 /// `bias_ut`: per magnetometer, in its frame, taken off the readings; empty: none.

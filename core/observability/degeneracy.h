@@ -14,7 +14,7 @@ struct Correspondence;
 enum class DegeneracyRule {
   none,     ///< nothing is masked: the factors' own weighting
   paper,    ///< eigenvalues of LiDAR's Σ JᵀJ with unit weight on metres, against τ = 15 (paper, eq. for d_i)
-  marginal,  ///< predicted sigma of the window's marginal information of LiDAR and IMU (docs/architecture.md)
+  marginal,  ///< predicted sigma of the window's marginal information of LiDAR and IMU (docs/design/architecture.md)
   probabilistic  ///< probability that this information is more than what noisy normals pretend to give
 };
 

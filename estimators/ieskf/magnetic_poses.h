@@ -24,7 +24,7 @@ struct MagneticPoses {
 
 /// Localizes every array sample by itself (Gauss-Newton from the propagated pose with `covariance` as trust in it),
 /// carries each result to the scan's end by the IMU's relative motion, and takes R from the spread of the results on
-/// top of what the field alone says of each (paper, section "Magnetometer Synchronization"; docs/architecture.md).
+/// top of what the field alone says of each (paper, section "Magnetometer Synchronization"; docs/design/architecture.md).
 MagneticPoses localize_samples(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
                                const Matrix6& covariance, const SensorSuite& suite, const MagneticMap& map,
                                FieldInterpolation interpolation, bool map_sigma);

@@ -12,7 +12,7 @@
 
 namespace lodestone {
 
-/// The sliding-window smoother (docs/architecture.md). Per scan: predict by preintegration, deskew, associate, condense,
+/// The sliding-window smoother (docs/design/architecture.md). Per scan: predict by preintegration, deskew, associate, condense,
 /// analyse, weigh, solve, associate again what moved, marginalize the oldest.
 class Smoother final : public Estimator {
  public:

@@ -1,4 +1,4 @@
-// What happens to robots. Each test drives through a shipped world with one fault and says what it may cost; docs/robustness.md
+// What happens to robots. Each test drives through a shipped world with one fault and says what it may cost; docs/results/robustness.md
 // has the figures of whole drives.
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ Outcome smooth(const Drive& drive, const Pose& off = {}, double clock_sigma_s = 
   input.initial_pose.rotation = input.initial_pose.rotation * off.rotation;
   input.warnings = &outcome.warnings;
   input.options.smoother.solver.magnetometer_clock_sigma_s = clock_sigma_s;
-  // As docs/robustness.md says of a clock that is estimated: with less the tunnel's sigma is too small.
+  // As docs/results/robustness.md says of a clock that is estimated: with less the tunnel's sigma is too small.
   if (clock_sigma_s > 0.0) input.options.magnetic.map_correlation_m = 0.3;
   outcome.estimates = run("smoother", input, drive.bundles);
   outcome.best = accuracy(outcome.estimates.best_estimates, drive.truth);

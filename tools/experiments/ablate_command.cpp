@@ -17,7 +17,7 @@ Examples:
   lodestone ablate config/ablations/beta.yaml --out results/ablations --jobs 2
 
 What is done is skipped: a call that was stopped goes on where it was, and ablations in one --out share runs and maps.
-docs/ablations.md says how to read the tables and how to write an ablation.)";
+docs/user/ablations.md says how to read the tables and how to write an ablation.)";
 
 }  // namespace
 

@@ -5,7 +5,7 @@
 
 #include "tools/experiments/experiment.h"
 
-/// Ablations: the same drives with one switch or several set differently, compared pair by pair (docs/ablations.md).
+/// Ablations: the same drives with one switch or several set differently, compared pair by pair (docs/user/ablations.md).
 namespace lodestone::ablation {
 
 /// One key that a variant sets: an option of `lodestone run`; `map.KEY`, an option of `map magnetic`; `world.KEY`, a key of

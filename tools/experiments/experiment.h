@@ -8,7 +8,7 @@
 #include "core/options.h"
 #include "tools/experiments/run_scope.h"
 
-/// Experiments: worlds, drives, maps, estimators and what is to be told of them, as a YAML file says (docs/reproduce.md).
+/// Experiments: worlds, drives, maps, estimators and what is to be told of them, as a YAML file says (docs/user/reproduce.md).
 /// Nothing in the code knows a world, a drive or a method by name.
 namespace lodestone::reproduce {
 

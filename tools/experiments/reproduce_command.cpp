@@ -16,7 +16,7 @@ Examples:
   lodestone reproduce paper --only 'accuracy/tunnel-*' --seeds 1 --out /tmp/tunnels
   lodestone reproduce config/experiments/paper.yaml --out results/paper --jobs 2
 
-What is done is skipped: a call that was stopped goes on where it was. docs/reproduce.md says how to write an experiment.)";
+What is done is skipped: a call that was stopped goes on where it was. docs/user/reproduce.md says how to write an experiment.)";
 
 }  // namespace
 

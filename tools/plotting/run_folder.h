@@ -9,7 +9,7 @@
 
 /// The figures of a paper, drawn from what runs leave in their folders: logs and maps may be gone by then. Every figure
 /// takes plain data and the path it is saved under, with the extension .png, .pdf or .svg, or without for all three. Sizes
-/// are those of a two-column page. docs/figures.md shows them.
+/// are those of a two-column page. docs/user/figures.md shows them.
 namespace lodestone::figures {
 
 /// The errors of one method over one log.

@@ -22,7 +22,7 @@ struct FirstSeconds {
   std::function<std::optional<Pose>(Time)> start_at;     ///< T_map_imu where a start is given; may throw InputError
 };
 
-/// The quick checks of `lodestone check` (docs/check.md) on a log's first seconds. Throws InputError for what makes a run
+/// The quick checks of `lodestone check` (docs/user/check.md) on a log's first seconds. Throws InputError for what makes a run
 /// wrong beyond doubt; what a run would be worse for is counted as check.KIND, unless the run itself counts it.
 void check_first_seconds(const FirstSeconds& run, WarningLog& warnings);
 

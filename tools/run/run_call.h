@@ -27,7 +27,7 @@ struct RunCall {
   std::string refine;  ///< none or batch; empty: as the configuration says
 };
 
-/// Runs every estimator over the log and writes everything (docs/architecture.md). Returns the exit code. Throws
+/// Runs every estimator over the log and writes everything (docs/design/architecture.md). Returns the exit code. Throws
 /// InputError where the call or a file is wrong.
 int execute(const RunCall& call);
 

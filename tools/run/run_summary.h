@@ -79,7 +79,7 @@ TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& 
 /// Every kind of estimate that `record` holds against `truth`, the best last. A filter has the causal one alone.
 std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth);
 
-/// summary.json of one estimator: the keys of docs/architecture.md; `warnings` is {kind: {count, first, at_s}}.
+/// summary.json of one estimator: the keys of docs/design/architecture.md; `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);
 
 /// How a run was called: what config.yaml does not hold. Not what changes no result: threads, --resume.

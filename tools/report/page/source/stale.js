@@ -1,4 +1,4 @@
-// Stale places: where the field disagrees with the map beyond what their sigmas allow. docs/stale-map.md has the columns.
+// Stale places: where the field disagrees with the map beyond what their sigmas allow. docs/user/stale-map.md has the columns.
 import { brief, fixed } from './dom.js';
 
 /** {number, x, y, difference: µT, row} of each place; the file has the largest difference first. */
