@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lodestone {
 
@@ -43,9 +44,17 @@ PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
 }
 
 PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth, Time max_gap) {
+  constexpr Time kNear = 10'000'000;
+  constexpr Time kAnyGap = std::numeric_limits<Time>::max();
   PosePairs pairs;
+  if (truth.empty()) return pairs;
   for (std::size_t i = 0; i < estimate.size(); ++i) {
-    if (const auto pose = interpolate(truth, estimate[i].time, max_gap)) {
+    const Time near = truth[nearest(truth, estimate[i].time)].time;
+    const bool is_near = std::abs(near - estimate[i].time) <= kNear;
+    // Just outside the span the first or the last pose counts.
+    const Time within = std::clamp(estimate[i].time, truth.front().time, truth.back().time);
+    if (!is_near && within != estimate[i].time) continue;
+    if (const auto pose = interpolate(truth, within, is_near ? kAnyGap : max_gap)) {
       pairs.push_back({estimate[i].time, estimate[i].pose, *pose, i});
     }
   }

@@ -64,6 +64,18 @@ TEST(Association, InterpolationNeedsTruthOnBothSides) {
   EXPECT_TRUE(associate_interpolated({{from_seconds(1.25), {}}}, {truth[0], truth[20]}).empty());
 }
 
+TEST(Association, AGroundTruthOfOnePoseAScanIsPairedAtItsStamps) {
+  Trajectory truth;
+  for (int k = 0; k < 5; ++k) truth.push_back({from_seconds(0.5 * k), {Quaternion::Identity(), Vector3(k, 0.0, 0.0)}});
+  Trajectory estimate{{from_seconds(-0.008), {}}, {from_seconds(0.502), {}}, {from_seconds(0.75), {}}, {from_seconds(2.1), {}}};
+  const PosePairs pairs = associate_interpolated(estimate, truth);
+  ASSERT_EQ(pairs.size(), 2U);  // 0.75 s lies in a gap of half a second, 2.1 s beyond the end
+  EXPECT_EQ(pairs[0].estimate_index, 0U);
+  EXPECT_NEAR(pairs[0].truth.position.x(), 0.0, 1e-12);
+  EXPECT_EQ(pairs[1].estimate_index, 1U);
+  EXPECT_NEAR(pairs[1].truth.position.x(), 1.004, 1e-9);
+}
+
 TEST(Alignment, RecoversAKnownSimilarity) {
   const Trajectory truth = winding_path(200);
   const Similarity known{so3::exp({0.3, -1.2, 2.0}), {10.0, -4.0, 2.5}, 0.37};
