@@ -51,10 +51,7 @@ PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& t
   for (std::size_t i = 0; i < estimate.size(); ++i) {
     const Time near = truth[nearest(truth, estimate[i].time)].time;
     const bool is_near = std::abs(near - estimate[i].time) <= kNear;
-    // Just outside the span the first or the last pose counts.
-    const Time within = std::clamp(estimate[i].time, truth.front().time, truth.back().time);
-    if (!is_near && within != estimate[i].time) continue;
-    if (const auto pose = interpolate(truth, within, is_near ? kAnyGap : max_gap)) {
+    if (const auto pose = interpolate(truth, estimate[i].time, is_near ? kAnyGap : max_gap)) {
       pairs.push_back({estimate[i].time, estimate[i].pose, *pose, i});
     }
   }

@@ -26,7 +26,7 @@ PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
 
 /// Pairs every estimated pose with the ground truth interpolated at its stamp. In a gap of the ground truth longer than
 /// `max_gap`, only poses within 10 ms of a pose of the ground truth are paired: a ground truth may have one pose a scan.
-/// Poses outside the span of the ground truth by more than 10 ms have no pair.
+/// Poses outside the span of the ground truth have no pair.
 PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth,
                                  Time max_gap = from_seconds(0.25));
 

@@ -67,7 +67,7 @@ TEST(Association, InterpolationNeedsTruthOnBothSides) {
 TEST(Association, AGroundTruthOfOnePoseAScanIsPairedAtItsStamps) {
   Trajectory truth;
   for (int k = 0; k < 5; ++k) truth.push_back({from_seconds(0.5 * k), {Quaternion::Identity(), Vector3(k, 0.0, 0.0)}});
-  Trajectory estimate{{from_seconds(-0.008), {}}, {from_seconds(0.502), {}}, {from_seconds(0.75), {}}, {from_seconds(2.1), {}}};
+  const Trajectory estimate{{from_seconds(0.0), {}}, {from_seconds(0.502), {}}, {from_seconds(0.75), {}}, {from_seconds(2.1), {}}};
   const PosePairs pairs = associate_interpolated(estimate, truth);
   ASSERT_EQ(pairs.size(), 2U);  // 0.75 s lies in a gap of half a second, 2.1 s beyond the end
   EXPECT_EQ(pairs[0].estimate_index, 0U);
