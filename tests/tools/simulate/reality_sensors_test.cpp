@@ -231,7 +231,9 @@ TEST_F(RealityOfSensors, MagnetometersReadThroughTheirResidualsAndTheMotors) {
   for (std::size_t i = 0; i < exact.field.size(); ++i) {
     const double seconds = to_seconds(exact.field[i].time - exact.field[0].time);
     const double field = (driven.field[i].field_ut - exact.field[i].field_ut).norm();
-    if (seconds < 1.0) EXPECT_EQ(field, 0.0);  // the robot rests for two seconds
+    if (seconds < 1.0) {
+      EXPECT_EQ(field, 0.0);  // the robot rests for two seconds
+    }
     largest = std::max(largest, field);
   }
   // It starts with 0.6 m/s² and turns with 0.5 rad/s or so.
