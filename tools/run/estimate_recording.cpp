@@ -9,8 +9,6 @@ namespace lodestone {
 
 namespace {
 
-using Json = nlohmann::json;
-
 // The file: estimates, each after one byte for its kind; the pass as JSON; the end below.
 struct End {
   std::uint64_t pass_bytes = 0;
@@ -30,17 +28,17 @@ void read_bytes(std::string_view bytes, Plain& value) {
 }
 
 std::string text_of(const PassRecord& pass) {
-  Json json{{"wall_s", pass.wall_s}, {"refine_s", pass.refine_s}, {"peak_rss_mb", pass.peak_rss_mb}, {"warnings", Json::array()}};
+  nlohmann::json json{{"wall_s", pass.wall_s}, {"refine_s", pass.refine_s}, {"peak_rss_mb", pass.peak_rss_mb}, {"warnings", nlohmann::json::array()}};
   for (const auto& [kind, entry] : pass.warnings.entries()) {
     json["warnings"].push_back({kind, entry.count, entry.first_detail, entry.first_time, entry.last_time});
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 PassRecord pass_of(std::string_view text) {
-  const Json json = Json::parse(text);
+  const nlohmann::json json = nlohmann::json::parse(text);
   PassRecord pass{json["wall_s"], json["refine_s"], json["peak_rss_mb"], {}};
-  for (const Json& entry : json["warnings"]) {
+  for (const nlohmann::json& entry : json["warnings"]) {
     pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[3].get<Time>(), entry[1].get<std::int64_t>());
     pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[4].get<Time>(), 0);  // its last time
   }
