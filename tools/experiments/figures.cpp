@@ -170,7 +170,7 @@ PlanRaster merged(const PlanRaster& first, const PlanRaster& second) {
       1 + static_cast<int>(std::ceil((std::max(first.x_high(), second.x_high()) - all.x_m) / step - 1e-9));
   const int rows = 1 + static_cast<int>(std::ceil((std::max(first.y_high(), second.y_high()) - all.y_m) / step - 1e-9));
   all.values = values_at(second, {all.x_m, all.y_m, step, step, {columns, rows}});
-  first.values.copyTo(all.values(cv::Rect({left, below}, first.values.size())), first.values == first.values);
+  first.values.copyTo(all.values(cv::Rect({left, below}, first.values.size())), ~without_value(first.values));
   return all;
 }
 

@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "tools/plotting/canvas.h"
+#include "tools/plotting/plan_raster.h"
 
 namespace lodestone {
 
@@ -71,7 +72,7 @@ cv::Mat4b colored(const cv::Mat1f& shares, ColorRamp ramp) {
   cv::Mat image;
   cv::applyColorMap(indices, image, table_of(ramp));
   cv::cvtColor(image, image, cv::COLOR_BGR2BGRA);
-  image.setTo(cv::Scalar::all(0), shares != shares);
+  image.setTo(cv::Scalar::all(0), without_value(shares));
   return image;
 }
 

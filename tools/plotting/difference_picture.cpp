@@ -22,7 +22,7 @@ Scale change_range(const PlanRaster& change) {
 /// What was compared.
 PlanStretch stretch_of(const PlanRaster& change) {
   PlanStretch stretch;
-  const cv::Rect compared = cv::boundingRect(change.values == change.values);
+  const cv::Rect compared = cv::boundingRect(~without_value(change.values));
   if (!compared.empty()) {
     const auto node = [&](cv::Point at) {
       stretch.include(change.x_m + change.resolution_m * at.x, change.y_m + change.resolution_m * at.y);

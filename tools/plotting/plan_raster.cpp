@@ -24,7 +24,7 @@ PlanRaster shrunk(const PlanRaster& raster, int factor) {
   cv::Mat values;
   cv::copyMakeBorder(raster.values, values, 0, size.height * factor - raster.values.rows, 0,
                      size.width * factor - raster.values.cols, cv::BORDER_CONSTANT, cv::Scalar(kNoValue));
-  const cv::Mat known = values == values;
+  const cv::Mat known = ~without_value(values);
   cv::Mat weights;
   known.convertTo(weights, CV_32F, 1.0 / 255.0);
   values.setTo(0.0, ~known);
@@ -150,6 +150,13 @@ cv::Mat1f values_at(const PlanRaster& raster, const PlanPoints& points, RasterIn
   cv::warpAffine(raster.values, inside, to_node, inside.size(),
                  (nearest ? cv::INTER_NEAREST : cv::INTER_LINEAR) | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
   return result;
+}
+
+cv::Mat1b without_value(const cv::Mat1f& values) {
+  cv::Mat1b mask(values.size());
+  std::transform(values.begin(), values.end(), mask.begin(),
+                 [](float value) { return static_cast<unsigned char>(std::isnan(value) ? 255 : 0); });
+  return mask;
 }
 
 double quantile(const cv::Mat1f& values, double share) {

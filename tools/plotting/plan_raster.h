@@ -59,6 +59,9 @@ enum class RasterInterpolation { nearest, bilinear };
 cv::Mat1f values_at(const PlanRaster& raster, const PlanPoints& points,
                     RasterInterpolation interpolation = RasterInterpolation::bilinear);
 
+/// 255 where the raster has no value, else 0. OpenCV's own comparison takes NaN for equal to itself.
+cv::Mat1b without_value(const cv::Mat1f& values);
+
 /// The value that a share (0 to 1) of the finite values does not exceed; NaN if there are none.
 double quantile(const cv::Mat1f& values, double share);
 

@@ -29,7 +29,7 @@ cv::Mat to_grey(const cv::Mat1f& strength_ut, int type, double low_ut, double st
   cv::Mat grey;
   strength_ut.convertTo(grey, type, 1.0 / step_ut, kDarkest - low_ut / step_ut);
   grey = cv::max(grey, kDarkest);
-  grey.setTo(0, strength_ut != strength_ut);
+  grey.setTo(0, without_value(strength_ut));
   cv::flip(grey, grey, 0);
   return grey;
 }
