@@ -21,7 +21,7 @@ struct ImuSample {
 /// One reading of one magnetometer, in that magnetometer's frame.
 struct MagneticSample {
   Time time = 0;
-  int magnetometer = 0;              ///< index into SensorSuite::magnetometers
+  int magnetometer = 0;                ///< index into SensorSuite::magnetometers
   Vector3 field_ut = Vector3::Zero();  ///< µT
 };
 

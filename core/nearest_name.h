@@ -12,8 +12,8 @@ int edit_distance(std::string_view a, std::string_view b);
 /// The name nearest to `wrong` by edit distance, the first of equals; empty where `names` is.
 std::string nearest_name(std::string_view wrong, const std::vector<std::string>& names);
 
-/// "; did you mean 'NAME'?" with the nearest name where it is near: up to a third of the longer one's letters, rounded up, are
-/// another; empty where none is.
+/// "; did you mean 'NAME'?" with the nearest name where it is near: up to a third of the longer one's letters, rounded
+/// up, are another; empty where none is.
 std::string suggestion(std::string_view wrong, const std::vector<std::string>& names);
 
 /// The names in one line: "a, b, c".

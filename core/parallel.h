@@ -14,9 +14,9 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
-/// Loops on all cores. The only door to TBB's: its library is not built with ThreadSanitizer, which therefore does not see that
-/// a loop's body comes after what its caller did before and before what the caller does after. Here it is told, and nothing
-/// more: two bodies stay unordered, so that what they share is still reported.
+/// Loops on all cores. The only door to TBB's: its library is not built with ThreadSanitizer, which therefore does not
+/// see that a loop's body comes after what its caller did before and before what the caller does after. Here it is
+/// told, and nothing more: two bodies stay unordered, so that what they share is still reported.
 namespace lodestone {
 
 /// Work on [first, last), without its type: TBB's headers stay in one .cpp file.
@@ -25,17 +25,26 @@ struct RangeWork {
   const void* loop;
 };
 
-/// Cuts [0, count) into pieces and works on them at the same time. What a piece throws is thrown here, once no other is running.
+/// Cuts [0, count) into pieces and works on them at the same time. What a piece throws is thrown here, once no other is
+/// running.
 void run_ranges(std::size_t count, std::size_t grain, const RangeWork& work);
 
 /// What ThreadSanitizer must know of one loop.
 class LoopOrder {
  public:
 #ifdef LODESTONE_THREAD_SANITIZER
-  LoopOrder() { __tsan_release(&begun_); }
-  ~LoopOrder() { __tsan_acquire(&ended_); }
-  void begin_piece() { __tsan_acquire(&begun_); }
-  void end_piece() { __tsan_release(&ended_); }
+  LoopOrder() {
+    __tsan_release(&begun_);
+  }
+  ~LoopOrder() {
+    __tsan_acquire(&ended_);
+  }
+  void begin_piece() {
+    __tsan_acquire(&begun_);
+  }
+  void end_piece() {
+    __tsan_release(&ended_);
+  }
 
  private:
   // Two places: by one alone the end of a piece would come before the begin of another.
@@ -47,7 +56,8 @@ class LoopOrder {
 #endif
 };
 
-/// `body(index)` for every index in [first, last), at the same time. `grain`: so many make a piece of work worth handing over.
+/// `body(index)` for every index in [first, last), at the same time. `grain`: so many make a piece of work worth
+/// handing over.
 template <class Index, class Body>
 void parallel_for(Index first, Index last, const Body& body, std::size_t grain = 1) {
   if (!(first < last)) return;

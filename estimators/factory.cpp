@@ -1,16 +1,20 @@
 #include "estimators/factory.h"
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
-#include "core/nearest_name.h"
 
 namespace lodestone {
 
-std::vector<std::string> estimator_names() { return {"smoother", "ieskf", "lidar-inertial", "magnetic"}; }
+std::vector<std::string> estimator_names() {
+  return {"smoother", "ieskf", "lidar-inertial", "magnetic"};
+}
 
-bool can_refine(const std::string& name) { return name == "smoother" || name == "magnetic"; }
+bool can_refine(const std::string& name) {
+  return name == "smoother" || name == "magnetic";
+}
 
 namespace {
 

@@ -6,17 +6,18 @@
 
 namespace lodestone {
 
-/// Lost: no finite state, or a position known to worse than 3 m in some direction. Degenerate: LiDAR missed a direction.
+/// Lost: no finite state, or a position known to worse than 3 m in some direction. Degenerate: LiDAR missed a
+/// direction.
 inline Health judge(const Estimate& estimate) {
   const double variance = estimate.covariance.diagonal().tail<3>().maxCoeff();
   if (!estimate.state.T_map_imu.position.allFinite() || !(variance < 9.0)) return Health::lost;
   return estimate.diagnostics.degenerate_directions > 0 ? Health::degenerate : Health::good;
 }
 
-/// Whether the field, which is all there is without LiDAR, still agrees with its map. A pose in the wrong place fits some
-/// reading or other and so keeps a small covariance: that covariance cannot tell that it is lost, but Huber's weights do,
-/// which are near 1 as long as the readings are what map and prediction say. Their mean over the last few seconds below
-/// one half is lost. Without readings on the map nothing is judged here: then the covariance grows.
+/// Whether the field, which is all there is without LiDAR, still agrees with its map. A pose in the wrong place fits
+/// some reading or other and so keeps a small covariance: that covariance cannot tell that it is lost, but Huber's
+/// weights do, which are near 1 as long as the readings are what map and prediction say. Their mean over the last few
+/// seconds below one half is lost. Without readings on the map nothing is judged here: then the covariance grows.
 class FieldAgreement {
  public:
   /// `step_s`: since the step before.

@@ -2,13 +2,13 @@
 
 #include <memory>
 
-#include "estimators/estimator.h"
 #include "core/magnetometer/magnetometer_monitor.h"
+#include "estimators/estimator.h"
 
 namespace lodestone {
 
-/// Any estimator behind a monitor of the magnetometers: it never sees a reading that cannot be a measurement, and is told
-/// nothing else.
+/// Any estimator behind a monitor of the magnetometers: it never sees a reading that cannot be a measurement, and is
+/// told nothing else.
 class Monitored final : public Estimator {
  public:
   Monitored(std::unique_ptr<Estimator> estimator, const SensorSuite& suite, WarningLog* warnings)
@@ -26,7 +26,6 @@ class Monitored final : public Estimator {
   std::string solver() const override { return estimator_->solver(); }
 
  private:
-
   std::unique_ptr<Estimator> estimator_;
   MagnetometerMonitor monitor_;
 };

@@ -3,16 +3,16 @@
 #include <string>
 
 #include "core/evaluation/stale_map.h"
+#include "core/lidar/association.h"
+#include "core/lidar/plane_map.h"
+#include "core/lidar/scan_sampling.h"
 #include "core/magnetometer/field_map_options.h"
 #include "core/magnetometer/magnetic_map.h"
-#include "core/lidar/plane_map.h"
 #include "core/observability/degeneracy.h"
 #include "core/option_checks.h"
 #include "core/options.h"
-#include "factors/window_options.h"
-#include "core/lidar/association.h"
-#include "core/lidar/scan_sampling.h"
 #include "estimators/initialization/place_search_options.h"
+#include "factors/window_options.h"
 
 namespace lodestone {
 
@@ -36,8 +36,9 @@ struct InitialOptions {
     visitor.field("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2,
                   "of the accelerometer's bias, taken as zero");
     visitor.field("gravity_sigma_deg", gravity_sigma_deg, "tilt of gravity against the map's z axis");
-    visitor.field("search_m", search_m,
-                  "where first scan and field do not fit at the given start, one is looked for so far around it; 0: never");
+    visitor.field(
+        "search_m", search_m,
+        "where first scan and field do not fit at the given start, one is looked for so far around it; 0: never");
     visitor.field("search_deg", search_deg, "and turned by so much about the vertical");
   }
 
@@ -86,7 +87,8 @@ enum class MagneticMeasurement {
 };
 
 constexpr auto enum_names(MagneticMeasurement) {
-  return EnumNames<MagneticMeasurement, 2>{{{MagneticMeasurement::field, "field"}, {MagneticMeasurement::pose, "pose"}}};
+  return EnumNames<MagneticMeasurement, 2>{
+      {{MagneticMeasurement::field, "field"}, {MagneticMeasurement::pose, "pose"}}};
 }
 
 struct MagneticOptions {
@@ -110,9 +112,10 @@ struct MagneticOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("magnetometers", magnetometers,
-                  "all, a number (that many, spread as far as they come), or names of the platform with commas: the others "
-                  "are not read");
+    visitor.field(
+        "magnetometers", magnetometers,
+        "all, a number (that many, spread as far as they come), or names of the platform with commas: the others "
+        "are not read");
     visitor.field("measurement", measurement,
                   "field or pose: what the smoother's window takes, readings against the map or the poses that "
                   "Gauss-Newton finds for array samples; estimator magnetic always takes poses");
@@ -124,18 +127,20 @@ struct MagneticOptions {
     visitor.field("huber", huber, "weigh down array samples of large Mahalanobis distance");
     visitor.field("huber_probability", huber_probability,
                   "array samples beyond this χ² quantile are weighed down; 0.95 is the paper's c = 3.55 in 6 degrees");
-    visitor.field("huber_power", huber_power,
-                  "the smoother's: they count by (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 lets go "
-                  "what is far off, as steel that passes");
+    visitor.field(
+        "huber_power", huber_power,
+        "the smoother's: they count by (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 lets go "
+        "what is far off, as steel that passes");
     visitor.field("sensor_probability", sensor_probability,
                   "a magnetometer beyond this χ² quantile of what the rest of the array says is set aside");
     visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");
     visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "least sigma of the map: interpolation between nodes");
     visitor.field("map_correlation_m", map_correlation_m,
                   "the map's error is one and the same over this distance: samples closer than that share it");
-    visitor.field("map_max_inflation", map_max_inflation,
-                  "most that sharing inflates the map's variance: readings within what the IMU bridges; at a standstill "
-                  "the map's error stays one bias");
+    visitor.field(
+        "map_max_inflation", map_max_inflation,
+        "most that sharing inflates the map's variance: readings within what the IMU bridges; at a standstill "
+        "the map's error stays one bias");
     visitor.field("height_sigma_m", height_sigma_m,
                   "without a cloud map: how closely the magnetometers keep to the height of a field map of one layer");
     visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
@@ -231,7 +236,8 @@ struct FilterOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("lidar_iterations", lidar_iterations, "iterations of the LiDAR update, each with new correspondences");
+    visitor.field("lidar_iterations", lidar_iterations,
+                  "iterations of the LiDAR update, each with new correspondences");
     visitor.field("magnetic_iterations", magnetic_iterations, "iterations of the magnetic update");
     visitor.field("converged_m", converged_m, "an update that moves less than this ends the iterations");
     visitor.field("converged_deg", converged_deg, "and turns less than this");

@@ -46,8 +46,7 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   Deskewing::Jacobians by_states;
   Matrix6 seen_by_end;
   const Pose seen = mask_.apply(end.T_map_imu, derive ? &seen_by_end : nullptr);
-  const Vector12 departure =
-      deskewing_.departure(has_before() ? &before : nullptr, end, derive ? &by_states : nullptr);
+  const Vector12 departure = deskewing_.departure(has_before() ? &before : nullptr, end, derive ? &by_states : nullptr);
   Vector25 coordinates;
   coordinates << cost_.coordinates(seen), mask_.hide_departure(departure);
   Eigen::Map<Vector25>{residuals} = root_ * coordinates;

@@ -57,7 +57,8 @@ bool FieldFactor::Evaluate(double const* const* parameters, double* residuals, d
     if (by_clock) {
       const Vector3 expected_ut = reading.measured_ut - bias - part.residual_ut;
       Eigen::Map<Vector3>(jacobians[2] + 3 * i) =
-          -scale * (part.jacobian.rightCols<3>() * (seen.rotation * reading.velocity_m_s) + reading.turn_rad_s.cross(expected_ut));
+          -scale * (part.jacobian.rightCols<3>() * (seen.rotation * reading.velocity_m_s) +
+                    reading.turn_rad_s.cross(expected_ut));
     }
     if (by_bias) {
       for (int axis = 0; axis < 3; ++axis) {

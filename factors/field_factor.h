@@ -12,11 +12,11 @@ namespace lodestone {
 
 /// One magnetometer's reading (or the mean of a few neighbouring ones) as a keyframe's factor uses it.
 struct FieldReading {
-  Pose T_end_mag;        ///< takes points in the magnetometer's frame at the reading's time to the imu frame at t_k
+  Pose T_end_mag;  ///< takes points in the magnetometer's frame at the reading's time to the imu frame at t_k
   Vector3 measured_ut = Vector3::Zero();
   int magnetometer = 0;
-  double sigma_ut = 1.0;  ///< of residual components: sensor and map together
-  double weight = 1.0;    ///< Huber's weight times β²; multiplies the squared residual
+  double sigma_ut = 1.0;                   ///< of residual components: sensor and map together
+  double weight = 1.0;                     ///< Huber's weight times β²; multiplies the squared residual
   Vector3 velocity_m_s = Vector3::Zero();  ///< of the magnetometer at its time as the imu frame at t_k sees it
   Vector3 turn_rad_s = Vector3::Zero();    ///< its rate of rotation, in its own axes
 
@@ -29,10 +29,10 @@ struct FieldReading {
   }
 };
 
-/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion (docs/design/architecture.md, section
-/// 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases of all magnetometers (3 each, µT).
-/// With `clock` a third, how late the stamps of all magnetometers are (1, s): readings move along their own motion.
-/// A reading that finds no field in the map contributes nothing.
+/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion
+/// (docs/design/architecture.md, section 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases
+/// of all magnetometers (3 each, µT). With `clock` a third, how late the stamps of all magnetometers are (1, s):
+/// readings move along their own motion. A reading that finds no field in the map contributes nothing.
 class FieldFactor final : public ceres::CostFunction {
  public:
   FieldFactor(std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation, int magnetometers,

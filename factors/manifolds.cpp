@@ -14,11 +14,15 @@ Eigen::Matrix<double, 4, 3> quaternion_step(const double* q) {
   return 0.5 * step;
 }
 
-Eigen::Map<const Vector3> as_vector(const double* x) { return Eigen::Map<const Vector3>(x); }
+Eigen::Map<const Vector3> as_vector(const double* x) {
+  return Eigen::Map<const Vector3>(x);
+}
 
 }  // namespace
 
-Pose to_pose(const double* block) { return {Quaternion(block), Vector3(block + 4)}; }
+Pose to_pose(const double* block) {
+  return {Quaternion(block), Vector3(block + 4)};
+}
 
 void from_pose(const Pose& pose, double* block) {
   Eigen::Map<Eigen::Vector4d>{block} = pose.rotation.coeffs();

@@ -6,8 +6,8 @@
 
 namespace lodestone {
 
-/// A pose that was measured, with what is known of it: r = A (x ⊟ x_m), AᵀA the information (tangent order φ, p). Directions
-/// that were not seen have no row in A, and x_m may lie anywhere along them.
+/// A pose that was measured, with what is known of it: r = A (x ⊟ x_m), AᵀA the information (tangent order φ, p).
+/// Directions that were not seen have no row in A, and x_m may lie anywhere along them.
 struct MeasuredPose {
   Pose T_map_imu;                  ///< x_m
   Matrix6 root = Matrix6::Zero();  ///< A; zero where nothing is known

@@ -4,8 +4,8 @@
 
 namespace lodestone {
 
-/// Lets a factor look at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost as in derivatives. What lies in the null space of
-/// P is hidden from the factor, along a bend as well where it is told of it; x₀ moves with every re-association
+/// Lets a factor look at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost as in derivatives. What lies in the null space
+/// of P is hidden from the factor, along a bend as well where it is told of it; x₀ moves with every re-association
 /// (docs/design/architecture.md).
 class PoseMask {
  public:
@@ -34,8 +34,8 @@ class PoseMask {
     return reference_.boxplus(seen);
   }
 
-  /// What of a departure (Deskewing) the factor sees: its turn and its shift are one motion of the keyframe before, its slopes
-  /// are shifts alone.
+  /// What of a departure (Deskewing) the factor sees: its turn and its shift are one motion of the keyframe before, its
+  /// slopes are shifts alone.
   Eigen::Matrix<double, 12, 1> hide_departure(const Eigen::Matrix<double, 12, 1>& departure) const {
     if (!active_) return departure;
     return departure_projector() * departure;

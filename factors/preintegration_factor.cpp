@@ -18,14 +18,13 @@ void PreintegrationFactor::set(const Preintegration& preintegration, const ImuNo
 
 Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& second, Jacobians* jacobians) const {
   const double duration = preintegration_.duration_s();
-  const Preintegration::Increment increment =
-      preintegration_.corrected(first.gyroscope_bias, first.accelerometer_bias);
+  const Preintegration::Increment increment = preintegration_.corrected(first.gyroscope_bias, first.accelerometer_bias);
   const Matrix3 rotation_back = first.T_map_imu.rotation.toRotationMatrix().transpose();
   const Vector3 moved = second.T_map_imu.position - first.T_map_imu.position - duration * first.velocity -
                         0.5 * duration * duration * first.gravity;
   const Vector3 accelerated = second.velocity - first.velocity - duration * first.gravity;
-  const Vector3 rotation_error = so3::log(increment.rotation.conjugate() * first.T_map_imu.rotation.conjugate() *
-                                          second.T_map_imu.rotation);
+  const Vector3 rotation_error =
+      so3::log(increment.rotation.conjugate() * first.T_map_imu.rotation.conjugate() * second.T_map_imu.rotation);
   Vector9 error;
   error.head<3>() = rotation_error;
   error.segment<3>(3) = rotation_back * moved - increment.position;
@@ -40,8 +39,8 @@ Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& s
   using namespace tangent;
   const Matrix3 error_jacobian = so3::right_jacobian_inverse(rotation_error);
   const Matrix3 turned = (second.T_map_imu.rotation.conjugate() * first.T_map_imu.rotation).toRotationMatrix();
-  const Vector3 bias_turn = preintegration_.rotation_by_gyroscope_bias() *
-                            (first.gyroscope_bias - preintegration_.gyroscope_bias());
+  const Vector3 bias_turn =
+      preintegration_.rotation_by_gyroscope_bias() * (first.gyroscope_bias - preintegration_.gyroscope_bias());
   Matrix15& by_first = jacobians->by_first;
   Matrix15& by_second = jacobians->by_second;
   by_first.block<3, 3>(0, tangent::rotation) = -error_jacobian * turned;

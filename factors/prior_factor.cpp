@@ -17,14 +17,16 @@ SlideDifference pose_difference(const Slide& slide, const double* values, const 
 
 }  // namespace
 
-PriorFactor::PriorFactor(std::vector<PriorBlock> blocks, Eigen::MatrixXd root, Eigen::VectorXd offset, const Slide& slide)
+PriorFactor::PriorFactor(std::vector<PriorBlock> blocks, Eigen::MatrixXd root, Eigen::VectorXd offset,
+                         const Slide& slide)
     : blocks_(std::move(blocks)), root_(std::move(root)), offset_(std::move(offset)), slide_(slide) {
   set_num_residuals(static_cast<int>(root_.rows()));
   for (const PriorBlock& block : blocks_) mutable_parameter_block_sizes()->push_back(block.ambient_size());
 }
 
 bool PriorFactor::follows_pose(std::size_t block) const {
-  return slide_.any() && blocks_[block].kind == BlockKind::motion && block > 0 && blocks_[block - 1].kind == BlockKind::pose;
+  return slide_.any() && blocks_[block].kind == BlockKind::motion && block > 0 &&
+         blocks_[block - 1].kind == BlockKind::pose;
 }
 
 void PriorFactor::follow(const Slide& slide) {
@@ -70,7 +72,8 @@ bool PriorFactor::Evaluate(double const* const* parameters, double* residuals, d
         const Vector3 turn = slide_.about(to_pose(block.linearization.data()).position).turn;
         const Vector3 velocity = pose.unslid.back * Vector3(parameters[i + 1]);
         const Vector3 then(blocks_[i + 1].linearization.data());
-        jacobian.rightCols<3>() += root_.middleCols<3>(column) * turn.cross(then - velocity) * pose.unslid.by_position.transpose();
+        jacobian.rightCols<3>() +=
+            root_.middleCols<3>(column) * turn.cross(then - velocity) * pose.unslid.by_position.transpose();
       }
       to_ambient(values, jacobian, ambient);
     } else if (block.kind == BlockKind::gravity) {
@@ -79,8 +82,9 @@ bool PriorFactor::Evaluate(double const* const* parameters, double* residuals, d
       residual += part * s2::boxminus(gravity, then);
       if (ambient == nullptr) continue;
       // Tangent to ambient by the manifold's own inverse step, B(g)ᵀ hat(g) / |g|².
-      RowMajorMap(ambient, root_.rows(), 3) = part * s2::boxminus_jacobian(gravity, then) *
-                                              (s2::basis(gravity).transpose() * so3::hat(gravity) / gravity.squaredNorm());
+      RowMajorMap(ambient, root_.rows(), 3) =
+          part * s2::boxminus_jacobian(gravity, then) *
+          (s2::basis(gravity).transpose() * so3::hat(gravity) / gravity.squaredNorm());
     } else {
       const int size = block.ambient_size();
       const Eigen::Map<const Eigen::VectorXd> then(block.linearization.data(), size);

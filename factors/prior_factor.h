@@ -16,7 +16,9 @@ constexpr int tangent_size(BlockKind kind, int ambient_size) {
 }
 
 /// Whether its tangent is its difference.
-constexpr bool is_linear(BlockKind kind) { return kind == BlockKind::motion || kind == BlockKind::euclidean; }
+constexpr bool is_linear(BlockKind kind) {
+  return kind == BlockKind::motion || kind == BlockKind::euclidean;
+}
 
 /// One block of a square-root prior: where it was linearized, once and for all.
 struct PriorBlock {
@@ -27,18 +29,18 @@ struct PriorBlock {
   int tangent_size() const { return lodestone::tangent_size(kind, ambient_size()); }
 };
 
-/// What marginalized factors know of the blocks they touched: r = A (x ⊟ x_lin) + r₀, in square-root form. Where a slide is
-/// given, ⊟ of a pose, and of the velocity of the motion that follows it, have it straightened (difference_along): what was
-/// free when the prior was made stays free however far the states slide.
+/// What marginalized factors know of the blocks they touched: r = A (x ⊟ x_lin) + r₀, in square-root form. Where a
+/// slide is given, ⊟ of a pose, and of the velocity of the motion that follows it, have it straightened
+/// (difference_along): what was free when the prior was made stays free however far the states slide.
 class PriorFactor final : public ceres::CostFunction {
  public:
   /// `root`: A by Ceres' tangents at the linearization points, rows × (sum of tangent sizes, in the order of `blocks`);
   /// `offset`: r₀. `slide`: of the poses, about the place of any; none: ⊟ of the tangent.
   PriorFactor(std::vector<PriorBlock> blocks, Eigen::MatrixXd root, Eigen::VectorXd offset, const Slide& slide = {});
 
-  /// Lets the states slide another way, a little off: what was known of the old slide is known of the new one, and the rest
-  /// as before. Else what was free one way would be held in the other by what is known across it. Where nothing slid before,
-  /// or more than 0.2 rad away, what is known along the new way stays.
+  /// Lets the states slide another way, a little off: what was known of the old slide is known of the new one, and the
+  /// rest as before. Else what was free one way would be held in the other by what is known across it. Where nothing
+  /// slid before, or more than 0.2 rad away, what is known along the new way stays.
   void follow(const Slide& slide);
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;

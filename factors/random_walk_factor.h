@@ -8,9 +8,10 @@
 
 namespace lodestone {
 
-/// A vector that drifts: r = (second − first) / σ. Parameters: two blocks of the same size; or only the second, whose first
-/// is zero. It may jump: every `group` components share a weight, that of a Student distribution of four degrees of freedom
-/// with its σ, held during a solve (renew) and never above one; a jump that measurements insist on costs little.
+/// A vector that drifts: r = (second − first) / σ. Parameters: two blocks of the same size; or only the second, whose
+/// first is zero. It may jump: every `group` components share a weight, that of a Student distribution of four degrees
+/// of freedom with its σ, held during a solve (renew) and never above one; a jump that measurements insist on costs
+/// little.
 class RandomWalkFactor final : public ceres::CostFunction {
  public:
   RandomWalkFactor(int size, double sigma, bool from_zero = false, int group = 3)
@@ -50,7 +51,6 @@ class RandomWalkFactor final : public ceres::CostFunction {
     }
     return true;
   }
-
 
  private:
   int size_;

@@ -74,8 +74,9 @@ WindowFactor SlidingWindow::add_residual(std::unique_ptr<ceres::CostFunction> fu
 void SlidingWindow::set_prior(MarginalPrior prior, const Slide& slide) {
   std::vector<PriorBlock> blocks;
   for (const WindowBlock* block : prior.blocks) blocks.push_back({block->kind, block->values});
-  prior_ = add_factor(std::make_unique<PriorFactor>(std::move(blocks), std::move(prior.root), std::move(prior.offset), slide),
-                      prior.blocks);
+  prior_ = add_factor(
+      std::make_unique<PriorFactor>(std::move(blocks), std::move(prior.root), std::move(prior.offset), slide),
+      prior.blocks);
 }
 
 void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples) {
@@ -94,8 +95,8 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
   keyframes_.push_back(std::move(keyframe));
 }
 
-void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan, const std::vector<Correspondence>& correspondences,
-                              const PoseMask& mask) {
+void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
+                              const std::vector<Correspondence>& correspondences, const PoseMask& mask) {
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.lidar_in_prior) return;
   if (scan.cost.count == 0) {
@@ -135,14 +136,15 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
     problem_->SetParameterBlockConstant(epoch->biases.values.data());
   } else if (epochs_.empty()) {
     // The first epoch is known to the sensors' calibration.
-    epoch->walk = add_factor(
-        std::make_unique<RandomWalkFactor>(3 * magnetometers_, options_.magnetometer_bias_sigma_ut, true), {&epoch->biases});
+    epoch->walk =
+        add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_, options_.magnetometer_bias_sigma_ut, true),
+                   {&epoch->biases});
   } else {
     BiasEpoch& before = *epochs_.back();
     epoch->biases.values = before.biases.values;
     const double sigma = options_.magnetometer_bias_walk_ut * std::sqrt(to_seconds(time - before.start));
-    epoch->walk = add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_, sigma),
-                             {&before.biases, &epoch->biases});
+    epoch->walk =
+        add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_, sigma), {&before.biases, &epoch->biases});
   }
   epochs_.push_back(std::move(epoch));
   return epochs_.back().get();
@@ -172,7 +174,8 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
     if (!clock_prior_) {
       clock_ = {BlockKind::euclidean, {0.0}};
       add_block(clock_);
-      clock_prior_ = add_factor(std::make_unique<RandomWalkFactor>(1, options_.magnetometer_clock_sigma_s, true), {&clock_});
+      clock_prior_ =
+          add_factor(std::make_unique<RandomWalkFactor>(1, options_.magnetometer_clock_sigma_s, true), {&clock_});
     }
     blocks.push_back(&clock_);
   }
@@ -267,7 +270,9 @@ void SlidingWindow::set_magnetometer_biases(std::size_t k, std::span<const Vecto
   }
 }
 
-Time SlidingWindow::time(std::size_t k) const { return keyframes_[k]->time; }
+Time SlidingWindow::time(std::size_t k) const {
+  return keyframes_[k]->time;
+}
 
 NavState SlidingWindow::state(std::size_t k) const {
   const Keyframe& keyframe = *keyframes_[k];

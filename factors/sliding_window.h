@@ -40,9 +40,9 @@ class SlidingWindow {
   /// A new keyframe, joined to the newest by the IMU.
   void add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples);
 
-  /// Sets or renews keyframe k's LiDAR factor; without correspondences the factor goes. `correspondences` are used only where
-  /// one residual a point is asked for; these hang on the pose alone. A scan that leans on a keyframe which has left the
-  /// window is part of the prior for good: nothing happens.
+  /// Sets or renews keyframe k's LiDAR factor; without correspondences the factor goes. `correspondences` are used only
+  /// where one residual a point is asked for; these hang on the pose alone. A scan that leans on a keyframe which has
+  /// left the window is part of the prior for good: nothing happens.
   void set_lidar(std::size_t k, const CondensedScan& scan, const std::vector<Correspondence>& correspondences,
                  const PoseMask& mask);
 
@@ -59,15 +59,15 @@ class SlidingWindow {
   /// Sets or renews the pose that the field told of keyframe k, in place of a field factor.
   void set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask);
 
-  /// Minimizes the cost by Ceres; returns the number of iterations. Ends with a step that lowers ½ Σ r² by less than 0.005.
-  /// Integrates IMU factors again if their biases left the linear range.
+  /// Minimizes the cost by Ceres; returns the number of iterations. Ends with a step that lowers ½ Σ r² by less than
+  /// 0.005. Integrates IMU factors again if their biases left the linear range.
   int solve();
 
   /// The solver and the linear solver: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE)".
   static std::string solver_description();
 
-  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation). Never
-  /// throws: a direction that nothing measures has a very large variance.
+  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation).
+  /// Never throws: a direction that nothing measures has a very large variance.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
 
   /// Joint covariance of the newest keyframe's pose and motion and of gravity, in tangent order φ, p, v, b_g, b_a, g.
@@ -76,7 +76,8 @@ class SlidingWindow {
   /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
   void set_state(std::size_t k, const NavState& state);
 
-  /// Puts the biases of keyframe k's epoch in force, µT, one a magnetometer; nothing without a field factor or bias states.
+  /// Puts the biases of keyframe k's epoch in force, µT, one a magnetometer; nothing without a field factor or bias
+  /// states.
   void set_magnetometer_biases(std::size_t k, std::span<const Vector3> biases_ut);
 
   /// Takes the oldest keyframe out, leaving what it knew as a square-root prior.
@@ -87,8 +88,8 @@ class SlidingWindow {
   NavState state(std::size_t k) const;
   Vector3 magnetometer_bias(std::size_t k, int magnetometer) const;
 
-  /// How late the stamps of the magnetometers are, and one sigma of it (as of the last pose_covariances). Zeros where it is
-  /// not estimated.
+  /// How late the stamps of the magnetometers are, and one sigma of it (as of the last pose_covariances). Zeros where
+  /// it is not estimated.
   struct ClockOffset {
     double offset_s = 0.0;
     double sigma_s = 0.0;

@@ -27,10 +27,10 @@ struct SlidingWindow::Keyframe {
   ImuNoise noise;                             // of these samples
   RenewableFactor<PreintegrationFactor> imu;  // to the keyframe before
   RenewableFactor<CondensedLidarFactor> lidar;
-  RenewableFactor<PointPlaneFactor> points;   // in place of `lidar`, without condensing
-  bool lidar_in_prior = false;                // it leaned on a keyframe that is gone
+  RenewableFactor<PointPlaneFactor> points;  // in place of `lidar`, without condensing
+  bool lidar_in_prior = false;               // it leaned on a keyframe that is gone
   RenewableFactor<FieldFactor> field;
-  RenewableFactor<PoseFactor> field_pose;     // in place of `field`, with measured poses
+  RenewableFactor<PoseFactor> field_pose;  // in place of `field`, with measured poses
   BiasEpoch* epoch = nullptr;
 
   /// The measurements of this keyframe, set or not.

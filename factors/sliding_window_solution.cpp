@@ -62,8 +62,8 @@ int SlidingWindow::solve() {
   options.function_tolerance = 0.0;
   options.parameter_tolerance = 1e-9;
   options.callbacks.push_back(&settled);
-  // Gauss-Newton from the first step. Ceres' default damping, 1e-4 of the diagonal, holds back what is known much better
-  // alone than jointly, such as the window's place along a tunnel, and leaves it a fifth of a sigma off.
+  // Gauss-Newton from the first step. Ceres' default damping, 1e-4 of the diagonal, holds back what is known much
+  // better alone than jointly, such as the window's place along a tunnel, and leaves it a fifth of a sigma off.
   options.initial_trust_region_radius = 1e10;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -89,7 +89,8 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
       ++epoch;
     }
   }
-  for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch) result.push_back(&epochs_[epoch]->biases);
+  for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch)
+    result.push_back(&epochs_[epoch]->biases);
   if (clock_prior_) result.push_back(&clock_);
   result.push_back(&gravity_);
   return result;
@@ -153,7 +154,8 @@ Matrix17 SlidingWindow::prior_information() const {
   for (const WindowBlock* block : order) {
     Eigen::Index from = 0;
     for (const WindowBlock* candidate : prior_.blocks) {
-      if (candidate == block) root.middleCols(to, block->tangent_size()) = prior->root().middleCols(from, block->tangent_size());
+      if (candidate == block)
+        root.middleCols(to, block->tangent_size()) = prior->root().middleCols(from, block->tangent_size());
       from += candidate->tangent_size();
     }
     to += block->tangent_size();

@@ -99,10 +99,13 @@ void SparseInformation::add_factors(std::span<const Clique> cliques) {
   std::vector<Eigen::MatrixXd> shares(std::min(kFactorsAtOnce, cliques.size()));
   for (std::size_t first = 0; first < cliques.size(); first += kFactorsAtOnce) {
     const std::size_t count = std::min(kFactorsAtOnce, cliques.size() - first);
-    parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-      const Eigen::MatrixXd jacobian = jacobian_of(*cliques[first + i].factor, numbers_);
-      shares[i].noalias() = jacobian.transpose() * jacobian;
-    }, 4);
+    parallel_for(
+        std::size_t{0}, count,
+        [&](std::size_t i) {
+          const Eigen::MatrixXd jacobian = jacobian_of(*cliques[first + i].factor, numbers_);
+          shares[i].noalias() = jacobian.transpose() * jacobian;
+        },
+        4);
     for (std::size_t i = 0; i < count; ++i) {
       const std::vector<int>& clique = cliques[first + i].variables;
       Eigen::Index column_begin = 0;
@@ -138,13 +141,16 @@ Eigen::Index SparseInformation::offset_of(int row_variable, int column_variable)
 
 SparseMatrix SparseInformation::whitened_rows(std::span<const Clique> cliques) const {
   std::vector<Eigen::MatrixXd> parts(cliques.size());
-  parallel_for(std::size_t{0}, cliques.size(), [&](std::size_t i) {
-    parts[i] = jacobian_of(*cliques[i].factor, numbers_);
-    if (parts[i].rows() <= parts[i].cols()) return;
-    const Eigen::HouseholderQR<Eigen::MatrixXd> triangle(parts[i]);
-    const Eigen::Index size = parts[i].cols();
-    parts[i] = triangle.matrixQR().topRows(size).triangularView<Eigen::Upper>().toDenseMatrix();
-  }, 4);
+  parallel_for(
+      std::size_t{0}, cliques.size(),
+      [&](std::size_t i) {
+        parts[i] = jacobian_of(*cliques[i].factor, numbers_);
+        if (parts[i].rows() <= parts[i].cols()) return;
+        const Eigen::HouseholderQR<Eigen::MatrixXd> triangle(parts[i]);
+        const Eigen::Index size = parts[i].cols();
+        parts[i] = triangle.matrixQR().topRows(size).triangularView<Eigen::Upper>().toDenseMatrix();
+      },
+      4);
   std::vector<Eigen::Triplet<double, std::int64_t>> entries;
   Eigen::Index row = 0;
   for (std::size_t i = 0; i < cliques.size(); ++i) {
@@ -159,7 +165,8 @@ SparseMatrix SparseInformation::whitened_rows(std::span<const Clique> cliques) c
     }
     row += parts[i].rows();
   }
-  for (Eigen::Index column = 0; column < information_.cols(); ++column) entries.emplace_back(row++, column, 1.0 / kUnknownSigma);
+  for (Eigen::Index column = 0; column < information_.cols(); ++column)
+    entries.emplace_back(row++, column, 1.0 / kUnknownSigma);
   SparseMatrix rows(row, information_.cols());
   rows.setFromTriplets(entries.begin(), entries.end());
   return rows;

@@ -10,14 +10,15 @@
 
 namespace lodestone {
 
-/// What factors know of their variables together: the Gauss-Newton information H = JᵀJ at the current values, factorized by
-/// CHOLMOD in the order of the variables given. Factors are linearized in parallel and summed in their order: the same bits
-/// on any number of threads. Time and memory are linear in the length of a log if the order is that of time and the last
-/// variables alone touch all others.
+/// What factors know of their variables together: the Gauss-Newton information H = JᵀJ at the current values,
+/// factorized by CHOLMOD in the order of the variables given. Factors are linearized in parallel and summed in their
+/// order: the same bits on any number of threads. Time and memory are linear in the length of a log if the order is
+/// that of time and the last variables alone touch all others.
 ///
-/// Always gives an answer. If Cholesky on H would lose the covariance's digits (a low-noise IMU beside weak priors), H's root
-/// comes from a QR factorization of J. Every variable then has a prior of one sigma 1e6 in its own unit (m, rad, m/s, µT …),
-/// which bounds the variance of a direction that no factor sees. If a Jacobian is not finite, every variance is 1e12.
+/// Always gives an answer. If Cholesky on H would lose the covariance's digits (a low-noise IMU beside weak priors),
+/// H's root comes from a QR factorization of J. Every variable then has a prior of one sigma 1e6 in its own unit (m,
+/// rad, m/s, µT …), which bounds the variance of a direction that no factor sees. If a Jacobian is not finite, every
+/// variance is 1e12.
 class SparseInformation {
  public:
   /// `variables`: in the order of elimination. A block of a factor that is not among them is held constant.
@@ -45,9 +46,9 @@ class SparseInformation {
 
   std::unordered_map<const WindowBlock*, int> numbers_;  // looked up, never gone through: addresses decide nothing
   std::vector<IndexRange> ranges_;
-  std::vector<std::vector<int>> earlier_;                // variables before each that share a factor with it, ascending
-  SparseMatrix information_;                             // upper triangle
-  std::optional<SparseTriangle> root_;                   // empty: a Jacobian was not finite
+  std::vector<std::vector<int>> earlier_;  // variables before each that share a factor with it, ascending
+  SparseMatrix information_;               // upper triangle
+  std::optional<SparseTriangle> root_;     // empty: a Jacobian was not finite
   bool by_qr_ = false;
 };
 

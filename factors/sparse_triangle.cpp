@@ -1,10 +1,10 @@
 #include "factors/sparse_triangle.h"
 
-#include <suitesparse/SuiteSparseQR.hpp>
 #include <suitesparse/cholmod.h>
 
 #include <algorithm>
 #include <stdexcept>
+#include <suitesparse/SuiteSparseQR.hpp>
 
 namespace lodestone {
 
@@ -91,8 +91,8 @@ SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatri
   cholmod_sparse matrix = view(rows, false);
   cholmod_sparse* triangle = nullptr;
   SuiteSparse_long* permutation = nullptr;  // stays empty: the order is fixed
-  SuiteSparseQR<double>(SPQR_ORDERING_FIXED, SPQR_NO_TOL, static_cast<SuiteSparse_long>(rows.cols()), &matrix, &triangle,
-                        &permutation, &suite.common);
+  SuiteSparseQR<double>(SPQR_ORDERING_FIXED, SPQR_NO_TOL, static_cast<SuiteSparse_long>(rows.cols()), &matrix,
+                        &triangle, &permutation, &suite.common);
   if (triangle == nullptr || permutation != nullptr) throw std::runtime_error("SuiteSparseQR: out of memory");
   const auto* starts = static_cast<const std::int64_t*>(triangle->p);
   const auto* indices = static_cast<const std::int64_t*>(triangle->i);
@@ -103,7 +103,8 @@ SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatri
       const auto begin = result.rows_.begin() + result.starts_[static_cast<std::size_t>(indices[at])];
       const auto end = result.rows_.begin() + result.starts_[static_cast<std::size_t>(indices[at]) + 1];
       const auto place = std::lower_bound(begin, end, column);
-      if (place == end || *place != column) throw std::logic_error("SparseTriangle: the rows are not those of the pattern");
+      if (place == end || *place != column)
+        throw std::logic_error("SparseTriangle: the rows are not those of the pattern");
       result.values_[static_cast<std::size_t>(place - result.rows_.begin())] = values[at];
     }
   }
@@ -149,8 +150,8 @@ Eigen::MatrixXd SparseTriangle::covariance(std::span<const IndexRange> variables
 }
 
 std::vector<double> SparseTriangle::inverse_on_pattern() const {
-  // Z = H⁻¹ on the pattern of L, column by column from the last: Z_ij = -Σ_k Z_ik L_kj / L_jj over the rows k > j of L's
-  // column j, and Z_jj = 1 / L_jj² - Σ_k Z_kj L_kj / L_jj.
+  // Z = H⁻¹ on the pattern of L, column by column from the last: Z_ij = -Σ_k Z_ik L_kj / L_jj over the rows k > j of
+  // L's column j, and Z_jj = 1 / L_jj² - Σ_k Z_kj L_kj / L_jj.
   const std::size_t size = starts_.size() - 1;
   std::vector<double> inverse(values_.size());
   std::vector<double> share(size, 0.0);

@@ -17,27 +17,27 @@ struct IndexRange {
   Eigen::Index size = 0;
 };
 
-/// The lower triangular factor L of an information matrix H = L Lᵀ, and covariances from it. L is sparse, and no entry of
-/// its pattern is missing, not even a zero.
+/// The lower triangular factor L of an information matrix H = L Lᵀ, and covariances from it. L is sparse, and no entry
+/// of its pattern is missing, not even a zero.
 class SparseTriangle {
  public:
-  /// L by CHOLMOD (simplicial, natural order). `information`: the upper triangle of H with its whole diagonal; row indices
-  /// ascend. Empty where H is not positive definite in double precision.
+  /// L by CHOLMOD (simplicial, natural order). `information`: the upper triangle of H with its whole diagonal; row
+  /// indices ascend. Empty where H is not positive definite in double precision.
   static std::optional<SparseTriangle> by_cholesky(const SparseMatrix& information);
 
-  /// L = Rᵀ by SuiteSparseQR, where H = AᵀA and A = Q R. Keeps twice as many digits as Cholesky on H. `pattern`: H's, as
-  /// above; its values are not used. A has at least as many rows as columns.
+  /// L = Rᵀ by SuiteSparseQR, where H = AᵀA and A = Q R. Keeps twice as many digits as Cholesky on H. `pattern`: H's,
+  /// as above; its values are not used. A has at least as many rows as columns.
   static SparseTriangle by_qr(const SparseMatrix& rows, const SparseMatrix& pattern);
 
-  /// The least share of a diagonal element of H that elimination left: min L_jj² / H_jj. Cholesky's variances are wrong by
-  /// about 1e-16 over this share.
+  /// The least share of a diagonal element of H that elimination left: min L_jj² / H_jj. Cholesky's variances are wrong
+  /// by about 1e-16 over this share.
   double least_pivot_share(const SparseMatrix& information) const;
 
   /// The covariance H⁻¹ of the given variables: rows and columns in their order. By one forward solve a column.
   Eigen::MatrixXd covariance(std::span<const IndexRange> variables) const;
 
-  /// The diagonal blocks of H⁻¹ for all variables, by the recursion of Takahashi, Fagan and Chin (1973), in time linear in
-  /// the size of H where L is banded. Each variable's own block of H must be dense.
+  /// The diagonal blocks of H⁻¹ for all variables, by the recursion of Takahashi, Fagan and Chin (1973), in time linear
+  /// in the size of H where L is banded. Each variable's own block of H must be dense.
   std::vector<Eigen::MatrixXd> diagonal_covariances(std::span<const IndexRange> variables) const;
 
  private:

@@ -25,8 +25,9 @@ struct SlidingWindowOptions {
     visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
     visitor.field("magnetometer_bias_jumps", magnetometer_bias_jumps,
                   "a bias may also jump or drift fast where the readings insist on it");
-    visitor.field("magnetometer_clock_sigma_s", magnetometer_clock_sigma_s,
-                  "one sigma of how far the stamps of the magnetometers are off, all alike, which is estimated; 0: not at all");
+    visitor.field(
+        "magnetometer_clock_sigma_s", magnetometer_clock_sigma_s,
+        "one sigma of how far the stamps of the magnetometers are off, all alike, which is estimated; 0: not at all");
   }
 
   void check() const {

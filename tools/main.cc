@@ -1,3 +1,5 @@
 #include "tools/program.h"
 
-int main(int argument_count, char** arguments) { return lodestone::run_program(argument_count, arguments); }
+int main(int argument_count, char** arguments) {
+  return lodestone::run_program(argument_count, arguments);
+}

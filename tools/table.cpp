@@ -47,6 +47,8 @@ std::string Table::to_string() const {
   return text;
 }
 
-std::string fixed(double value, int digits) { return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "–"; }
+std::string fixed(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "–";
+}
 
 }  // namespace lodestone

@@ -6,8 +6,8 @@ namespace lodestone {
 
 /// What a magnetometer makes of the field: reading = D field + b, all in its own axes.
 struct MagnetometerCalibration {
-  Vector3 hard_iron_ut = Vector3::Zero();       ///< b: what it reads where there is no field
-  Matrix3 distortion = Matrix3::Identity();     ///< D: soft iron, scale, misalignment
+  Vector3 hard_iron_ut = Vector3::Zero();    ///< b: what it reads where there is no field
+  Matrix3 distortion = Matrix3::Identity();  ///< D: soft iron, scale, misalignment
 
   Matrix3 correction() const { return distortion.inverse(); }  ///< field = correction() (reading − hard_iron_ut)
   Vector3 corrected(const Vector3& reading_ut) const { return correction() * (reading_ut - hard_iron_ut); }

@@ -17,10 +17,8 @@ enum class Alignment {
 };
 
 constexpr auto enum_names(Alignment) {
-  return EnumNames<Alignment, 4>{{{Alignment::none, "none"},
-                                  {Alignment::se3, "se3"},
-                                  {Alignment::sim3, "sim3"},
-                                  {Alignment::origin, "origin"}}};
+  return EnumNames<Alignment, 4>{
+      {{Alignment::none, "none"}, {Alignment::se3, "se3"}, {Alignment::sim3, "sim3"}, {Alignment::origin, "origin"}}};
 }
 
 /// A similarity p ↦ scale R p + t. Poses take the rotation and have their position mapped.
@@ -33,9 +31,9 @@ struct Similarity {
   Pose operator*(const Pose& pose) const { return {(rotation * pose.rotation).normalized(), *this * pose.position}; }
 };
 
-/// The similarity (of scale 1 without `with_scale`) that minimizes Σ |to_i − S from_i|². Nothing where the points do not
-/// fix the rotation: fewer than three, or all on one line. Source: Umeyama, PAMI 1991, eq. (34)–(43).
-/// Throws std::invalid_argument when the sizes differ.
+/// The similarity (of scale 1 without `with_scale`) that minimizes Σ |to_i − S from_i|². Nothing where the points do
+/// not fix the rotation: fewer than three, or all on one line. Source: Umeyama, PAMI 1991, eq. (34)–(43). Throws
+/// std::invalid_argument when the sizes differ.
 std::optional<Similarity> umeyama(const std::vector<Vector3>& from, const std::vector<Vector3>& to, bool with_scale);
 
 /// The similarity that takes the estimates of `pairs` to the truth; nothing where the pairs do not determine it.

@@ -10,9 +10,13 @@ namespace {
 
 /// A stamp as evo holds it: seconds since 1970 in a double, good to 0.24 µs. Files with stamps of 100 µs often have two
 /// equally near, and then that rounding decides; without it no figure of evo's can be met in its sixth digit.
-double rounded_seconds(Time time) { return static_cast<double>(static_cast<long double>(time) / 1e9L); }
+double rounded_seconds(Time time) {
+  return static_cast<double>(static_cast<long double>(time) / 1e9L);
+}
 
-double difference(Time a, Time b) { return std::abs(rounded_seconds(a) - rounded_seconds(b)); }
+double difference(Time a, Time b) {
+  return std::abs(rounded_seconds(a) - rounded_seconds(b));
+}
 
 /// Index of the stamp nearest to `time`; of two equally near the earlier one.
 std::size_t nearest(const Trajectory& trajectory, Time time) {
@@ -37,8 +41,8 @@ PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
     if (difference(longer[j].time, shorter[i].time) > to_seconds(max_difference)) continue;
     const std::size_t estimate_index = truth_is_longer ? i : j;
     const std::size_t truth_index = truth_is_longer ? j : i;
-    pairs.push_back({estimate[estimate_index].time, estimate[estimate_index].pose, truth[truth_index].pose,
-                     estimate_index});
+    pairs.push_back(
+        {estimate[estimate_index].time, estimate[estimate_index].pose, truth[truth_index].pose, estimate_index});
   }
   return pairs;
 }

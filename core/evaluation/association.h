@@ -9,7 +9,7 @@ namespace lodestone {
 
 /// An estimated pose and the true one for the same time, both T_map_imu.
 struct PosePair {
-  Time time = 0;                   ///< the estimate's stamp
+  Time time = 0;  ///< the estimate's stamp
   Pose estimate;
   Pose truth;
   std::size_t estimate_index = 0;  ///< index into the estimated trajectory
@@ -25,8 +25,8 @@ PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
                             Time max_difference = from_seconds(0.01));
 
 /// Pairs every estimated pose with the ground truth interpolated at its stamp. In a gap of the ground truth longer than
-/// `max_gap`, only poses within 10 ms of a pose of the ground truth are paired: a ground truth may have one pose a scan.
-/// Poses outside the span of the ground truth have no pair.
+/// `max_gap`, only poses within 10 ms of a pose of the ground truth are paired: a ground truth may have one pose a
+/// scan. Poses outside the span of the ground truth have no pair.
 PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth,
                                  Time max_gap = from_seconds(0.25));
 

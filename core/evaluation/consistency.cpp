@@ -70,7 +70,8 @@ Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matri
     result.nees_axis += (delta.array().square() / covariances[i].diagonal().array()).matrix();
     // Blocks of a positive definite matrix are positive definite; rounding may still say no, and then they add nothing.
     result.nees_rotation += squared_mahalanobis<3>(delta.head<3>(), covariances[i].topLeftCorner<3, 3>()).value_or(0.0);
-    result.nees_position += squared_mahalanobis<3>(delta.tail<3>(), covariances[i].bottomRightCorner<3, 3>()).value_or(0.0);
+    result.nees_position +=
+        squared_mahalanobis<3>(delta.tail<3>(), covariances[i].bottomRightCorner<3, 3>()).value_or(0.0);
   }
   if (result.count == 0) return result;
   const double count = static_cast<double>(result.count);

@@ -17,12 +17,15 @@ std::vector<double> of_each_pair(const PosePairs& pairs, Function function) {
   return values;
 }
 
-double angle_between(const Quaternion& a, const Quaternion& b) { return so3::log(a.conjugate() * b).norm(); }
+double angle_between(const Quaternion& a, const Quaternion& b) {
+  return so3::log(a.conjugate() * b).norm();
+}
 
 }  // namespace
 
 std::vector<double> translation_errors(const PosePairs& pairs) {
-  return of_each_pair(pairs, [](const PosePair& pair) { return (pair.estimate.position - pair.truth.position).norm(); });
+  return of_each_pair(pairs,
+                      [](const PosePair& pair) { return (pair.estimate.position - pair.truth.position).norm(); });
 }
 
 std::vector<double> angle_errors(const PosePairs& pairs) {

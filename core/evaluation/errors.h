@@ -24,8 +24,8 @@ using IndexPair = std::pair<std::size_t, std::size_t>;
 /// pose on. Source: evo 1.36.5, filters.filter_pairs_by_index. Throws std::invalid_argument for a step of 0.
 std::vector<IndexPair> stretches_by_count(std::size_t pose_count, std::size_t step, bool all);
 
-/// From every pose the later one whose distance along the estimated path is nearest to `distance` (metres), where it lies
-/// within `relative_tolerance` of it. Source: evo 1.36.5, filters.filter_pairs_by_path with all pairs.
+/// From every pose the later one whose distance along the estimated path is nearest to `distance` (metres), where it
+/// lies within `relative_tolerance` of it. Source: evo 1.36.5, filters.filter_pairs_by_path with all pairs.
 std::vector<IndexPair> stretches_by_distance(const PosePairs& pairs, double distance, double relative_tolerance = 0.1);
 
 /// The error pose of every stretch: (Q_i⁻¹ Q_j)⁻¹ (P_i⁻¹ P_j), Q the truth and P the estimate.

@@ -11,11 +11,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kNormalSigma = 1.4826;       // of a normal distribution over its median absolute deviation
-constexpr double kMedianSigma = 1.2533;       // of a median over that of a mean
-constexpr double kCellsAShare = 2.0;          // neighbouring cells share the map's error
+constexpr double kNormalSigma = 1.4826;  // of a normal distribution over its median absolute deviation
+constexpr double kMedianSigma = 1.2533;  // of a median over that of a mean
+constexpr double kCellsAShare = 2.0;     // neighbouring cells share the map's error
 constexpr double kFalseAlarm = 1e-3;
-constexpr double kOddSpread = 4.0;            // times that of its fellows
+constexpr double kOddSpread = 4.0;  // times that of its fellows
 constexpr std::size_t kFewestCells = 8;
 
 double median(std::vector<float> values) {
@@ -63,7 +63,8 @@ std::vector<MagnetometerOffset> magnetometer_offsets(const FieldComparison& comp
       if (!holds(one.position)) continue;
       OffsetSample& sample = samples[static_cast<std::size_t>(one.magnetometer)];
       const Vector3 own = one.R_map_mag.transpose() * one.difference_ut;
-      for (int axis = 0; axis < 3; ++axis) sample.differences[static_cast<std::size_t>(axis)].push_back(static_cast<float>(own[axis]));
+      for (int axis = 0; axis < 3; ++axis)
+        sample.differences[static_cast<std::size_t>(axis)].push_back(static_cast<float>(own[axis]));
       sample.cells.insert(cell_of(one.position, cell_m));
     }
   });

@@ -17,10 +17,10 @@ struct MagnetometerOffset {
 };
 
 /// The offset of each magnetometer: the median of its differences, in its own axes, over what it read on the move where
-/// `holds` is true (for instance where the map is not known to be stale). A change of the field has the map's axes and a
-/// place, an offset the magnetometer's axes and no place; on a drive without a turn a field that is wrong by the same
-/// vector everywhere cannot be told from an offset. It is kept where it exceeds its own sigma with a probability of false
-/// alarm of 10⁻³. `cell_m`: differences closer than this are not independent.
+/// `holds` is true (for instance where the map is not known to be stale). A change of the field has the map's axes and
+/// a place, an offset the magnetometer's axes and no place; on a drive without a turn a field that is wrong by the same
+/// vector everywhere cannot be told from an offset. It is kept where it exceeds its own sigma with a probability of
+/// false alarm of 10⁻³. `cell_m`: differences closer than this are not independent.
 std::vector<MagnetometerOffset> magnetometer_offsets(const FieldComparison& comparison, double cell_m,
                                                      const std::function<bool(const Vector3&)>& holds);
 

@@ -18,14 +18,16 @@ RatioEstimate estimate_ratio(const std::vector<double>& ratios, double confidenc
   const double count = static_cast<double>(ratios.size());
   double mean = 0.0;
   for (const double ratio : ratios) {
-    if (!(ratio > 0.0 && std::isfinite(ratio))) throw std::invalid_argument("estimate_ratio: a ratio is not positive and finite");
+    if (!(ratio > 0.0 && std::isfinite(ratio)))
+      throw std::invalid_argument("estimate_ratio: a ratio is not positive and finite");
     mean += std::log(ratio) / count;
   }
   RatioEstimate estimate{ratios.size(), std::exp(mean), {}, {}};
   if (ratios.size() < 2) return estimate;
   double squares = 0.0;
   for (const double ratio : ratios) squares += (std::log(ratio) - mean) * (std::log(ratio) - mean);
-  const double half = student_t_quantile(ratios.size() - 1, 0.5 + 0.5 * confidence) * std::sqrt(squares / (count - 1.0) / count);
+  const double half =
+      student_t_quantile(ratios.size() - 1, 0.5 + 0.5 * confidence) * std::sqrt(squares / (count - 1.0) / count);
   estimate.low = std::exp(mean - half);
   estimate.high = std::exp(mean + half);
   return estimate;

@@ -10,7 +10,8 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLeastHolding = 0.2;  // share of the cells that must hold to tell a magnetometer's offset by them alone
+constexpr double kLeastHolding =
+    0.2;  // share of the cells that must hold to tell a magnetometer's offset by them alone
 
 /// Weighted sums over the readings of a cell.
 struct CellSums {
@@ -64,7 +65,8 @@ std::vector<FieldCellTest> test_cells(const FieldComparison& comparison, const S
   for (const auto& [key, sum] : sums) {
     cells.push_back(sum.test(key));
     FieldCellTest& cell = cells.back();
-    const bool stale = cell.p_value < options.false_alarm_probability && cell.difference_ut.norm() >= options.min_difference_ut;
+    const bool stale =
+        cell.p_value < options.false_alarm_probability && cell.difference_ut.norm() >= options.min_difference_ut;
     cell.place = stale ? -1 : 0;  // numbered later
   }
   return cells;
@@ -163,7 +165,8 @@ bool without_offset(const std::vector<MagnetometerOffset>& offsets, FieldDiffere
 }
 
 std::size_t StaleMap::stale_cells() const {
-  return static_cast<std::size_t>(std::count_if(cells.begin(), cells.end(), [](const auto& cell) { return cell.place != 0; }));
+  return static_cast<std::size_t>(
+      std::count_if(cells.begin(), cells.end(), [](const auto& cell) { return cell.place != 0; }));
 }
 
 StaleMap find_stale_places(const FieldComparison& comparison, const StaleMapOptions& options) {

@@ -57,12 +57,12 @@ struct FieldCellTest {
 
 /// Stale cells that touch, corners included. Vector, sigma, χ² and p value are those of the cell of largest difference.
 struct StalePlace {
-  int number = 0;                     ///< from 1; the largest difference first
-  Vector3 center = Vector3::Zero();   ///< mean of its cells' centres, map, metres
-  double extent_m = 0.0;              ///< longer side of the box round its cells
+  int number = 0;                    ///< from 1; the largest difference first
+  Vector3 center = Vector3::Zero();  ///< mean of its cells' centres, map, metres
+  double extent_m = 0.0;             ///< longer side of the box round its cells
   int cells = 0;
   double largest_difference_ut = 0.0;
-  double mean_difference_ut = 0.0;    ///< of |d| over its cells
+  double mean_difference_ut = 0.0;  ///< of |d| over its cells
   Vector3 difference_ut = Vector3::Zero();
   double sigma_ut = 0.0;
   double chi_square = 0.0;

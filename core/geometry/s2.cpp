@@ -15,7 +15,9 @@ Eigen::Matrix<double, 3, 2> basis(const Vector3& vector) {
   return result;
 }
 
-Vector3 boxplus(const Vector3& vector, const Vector2& delta) { return so3::exp(basis(vector) * delta) * vector; }
+Vector3 boxplus(const Vector3& vector, const Vector2& delta) {
+  return so3::exp(basis(vector) * delta) * vector;
+}
 
 Vector2 boxminus(const Vector3& vector, const Vector3& reference) {
   const Vector3 axis = reference.cross(vector);
@@ -27,7 +29,9 @@ Vector2 boxminus(const Vector3& vector, const Vector3& reference) {
   return angle / sine * (tangent.transpose() * axis);
 }
 
-Eigen::Matrix<double, 3, 2> boxplus_jacobian(const Vector3& vector) { return -so3::hat(vector) * basis(vector); }
+Eigen::Matrix<double, 3, 2> boxplus_jacobian(const Vector3& vector) {
+  return -so3::hat(vector) * basis(vector);
+}
 
 Eigen::Matrix2d boxminus_jacobian(const Vector3& vector, const Vector3& reference) {
   const double squared_length = reference.norm() * vector.norm();

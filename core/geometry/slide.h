@@ -4,10 +4,10 @@
 
 namespace lodestone {
 
-/// How a trajectory may slide where no sensor holds it: along a straight tunnel, or along a bend, turning with it. A metre of
-/// it shifts a pose at `at` by `direction` and turns it, and all else that slides along, by `turn` about that place. A finite
-/// slide is a rigid motion of the map, whose tangent leaves a bend of 400 m by 1.2 mm after a metre: linear coordinates of
-/// poses would hold it back where scans know 0.1 mm.
+/// How a trajectory may slide where no sensor holds it: along a straight tunnel, or along a bend, turning with it. A
+/// metre of it shifts a pose at `at` by `direction` and turns it, and all else that slides along, by `turn` about that
+/// place. A finite slide is a rigid motion of the map, whose tangent leaves a bend of 400 m by 1.2 mm after a metre:
+/// linear coordinates of poses would hold it back where scans know 0.1 mm.
 struct Slide {
   Vector3 at = Vector3::Zero();         ///< m, map
   Vector3 direction = Vector3::Zero();  ///< unit, map axes; zero: nothing slides
@@ -30,17 +30,18 @@ struct Slide {
 
 /// A pose taken back along a slide until it is level with the slide's place.
 struct Unslid {
-  double distance_m = 0.0;                  ///< how far it had slid
+  double distance_m = 0.0;  ///< how far it had slid
   Pose pose;
   Quaternion back = Quaternion::Identity();  ///< turns what slid along (a velocity) back as well
-  Vector3 by_position = Vector3::Zero();    ///< ∂distance / ∂p of the pose, a row
-  Vector3 flow = Vector3::Zero();           ///< −∂p of `pose` / ∂distance
+  Vector3 by_position = Vector3::Zero();     ///< ∂distance / ∂p of the pose, a row
+  Vector3 flow = Vector3::Zero();            ///< −∂p of `pose` / ∂distance
 };
 
 Unslid unslide(const Slide& slide, const Pose& pose);
 
-/// x ⊟ x₀ with the slide in it straightened: what the pose is off once it is taken back, plus the slide as x₀'s tangent has
-/// it. To first order x ⊟ x₀; along the slide it changes in one direction, exactly and however far. `slide`: about x₀.
+/// x ⊟ x₀ with the slide in it straightened: what the pose is off once it is taken back, plus the slide as x₀'s tangent
+/// has it. To first order x ⊟ x₀; along the slide it changes in one direction, exactly and however far. `slide`: about
+/// x₀.
 struct SlideDifference {
   Unslid unslid;
   Vector6 value;       ///< φ, p

@@ -4,9 +4,9 @@
 
 namespace lodestone {
 
-/// Cubic Hermite polynomials over a step, by how long before its end. A path whose acceleration is white noise and whose
-/// position and velocity are known at both ends of the step is, in the mean, this cubic (the Gaussian-process motion
-/// prior of Barfoot, State Estimation for Robotics, section 11.1).
+/// Cubic Hermite polynomials over a step, by how long before its end. A path whose acceleration is white noise and
+/// whose position and velocity are known at both ends of the step is, in the mean, this cubic (the Gaussian-process
+/// motion prior of Barfoot, State Estimation for Robotics, section 11.1).
 struct Hermite {
   /// `age_s`: before the end; within the step.
   Hermite(double age_s, double step_s) : share(std::clamp(age_s / step_s, 0.0, 1.0)) {

@@ -58,9 +58,10 @@ Preintegration::Increment Preintegration::corrected(const Vector3& gyroscope_bia
                                                     const Vector3& accelerometer_bias) const {
   const Vector3 gyroscope_step = gyroscope_bias - gyroscope_bias_;
   const Vector3 accelerometer_step = accelerometer_bias - accelerometer_bias_;
-  return {(rotation_ * so3::exp(rotation_by_gyroscope_bias_ * gyroscope_step)).normalized(),
-          position_ + position_by_gyroscope_bias_ * gyroscope_step + position_by_accelerometer_bias_ * accelerometer_step,
-          velocity_ + velocity_by_gyroscope_bias_ * gyroscope_step + velocity_by_accelerometer_bias_ * accelerometer_step};
+  return {
+      (rotation_ * so3::exp(rotation_by_gyroscope_bias_ * gyroscope_step)).normalized(),
+      position_ + position_by_gyroscope_bias_ * gyroscope_step + position_by_accelerometer_bias_ * accelerometer_step,
+      velocity_ + velocity_by_gyroscope_bias_ * gyroscope_step + velocity_by_accelerometer_bias_ * accelerometer_step};
 }
 
 NavState Preintegration::predict(const NavState& start) const {
@@ -68,8 +69,8 @@ NavState Preintegration::predict(const NavState& start) const {
   NavState end = start;
   const Quaternion& rotation = start.T_map_imu.rotation;
   end.T_map_imu.rotation = (rotation * increment.rotation).normalized();
-  end.T_map_imu.position += duration_s_ * start.velocity + 0.5 * duration_s_ * duration_s_ * start.gravity +
-                            rotation * increment.position;
+  end.T_map_imu.position +=
+      duration_s_ * start.velocity + 0.5 * duration_s_ * duration_s_ * start.gravity + rotation * increment.position;
   end.velocity += duration_s_ * start.gravity + rotation * increment.velocity;
   return end;
 }

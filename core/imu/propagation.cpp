@@ -13,8 +13,7 @@ void propagate_covariance(const NavState& state, const ImuInterval& interval, co
   const Vector3 turn = dt * interval.angular_velocity;
   const Matrix3 half_rotation = rotation * so3::exp(0.5 * turn).toRotationMatrix();
   // Velocity and position see the orientation error at the start and half of the gyroscope bias' turn.
-  const Matrix3 acceleration_by_rotation =
-      -rotation * so3::hat(so3::exp(0.5 * turn) * interval.linear_acceleration);
+  const Matrix3 acceleration_by_rotation = -rotation * so3::hat(so3::exp(0.5 * turn) * interval.linear_acceleration);
   const Matrix3 turn_by_bias = -dt * so3::right_jacobian(turn);
 
   Matrix17 transition = Matrix17::Identity();

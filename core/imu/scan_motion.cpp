@@ -30,8 +30,8 @@ ScanMotion::ScanMotion(const NavState& before, const NavState& end, std::span<co
   correction.step_s = to_seconds(times_.back() - times_.front());
   if (correction.step_s <= 0.0) return;
   const Quaternion to_end = end.T_map_imu.rotation.conjugate();
-  correction.turn = so3::log(to_end * before.T_map_imu.rotation * poses_.front().rotation.conjugate() *
-                             end.T_map_imu.rotation);
+  correction.turn =
+      so3::log(to_end * before.T_map_imu.rotation * poses_.front().rotation.conjugate() * end.T_map_imu.rotation);
   correction.shift = to_end * (before.T_map_imu.position - poses_.front().position);
   correction.velocity = to_end * (before.velocity - velocities_.front());
   correction_ = correction;
@@ -62,7 +62,9 @@ Pose ScanMotion::relative_pose(Time time) const {
   return result;
 }
 
-Pose ScanMotion::pose(Time time) const { return T_map_end_ * relative_pose(time); }
+Pose ScanMotion::pose(Time time) const {
+  return T_map_end_ * relative_pose(time);
+}
 
 Vector3 ScanMotion::relative_begin_velocity() const {
   const Vector3 velocity = T_map_end_.rotation.conjugate() * velocities_.front();

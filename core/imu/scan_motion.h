@@ -16,9 +16,9 @@ class ScanMotion {
   /// `end`: state at the last sample's time. `samples` cover the scan; at least one.
   ScanMotion(const NavState& end, std::span<const ImuSample> samples);
 
-  /// The motion between two states: at the first sample's time that of `before`, at the last sample's time that of `end`.
-  /// What backward propagation leaves at `before` is spread over the step as white noise of the gyroscope and of the
-  /// accelerometer would most likely have made it: a rotation linear in time, a position cubic in time.
+  /// The motion between two states: at the first sample's time that of `before`, at the last sample's time that of
+  /// `end`. What backward propagation leaves at `before` is spread over the step as white noise of the gyroscope and of
+  /// the accelerometer would most likely have made it: a rotation linear in time, a position cubic in time.
   ScanMotion(const NavState& before, const NavState& end, std::span<const ImuSample> samples);
 
   /// T_end_t: takes points in the imu frame at `time` to the imu frame at the scan's end. Before the first sample and
@@ -48,8 +48,8 @@ class ScanMotion {
   Pose T_map_end_;
   Vector3 gravity_;
   std::vector<Time> times_;
-  std::vector<Pose> poses_;          // T_map_imu at times_
-  std::vector<Vector3> velocities_;  // map axes
+  std::vector<Pose> poses_;             // T_map_imu at times_
+  std::vector<Vector3> velocities_;     // map axes
   std::vector<ImuInterval> intervals_;  // interval i lies between times_[i] and times_[i + 1]
   std::optional<Correction> correction_;
 };

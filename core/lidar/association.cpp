@@ -28,9 +28,10 @@ float variance_by_pose(const Vector6f& jacobian, const Matrix6f& covariance) {
 
 /// How often a plane's error counts, along every residual.
 struct Repeats {
-  Matrix6f sides = Matrix6f::Zero();  ///< a column a direction: that of P = D Dᵀ in which scans are averaged `counts` times
+  Matrix6f sides =
+      Matrix6f::Zero();  ///< a column a direction: that of P = D Dᵀ in which scans are averaged `counts` times
   Vector6f counts = Vector6f::Zero();
-  float otherwise = 1.0F;             ///< where nothing is known of these directions
+  float otherwise = 1.0F;  ///< where nothing is known of these directions
 
   /// Between the least and the largest count: the mean by how much each direction moves the residual.
   float along(const Vector6f& jacobian) const {
@@ -40,9 +41,10 @@ struct Repeats {
   }
 };
 
-/// By the eigenvalues of P in those of S, each kept within what is sensible; a direction that one scan does not see counts the most
-/// times. Where it is metres wide, noisy normals look along it a little and every plane counts so often, which is too cautious
-/// across; without a say of such directions walkways with LiDAR cut to 10 m were a tenth worse and their NEES 1.23 for 1.05.
+/// By the eigenvalues of P in those of S, each kept within what is sensible; a direction that one scan does not see
+/// counts the most times. Where it is metres wide, noisy normals look along it a little and every plane counts so
+/// often, which is too cautious across; without a say of such directions walkways with LiDAR cut to 10 m were a tenth
+/// worse and their NEES 1.23 for 1.05.
 Repeats repeats_of(const ScanAveraging& averaging, double most) {
   Repeats result;
   result.otherwise = static_cast<float>(most);
@@ -71,8 +73,9 @@ struct Noise {
   double huber_sigmas;
 };
 
-void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s, const Pose& T_map_imu, const Eigen::Vector3f& beam_origin,
-                    const PlaneMap& map, const Noise& noise, std::vector<Correspondence>& result) {
+void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s, const Pose& T_map_imu,
+                    const Eigen::Vector3f& beam_origin, const PlaneMap& map, const Noise& noise,
+                    std::vector<Correspondence>& result) {
   const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
   // Doubles for the position: far from the map's origin floats lose millimetres, which the sum would keep.
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -90,9 +93,9 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     Vector6f jacobian;
     jacobian.head<3>() = point.cross(normal_in_imu);
     jacobian.tail<3>() = plane->normal;
-    const float by_sensor =
-        noise.variance_scale * (noise.range_variance * cosine_squared +
-                                noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance);
+    const float by_sensor = noise.variance_scale *
+                            (noise.range_variance * cosine_squared +
+                             noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance);
     const float by_plane = noise.variance_scale * plane->variance_at(place);
     const float variance = by_sensor + noise.repeats.along(jacobian) * by_plane;
     const float expected = variance + variance_by_pose(jacobian, noise.pose_covariance);
@@ -154,7 +157,8 @@ std::vector<double> squared_sigmas(std::span<const Correspondence> correspondenc
 
 double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
   const std::vector<double> squares = squared_sigmas(correspondences, T_map_imu);
-  return squares.empty() ? 0.0 : std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(squares.size());
+  return squares.empty() ? 0.0
+                         : std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(squares.size());
 }
 
 double residual_scale(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "core/geometry/pose.h"
+#include "core/lidar/correspondence.h"
 #include "core/lidar/plane_map.h"
 #include "core/option_checks.h"
-#include "core/lidar/correspondence.h"
 #include "core/sensor_suite.h"
 
 namespace lodestone {
@@ -25,9 +25,10 @@ struct AssociationOptions {
                   "nor has one whose residual is beyond this many sigmas of it, the predicted pose's own included");
     visitor.field("huber_sigmas", huber_sigmas, "point-to-plane residuals beyond this many sigmas are weighed down");
     visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
-    visitor.field("map_error_repeats", map_error_repeats,
-                  "an estimate averages the noise of scans, but not the error of a plane that they all meet: its variance "
-                  "counts as often as scans are averaged along its normal, at most so often");
+    visitor.field(
+        "map_error_repeats", map_error_repeats,
+        "an estimate averages the noise of scans, but not the error of a plane that they all meet: its variance "
+        "counts as often as scans are averaged along its normal, at most so often");
   }
 
   void check() const {
@@ -46,21 +47,22 @@ struct ScanAveraging {
 };
 
 /// Finds each point's plane at the pose `T_map_imu` and what its residual is worth. `points`: imu frame at the scan's
-/// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it, of
-/// the surface and of the plane's own fit, this one as often as scans are averaged along r. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no outlier.
-/// `variance_scale`: by which the log's own residuals exceed what sensor and plane explain (residual_scale).
-/// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken; none
-/// where that does not matter.
+/// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it,
+/// of the surface and of the plane's own fit, this one as often as scans are averaged along r. `pose_covariance` (φ,
+/// p): of `T_map_imu`; a residual within it is no outlier. `variance_scale`: by which the log's own residuals exceed
+/// what sensor and plane explain (residual_scale). Points in order; the result does not depend on threads. `ages_s`:
+/// how long before the scan's end each was taken; none where that does not matter.
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
                                       const AssociationOptions& options, std::span<const float> ages_s = {},
                                       const ScanAveraging& averaging = {}, double variance_scale = 1.0);
 
-/// Mean of r² at the pose over its variance by sensor and plane, the plane's error counted once: 1 where points lie as far from
-/// their planes as these explain. 0: no points.
+/// Mean of r² at the pose over its variance by sensor and plane, the plane's error counted once: 1 where points lie as
+/// far from their planes as these explain. 0: no points.
 double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 
-/// The same robustly: the median of r² over its variance, over the median of χ² with one degree of freedom (0.455). 0: no points.
+/// The same robustly: the median of r² over its variance, over the median of χ² with one degree of freedom (0.455). 0:
+/// no points.
 double residual_scale(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 
 /// Σ JᵀJ with weight one on metres, order φ, p: what the paper's rule looks at.

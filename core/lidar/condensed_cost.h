@@ -15,15 +15,15 @@ using Matrix13x6 = Eigen::Matrix<double, 13, 6>;
 /// columns), c the scan's centroid and t₀ the centroid's place at the pose of accumulation: Σ w r² = ξᵀ M ξ at every
 /// pose, not only at that one. Centring keeps the digits that squaring would lose. docs/design/architecture.md
 struct CondensedCost {
-  Matrix13 moment = Matrix13::Zero();     ///< M, whitened: Σ w a aᵀ, symmetric and positive semidefinite
-  Vector3 centroid = Vector3::Zero();     ///< c, imu frame
-  Vector3 anchor = Vector3::Zero();       ///< t₀, map frame
-  /// Σ w A C_n Aᵀ, tangent order φ, p: the information that errors of the planes' normals pretend to give at the pose of
-  /// accumulation. The honest pose information is the Hessian less this.
+  Matrix13 moment = Matrix13::Zero();  ///< M, whitened: Σ w a aᵀ, symmetric and positive semidefinite
+  Vector3 centroid = Vector3::Zero();  ///< c, imu frame
+  Vector3 anchor = Vector3::Zero();    ///< t₀, map frame
+  /// Σ w A C_n Aᵀ, tangent order φ, p: the information that errors of the planes' normals pretend to give at the pose
+  /// of accumulation. The honest pose information is the Hessian less this.
   Matrix6 spurious_information = Matrix6::Zero();
-  double weight_sum = 0.0;                ///< Σ w, 1/m²
-  double range_rms_m = 0.0;               ///< rms distance of the points from the imu: the lever arm of rotations
-  int count = 0;                          ///< correspondences
+  double weight_sum = 0.0;   ///< Σ w, 1/m²
+  double range_rms_m = 0.0;  ///< rms distance of the points from the imu: the lever arm of rotations
+  int count = 0;             ///< correspondences
 
   /// ξ at a pose.
   Vector13 coordinates(const Pose& T_map_imu) const;
@@ -38,10 +38,10 @@ struct CondensedCost {
   Matrix6 hessian(const Pose& T_map_imu) const;
   Vector6 gradient(const Pose& T_map_imu) const;
 
-  /// P = I − H⁻¹ S with S the spurious information, within what is between nothing and all. A wrong normal makes the Jacobian
-  /// wrong and its square too large: the scan pretends to see what it does not, and draws the estimate to where it is
-  /// linearized. Looking at a motion through P gives back both, the information (H − S) H⁻¹ (H − S) and the step
-  /// −(H − S)⁻¹ g, the corrected least squares of errors in variables (Fuller 1987).
+  /// P = I − H⁻¹ S with S the spurious information, within what is between nothing and all. A wrong normal makes the
+  /// Jacobian wrong and its square too large: the scan pretends to see what it does not, and draws the estimate to
+  /// where it is linearized. Looking at a motion through P gives back both, the information (H − S) H⁻¹ (H − S) and the
+  /// step −(H − S)⁻¹ g, the corrected least squares of errors in variables (Fuller 1987).
   Matrix6 seen_share(const Pose& T_map_imu) const;
 };
 

@@ -22,14 +22,15 @@ struct PointMoments {
 
 /// A plane with the variance of its own fit. Floats: it is stored by the million.
 struct Plane {
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero(); ///< unit, map axes
-  Eigen::Vector3f center = Eigen::Vector3f::Zero(); ///< centroid of its points, map, metres
-  Eigen::Vector3f major = Eigen::Vector3f::Zero(); ///< unit, in the plane: direction of largest spread; the third axis is normal × major
-  float offset_variance = 0.0F;    ///< m²: variance of the plane's height at its centre
-  float major_tilt_variance = 0.0F;   ///< rad²: variance of the slope along `major`
-  float minor_tilt_variance = 0.0F;   ///< rad²: variance of the slope along normal × major
-  float thickness = 0.0F;          ///< m: rms distance of its points from it
-  std::int32_t count = 0;      ///< points it was fitted to
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, map axes
+  Eigen::Vector3f center = Eigen::Vector3f::Zero();  ///< centroid of its points, map, metres
+  Eigen::Vector3f major =
+      Eigen::Vector3f::Zero();   ///< unit, in the plane: direction of largest spread; the third axis is normal × major
+  float offset_variance = 0.0F;  ///< m²: variance of the plane's height at its centre
+  float major_tilt_variance = 0.0F;  ///< rad²: variance of the slope along `major`
+  float minor_tilt_variance = 0.0F;  ///< rad²: variance of the slope along normal × major
+  float thickness = 0.0F;            ///< m: rms distance of its points from it
+  std::int32_t count = 0;            ///< points it was fitted to
 
   /// Signed distance of a map point, metres.
   float distance(const Eigen::Vector3f& point) const { return normal.dot(point - center); }
@@ -47,9 +48,9 @@ struct Plane {
 /// When a set of points counts as a plane.
 struct PlaneFitOptions {
   int min_points = 6;
-  double max_thickness_m = 0.03;   ///< rms distance from the plane
+  double max_thickness_m = 0.03;     ///< rms distance from the plane
   double max_thickness_ratio = 0.3;  ///< thickness over the smaller in-plane spread
-  double min_spread_m = 0.04;      ///< the smaller in-plane spread (one sigma): a line is no plane
+  double min_spread_m = 0.04;        ///< the smaller in-plane spread (one sigma): a line is no plane
 
   template <class Visitor>
   void visit(Visitor& visitor) {

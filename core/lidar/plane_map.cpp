@@ -40,9 +40,7 @@ PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOption
 }
 
 PlaneMap::PlaneMap(std::span<const VoxelPlane> voxels, const PlaneThickness& thickness, const PlaneMapOptions& options)
-    : options_(options),
-      inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)),
-      thickness_(thickness) {
+    : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)), thickness_(thickness) {
   insert(voxels);
 }
 
@@ -87,7 +85,9 @@ PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
   }
 }
 
-const Plane* PlaneMap::at(const Eigen::Vector3f& point) const { return find(voxel_of(point, inverse_voxel_)).plane; }
+const Plane* PlaneMap::at(const Eigen::Vector3f& point) const {
+  return find(voxel_of(point, inverse_voxel_)).plane;
+}
 
 bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const {
   const Eigen::Vector3f foot = point - plane.normal * plane.distance(point);

@@ -11,9 +11,10 @@
 namespace lodestone {
 
 /// The prior cloud map as planes, fitted once, in a voxel hash. Immutable; look-ups are thread-safe and take tens of
-/// nanoseconds. A surface that lies in a voxel's face would have its noise cut in two, each half a plane of its own beside
-/// the true one; so each voxel is fitted to its points and those within a margin of it. A voxel's plane depends on these
-/// alone: maps cut into tiles that overlap by the margin give the same planes. A map in memory is a source of itself.
+/// nanoseconds. A surface that lies in a voxel's face would have its noise cut in two, each half a plane of its own
+/// beside the true one; so each voxel is fitted to its points and those within a margin of it. A voxel's plane depends
+/// on these alone: maps cut into tiles that overlap by the margin give the same planes. A map in memory is a source of
+/// itself.
 class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_this<PlaneMap> {
  public:
   /// Fits a plane to each voxel of `points` (map frame, metres; finite). The result does not depend on threads.
@@ -31,12 +32,12 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   /// The plane of the voxel that holds `point`; nullptr where there is none.
   const Plane* at(const Eigen::Vector3f& point) const;
 
-  /// The plane for a point that may lie just over a voxel's edge: that of its own voxel; where that voxel holds no points
-  /// of the map at all, the closest of those of the three voxels across the nearest faces. nullptr where none is within
-  /// `max_distance_m`, and where the point's own voxel holds something that is no plane: an edge between two surfaces
-  /// would lend its points to the wrong one. Nor where noise could carry the point, along the normal by the margin, over to
-  /// a voxel that would not take it to the same surface: points in front of a wall would then be taken and those behind it
-  /// not, and the wall would seem to stand nearer than it does.
+  /// The plane for a point that may lie just over a voxel's edge: that of its own voxel; where that voxel holds no
+  /// points of the map at all, the closest of those of the three voxels across the nearest faces. nullptr where none is
+  /// within `max_distance_m`, and where the point's own voxel holds something that is no plane: an edge between two
+  /// surfaces would lend its points to the wrong one. Nor where noise could carry the point, along the normal by the
+  /// margin, over to a voxel that would not take it to the same surface: points in front of a wall would then be taken
+  /// and those behind it not, and the wall would seem to stand nearer than it does.
   const Plane* match(const Eigen::Vector3f& point, float max_distance_m) const;
 
   const std::vector<Plane>& planes() const { return planes_; }

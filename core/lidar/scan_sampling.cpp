@@ -119,7 +119,8 @@ std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lid
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const int ring = kept[i].ring;
       const double probability = std::min(1.0, kVoxelsOfASurface / counts.surroundings(slots[i]));
-      if (rings.try_emplace(ring, static_cast<std::uint64_t>(ring) + 1).first->second.take(probability)) kept[size++] = kept[i];
+      if (rings.try_emplace(ring, static_cast<std::uint64_t>(ring) + 1).first->second.take(probability))
+        kept[size++] = kept[i];
     }
     kept.resize(size);
   }

@@ -74,9 +74,12 @@ std::array<double, kGroups> functions_at(double share, double step_s) {
   return result;
 }
 
-constexpr bool turns(int group) { return group == 0 || (group >= kStates && group < kStates + kTurnModes); }
+constexpr bool turns(int group) {
+  return group == 0 || (group >= kStates && group < kStates + kTurnModes);
+}
 
-/// Rows [(p − c) × Rᵀn; n] of a point as linear in its row a of ξ; `lever`: the scan's centroid from c, where the imu was.
+/// Rows [(p − c) × Rᵀn; n] of a point as linear in its row a of ξ; `lever`: the scan's centroid from c, where the imu
+/// was.
 Eigen::Matrix<double, 6, 13> motion_rows(const Matrix3& rotation, const Vector3& lever) {
   Eigen::Matrix<double, 6, 13> result = Eigen::Matrix<double, 6, 13>::Zero();
   for (int i = 0; i < 3; ++i) {
@@ -121,7 +124,8 @@ Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deske
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) information.block<3, 3>(3 + 3 * i, 3 + 3 * j) = known(i, j) * Matrix3::Identity();
   }
-  const Eigen::Matrix<double, 16, 16> rest = marginal<16>(Matrix25(order.transpose() * given_both * order), information);
+  const Eigen::Matrix<double, 16, 16> rest =
+      marginal<16>(Matrix25(order.transpose() * given_both * order), information);
   Matrix25 result = Matrix25::Zero();
   result.topLeftCorner<13, 13>() = rest.topLeftCorner<13, 13>();
   result.block<13, 3>(0, 16) = rest.block<13, 3>(0, 13);
@@ -190,8 +194,8 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
     information.segment<3>(3 * mode).setConstant(1.0 / variance);
   }
   for (int mode = 0; mode < kShiftModes; ++mode) {
-    const double variance = deskewing.accelerometer_density * std::pow(step_s, 3) /
-                            std::pow(kClamped[static_cast<std::size_t>(mode)], 4);
+    const double variance =
+        deskewing.accelerometer_density * std::pow(step_s, 3) / std::pow(kClamped[static_cast<std::size_t>(mode)], 4);
     information.segment<3>(3 * (kTurnModes + mode)).setConstant(1.0 / variance);
   }
   result.given_both = marginal<25>(all, information.asDiagonal());

@@ -10,11 +10,12 @@ namespace lodestone {
 using Vector25 = Eigen::Matrix<double, 25, 1>;
 using Matrix25 = Eigen::Matrix<double, 25, 25>;
 
-/// All point-to-plane residuals of a deskewed scan as one quadratic form in y = [ξ; η]: ξ of the condensed cost, at the pose
-/// of the scan's end, and η how the states at both ends of the step depart from the motion that the scan was deskewed with
-/// (Deskewing::departure). A point of age t has r = aᵀ ξ + w (p × Rᵀn)ᵀ turn + nᵀ (Hermite cubic of the rest), w = t / step.
-/// The noise of the IMU between both ends, given both, is marginalized by its first modes of Karhunen and Loève: of the
-/// gyroscope a Brownian bridge, of the accelerometer the bridge of an integrated Brownian motion.
+/// All point-to-plane residuals of a deskewed scan as one quadratic form in y = [ξ; η]: ξ of the condensed cost, at the
+/// pose of the scan's end, and η how the states at both ends of the step depart from the motion that the scan was
+/// deskewed with (Deskewing::departure). A point of age t has r = aᵀ ξ + w (p × Rᵀn)ᵀ turn + nᵀ (Hermite cubic of the
+/// rest), w = t / step. The noise of the IMU between both ends, given both, is marginalized by its first modes of
+/// Karhunen and Loève: of the gyroscope a Brownian bridge, of the accelerometer the bridge of an integrated Brownian
+/// motion.
 struct SweptCost {
   Matrix25 given_both = Matrix25::Zero();  ///< the moment of y, given the states at both ends of the step
   Matrix25 given_end = Matrix25::Zero();   ///< given the scan's end alone: of η the slope at the end remains

@@ -27,9 +27,12 @@ struct Entry {
 using Wanted = std::function<bool(const Eigen::Vector3i&)>;
 
 /// Beyond, a key would be that of a voxel elsewhere.
-bool has_key(const Eigen::Vector3i& voxel) { return voxel.minCoeff() >= -kOffset && voxel.maxCoeff() < kOffset; }
+bool has_key(const Eigen::Vector3i& voxel) {
+  return voxel.minCoeff() >= -kOffset && voxel.maxCoeff() < kOffset;
+}
 
-void append_memberships(const VoxelRange& range, std::uint32_t index, const Wanted& wanted, std::vector<Entry>& entries) {
+void append_memberships(const VoxelRange& range, std::uint32_t index, const Wanted& wanted,
+                        std::vector<Entry>& entries) {
   for (int x = range.low.x(); x <= range.high.x(); ++x) {
     for (int y = range.low.y(); y <= range.high.y(); ++y) {
       for (int z = range.low.z(); z <= range.high.z(); ++z) {
@@ -61,10 +64,10 @@ std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, c
   return entries;
 }
 
-/// Puts the plane's height to where those of its points are whose foot on it lies within the voxel, which scans will meet.
-/// The margin is there for walls in a voxel's face, and for a steady normal; sideways it makes the chord of a curved surface
-/// longer than the voxel, and so too deep where it is used. Normal and thickness stay those of the whole box: of the voxel alone
-/// the normal has five times the variance, and noise of normals pretends to see along a tunnel.
+/// Puts the plane's height to where those of its points are whose foot on it lies within the voxel, which scans will
+/// meet. The margin is there for walls in a voxel's face, and for a steady normal; sideways it makes the chord of a
+/// curved surface longer than the voxel, and so too deep where it is used. Normal and thickness stay those of the whole
+/// box: of the voxel alone the normal has five times the variance, and noise of normals pretends to see along a tunnel.
 void take_height_from_within(std::span<const Eigen::Vector3f> points, std::span<const Entry> members,
                              const PlaneMapOptions& options, Plane& plane) {
   constexpr float kTolerance_m = 0.005F;  // for walls whose noise crosses the voxel's faces
@@ -131,7 +134,9 @@ std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points
   return voxels;
 }
 
-double PlaneThickness::log_spread() const { return low_m > 0.0 ? std::log(median_m / low_m) : 0.0; }
+double PlaneThickness::log_spread() const {
+  return low_m > 0.0 ? std::log(median_m / low_m) : 0.0;
+}
 
 double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options) {
   constexpr double kStandardDeviations = 3.0;

@@ -19,8 +19,8 @@ class FieldNodes {
  public:
   virtual ~FieldNodes() = default;
 
-  /// The nodes (B_x, B_y, B_z, σ), µT, of a rectangle within the grid, row by row from below, into `nodes`; NaN marks one
-  /// without field. Returns false, whatever `nodes` then holds, where none of them has field. Thread-safe.
+  /// The nodes (B_x, B_y, B_z, σ), µT, of a rectangle within the grid, row by row from below, into `nodes`; NaN marks
+  /// one without field. Returns false, whatever `nodes` then holds, where none of them has field. Thread-safe.
   virtual bool read(int layer, int row, int column, int rows, int columns, Eigen::Vector4f* nodes) const = 0;
 };
 

@@ -13,9 +13,10 @@ struct FieldMapOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("max_memory_mb", max_memory_mb,
-                  "most of the magnetic map's tiles in memory; those round the robot are read from its file, the others go. "
-                  "The results are the same");
+    visitor.field(
+        "max_memory_mb", max_memory_mb,
+        "most of the magnetic map's tiles in memory; those round the robot are read from its file, the others go. "
+        "The results are the same");
   }
 
   void check() const { option_checks::within("max_memory_mb", max_memory_mb, 0.0, 1e6); }

@@ -8,17 +8,19 @@
 
 namespace lodestone {
 
-/// A square of the grid's cells with all that interpolation in them asks for: their nodes, one more ring of nodes below and
-/// above, and ghosts. Nodes without field that touch the field are ghosts: they hold a linear extrapolation for the outer
-/// nodes of a bicubic patch, and σ = NaN, so that no cell at them is answered. What a tile holds does not depend on how
-/// the map is cut.
+/// A square of the grid's cells with all that interpolation in them asks for: their nodes, one more ring of nodes below
+/// and above, and ghosts. Nodes without field that touch the field are ghosts: they hold a linear extrapolation for the
+/// outer nodes of a bicubic patch, and σ = NaN, so that no cell at them is answered. What a tile holds does not depend
+/// on how the map is cut.
 class FieldTile {
  public:
-  static constexpr int cells = 64;         ///< a side
-  static constexpr int stride = cells + 3;  ///< nodes a side: one before the first cell's, two after the last cell's first
+  static constexpr int cells = 64;  ///< a side
+  static constexpr int stride =
+      cells + 3;  ///< nodes a side: one before the first cell's, two after the last cell's first
 
   /// The tile whose lowest cell is (row, column) of `layer`; null where none of its nodes has field.
-  static std::unique_ptr<const FieldTile> make(const FieldGrid& grid, const FieldNodes& nodes, int layer, int row, int column);
+  static std::unique_ptr<const FieldTile> make(const FieldGrid& grid, const FieldNodes& nodes, int layer, int row,
+                                               int column);
 
   /// The node at (row, column) from the tile's lowest node, −1 to cells + 1; rows lie `stride` apart.
   const Eigen::Vector4f* node(int row, int column) const {

@@ -18,7 +18,9 @@ thread_local std::array<Remembered, 8> remembered;
 
 std::atomic<std::uint64_t> next_serial{1};
 
-int tiles_along(int nodes) { return std::max(1, (nodes - 1 + FieldTile::cells - 1) / FieldTile::cells); }
+int tiles_along(int nodes) {
+  return std::max(1, (nodes - 1 + FieldTile::cells - 1) / FieldTile::cells);
+}
 
 }  // namespace
 

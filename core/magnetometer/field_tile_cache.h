@@ -30,7 +30,7 @@ class FieldTileCache {
   /// Throws what the source of the nodes throws.
   const FieldTile* find(int layer, int row, int column) const;
 
-  std::int64_t loads() const;              ///< tiles with field that were made so far
+  std::int64_t loads() const;               ///< tiles with field that were made so far
   std::size_t most_resident_bytes() const;  ///< the most that were in memory at once
 
  private:

@@ -15,7 +15,7 @@ namespace {
 struct Evaluation {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
-  double cost = 0.0;             ///< ½ Σ r²/σ²
+  double cost = 0.0;              ///< ½ Σ r²/σ²
   double squared_residual = 0.0;  ///< µT²
   std::vector<double> map_variance;
 };
@@ -116,7 +116,8 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::
     const double cost = now.cost + 0.5 * difference.dot(prior_information * difference);
 
     // The prior makes the normal matrix regular, so that the step descends; it is shortened until the cost falls. Where
-    // no step worth the name does so, this is the minimum: bilinear interpolation has kinks at which the slope is not 0.
+    // no step worth the name does so, this is the minimum: bilinear interpolation has kinks at which the slope is not
+    // 0.
     Vector6 step = -(now.information + trust).ldlt().solve(gradient);
     double length = std::sqrt(step.dot(trust * step));  // in prior sigmas
     for (;; step *= 0.3, length *= 0.3) {

@@ -11,25 +11,26 @@ namespace lodestone {
 
 struct MagneticLocalizationOptions {
   FieldInterpolation interpolation = FieldInterpolation::bilinear;
-  bool map_sigma = true;       ///< a reading's variance is the sensor's plus the map's; false: the sensor's alone
+  bool map_sigma = true;  ///< a reading's variance is the sensor's plus the map's; false: the sensor's alone
   int max_iterations = 20;
   double step_tolerance = 1e-4;  ///< converged when no step longer than this, in prior sigmas, lowers the cost
-  double unseen_gain = 0.1;    ///< a direction is unseen where field information × prior variance is below this
+  double unseen_gain = 0.1;      ///< a direction is unseen where field information × prior variance is below this
 };
 
 /// One magnetometer's reading as the localization takes it.
 struct LocalizationReading {
-  Pose T_imu_mag;  ///< takes points in the magnetometer's frame at the reading's time to the imu frame of the pose sought
+  Pose T_imu_mag;  ///< takes points in the magnetometer's frame at the reading's time to the imu frame of the pose
+                   ///< sought
   Vector3 measured_ut = Vector3::Zero();  ///< less its bias, magnetometer axes
   double variance_ut2 = 1.0;              ///< of a component; with options.map_sigma the map's comes on top
 };
 
 /// What one array sample says of the pose.
 struct MagneticLocalization {
-  Pose T_map_imu;                          ///< at the sample's time
+  Pose T_map_imu;  ///< at the sample's time
   /// Σ Jᵀ J / σ² at the result, order φ, p: the field's information alone. Singular where the field is uniform.
   Matrix6 information = Matrix6::Zero();
-  Vector6 gradient = Vector6::Zero();      ///< Σ Jᵀ r / σ² at the result: the field's alone, not zero beside a prior
+  Vector6 gradient = Vector6::Zero();  ///< Σ Jᵀ r / σ² at the result: the field's alone, not zero beside a prior
   /// (information + prior⁻¹)⁻¹: of T_map_imu, prior included.
   Matrix6 covariance = Matrix6::Zero();
   /// Columns: directions of the tangent space, each one prior sigma long and independent of each other under the prior;
@@ -45,9 +46,9 @@ struct MagneticLocalization {
   bool converged = false;
 };
 
-/// Magnetic localization of one array sample (eq:mag_loc_estimate) by Gauss-Newton with a line search, from the prediction
-/// and with it as a prior (docs/design/architecture.md): directions that the field does not see stay where they were predicted
-/// instead of taking up noise, and are reported. A step never takes a used reading off the map.
+/// Magnetic localization of one array sample (eq:mag_loc_estimate) by Gauss-Newton with a line search, from the
+/// prediction and with it as a prior (docs/design/architecture.md): directions that the field does not see stay where
+/// they were predicted instead of taking up noise, and are reported. A step never takes a used reading off the map.
 /// `predicted`: T_map_imu at the sample's time. `prior`: its covariance, order φ (right), p (map).
 /// `bias_ut`: per magnetometer, in its frame, taken off the readings; empty: none.
 /// With no reading on the map the result is the prediction, not converged.
@@ -57,7 +58,8 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, const
                               const MagneticLocalizationOptions& options, std::span<const Vector3> bias_ut = {});
 
 /// The same from readings that each bring their own variance, and of a pose at another time than theirs.
-MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::span<const LocalizationReading> readings,
-                              const MagneticMap& map, const MagneticLocalizationOptions& options);
+MagneticLocalization localize(const Pose& predicted, const Matrix6& prior,
+                              std::span<const LocalizationReading> readings, const MagneticMap& map,
+                              const MagneticLocalizationOptions& options);
 
 }  // namespace lodestone

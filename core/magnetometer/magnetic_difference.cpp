@@ -14,7 +14,8 @@ namespace {
 constexpr int piece_nodes = 64;
 
 Vector3 node_position(const FieldGrid& grid, int layer, int row, int column) {
-  return {grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row, grid.heights_m[layer]};
+  return {grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row,
+          grid.heights_m[layer]};
 }
 
 /// A map's field and sigma somewhere.
@@ -23,15 +24,16 @@ struct MapSample {
   double sigma_ut;
 };
 
-/// At a node of the map its very value: interpolation at the edge of the field may ask for a neighbour that is not there.
+/// At a node of the map its very value: interpolation at the edge of the field may ask for a neighbour that is not
+/// there.
 std::optional<MapSample> sample(const MagneticMap& map, const Vector3& position) {
   const FieldGrid& grid = map.grid();
   const Eigen::Array2d place = (position.head<2>() - grid.origin).array() / grid.resolution_m;
   const Eigen::Array2d nearest = place.round();
   const auto height = std::find(grid.heights_m.begin(), grid.heights_m.end(), position.z());
   const bool at_height = grid.heights_m.size() == 1 || height != grid.heights_m.end();
-  if (at_height && (place - nearest).abs().maxCoeff() < 1e-6 && nearest.minCoeff() >= 0.0 && nearest.x() < grid.columns &&
-      nearest.y() < grid.rows) {
+  if (at_height && (place - nearest).abs().maxCoeff() < 1e-6 && nearest.minCoeff() >= 0.0 &&
+      nearest.x() < grid.columns && nearest.y() < grid.rows) {
     const auto layer = grid.heights_m.size() == 1 ? 0 : static_cast<int>(height - grid.heights_m.begin());
     const Eigen::Vector4f node = map.node(layer, static_cast<int>(nearest.y()), static_cast<int>(nearest.x()));
     if (!(node[3] <= map.max_sigma_ut())) return std::nullopt;

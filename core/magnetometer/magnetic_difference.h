@@ -32,20 +32,21 @@ struct MagneticDifference {
   double compared_m2 = 0.0;             ///< where both have field in a layer
   double only_first_m2 = 0.0;           ///< where only the first has
   double only_second_m2 = 0.0;
-  std::int64_t nodes = 0;               ///< compared, all layers
-  double mean_ut = 0.0;                 ///< of |ΔB|
+  std::int64_t nodes = 0;  ///< compared, all layers
+  double mean_ut = 0.0;    ///< of |ΔB|
   double rms_ut = 0.0;
-  double high_ut = 0.0;                 ///< 95 % of the nodes lie below
+  double high_ut = 0.0;  ///< 95 % of the nodes lie below
   double largest_ut = 0.0;
   Vector3 largest_at = Vector3::Zero();  ///< map
-  /// |ΔB| / √(σ_first² + σ_second²), σ of one component: the root mean square, divided by √3. 1 where only the maps' own
-  /// errors, independent and honestly predicted, lie between them.
+  /// |ΔB| / √(σ_first² + σ_second²), σ of one component: the root mean square, divided by √3. 1 where only the maps'
+  /// own errors, independent and honestly predicted, lie between them.
   double normalized_rms = 0.0;
   double share_above_three_sigma = 0.0;  ///< of nodes with |ΔB| > 3 √(σ_first² + σ_second²); 2.9 % by chance alone
 };
 
-/// Compares `second` with `first` at the first's nodes, by bicubic interpolation: grids, resolutions and layers may differ.
-/// A map of one layer answers at any height. The same bits on any number of threads. Nothing compared: `nodes` is 0.
+/// Compares `second` with `first` at the first's nodes, by bicubic interpolation: grids, resolutions and layers may
+/// differ. A map of one layer answers at any height. The same bits on any number of threads. Nothing compared: `nodes`
+/// is 0.
 MagneticDifference compare_maps(const MagneticMap& first, const MagneticMap& second);
 
 }  // namespace lodestone

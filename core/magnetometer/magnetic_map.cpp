@@ -122,7 +122,8 @@ MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nod
   tiles_ = std::make_shared<FieldTileCache>(grid_, ArrayNodes(grid_, nodes));
 }
 
-MagneticMap::MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes)
+MagneticMap::MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut,
+                         std::size_t max_bytes)
     : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut) {
   check_grid(grid_);
   tiles_ = std::make_shared<FieldTileCache>(grid_, std::move(nodes), max_bytes);
@@ -150,13 +151,16 @@ std::vector<Eigen::Vector4f> MagneticMap::nodes() const {
 }
 
 void MagneticMap::for_each_node(const std::function<void(const Eigen::Vector4f& node)>& visit) const {
-  const auto end = [](int tile, int tiles, int nodes) { return tile + 1 == tiles ? nodes : (tile + 1) * FieldTile::cells; };
+  const auto end = [](int tile, int tiles, int nodes) {
+    return tile + 1 == tiles ? nodes : (tile + 1) * FieldTile::cells;
+  };
   for (int layer = 0; layer < static_cast<int>(grid_.heights_m.size()); ++layer) {
     for (int tile_row = 0; tile_row < tiles_->rows(); ++tile_row) {
       for (int tile_column = 0; tile_column < tiles_->columns(); ++tile_column) {
         if (tiles_->find(layer, tile_row, tile_column) == nullptr) continue;
         for (int row = tile_row * FieldTile::cells; row < end(tile_row, tiles_->rows(), grid_.rows); ++row) {
-          for (int column = tile_column * FieldTile::cells; column < end(tile_column, tiles_->columns(), grid_.columns); ++column) {
+          for (int column = tile_column * FieldTile::cells; column < end(tile_column, tiles_->columns(), grid_.columns);
+               ++column) {
             if (const Eigen::Vector4f one = node(layer, row, column); std::isfinite(one[3])) visit(one);
           }
         }

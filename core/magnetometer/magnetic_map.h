@@ -23,19 +23,19 @@ constexpr auto enum_names(FieldInterpolation) {
 
 /// The field at one point of the map frame.
 struct FieldValue {
-  Vector3 field_ut = Vector3::Zero();      ///< µT, map axes
-  Matrix3 gradient = Matrix3::Zero();      ///< ∂B_i/∂x_j, µT/m; the exact derivative of the interpolation used
-  double sigma_ut = 0.0;                   ///< posterior one sigma a component, µT
+  Vector3 field_ut = Vector3::Zero();  ///< µT, map axes
+  Matrix3 gradient = Matrix3::Zero();  ///< ∂B_i/∂x_j, µT/m; the exact derivative of the interpolation used
+  double sigma_ut = 0.0;               ///< posterior one sigma a component, µT
 };
 
 /// The ambient magnetic field on a regular grid, one or several layers, with posterior sigma at each node.
-/// Immutable; queries are thread-safe. It is held in tiles, those without field take no memory; a map may hold but some of
-/// the others and read them again when a query comes to them, with the same bits. Copies share their tiles.
+/// Immutable; queries are thread-safe. It is held in tiles, those without field take no memory; a map may hold but some
+/// of the others and read them again when a query comes to them, with the same bits. Copies share their tiles.
 class MagneticMap {
  public:
   /// A map in memory. `nodes`: layer-major, then row, then column; (B_x, B_y, B_z, σ) in µT. NaN marks a node without
-  /// field. `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a side
-  /// has fewer than two nodes, or heights do not increase.
+  /// field. `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a
+  /// side has fewer than two nodes, or heights do not increase.
   MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut);
 
   /// A map of which up to `max_bytes` of tiles are in memory: those that were asked for last. Throws as above.

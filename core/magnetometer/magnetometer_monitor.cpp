@@ -9,12 +9,12 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kSame = 0.02;       // of the sensor's noise: what differs by less is the same
-constexpr int kRepeats = 20;         // readings in a row that no noise makes the same
+constexpr double kSame = 0.02;  // of the sensor's noise: what differs by less is the same
+constexpr int kRepeats = 20;    // readings in a row that no noise makes the same
 constexpr int kRepeatsAtShownLimit = 3;
-constexpr Time kHeld = 100'000'000;  // and for so long: a driver may repeat a slow sensor's readings
-constexpr double kVaries = 5.0;      // times the noise: more than noise within a run
-constexpr double kSpike = 7.0;       // sigmas from the neighbours' median
+constexpr Time kHeld = 100'000'000;      // and for so long: a driver may repeat a slow sensor's readings
+constexpr double kVaries = 5.0;          // times the noise: more than noise within a run
+constexpr double kSpike = 7.0;           // sigmas from the neighbours' median
 constexpr double kNormalSigma = 1.4826;  // of a normal distribution over its median absolute deviation
 constexpr Time kSilent = 1'000'000'000;
 
@@ -24,7 +24,9 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-std::string seconds(Time time) { return fmt::format("{:.3f} s", to_seconds(time)); }
+std::string seconds(Time time) {
+  return fmt::format("{:.3f} s", to_seconds(time));
+}
 
 }  // namespace
 
@@ -42,7 +44,8 @@ bool MagnetometerMonitor::stays(std::size_t j, const Vector3& reading, Time time
   int held = 0;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     Run& run = sensor.runs[static_cast<std::size_t>(axis)];
-    if (run.readings == 0 || std::abs(reading[axis] - run.held_ut) > same_ut) run = {0, time, reading[axis], reading, reading};
+    if (run.readings == 0 || std::abs(reading[axis] - run.held_ut) > same_ut)
+      run = {0, time, reading[axis], reading, reading};
     ++run.readings;
     run.low_ut = run.low_ut.cwiseMin(reading);
     run.high_ut = run.high_ut.cwiseMax(reading);
@@ -117,13 +120,17 @@ std::optional<std::vector<MagneticArraySample>> MagnetometerMonitor::without_unh
       const bool stuck = stays(j, readings[i], time);
       const bool limited = !stuck && !is_spike[i] && at_limit(j, readings[i], time);
       if (stuck) {
-        warn("stuck", j, fmt::format("the same reading ({:.2f} {:.2f} {:.2f} µT) again and again from {} on; left out",
-                                     readings[i].x(), readings[i].y(), readings[i].z(), seconds(sensor.runs[0].since)), time);
+        warn("stuck", j,
+             fmt::format("the same reading ({:.2f} {:.2f} {:.2f} µT) again and again from {} on; left out",
+                         readings[i].x(), readings[i].y(), readings[i].z(), seconds(sensor.runs[0].since)),
+             time);
       } else if (is_spike[i]) {
         warn("spike", j, "a reading far from its neighbours in time at " + seconds(time) + "; left out", time);
       } else if (limited) {
-        warn("limit", j, fmt::format("a component does not go beyond {:.2f} µT at {}; readings that reach it are left out",
-                                     sensor.limit_ut.minCoeff(), seconds(time)), time);
+        warn("limit", j,
+             fmt::format("a component does not go beyond {:.2f} µT at {}; readings that reach it are left out",
+                         sensor.limit_ut.minCoeff(), seconds(time)),
+             time);
       }
       if (stuck || is_spike[i] || limited) {
         result[places[i]].field_ut[j].reset();

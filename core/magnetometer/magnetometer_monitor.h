@@ -11,25 +11,26 @@
 
 namespace lodestone {
 
-/// Watches each magnetometer of the array by its own readings alone, before any map or pose has a say, and leaves out what
-/// cannot be a measurement:
+/// Watches each magnetometer of the array by its own readings alone, before any map or pose has a say, and leaves out
+/// what cannot be a measurement:
 /// - stuck: all components stay what they are, to a fiftieth of the sensor's noise, over 20 readings and 0.1 s;
 /// - at its limit: one or two components do so while another one varies by more than noise does. From then on whatever
-///   reaches that limit is left out at once, until a reading goes well beyond it. Sensors of an array are of one make: where
-///   one has shown its limit, three readings in a row of the very same size show that it is another's too;
+///   reaches that limit is left out at once, until a reading goes well beyond it. Sensors of an array are of one make:
+///   where one has shown its limit, three readings in a row of the very same size show that it is another's too;
 /// - spikes: a single reading far from the median of its neighbours in time;
 /// and tells of magnetometers that fell silent. What it does not leave out it does not change.
 ///
-/// Counted in the warnings, for each magnetometer by its name: magnetometer.stuck.NAME, .limit.NAME, .spike.NAME (readings
-/// left out) and .silent.NAME (scans without a reading for a second).
+/// Counted in the warnings, for each magnetometer by its name: magnetometer.stuck.NAME, .limit.NAME, .spike.NAME
+/// (readings left out) and .silent.NAME (scans without a reading for a second).
 class MagnetometerMonitor {
  public:
   /// `warnings` may be null; it must outlive this.
   MagnetometerMonitor(const SensorSuite& suite, WarningLog* warnings);
 
-  /// The samples of a bundle, which follow those of the bundle before, without the unhealthy readings; `end`: the bundle's.
-  /// Nothing where all are healthy.
-  std::optional<std::vector<MagneticArraySample>> without_unhealthy(const std::vector<MagneticArraySample>& samples, Time end);
+  /// The samples of a bundle, which follow those of the bundle before, without the unhealthy readings; `end`: the
+  /// bundle's. Nothing where all are healthy.
+  std::optional<std::vector<MagneticArraySample>> without_unhealthy(const std::vector<MagneticArraySample>& samples,
+                                                                    Time end);
 
  private:
   /// Readings in a row in which one component stays what it is.
@@ -43,7 +44,7 @@ class MagnetometerMonitor {
   struct Sensor {
     std::array<Run, 3> runs;
     Vector3 limit_ut = Vector3::Constant(std::numeric_limits<double>::infinity());
-    std::vector<Vector3> before;           // its last two readings
+    std::vector<Vector3> before;  // its last two readings
     std::optional<Time> last;
   };
 

@@ -15,7 +15,8 @@ using Vector5 = Eigen::Matrix<double, 5, 1>;
 constexpr int curl_free_evaluations = 60;
 constexpr double curl_free_tolerance = 1e-2;  // nats, of some thousand values
 
-/// The kernel in units of the length scales: with a_i = d_i / ℓ_i and g_i = ℓ / ℓ_i it is σ² g_i g_j (δ_ij − a_i a_j) E.
+/// The kernel in units of the length scales: with a_i = d_i / ℓ_i and g_i = ℓ / ℓ_i it is σ² g_i g_j (δ_ij − a_i a_j)
+/// E.
 struct ScaledOffset {
   Vector3 a;
   Matrix3 form;        ///< δ − a aᵀ
@@ -131,8 +132,8 @@ CurlFreeFit fit_curl_free_kernel(const std::vector<std::vector<FieldCell>>& sets
   const auto likelihood = [&](const std::vector<FieldCell>& cells, const Vector5& logarithms, Vector5* gradient) {
     return log_marginal_likelihood(cells, kernel_of(logarithms, start.mean_ut), gradient);
   };
-  const BoundedMinimum<5> found = most_likely<5>(sets, starts, lower.array().log(), upper.array().log(), values, curl_free_tolerance,
-                                                 curl_free_evaluations, likelihood);
+  const BoundedMinimum<5> found = most_likely<5>(sets, starts, lower.array().log(), upper.array().log(), values,
+                                                 curl_free_tolerance, curl_free_evaluations, likelihood);
   return {kernel_of(found.point, start.mean_ut), -found.value, found.evaluations, found.converged};
 }
 

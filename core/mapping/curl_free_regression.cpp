@@ -11,7 +11,8 @@
 namespace lodestone {
 namespace {
 
-/// Weights of the basis functions, and behind them b, in units of their prior sigmas: normal with information I + Fᵀ R⁻¹ F.
+/// Weights of the basis functions, and behind them b, in units of their prior sigmas: normal with information I + Fᵀ
+/// R⁻¹ F.
 class Posterior {
  public:
   Posterior(const LaplaceBasis& basis, const CurlFreeKernel& kernel, const std::vector<FieldCell>& cells,
@@ -48,7 +49,8 @@ class Posterior {
 
     cholesky_.compute(information);
     if (cholesky_.info() != Eigen::Success) {
-      throw std::invalid_argument("a curl-free regression's information is not positive definite: are all values finite?");
+      throw std::invalid_argument(
+          "a curl-free regression's information is not positive definite: are all values finite?");
     }
     mean_ = cholesky_.solve(right);
     squared_mahalanobis_ = std::max(0.0, sum_of_squares - right.dot(mean_));
@@ -62,7 +64,8 @@ class Posterior {
     const Eigen::Index size = basis_.size();
     Eigen::MatrixXd rows(size + 3, 3 * static_cast<Eigen::Index>(points.size()));  // F, transposed
     rows.topRows(size) = -(prior_sigma_.asDiagonal() * basis_.gradients(points));
-    rows.bottomRows<3>() = (kernel_.linear_sigma_ut * Matrix3::Identity()).replicate(1, static_cast<Eigen::Index>(points.size()));
+    rows.bottomRows<3>() =
+        (kernel_.linear_sigma_ut * Matrix3::Identity()).replicate(1, static_cast<Eigen::Index>(points.size()));
     const Eigen::VectorXd field = rows.transpose() * mean_;
     const Eigen::VectorXd basis_prior = rows.topRows(size).colwise().squaredNorm();
     cholesky_.matrixL().solveInPlace(rows);
@@ -116,8 +119,8 @@ WindowedRegression::WindowPrediction CurlFreeRegression::solve_window(std::int64
   const double half_height = 0.5 * (highest - lowest) + reach + 0.5 * margin * kernel_.vertical_length_scale_m;
   const Vector3 half_sides(half_side, half_side, half_height);
   if (LaplaceBasis::count(half_sides, kernel_.length_scales_m(), options().basis_cutoff) > most_functions) {
-    throw InputError("magnetic map: readings near x = " + std::to_string(centre.x()) + ", y = " +
-                     std::to_string(centre.y()) + " m span " + std::to_string(highest - lowest) +
+    throw InputError("magnetic map: readings near x = " + std::to_string(centre.x()) +
+                     ", y = " + std::to_string(centre.y()) + " m span " + std::to_string(highest - lowest) +
                      " m of height, too much for the curl-free regression; survey one storey at a time, lower "
                      "regression.basis_cutoff, or use --method s-gpr");
   }

@@ -113,17 +113,17 @@ void fit_potential(const std::vector<FieldCell>& cells, const std::vector<std::v
   result.evaluations += fit.evaluations;
 }
 
-/// Length that thinning goes by: a component of a gradient changes along itself √3 times as fast as its potential's length
-/// scale says.
+/// Length that thinning goes by: a component of a gradient changes along itself √3 times as fast as its potential's
+/// length scale says.
 double shortest_structure(const FieldKernelFit& fit) {
   if (fit.potential) return fit.potential->length_scale_m / std::sqrt(3.0);
   return std::min({fit.kernels[0].length_scale_m, fit.kernels[1].length_scale_m, fit.kernels[2].length_scale_m});
 }
 
-/// Misses of those held-out cells, of one component, that the survey knows well without them: where there is another pass,
-/// or nearly.
-void gather_misses(const std::vector<FieldCell>& held_out, const std::vector<FieldPrediction>& predictions, int component,
-                   double signal_sigma, std::vector<HeldOutMiss>& misses) {
+/// Misses of those held-out cells, of one component, that the survey knows well without them: where there is another
+/// pass, or nearly.
+void gather_misses(const std::vector<FieldCell>& held_out, const std::vector<FieldPrediction>& predictions,
+                   int component, double signal_sigma, std::vector<HeldOutMiss>& misses) {
   constexpr double well_known = 0.35;  // of the signal's sigma
   for (std::size_t i = 0; i < held_out.size(); ++i) {
     const double sigma = predictions[i].sigma_ut[component];

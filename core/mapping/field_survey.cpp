@@ -28,7 +28,9 @@ std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observat
   for (const FieldObservation& observation : observations) {
     if (!observation.position.allFinite() || !observation.field_ut.allFinite()) continue;
     if (chosen && !chosen(observation)) continue;
-    const auto index = [&](int axis) { return static_cast<std::int64_t>(std::floor(observation.position[axis] / cell_m)); };
+    const auto index = [&](int axis) {
+      return static_cast<std::int64_t>(std::floor(observation.position[axis] / cell_m));
+    };
     const Voxel voxel{index(2), index(1), index(0)};
     const auto [found, added] = entry_of.try_emplace(voxel, entries.size());
     if (added) entries.push_back({voxel, {}});

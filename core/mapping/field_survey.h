@@ -20,7 +20,7 @@ struct FieldObservation {
 struct FieldCell {
   Vector3 position = Vector3::Zero();  ///< centroid of the observations
   Vector3 field_ut = Vector3::Zero();
-  double variance_ut2 = 0.0;           ///< of the mean of white noise, a component
+  double variance_ut2 = 0.0;  ///< of the mean of white noise, a component
   int count = 0;
 };
 
@@ -33,8 +33,8 @@ using ObservationChoice = std::function<bool(const FieldObservation&)>;
 std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observations, double cell_m,
                                    const ObservationChoice& chosen = {});
 
-/// Every `period`-th block of `block` ns of a survey, counted from the earliest observation, the middle one of the period:
-/// held out, they test what the regression makes of the rest.
+/// Every `period`-th block of `block` ns of a survey, counted from the earliest observation, the middle one of the
+/// period: held out, they test what the regression makes of the rest.
 class HeldOutBlocks {
  public:
   HeldOutBlocks(const std::vector<FieldObservation>& observations, Time block, Time period);
@@ -53,7 +53,8 @@ struct SurveySplit {
   std::vector<FieldCell> held_out;
 };
 
-inline SurveySplit split_survey(const std::vector<FieldObservation>& observations, double cell_m, Time block, Time period) {
+inline SurveySplit split_survey(const std::vector<FieldObservation>& observations, double cell_m, Time block,
+                                Time period) {
   const HeldOutBlocks blocks(observations, block, period);
   return {thin_survey(observations, cell_m, [&](const FieldObservation& one) { return !blocks.contain(one); }),
           thin_survey(observations, cell_m, [&](const FieldObservation& one) { return blocks.contain(one); })};

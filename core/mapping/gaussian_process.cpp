@@ -12,7 +12,8 @@ namespace {
 Eigen::MatrixXd squared_distances(const Eigen::ArrayX3d& a, const Eigen::ArrayX3d& b) {
   Eigen::MatrixXd result(a.rows(), b.rows());
   for (Eigen::Index j = 0; j < b.rows(); ++j) {
-    result.col(j) = ((a.col(0) - b(j, 0)).square() + (a.col(1) - b(j, 1)).square() + (a.col(2) - b(j, 2)).square()).matrix();
+    result.col(j) =
+        ((a.col(0) - b(j, 0)).square() + (a.col(1) - b(j, 1)).square() + (a.col(2) - b(j, 2)).square()).matrix();
   }
   return result;
 }
@@ -24,8 +25,8 @@ void to_kernel(const KernelParameters& parameters, Eigen::MatrixXd& distances) {
   distances.array() = variance * (exponent * distances.array()).exp();
 }
 
-/// The same for a symmetric matrix's lower triangle, which is all that a Cholesky factorization reads. In whole pairs of
-/// the array, as the function above has them: the same bits.
+/// The same for a symmetric matrix's lower triangle, which is all that a Cholesky factorization reads. In whole pairs
+/// of the array, as the function above has them: the same bits.
 void to_lower_kernel(const KernelParameters& parameters, Eigen::MatrixXd& distances) {
   const double exponent = -0.5 / (parameters.length_scale_m * parameters.length_scale_m);
   const double variance = parameters.signal_sigma * parameters.signal_sigma;
@@ -44,8 +45,8 @@ Eigen::LLT<Eigen::MatrixXd> factorize(const GaussianProcessData& data, const Ker
                                       const Eigen::MatrixXd& kernel) {
   Eigen::MatrixXd covariance = kernel.array() + parameters.mean_sigma * parameters.mean_sigma;
   const double noise = parameters.noise_sigma * parameters.noise_sigma;
-  double jitter = 1e-9 * (parameters.signal_sigma * parameters.signal_sigma +
-                          parameters.mean_sigma * parameters.mean_sigma);
+  double jitter =
+      1e-9 * (parameters.signal_sigma * parameters.signal_sigma + parameters.mean_sigma * parameters.mean_sigma);
   covariance.diagonal().array() += data.variance.array() + noise;
   for (int attempt = 0; attempt < 6; ++attempt, jitter *= 100.0) {
     covariance.diagonal().array() += jitter;

@@ -18,9 +18,9 @@ struct KernelParameters {
 
 /// Training points of one Gaussian process.
 struct GaussianProcessData {
-  Eigen::ArrayX3d positions;   ///< N×3, metres
-  Eigen::VectorXd values;      ///< N
-  Eigen::VectorXd variance;    ///< N, known error variance of each value (beside noise_sigma²)
+  Eigen::ArrayX3d positions;  ///< N×3, metres
+  Eigen::VectorXd values;     ///< N
+  Eigen::VectorXd variance;   ///< N, known error variance of each value (beside noise_sigma²)
 };
 
 /// Exact Gaussian-process regression (Rasmussen & Williams 2006, algorithm 2.1; eq:gpr_eq and eq:gpr_cov).

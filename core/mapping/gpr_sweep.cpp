@@ -11,7 +11,9 @@ namespace lodestone {
 namespace {
 
 /// Weight of a window at a distance of `share` strides from its centre, one axis: C¹, and w(s) + w(1 − s) = 1.
-double blend_weight(double share) { return 1.0 - share * share * (3.0 - 2.0 * share); }
+double blend_weight(double share) {
+  return 1.0 - share * share * (3.0 - 2.0 * share);
+}
 
 }  // namespace
 
@@ -40,7 +42,9 @@ void GprSweep::complete_below(double y) {
   solve_up_to(static_cast<std::int64_t>(std::floor(regression_.window_coordinates({0.0, y, 0.0}).y())) - 1);
 }
 
-void GprSweep::finish() { solve_up_to(std::numeric_limits<std::int64_t>::max()); }
+void GprSweep::finish() {
+  solve_up_to(std::numeric_limits<std::int64_t>::max());
+}
 
 void GprSweep::solve_up_to(std::int64_t row) {
   const auto later = std::stable_partition(unsolved_.begin(), unsolved_.end(),
@@ -61,7 +65,8 @@ void GprSweep::solve_up_to(std::int64_t row) {
     const std::size_t end = begins[index + 1];
     std::vector<Vector3> targets;
     for (std::size_t i = begin; i < end; ++i) targets.push_back(points_[now[i].point].position);
-    WindowedRegression::WindowPrediction prediction = regression_.solve_window(now[begin].row, now[begin].column, targets);
+    WindowedRegression::WindowPrediction prediction =
+        regression_.solve_window(now[begin].row, now[begin].column, targets);
     for (std::size_t i = begin; i < end; ++i) {
       now[i].mean = prediction.mean.row(static_cast<Eigen::Index>(i - begin));
       now[i].variance = prediction.variance.row(static_cast<Eigen::Index>(i - begin));
@@ -81,7 +86,8 @@ void GprSweep::emit_solved() {
   for (const Membership& membership : solved_) {
     Point& point = points_[membership.point];
     if (point.unsolved > 0) continue;
-    point.prediction.sigma_ut += membership.weight * (membership.variance + (membership.mean - point.prediction.field_ut).cwiseAbs2());
+    point.prediction.sigma_ut +=
+        membership.weight * (membership.variance + (membership.mean - point.prediction.field_ut).cwiseAbs2());
   }
   std::vector<std::size_t> place(points_.size());
   std::size_t kept = 0;

@@ -8,9 +8,9 @@
 
 namespace lodestone {
 
-/// Predictions of a sliding-window regression for points that come in order of their y: windows are solved row by row, each
-/// once, and memory holds the points of a few rows alone. The results do not depend on how often `complete_below` is
-/// called, nor on threads.
+/// Predictions of a sliding-window regression for points that come in order of their y: windows are solved row by row,
+/// each once, and memory holds the points of a few rows alone. The results do not depend on how often `complete_below`
+/// is called, nor on threads.
 class GprSweep {
  public:
   using Emit = std::function<void(std::int64_t tag, const FieldPrediction& prediction)>;
@@ -18,7 +18,8 @@ class GprSweep {
   /// `emit` is called once a point, in no particular order, by the thread that sweeps.
   GprSweep(const WindowedRegression& regression, Emit emit) : regression_(regression), emit_(std::move(emit)) {}
 
-  /// A point (map, metres) that the regression supports. Tags tell points apart, and give their order in a window's solve.
+  /// A point (map, metres) that the regression supports. Tags tell points apart, and give their order in a window's
+  /// solve.
   void add(const Vector3& point, std::int64_t tag);
 
   /// Points to come lie at `y` or above: solves the windows that no longer depend on them.
@@ -38,7 +39,7 @@ class GprSweep {
   };
   /// One point in one window.
   struct Membership {
-    std::int64_t row;     ///< of the window's centre
+    std::int64_t row;  ///< of the window's centre
     std::int64_t column;
     std::int64_t tag;
     std::size_t point;

@@ -30,7 +30,8 @@ KernelFit fit_kernel(const std::vector<GaussianProcessData>& sets, const KernelP
   const Vector upper(std::log(bounds.max_sigma), std::log(bounds.max_length_scale_m), std::log(bounds.max_sigma));
   std::vector<Vector> starts;
   for (const double factor : {1.0, 0.35, 3.0}) {
-    starts.emplace_back(std::log(start.signal_sigma), std::log(start.length_scale_m * factor), std::log(start.noise_sigma));
+    starts.emplace_back(std::log(start.signal_sigma), std::log(start.length_scale_m * factor),
+                        std::log(start.noise_sigma));
   }
 
   double points = 0.0;
@@ -38,7 +39,8 @@ KernelFit fit_kernel(const std::vector<GaussianProcessData>& sets, const KernelP
   const auto likelihood = [&](const GaussianProcessData& set, const Vector& logarithms, Vector* gradient) {
     return log_marginal_likelihood(set, parameters_of(logarithms, start), gradient);
   };
-  const BoundedMinimum<3> found = most_likely<3>(sets, starts, lower, upper, points, tolerance, max_evaluations, likelihood);
+  const BoundedMinimum<3> found =
+      most_likely<3>(sets, starts, lower, upper, points, tolerance, max_evaluations, likelihood);
   return {parameters_of(found.point, start), -found.value, found.evaluations, found.converged};
 }
 

@@ -10,7 +10,7 @@ namespace lodestone {
 struct KernelBounds {
   double min_length_scale_m = 0.05;
   double max_length_scale_m = 20.0;
-  double min_sigma = 1e-3;   ///< of signal and noise
+  double min_sigma = 1e-3;  ///< of signal and noise
   double max_sigma = 1e3;
 };
 

@@ -40,7 +40,8 @@ Eigen::MatrixXd separable_sums(const Eigen::MatrixXd& x, const Eigen::MatrixXd& 
 
 }  // namespace
 
-LaplaceBasis::LaplaceBasis(const Vector3& centre, const Vector3& half_sides, const Vector3& length_scales_m, double cutoff)
+LaplaceBasis::LaplaceBasis(const Vector3& centre, const Vector3& half_sides, const Vector3& length_scales_m,
+                           double cutoff)
     : centre_(centre),
       half_sides_(half_sides),
       length_scales_(length_scales_m),
@@ -72,7 +73,8 @@ Eigen::VectorXd LaplaceBasis::spectral_density() const {
 Eigen::MatrixXd LaplaceBasis::sines(const std::vector<Vector3>& points, int axis, int highest) const {
   Eigen::MatrixXd table = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(points.size()), highest + 1);
   for (Eigen::Index i = 0; i < table.rows(); ++i) {
-    const double angle = wave_step_[axis] * (points[static_cast<std::size_t>(i)][axis] - centre_[axis] + half_sides_[axis]);
+    const double angle =
+        wave_step_[axis] * (points[static_cast<std::size_t>(i)][axis] - centre_[axis] + half_sides_[axis]);
     for (int n = 1; n <= highest; ++n) table(i, n) = std::sin(n * angle);
   }
   return table;
@@ -81,7 +83,8 @@ Eigen::MatrixXd LaplaceBasis::sines(const std::vector<Vector3>& points, int axis
 Eigen::MatrixXd LaplaceBasis::cosines(const std::vector<Vector3>& points, int axis, int highest) const {
   Eigen::MatrixXd table(static_cast<Eigen::Index>(points.size()), highest + 1);
   for (Eigen::Index i = 0; i < table.rows(); ++i) {
-    const double angle = wave_step_[axis] * (points[static_cast<std::size_t>(i)][axis] - centre_[axis] + half_sides_[axis]);
+    const double angle =
+        wave_step_[axis] * (points[static_cast<std::size_t>(i)][axis] - centre_[axis] + half_sides_[axis]);
     for (int n = 0; n <= highest; ++n) table(i, n) = std::cos(n * angle);
   }
   return table;
@@ -90,7 +93,8 @@ Eigen::MatrixXd LaplaceBasis::cosines(const std::vector<Vector3>& points, int ax
 Eigen::VectorXd LaplaceBasis::values(const Vector3& point) const {
   Eigen::VectorXd result(size());
   std::array<Eigen::MatrixXd, 3> sine;
-  for (int d = 0; d < 3; ++d) sine[static_cast<std::size_t>(d)] = sines({point}, d, highest_[static_cast<std::size_t>(d)]);
+  for (int d = 0; d < 3; ++d)
+    sine[static_cast<std::size_t>(d)] = sines({point}, d, highest_[static_cast<std::size_t>(d)]);
   for (Eigen::Index j = 0; j < size(); ++j) {
     const Mode& mode = modes_[static_cast<std::size_t>(j)];
     result[j] = scale() * sine[0](0, mode[0]) * sine[1](0, mode[1]) * sine[2](0, mode[2]);
@@ -127,13 +131,14 @@ Eigen::MatrixXd LaplaceBasis::gradients(const std::vector<Vector3>& points) cons
   return result;
 }
 
-Eigen::MatrixXd LaplaceBasis::gradient_products(const std::vector<Vector3>& points, const Eigen::VectorXd& weights) const {
+Eigen::MatrixXd LaplaceBasis::gradient_products(const std::vector<Vector3>& points,
+                                                const Eigen::VectorXd& weights) const {
   const Eigen::MatrixXd x = cosines(points, 0, 2 * highest_[0]).array().colwise() * weights.array();
   const Eigen::MatrixXd y = cosines(points, 1, 2 * highest_[1]);
   const Eigen::Index columns = y.cols();
   const Eigen::MatrixXd sums = separable_sums(x, y, cosines(points, 2, 2 * highest_[2]));
-  // cos a cos b = ½ (cos(a − b) + cos(a + b)), sin a sin b = ½ (cos(a − b) − cos(a + b)): of the eight sums of an entry, those
-  // that differ on all three axes share a factor.
+  // cos a cos b = ½ (cos(a − b) + cos(a + b)), sin a sin b = ½ (cos(a − b) − cos(a + b)): of the eight sums of an
+  // entry, those that differ on all three axes share a factor.
   const double norm = scale() * scale() / 8.0;
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size(), size());
   for (Eigen::Index k = 0; k < size(); ++k) {
@@ -158,7 +163,8 @@ Eigen::MatrixXd LaplaceBasis::gradient_products(const std::vector<Vector3>& poin
   return result;
 }
 
-Eigen::MatrixX3d LaplaceBasis::gradient_sums(const std::vector<Vector3>& points, const Eigen::MatrixX3d& weights) const {
+Eigen::MatrixX3d LaplaceBasis::gradient_sums(const std::vector<Vector3>& points,
+                                             const Eigen::MatrixX3d& weights) const {
   std::array<Eigen::MatrixXd, 3> sine;
   std::array<Eigen::MatrixXd, 3> cosine;
   for (int d = 0; d < 3; ++d) {

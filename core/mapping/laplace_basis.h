@@ -7,9 +7,9 @@
 
 namespace lodestone {
 
-/// Eigenfunctions of the Laplace operator on a box, zero on its faces (Solin & Särkkä 2020, eq. 56; Solin et al. 2018, eq. 20):
-/// φ_j(x) = Π_d L_d^(−½) sin(ω_jd (x_d − c_d + L_d)), ω_jd = π n_jd / 2 L_d, n_jd = 1, 2, …
-/// Those with Σ (ℓ_d ω_jd)² up to a cutoff squared, ℓ the kernel's length scales. Orthonormal over the box.
+/// Eigenfunctions of the Laplace operator on a box, zero on its faces (Solin & Särkkä 2020, eq. 56; Solin et al. 2018,
+/// eq. 20): φ_j(x) = Π_d L_d^(−½) sin(ω_jd (x_d − c_d + L_d)), ω_jd = π n_jd / 2 L_d, n_jd = 1, 2, … Those with Σ (ℓ_d
+/// ω_jd)² up to a cutoff squared, ℓ the kernel's length scales. Orthonormal over the box.
 class LaplaceBasis {
  public:
   /// `centre` (metres) and `half_sides` (L) of the box.
@@ -30,9 +30,9 @@ class LaplaceBasis {
   /// ∂φ_j/∂x_d at points: three columns (x, y, z) a point, one row a function.
   Eigen::MatrixXd gradients(const std::vector<Vector3>& points) const;
 
-  /// Σ_i w_i ∇φ_j(x_i)ᵀ ∇φ_k(x_i), the lower triangle; the rest is zero. A product of sines or cosines is a sum of two cosines,
-  /// so the sum depends on sums and differences of n_j and n_k alone (Viset et al. 2023): N times the number of
-  /// functions, not of their pairs.
+  /// Σ_i w_i ∇φ_j(x_i)ᵀ ∇φ_k(x_i), the lower triangle; the rest is zero. A product of sines or cosines is a sum of two
+  /// cosines, so the sum depends on sums and differences of n_j and n_k alone (Viset et al. 2023): N times the number
+  /// of functions, not of their pairs.
   Eigen::MatrixXd gradient_products(const std::vector<Vector3>& points, const Eigen::VectorXd& weights) const;
 
   /// Σ_i w_id ∂φ_j/∂x_d (x_i), a row a function, a column a component. `weights`: N×3.
@@ -45,12 +45,14 @@ class LaplaceBasis {
   Eigen::MatrixXd sines(const std::vector<Vector3>& points, int axis, int highest) const;
   Eigen::MatrixXd cosines(const std::vector<Vector3>& points, int axis, int highest) const;
   double scale() const { return 1.0 / std::sqrt(half_sides_.prod()); }
-  double wave_number(const Mode& mode, int axis) const { return wave_step_[axis] * mode[static_cast<std::size_t>(axis)]; }
+  double wave_number(const Mode& mode, int axis) const {
+    return wave_step_[axis] * mode[static_cast<std::size_t>(axis)];
+  }
 
   Vector3 centre_;
   Vector3 half_sides_;
   Vector3 length_scales_;
-  Vector3 wave_step_;         ///< π / 2 L_d
+  Vector3 wave_step_;             ///< π / 2 L_d
   std::array<int, 3> highest_{};  ///< n
   std::vector<Mode> modes_;
 };

@@ -8,14 +8,16 @@
 
 namespace lodestone {
 
-/// The logarithms of a kernel's parameters, between `lower` and `upper`, under which several sets of data are most likely
-/// together, from the best of `starts`. `likelihood(set, logarithms, gradient)` gives the log marginal likelihood of a set
-/// and its gradient; sets are worked on at the same time and summed in their order. `values`: how many numbers all sets hold.
-/// The minimum's value is the negative log likelihood.
+/// The logarithms of a kernel's parameters, between `lower` and `upper`, under which several sets of data are most
+/// likely together, from the best of `starts`. `likelihood(set, logarithms, gradient)` gives the log marginal
+/// likelihood of a set and its gradient; sets are worked on at the same time and summed in their order. `values`: how
+/// many numbers all sets hold. The minimum's value is the negative log likelihood.
 template <int Size, class Set, class Likelihood>
-BoundedMinimum<Size> most_likely(const std::vector<Set>& sets, const std::vector<Eigen::Matrix<double, Size, 1>>& starts,
-                                 const Eigen::Matrix<double, Size, 1>& lower, const Eigen::Matrix<double, Size, 1>& upper,
-                                 double values, double tolerance_nats, int max_evaluations, Likelihood likelihood) {
+BoundedMinimum<Size> most_likely(const std::vector<Set>& sets,
+                                 const std::vector<Eigen::Matrix<double, Size, 1>>& starts,
+                                 const Eigen::Matrix<double, Size, 1>& lower,
+                                 const Eigen::Matrix<double, Size, 1>& upper, double values, double tolerance_nats,
+                                 int max_evaluations, Likelihood likelihood) {
   using Vector = Eigen::Matrix<double, Size, 1>;
   std::vector<double> of_set(sets.size());
   std::vector<Vector> gradients(sets.size());

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "core/error.h"
-#include "core/mapping/gpr_sweep.h"
 #include "core/magnetometer/sparse_field_nodes.h"
+#include "core/mapping/gpr_sweep.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -19,7 +19,9 @@ constexpr std::size_t waiting_points = 20000;
 /// Of the finished map, most tiles at once.
 constexpr std::size_t cache_bytes = 16U << 20U;
 
-double component_rms(const Vector3& sigma) { return sigma.norm() / std::sqrt(3.0); }
+double component_rms(const Vector3& sigma) {
+  return sigma.norm() / std::sqrt(3.0);
+}
 
 double signal_sigma(const FieldKernels& kernels) {
   return component_rms({kernels[0].signal_sigma, kernels[1].signal_sigma, kernels[2].signal_sigma});
@@ -71,7 +73,8 @@ void MagneticMapOptions::check() const {
   require(max_sigma_ut >= 0.0, "max_sigma_ut must not be negative");
   require(tile_m > 0.0 && tile_m <= 1000.0, "tile_m must lie in 0..1000");
   require(held_out_block_s >= 0.0, "held_out_block_s must not be negative");
-  for (std::size_t i = 1; i < heights_m.size(); ++i) require(heights_m[i] > heights_m[i - 1], "heights_m must increase");
+  for (std::size_t i = 1; i < heights_m.size(); ++i)
+    require(heights_m[i] > heights_m[i - 1], "heights_m must increase");
   regression.check();
 }
 
@@ -97,7 +100,8 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
     Eigen::Vector4f node;
     node << prediction.field_ut.cast<float>(), static_cast<float>(sigma);
     const std::int64_t row = tag / grid.columns;
-    nodes->set(static_cast<int>(row / grid.rows), static_cast<int>(row % grid.rows), static_cast<int>(tag % grid.columns), node);
+    nodes->set(static_cast<int>(row / grid.rows), static_cast<int>(row % grid.rows),
+               static_cast<int>(tag % grid.columns), node);
     if (sigma <= limit) sigmas.push_back(sigma);
   });
   std::vector<char> supported(static_cast<std::size_t>(grid.columns));

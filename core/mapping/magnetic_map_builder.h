@@ -9,11 +9,11 @@ namespace lodestone {
 
 struct MagneticMapOptions {
   FieldMethod method = FieldMethod::sliding_gpr;
-  double resolution_m = 0.1;        ///< distance of the map's nodes
-  std::vector<double> heights_m;    ///< map z of the layers; empty: one, at the survey's mean sensor height
-  double max_sigma_ut = 0.0;        ///< no field where σ exceeds this; 0: half of the fitted signal sigma
-  double tile_m = 6.4;              ///< side of the file's tiles, rounded to a multiple of 16 nodes
-  double held_out_block_s = 0.5;    ///< every tenth block of time tests the regression of the others; 0: no test
+  double resolution_m = 0.1;      ///< distance of the map's nodes
+  std::vector<double> heights_m;  ///< map z of the layers; empty: one, at the survey's mean sensor height
+  double max_sigma_ut = 0.0;      ///< no field where σ exceeds this; 0: half of the fitted signal sigma
+  double tile_m = 6.4;            ///< side of the file's tiles, rounded to a multiple of 16 nodes
+  double held_out_block_s = 0.5;  ///< every tenth block of time tests the regression of the others; 0: no test
   SlidingGprOptions regression;
 
   template <class Visitor>
@@ -37,30 +37,29 @@ struct MagneticMapOptions {
 struct MagneticMapResult {
   MagneticMap map;
   FieldKernelFit fit;
-  std::size_t cells = 0;          ///< training cells after thinning
-  std::size_t nodes = 0;          ///< with σ within the limit
-  double median_sigma_ut = 0.0;   ///< over these nodes
-  double high_sigma_ut = 0.0;     ///< 95 % of them lie below
+  std::size_t cells = 0;         ///< training cells after thinning
+  std::size_t nodes = 0;         ///< with σ within the limit
+  double median_sigma_ut = 0.0;  ///< over these nodes
+  double high_sigma_ut = 0.0;    ///< 95 % of them lie below
 };
 
-/// The grid map of a survey by the options' method. The node's σ is the root mean square over the three components. The grid spans the
-/// survey and the regression's reach; its origin is a multiple of the resolution.
-/// Throws InputError where the survey is too short, or so wide that the grid would exceed 2·10⁸ nodes, and where the method
-/// cannot do with it. Memory: what has
-/// field, 16 bytes a node, beside the readings.
+/// The grid map of a survey by the options' method. The node's σ is the root mean square over the three components. The
+/// grid spans the survey and the regression's reach; its origin is a multiple of the resolution. Throws InputError
+/// where the survey is too short, or so wide that the grid would exceed 2·10⁸ nodes, and where the method cannot do
+/// with it. Memory: what has field, 16 bytes a node, beside the readings.
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);
 
 /// How well a regression predicts readings that it has not seen.
 struct HeldOutScore {
-  std::size_t cells = 0;      ///< held-out cells (thinned like the training) that the regression answers
-  std::size_t refused = 0;    ///< held-out cells with too large a sigma
-  Vector3 rms_ut = Vector3::Zero();             ///< of cell mean less prediction, a component
-  Vector3 normalized_rms = Vector3::Zero();     ///< the same over its predicted sigma: 1 where sigma is honest
+  std::size_t cells = 0;                     ///< held-out cells (thinned like the training) that the regression answers
+  std::size_t refused = 0;                   ///< held-out cells with too large a sigma
+  Vector3 rms_ut = Vector3::Zero();          ///< of cell mean less prediction, a component
+  Vector3 normalized_rms = Vector3::Zero();  ///< the same over its predicted sigma: 1 where sigma is honest
 };
 
-/// Predicts the held-out cells of a survey, thinned to fit.cell_m, from the rest with the kernels of `fit`; those with σ up
-/// to `max_sigma_ut` count.
+/// Predicts the held-out cells of a survey, thinned to fit.cell_m, from the rest with the kernels of `fit`; those with
+/// σ up to `max_sigma_ut` count.
 HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit, double max_sigma_ut,
                             const SlidingGprOptions& options);
 

@@ -14,10 +14,10 @@ struct BoundedMinimum {
   bool converged = false;
 };
 
-/// A least value of a smooth function within bounds, for logarithms of a kernel's parameters: quasi-Newton (BFGS, Nocedal &
-/// Wright 2006, chapter 6) from the best of `starts` (clamped to the bounds; at least one), at most a factor e a step.
-/// `evaluate(point, gradient)` gives the value and sets the gradient. `curvature`: a first guess of the second derivatives.
-/// Ends where a step gains less than `tolerance`, or after `max_evaluations`.
+/// A least value of a smooth function within bounds, for logarithms of a kernel's parameters: quasi-Newton (BFGS,
+/// Nocedal & Wright 2006, chapter 6) from the best of `starts` (clamped to the bounds; at least one), at most a factor
+/// e a step. `evaluate(point, gradient)` gives the value and sets the gradient. `curvature`: a first guess of the
+/// second derivatives. Ends where a step gains less than `tolerance`, or after `max_evaluations`.
 template <int size, class Evaluate>
 BoundedMinimum<size> minimize_within(const std::vector<Eigen::Matrix<double, size, 1>>& starts,
                                      const Eigen::Matrix<double, size, 1>& lower,

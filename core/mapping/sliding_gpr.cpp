@@ -31,7 +31,7 @@ SlidingGpr::SlidingGpr(std::vector<FieldCell> cells, const FieldKernels& kernels
       kernels_(kernels) {}
 
 WindowedRegression::WindowPrediction SlidingGpr::solve_window(std::int64_t row, std::int64_t column,
-                                                      const std::vector<Vector3>& points) const {
+                                                              const std::vector<Vector3>& points) const {
   const Vector3 centre = window_centre(row, column);
   const std::vector<int> chosen = training_cells(centre, static_cast<std::size_t>(options().window_points));
   GaussianProcessData data = gather(cells(), chosen, centre);

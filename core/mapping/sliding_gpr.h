@@ -16,7 +16,8 @@ class SlidingGpr : public WindowedRegression {
   /// Throws std::invalid_argument without cells.
   SlidingGpr(std::vector<FieldCell> cells, const FieldKernels& kernels, const SlidingGprOptions& options);
 
-  WindowPrediction solve_window(std::int64_t row, std::int64_t column, const std::vector<Vector3>& points) const override;
+  WindowPrediction solve_window(std::int64_t row, std::int64_t column,
+                                const std::vector<Vector3>& points) const override;
 
  private:
   FieldKernels kernels_;

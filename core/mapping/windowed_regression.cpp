@@ -93,8 +93,8 @@ std::vector<int> WindowedRegression::training_cells(const Vector3& centre, std::
   const double half = training_half_side_m();
   std::vector<std::pair<double, int>> candidates;
   any_in_box(centre.x() - half, centre.y() - half, centre.x() + half, centre.y() + half, [&](int cell) {
-    const double distance = std::max(std::abs(cells_[cell].position.x() - centre.x()),
-                                     std::abs(cells_[cell].position.y() - centre.y()));
+    const double distance =
+        std::max(std::abs(cells_[cell].position.x() - centre.x()), std::abs(cells_[cell].position.y() - centre.y()));
     if (distance <= half) candidates.emplace_back(distance, cell);
     return false;
   });

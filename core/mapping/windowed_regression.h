@@ -8,18 +8,19 @@
 namespace lodestone {
 
 struct SlidingGprOptions {
-  int window_points = 350;          ///< most training cells of a window (s-GPR; curl-free takes all)
-  double window_length_scales = 1.25;  ///< distance of window centres, in length scales
-  double margin_length_scales = 2.0;   ///< training cells reach so far beyond a window's support
-  double reach_length_scales = 1.5;    ///< no field further than this from every training cell
+  int window_points = 350;              ///< most training cells of a window (s-GPR; curl-free takes all)
+  double window_length_scales = 1.25;   ///< distance of window centres, in length scales
+  double margin_length_scales = 2.0;    ///< training cells reach so far beyond a window's support
+  double reach_length_scales = 1.5;     ///< no field further than this from every training cell
   double cells_per_length_scale = 8.0;  ///< thinning is no coarser: averaging smooths the field (l/4 shows)
-  int fit_windows = 12;             ///< windows whose likelihood chooses the hyperparameters
-  int fit_points = 200;             ///< training cells of each of them
-  int seed = 1;                     ///< which windows these are
-  double calibration_block_s = 4.0;  ///< blocks of time that calibrate the noise, see fit_field_kernels; 0: none
+  int fit_windows = 12;                 ///< windows whose likelihood chooses the hyperparameters
+  int fit_points = 200;                 ///< training cells of each of them
+  int seed = 1;                         ///< which windows these are
+  double calibration_block_s = 4.0;     ///< blocks of time that calibrate the noise, see fit_field_kernels; 0: none
   double scale_prior_points = 50.0;  ///< weight of the map-wide variance against a window's own; see WindowedRegression
-  double domain_margin_length_scales = 1.5;  ///< curl-free: the basis functions' box reaches so far beyond the training cells
-  double basis_cutoff = 5.0;        ///< curl-free: wave numbers of the basis, times the length scale
+  double domain_margin_length_scales =
+      1.5;                    ///< curl-free: the basis functions' box reaches so far beyond the training cells
+  double basis_cutoff = 5.0;  ///< curl-free: wave numbers of the basis, times the length scale
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -31,13 +32,15 @@ struct SlidingGprOptions {
     visitor.field("fit_windows", fit_windows, "windows used to fit the hyperparameters");
     visitor.field("fit_points", fit_points, "training cells of each of these");
     visitor.field("seed", seed, "chooses the windows for the fit");
-    visitor.field("calibration_block_s", calibration_block_s,
-                  "length of the blocks of time whose prediction from the rest calibrates the noise; 0: no calibration");
+    visitor.field(
+        "calibration_block_s", calibration_block_s,
+        "length of the blocks of time whose prediction from the rest calibrates the noise; 0: no calibration");
     visitor.field("scale_prior_points", scale_prior_points, "weight of the map-wide variance against a window's own");
     visitor.field("domain_margin_length_scales", domain_margin_length_scales,
                   "curl-free: margin of the basis functions' box round the training cells, in length scales");
-    visitor.field("basis_cutoff", basis_cutoff,
-                  "curl-free: largest wave number of the basis, over the length scale; cost grows with its sixth power");
+    visitor.field(
+        "basis_cutoff", basis_cutoff,
+        "curl-free: largest wave number of the basis, over the length scale; cost grows with its sixth power");
   }
 
   /// Throws InputError where a value is out of range.
@@ -50,12 +53,11 @@ struct FieldPrediction {
   bool supported = false;              ///< false: further than the reach from every training cell; the rest is void
 };
 
-/// Regression of a survey in square windows of the x-y plane that overlap by half; where they overlap the posteriors are
-/// blended by C¹ weights that sum to one, so that no seam shows. The variance is that of the mixture: it contains how far
-/// the windows disagree. What a window makes of its cells is the derived class's.
-/// One kernel cannot fit racks and open floor alike: each window's variance is scaled by its own squared Mahalanobis
-/// distance per value where that exceeds one, shrunk towards one by `scale_prior_points`; the posterior mean does not
-/// change.
+/// Regression of a survey in square windows of the x-y plane that overlap by half; where they overlap the posteriors
+/// are blended by C¹ weights that sum to one, so that no seam shows. The variance is that of the mixture: it contains
+/// how far the windows disagree. What a window makes of its cells is the derived class's. One kernel cannot fit racks
+/// and open floor alike: each window's variance is scaled by its own squared Mahalanobis distance per value where that
+/// exceeds one, shrunk towards one by `scale_prior_points`; the posterior mean does not change.
 class WindowedRegression {
  public:
   virtual ~WindowedRegression() = default;
@@ -68,7 +70,8 @@ class WindowedRegression {
     Eigen::MatrixX3d mean;      ///< µT
     Eigen::MatrixX3d variance;  ///< µT²
   };
-  virtual WindowPrediction solve_window(std::int64_t row, std::int64_t column, const std::vector<Vector3>& points) const = 0;
+  virtual WindowPrediction solve_window(std::int64_t row, std::int64_t column,
+                                        const std::vector<Vector3>& points) const = 0;
 
   /// Windows' centres lie at whole numbers of these coordinates (column, row); those of supported points are positive.
   Eigen::Vector2d window_coordinates(const Vector3& point) const {
@@ -112,7 +115,7 @@ class WindowedRegression {
 
   std::vector<FieldCell> cells_;
   SlidingGprOptions options_;
-  double stride_ = 0.0;   ///< distance of window centres; a window's support is twice this a side
+  double stride_ = 0.0;  ///< distance of window centres; a window's support is twice this a side
   double margin_ = 0.0;
   double reach_ = 0.0;
   double min_x_ = 0.0;

@@ -93,7 +93,9 @@ Slide Degeneracy::slide(const Pose& pose) const {
   return Slide::along(scaling(lever_arm_m).cwiseInverse().asDiagonal() * directions.col(5), pose);
 }
 
-Degeneracy no_degeneracy() { return {}; }
+Degeneracy no_degeneracy() {
+  return {};
+}
 
 Degeneracy analyse_by_sigma(const Matrix6& information, double lever_arm_m, const DegeneracyOptions& options) {
   Degeneracy result = decompose(information, lever_arm_m);

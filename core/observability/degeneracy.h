@@ -12,8 +12,8 @@ struct Correspondence;
 
 /// What decides that a direction of the pose is not seen by LiDAR.
 enum class DegeneracyRule {
-  none,     ///< nothing is masked: the factors' own weighting
-  paper,    ///< eigenvalues of LiDAR's Σ JᵀJ with unit weight on metres, against τ = 15 (paper, eq. for d_i)
+  none,      ///< nothing is masked: the factors' own weighting
+  paper,     ///< eigenvalues of LiDAR's Σ JᵀJ with unit weight on metres, against τ = 15 (paper, eq. for d_i)
   marginal,  ///< predicted sigma of the window's marginal information of LiDAR and IMU (docs/design/architecture.md)
   probabilistic  ///< probability that this information is more than what noisy normals pretend to give
 };
@@ -47,12 +47,14 @@ struct DegeneracyOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("rule", rule, "none, paper, marginal or probabilistic: what decides that LiDAR does not see a direction");
+    visitor.field("rule", rule,
+                  "none, paper, marginal or probabilistic: what decides that LiDAR does not see a direction");
     visitor.field("mask", mask, "hard or soft: whether a direction is dropped or faded out");
     visitor.field("paper_threshold", paper_threshold, "τ of the paper's rule: least eigenvalue of ΣJᵀJ, unit weights");
-    visitor.field("max_sigma_m", max_sigma_m,
-                  "marginal and probabilistic rule: a direction is degenerate above this predicted sigma; rotations count at "
-                  "the scan's rms range");
+    visitor.field(
+        "max_sigma_m", max_sigma_m,
+        "marginal and probabilistic rule: a direction is degenerate above this predicted sigma; rotations count at "
+        "the scan's rms range");
     visitor.field("normal_noise_margin", normal_noise_margin,
                   "how many times the information that noisy normals pretend to give is taken off before the analysis");
     visitor.field("min_probability", min_probability,
@@ -110,30 +112,30 @@ Degeneracy analyse_by_sigma(const Matrix6& information, double lever_arm_m, cons
 /// Decides by the paper's rule. `unit_hessian`: Σ JᵀJ with weight one on metres. sigma_m is 1/√eigenvalue.
 Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOptions& options);
 
-/// Decides by probability: errors of the planes' normals add noise N to the information along a direction, normal with mean
-/// μ and sigma s. What is left of the measured λ is enough where it reaches 1 / max_sigma_m² and min_signal_to_noise times
-/// N: p = P(N < λ − 1 / max_sigma_m² and N < λ / (1 + min_signal_to_noise)). A soft mask keeps p; a hard one all where p
-/// reaches min_probability. Directions come most certain first. After Hatleskog & Alexis, "Probabilistic Degeneracy
-/// Detection for Point-to-Plane Error Minimization", RA-L 2024, who have the ratio alone; the level in metres is added.
-/// `information`: as above, with the noise's mean taken off once; `pretended`: what was taken off, which gives μ. s is μ
-/// times the relative sigma of the noise in this scan's information (information_noise of `correspondences` at
-/// `T_map_imu`) and of its level (options.normal_noise_uncertainty): scans of a window meet the same planes, so their
-/// noise is one.
+/// Decides by probability: errors of the planes' normals add noise N to the information along a direction, normal with
+/// mean μ and sigma s. What is left of the measured λ is enough where it reaches 1 / max_sigma_m² and
+/// min_signal_to_noise times N: p = P(N < λ − 1 / max_sigma_m² and N < λ / (1 + min_signal_to_noise)). A soft mask
+/// keeps p; a hard one all where p reaches min_probability. Directions come most certain first. After Hatleskog &
+/// Alexis, "Probabilistic Degeneracy Detection for Point-to-Plane Error Minimization", RA-L 2024, who have the ratio
+/// alone; the level in metres is added. `information`: as above, with the noise's mean taken off once; `pretended`:
+/// what was taken off, which gives μ. s is μ times the relative sigma of the noise in this scan's information
+/// (information_noise of `correspondences` at `T_map_imu`) and of its level (options.normal_noise_uncertainty): scans
+/// of a window meet the same planes, so their noise is one.
 Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pretended,
                                   std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                                   double lever_arm_m, const DegeneracyOptions& options);
 
 /// Turns hidden directions to the nearest that an IMU does not see either: shifts, and a turn about the vertical
-/// (`up`: unit, imu frame). A hidden direction that tilts would let gravity tell of it what LiDAR must not: noise mixes the
-/// axis of a tunnel with its weakly seen roll. Leaves the mask as it is where it is soft, or where a direction lies more
-/// than 0.5 rad off.
+/// (`up`: unit, imu frame). A hidden direction that tilts would let gravity tell of it what LiDAR must not: noise mixes
+/// the axis of a tunnel with its weakly seen roll. Leaves the mask as it is where it is soft, or where a direction lies
+/// more than 0.5 rad off.
 Degeneracy without_tilt(const Degeneracy& degeneracy, const Vector3& up);
 
-/// `now` with its hidden directions carried over from `before` and turned towards its own by `gain`. A rigid motion of the
-/// whole trajectory in the map is the one motion that neither IMU nor, along a hidden direction, LiDAR sees; so hidden
-/// directions of neighbouring poses must be one rigid motion, or what differs between them counts as information. Leaves
-/// `now` as it is where the number of hidden directions differs, where they part by more than 0.2 rad, or where the mask is
-/// soft. `pose_before`, `pose_now`: where the analyses were made.
+/// `now` with its hidden directions carried over from `before` and turned towards its own by `gain`. A rigid motion of
+/// the whole trajectory in the map is the one motion that neither IMU nor, along a hidden direction, LiDAR sees; so
+/// hidden directions of neighbouring poses must be one rigid motion, or what differs between them counts as
+/// information. Leaves `now` as it is where the number of hidden directions differs, where they part by more than 0.2
+/// rad, or where the mask is soft. `pose_before`, `pose_now`: where the analyses were made.
 Degeneracy follow(const Degeneracy& now, const Pose& pose_now, const Degeneracy& before, const Pose& pose_before,
                   double gain);
 

@@ -10,11 +10,11 @@ namespace {
 /// Sums over the points of one plane, a direction each.
 struct PlaneSums {
   const Plane* plane;
-  Vector6 seen_major = Vector6::Zero();   ///< Σ w h α
-  Vector6 seen_minor = Vector6::Zero();   ///< Σ w h β
-  Vector6 major = Vector6::Zero();        ///< Σ w α²
-  Vector6 minor = Vector6::Zero();        ///< Σ w β²
-  Vector6 both = Vector6::Zero();         ///< Σ w α β
+  Vector6 seen_major = Vector6::Zero();  ///< Σ w h α
+  Vector6 seen_minor = Vector6::Zero();  ///< Σ w h β
+  Vector6 major = Vector6::Zero();       ///< Σ w α²
+  Vector6 minor = Vector6::Zero();       ///< Σ w β²
+  Vector6 both = Vector6::Zero();        ///< Σ w α β
 };
 
 }  // namespace
@@ -46,8 +46,9 @@ InformationNoise information_noise(std::span<const Correspondence> correspondenc
   }
 
   InformationNoise noise;
-  Vector6 mixed = Vector6::Zero();  // 4 Var(a Σ w h α + b Σ w h β), with the h that is seen: it holds the errors as well
-  Vector6 pure = Vector6::Zero();   // variance of Σ w (α a + β b)²
+  Vector6 mixed =
+      Vector6::Zero();  // 4 Var(a Σ w h α + b Σ w h β), with the h that is seen: it holds the errors as well
+  Vector6 pure = Vector6::Zero();  // variance of Σ w (α a + β b)²
   for (const PlaneSums& sums : planes) {
     const double major = sums.plane->major_tilt_variance;
     const double minor = sums.plane->minor_tilt_variance;

@@ -53,8 +53,7 @@ Rows compress(const Rows& rows) {
 Rows pose_rows(const Matrix6& information) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(0.5 * (information + information.transpose()));
   Rows rows = Rows::Zero(6, kMessage);
-  rows.leftCols<6>() =
-      solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
+  rows.leftCols<6>() = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
   return rows * column_scale().asDiagonal();
 }
 

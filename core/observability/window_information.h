@@ -20,8 +20,8 @@ struct ChainLink {
 };
 
 /// For every pose of a window, what LiDAR and IMU together know of it: Λ_k, 6×6, all other variables marginalized
-/// (docs/design/architecture.md). `pose_information[k]`: LiDAR's of pose k, 6×6, order φ, p; negative directions count as
-/// none. `links[k]` joins states k and k+1; one fewer than poses. Nothing else, no prior: gauge freedoms stay free.
+/// (docs/design/architecture.md). `pose_information[k]`: LiDAR's of pose k, 6×6, order φ, p; negative directions count
+/// as none. `links[k]` joins states k and k+1; one fewer than poses. Nothing else, no prior: gauge freedoms stay free.
 /// Eliminates by pivoted QR, which tells what was never known from what is known weakly; no ridge is added.
 std::vector<Matrix6> marginal_pose_information(std::span<const Matrix6> pose_information,
                                                std::span<const ChainLink> links);

@@ -49,8 +49,9 @@ CalibrationMoment moment_of(const ArrayLog& readings, std::size_t index, const S
   return moment;
 }
 
-/// In how many passes the array comes through the place of each moment: a map's error is the same each time, and the passes
-/// together say no more about a magnetometer than one of them. Places are cells of `cell_m`; between passes it is elsewhere.
+/// In how many passes the array comes through the place of each moment: a map's error is the same each time, and the
+/// passes together say no more about a magnetometer than one of them. Places are cells of `cell_m`; between passes it
+/// is elsewhere.
 class Passes {
  public:
   explicit Passes(double cell_m) : cell_m_(cell_m) {}
@@ -142,7 +143,8 @@ CalibrationLog mapped_log(const ArrayLog& readings, const Trajectory& trajectory
     }
     double variance = 0.0;
     const auto off_map = [&](MomentReading& reading) {
-      const Vector3 place = *T_map_imu * suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].T_imu_mag.position;
+      const Vector3 place =
+          *T_map_imu * suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].T_imu_mag.position;
       const std::optional<FieldValue> field = map.query(place, FieldInterpolation::bicubic);
       if (!field) return true;
       reading.known_ut = T_map_imu->rotation.conjugate() * field->field_ut;

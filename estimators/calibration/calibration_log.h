@@ -22,23 +22,23 @@ struct MomentReading {
 struct CalibrationMoment {
   Time time = 0;
   std::vector<MomentReading> readings;
-  bool follows = false;                          ///< what is below is known; else a new stretch of the log begins here
-  Quaternion turn = Quaternion::Identity();      ///< takes imu axes of this moment to those of the one before
-  Matrix3 turn_by_bias = Matrix3::Zero();        ///< turn(bias) = turn Exp(turn_by_bias · gyroscope bias)
-  double turn_sigma = 0.0;                       ///< rad, of the gyroscope's white noise
-  double moved_m = 0.0;                          ///< with a map: of the array's centre
-  double map_sigma_ut = 0.0;                     ///< with a map: of the known field here, a component; alike for neighbours, and so often
-                                                 ///< counted as the array passes here
+  bool follows = false;                      ///< what is below is known; else a new stretch of the log begins here
+  Quaternion turn = Quaternion::Identity();  ///< takes imu axes of this moment to those of the one before
+  Matrix3 turn_by_bias = Matrix3::Zero();    ///< turn(bias) = turn Exp(turn_by_bias · gyroscope bias)
+  double turn_sigma = 0.0;                   ///< rad, of the gyroscope's white noise
+  double moved_m = 0.0;                      ///< with a map: of the array's centre
+  double map_sigma_ut = 0.0;  ///< with a map: of the known field here, a component; alike for neighbours, and so often
+                              ///< counted as the array passes here
 };
 
 /// Everything that a calibration looks at.
 struct CalibrationLog {
-  bool mapped = false;                       ///< readings are held against a map
+  bool mapped = false;  ///< readings are held against a map
   std::vector<MagnetometerModel> magnetometers;
-  Vector3 centre_m = Vector3::Zero();        ///< of the array, imu axes
-  std::vector<CalibrationMoment> moments;    ///< in order of time, each with a reading
-  std::size_t off_map = 0;                   ///< readings left out: no map at their place
-  std::size_t without_motion = 0;            ///< moments left out: no pose, or no IMU, at their time
+  Vector3 centre_m = Vector3::Zero();      ///< of the array, imu axes
+  std::vector<CalibrationMoment> moments;  ///< in order of time, each with a reading
+  std::size_t off_map = 0;                 ///< readings left out: no map at their place
+  std::size_t without_motion = 0;          ///< moments left out: no pose, or no IMU, at their time
 };
 
 /// A log whose only references are its own gyroscope and what its magnetometers read together. `imu` in order of time.

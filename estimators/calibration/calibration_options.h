@@ -24,14 +24,19 @@ struct CalibrationOptions {
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("hard_iron_sigma_ut", hard_iron_sigma_ut, "prior of each magnetometer's offset, a component");
-    visitor.field("soft_iron_sigma", soft_iron_sigma, "prior of each of the six numbers of scale and soft iron, a share of the field");
-    visitor.field("misalignment_sigma_deg", misalignment_sigma_deg, "prior of each magnetometer's turn against the platform file, an axis");
-    visitor.field("min_gain", min_gain,
-                  "a direction of the parameters whose prior variance the log shrinks by a smaller share is held at its prior");
-    visitor.field("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s, "without a map: of the gyroscope's bias, an axis");
+    visitor.field("soft_iron_sigma", soft_iron_sigma,
+                  "prior of each of the six numbers of scale and soft iron, a share of the field");
+    visitor.field("misalignment_sigma_deg", misalignment_sigma_deg,
+                  "prior of each magnetometer's turn against the platform file, an axis");
+    visitor.field(
+        "min_gain", min_gain,
+        "a direction of the parameters whose prior variance the log shrinks by a smaller share is held at its prior");
+    visitor.field("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s,
+                  "without a map: of the gyroscope's bias, an axis");
     visitor.field("max_walk_ut_sqrt_s", max_walk_ut_sqrt_s,
                   "without a map: where the field about the robot changes faster, only offsets are looked for");
-    visitor.field("map_correlation_m", map_correlation_m, "with a map: its error is one and the same over this distance");
+    visitor.field("map_correlation_m", map_correlation_m,
+                  "with a map: its error is one and the same over this distance");
     visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "with a map: least sigma of it");
     visitor.field("position_sigma_m", position_sigma_m, "with a map: of the trajectory, an axis");
     visitor.field("rotation_sigma_deg", rotation_sigma_deg, "with a map: of the trajectory, an axis");

@@ -15,14 +15,18 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kHeld = 1e4;     // 1 / sigma of what is held, in units of its prior
-constexpr double kCoupling = 3.0;  // 1/m, sigma of the slope over the field that goes with it: a dipole's at a metre
+constexpr double kHeld = 1e4;         // 1 / sigma of what is held, in units of its prior
+constexpr double kCoupling = 3.0;     // 1/m, sigma of the slope over the field that goes with it: a dipole's at a metre
 constexpr double kNoiseMargin = 2.0;  // how many times what noise pretends to show is taken off
 constexpr double kLeastSpread_m = 0.01;  // of the array, from which on it can show a slope
 
-Matrix3 R_mag_imu(const MagnetometerModel& model) { return model.T_imu_mag.rotation.conjugate().toRotationMatrix(); }
+Matrix3 R_mag_imu(const MagnetometerModel& model) {
+  return model.T_imu_mag.rotation.conjugate().toRotationMatrix();
+}
 
-PriorBlock zero_block(int size) { return {BlockKind::euclidean, std::vector<double>(static_cast<std::size_t>(size), 0.0)}; }
+PriorBlock zero_block(int size) {
+  return {BlockKind::euclidean, std::vector<double>(static_cast<std::size_t>(size), 0.0)};
+}
 
 ceres::CostFunction* linear_factor(const std::vector<int>& sizes, const Eigen::MatrixXd& root) {
   std::vector<PriorBlock> blocks;
@@ -59,7 +63,8 @@ void CalibrationProblem::start() {
       sum += log_.magnetometers[j].T_imu_mag.rotation * reading.measured_ut;
       ++counts[j];
     }
-    states_.field_ut.push_back(log_.mapped ? Vector3(Vector3::Zero()) : Vector3(sum / static_cast<double>(moment.readings.size())));
+    states_.field_ut.push_back(log_.mapped ? Vector3(Vector3::Zero())
+                                           : Vector3(sum / static_cast<double>(moment.readings.size())));
   }
   states_.slope_ut_m.assign(log_.moments.size(), FieldSlope::Zero());
   double spread = 0.0;
@@ -121,14 +126,16 @@ void CalibrationProblem::add_steps(ceres::Problem& problem, const FieldProcess& 
       continue;
     }
     const StepWeights weights = field_step(log_, k, process, options_);
-    problem.AddResidualBlock(new FieldStepFactor({moment.turn, moment.turn_by_bias, weights.after, weights.before}), nullptr,
-                             states_.field_ut[k - 1].data(), states_.field_ut[k].data(), common_.data(), gyroscope_bias_.data());
+    problem.AddResidualBlock(new FieldStepFactor({moment.turn, moment.turn_by_bias, weights.after, weights.before}),
+                             nullptr, states_.field_ut[k - 1].data(), states_.field_ut[k].data(), common_.data(),
+                             gyroscope_bias_.data());
     if (!with_slope_) continue;
     const StepWeights slope = slope_step(log_, k, process, options_);
     Eigen::MatrixXd root(5, 10);
     root.leftCols<5>() = -slope.before * turned_slope(moment.turn.conjugate().toRotationMatrix());
     root.rightCols<5>() = slope.after * Eigen::MatrixXd::Identity(5, 5);
-    problem.AddResidualBlock(linear_factor({5, 5}, root), nullptr, states_.slope_ut_m[k - 1].data(), states_.slope_ut_m[k].data());
+    problem.AddResidualBlock(linear_factor({5, 5}, root), nullptr, states_.slope_ut_m[k - 1].data(),
+                             states_.slope_ut_m[k].data());
   }
   if (log_.mapped) {
     problem.SetParameterBlockConstant(common_.data());
@@ -138,7 +145,8 @@ void CalibrationProblem::add_steps(ceres::Problem& problem, const FieldProcess& 
   problem.AddResidualBlock(linear_factor({3}, Matrix3::Identity() / options_.gyroscope_bias_sigma_rad_s), nullptr,
                            gyroscope_bias_.data());
   if (!with_slope_) return;
-  problem.AddResidualBlock(linear_factor({15}, Eigen::MatrixXd::Identity(15, 15) / kCoupling), nullptr, coupling_.data());
+  problem.AddResidualBlock(linear_factor({15}, Eigen::MatrixXd::Identity(15, 15) / kCoupling), nullptr,
+                           coupling_.data());
 }
 
 /// Parameters against the field as a matrix on own ones and, behind them, the common distortion.
@@ -182,7 +190,8 @@ void CalibrationProblem::add_priors(ceres::Problem& problem, const Eigen::Matrix
     Eigen::MatrixXd root(12, 21);
     root << Eigen::MatrixXd::Identity(12, 12), total.block(12 * i, own_size, 12, 9);
     double* own = own_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)])].data();
-    problem.AddResidualBlock(linear_factor({12, 9}, weight.segment(12 * i, 12).asDiagonal() * root), nullptr, own, common_.data());
+    problem.AddResidualBlock(linear_factor({12, 9}, weight.segment(12 * i, 12).asDiagonal() * root), nullptr, own,
+                             common_.data());
   }
   std::vector<int> sizes(active_.size(), 12);
   std::vector<double*> blocks;
@@ -219,8 +228,8 @@ void CalibrationProblem::solve(const FieldProcess& process, const std::vector<Re
   if (!summary.IsSolutionUsable()) throw InputError("the calibration has no solution: " + summary.message);
 }
 
-/// A step's derivative by the field before it is −β A ΔRᵀ A⁻¹. Noise n of ΔR adds −β [n×] to it, and on average 2 β² σ² I to
-/// the information: along a direction that no true turn shows, that would be all of it.
+/// A step's derivative by the field before it is −β A ΔRᵀ A⁻¹. Noise n of ΔR adds −β [n×] to it, and on average 2 β² σ²
+/// I to the information: along a direction that no true turn shows, that would be all of it.
 void CalibrationProblem::take_off_turn_noise(const FieldProcess& process, int state_size,
                                              Eigen::SparseMatrix<double>& information) const {
   for (std::size_t k = 1; k < log_.moments.size(); ++k) {
@@ -232,7 +241,8 @@ void CalibrationProblem::take_off_turn_noise(const FieldProcess& process, int st
   }
 }
 
-Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process, const std::vector<ReadingWeights>& weights) {
+Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process,
+                                                const std::vector<ReadingWeights>& weights) {
   std::vector<std::unique_ptr<ceres::LossFunction>> losses;
   ceres::Problem::Options problem_options;
   problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -260,17 +270,19 @@ Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process, con
   ceres::CRSMatrix crs;
   problem.Evaluate(evaluate, nullptr, nullptr, nullptr, &crs);
   const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> rows(
-      crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(), crs.cols.data(), crs.values.data());
+      crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(), crs.cols.data(),
+      crs.values.data());
   const Eigen::SparseMatrix<double> jacobian = rows;
   const Eigen::SparseMatrix<double> by_state = jacobian.leftCols(states);
   const Eigen::SparseMatrix<double> by_parameter = jacobian.rightCols(jacobian.cols() - states);
   Eigen::SparseMatrix<double> state_information = by_state.transpose() * by_state;
   take_off_turn_noise(process, with_slope_ ? 8 : 3, state_information);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(state_information);
-  if (solver.info() != Eigen::Success) throw InputError("the calibration's states are not determined: too few readings");
+  if (solver.info() != Eigen::Success)
+    throw InputError("the calibration's states are not determined: too few readings");
   const Eigen::MatrixXd cross = Eigen::SparseMatrix<double>(by_state.transpose() * by_parameter);
-  const Eigen::MatrixXd own =
-      Eigen::MatrixXd(Eigen::SparseMatrix<double>(by_parameter.transpose() * by_parameter)) - cross.transpose() * solver.solve(cross);
+  const Eigen::MatrixXd own = Eigen::MatrixXd(Eigen::SparseMatrix<double>(by_parameter.transpose() * by_parameter)) -
+                              cross.transpose() * solver.solve(cross);
   if (log_.mapped) return own;
   const Eigen::MatrixXd own_of_total = own_by_total();
   return own_of_total.transpose() * own * own_of_total;
@@ -279,7 +291,8 @@ Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process, con
 std::vector<CalibrationParameters> CalibrationProblem::parameters() const {
   std::vector<CalibrationParameters> total = own_;
   for (const int j : active_) {
-    total[static_cast<std::size_t>(j)].tail<9>() += turned_distortion(R_mag_imu(log_.magnetometers[static_cast<std::size_t>(j)])) * common_;
+    total[static_cast<std::size_t>(j)].tail<9>() +=
+        turned_distortion(R_mag_imu(log_.magnetometers[static_cast<std::size_t>(j)])) * common_;
   }
   return total;
 }
@@ -298,13 +311,15 @@ Vector3 CalibrationProblem::field_of(std::size_t k, const MomentReading& reading
 }
 
 Vector3 CalibrationProblem::reference(std::size_t k, const MomentReading& reading) const {
-  if (log_.mapped) return R_mag_imu(log_.magnetometers[static_cast<std::size_t>(reading.magnetometer)]) * reading.known_ut;
+  if (log_.mapped)
+    return R_mag_imu(log_.magnetometers[static_cast<std::size_t>(reading.magnetometer)]) * reading.known_ut;
   return field_of(k, reading, distortion_matrix(common_).inverse());
 }
 
 Vector3 CalibrationProblem::residual(std::size_t k, const MomentReading& reading) const {
   const CalibrationParameters& own = own_[static_cast<std::size_t>(reading.magnetometer)];
-  const Vector3 predicted = distortion_matrix(own.tail<9>()) * field_of(k, reading, Matrix3::Identity()) + own.head<3>();
+  const Vector3 predicted =
+      distortion_matrix(own.tail<9>()) * field_of(k, reading, Matrix3::Identity()) + own.head<3>();
   return (reading.measured_ut - predicted) / reading.sigma_ut;
 }
 

@@ -26,10 +26,10 @@ struct ReadingWeights {
 
 /// Readings, the field's steps and priors as one problem of least squares, solved by Ceres.
 ///
-/// Without a map the field is known up to what all magnetometers distort alike, and a distortion that makes every reading
-/// larger must not make the field's steps smaller. So the field's state is what the array as a whole reads; each
-/// magnetometer is calibrated against that (their mean distortion is held at none), and the common distortion enters the
-/// steps alone (FieldStepFactor). Outside, parameters are those of each magnetometer against the field.
+/// Without a map the field is known up to what all magnetometers distort alike, and a distortion that makes every
+/// reading larger must not make the field's steps smaller. So the field's state is what the array as a whole reads;
+/// each magnetometer is calibrated against that (their mean distortion is held at none), and the common distortion
+/// enters the steps alone (FieldStepFactor). Outside, parameters are those of each magnetometer against the field.
 class CalibrationProblem {
  public:
   CalibrationProblem(const CalibrationLog& log, const CalibrationOptions& options);
@@ -40,14 +40,15 @@ class CalibrationProblem {
   /// Back to where it began: no calibration, no slope, the readings' mean for the field.
   void reset();
 
-  /// Solves from where the last solution was. `held`: rows × 12 a magnetometer with readings, in their order; what these
-  /// rows make of the parameters is held at zero. May be empty.
-  /// At most `iterations` steps: few will do before weights change.
-  void solve(const FieldProcess& process, const std::vector<ReadingWeights>& weights, const Eigen::MatrixXd& held, int iterations);
+  /// Solves from where the last solution was. `held`: rows × 12 a magnetometer with readings, in their order; what
+  /// these rows make of the parameters is held at zero. May be empty. At most `iterations` steps: few will do before
+  /// weights change.
+  void solve(const FieldProcess& process, const std::vector<ReadingWeights>& weights, const Eigen::MatrixXd& held,
+             int iterations);
 
   /// The information that all but the priors of the parameters gives about the parameters of the magnetometers with
-  /// readings, in their order, at the last solution; everything else is marginalized. What the gyroscope's noise pretends to
-  /// show is taken off: were the robot never tilted, noise would tilt it a little with every step.
+  /// readings, in their order, at the last solution; everything else is marginalized. What the gyroscope's noise
+  /// pretends to show is taken off: were the robot never tilted, noise would tilt it a little with every step.
   Eigen::MatrixXd information(const FieldProcess& process, const std::vector<ReadingWeights>& weights);
 
   /// Sigma of the prior of all these parameters.
@@ -56,7 +57,8 @@ class CalibrationProblem {
   /// Indices of the magnetometers with readings.
   const std::vector<int>& active() const { return active_; }
 
-  /// Parameters of each magnetometer of the suite against the field, to first order in the distortions; zero without readings.
+  /// Parameters of each magnetometer of the suite against the field, to first order in the distortions; zero without
+  /// readings.
   std::vector<CalibrationParameters> parameters() const;
 
   /// D and b of each in full.
@@ -65,7 +67,8 @@ class CalibrationProblem {
   /// What the array reads, or the map's error; see the class.
   const FieldStates& states() const { return states_; }
 
-  /// The field at a reading's place by the array's own states, without a map; with one the map's. Magnetometer axes, µT.
+  /// The field at a reading's place by the array's own states, without a map; with one the map's. Magnetometer axes,
+  /// µT.
   Vector3 reference(std::size_t moment, const MomentReading& reading) const;
 
   /// A reading less what the problem makes of it, in units of its white noise.

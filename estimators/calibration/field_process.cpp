@@ -9,10 +9,10 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kUsualField_ut = 50.0;      // what the gyroscope's noise turns
-constexpr double kAnyField_ut = 200.0;       // prior of a field of which nothing is known
-constexpr double kLeastStep_ut = 0.01;       // between moments: the solver's numbers stay in range
-constexpr double kMapErrorLasts_s = 60.0;    // at a standstill: errors of the pose change too
+constexpr double kUsualField_ut = 50.0;    // what the gyroscope's noise turns
+constexpr double kAnyField_ut = 200.0;     // prior of a field of which nothing is known
+constexpr double kLeastStep_ut = 0.01;     // between moments: the solver's numbers stay in range
+constexpr double kMapErrorLasts_s = 60.0;  // at a standstill: errors of the pose change too
 constexpr std::array<double, 5> kLags_s{0.5, 1.0, 2.0, 4.0, 8.0};
 constexpr double kLeastWalk_ut = 0.02, kLeastSlope_ut_m = 0.5, kLeastSlopeWalk_ut_m = 0.1;
 
@@ -22,7 +22,8 @@ double seconds_since_last(const CalibrationLog& log, std::size_t moment) {
 
 /// How alike the map's error is at a moment to that at the one before.
 double map_likeness(const CalibrationLog& log, std::size_t moment, const CalibrationOptions& options) {
-  return std::exp(-log.moments[moment].moved_m / options.map_correlation_m - seconds_since_last(log, moment) / kMapErrorLasts_s);
+  return std::exp(-log.moments[moment].moved_m / options.map_correlation_m -
+                  seconds_since_last(log, moment) / kMapErrorLasts_s);
 }
 
 /// x' = ρ x + w with the variance of x kept: σ of each may differ.
@@ -54,7 +55,8 @@ double largest_walk(const CalibrationLog& log, const std::vector<State>& states,
 
 }  // namespace
 
-StepWeights field_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process, const CalibrationOptions& options) {
+StepWeights field_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process,
+                       const CalibrationOptions& options) {
   const CalibrationMoment& now = log.moments[moment];
   if (log.mapped) {
     return stationary(map_likeness(log, moment, options), process.map_scale * log.moments[moment - 1].map_sigma_ut,
@@ -65,9 +67,11 @@ StepWeights field_step(const CalibrationLog& log, std::size_t moment, const Fiel
   return {1.0 / std::sqrt(variance), 1.0 / std::sqrt(variance)};
 }
 
-StepWeights slope_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process, const CalibrationOptions& options) {
+StepWeights slope_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process,
+                       const CalibrationOptions& options) {
   if (log.mapped) {
-    return stationary(map_likeness(log, moment, options), slope_start_sigma(log.moments[moment - 1], true, process, options),
+    return stationary(map_likeness(log, moment, options),
+                      slope_start_sigma(log.moments[moment - 1], true, process, options),
                       slope_start_sigma(log.moments[moment], true, process, options));
   }
   const double share = 0.5 * std::pow(process.slope_step_ut_m_sqrt_s / process.slope_ut_m, 2);
@@ -78,7 +82,8 @@ double field_start_sigma(const CalibrationMoment& moment, bool mapped, const Fie
   return mapped ? process.map_scale * moment.map_sigma_ut : kAnyField_ut;
 }
 
-double slope_start_sigma(const CalibrationMoment& moment, bool mapped, const FieldProcess& process, const CalibrationOptions& options) {
+double slope_start_sigma(const CalibrationMoment& moment, bool mapped, const FieldProcess& process,
+                         const CalibrationOptions& options) {
   return mapped ? process.map_scale * moment.map_sigma_ut / options.map_correlation_m : process.slope_ut_m;
 }
 
@@ -92,7 +97,8 @@ FieldProcess observed_process(const CalibrationLog& log, const FieldStates& stat
   double squares = 0.0;
   for (std::size_t k = 0; k < field.size(); ++k) {
     const CalibrationMoment& moment = log.moments[k];
-    if (moment.follows) attitude = (attitude * moment.turn * so3::exp(moment.turn_by_bias * gyroscope_bias)).normalized();
+    if (moment.follows)
+      attitude = (attitude * moment.turn * so3::exp(moment.turn_by_bias * gyroscope_bias)).normalized();
     if (k > 0) stretch[k] = stretch[k - 1] + (moment.follows ? 0 : 1);
     field[k] = attitude * (undistorted * states.field_ut[k]);
     slope[k] = turned_slope(attitude.toRotationMatrix()) * states.slope_ut_m[k];
@@ -112,8 +118,10 @@ FieldProcess observed_map_error(const CalibrationLog& log, const FieldStates& st
   for (std::size_t k = 1; k < states.field_ut.size(); ++k) {
     if (!log.moments[k].follows) continue;
     const StepWeights weights = field_step(log, k, process, options);
-    squares += (weights.after * states.field_ut[k] - weights.before * (log.moments[k].turn.conjugate() * states.field_ut[k - 1]))
-                   .squaredNorm() / 3.0;
+    squares += (weights.after * states.field_ut[k] -
+                weights.before * (log.moments[k].turn.conjugate() * states.field_ut[k - 1]))
+                   .squaredNorm() /
+               3.0;
     ++steps;
   }
   FieldProcess result = process;

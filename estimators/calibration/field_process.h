@@ -29,17 +29,20 @@ struct StepWeights {
   double before = 1.0;
 };
 
-StepWeights field_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process, const CalibrationOptions& options);
-StepWeights slope_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process, const CalibrationOptions& options);
+StepWeights field_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process,
+                       const CalibrationOptions& options);
+StepWeights slope_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process,
+                       const CalibrationOptions& options);
 
 /// Sigma of a state where a stretch of the log begins.
 double field_start_sigma(const CalibrationMoment& moment, bool mapped, const FieldProcess& process);
-double slope_start_sigma(const CalibrationMoment& moment, bool mapped, const FieldProcess& process, const CalibrationOptions& options);
+double slope_start_sigma(const CalibrationMoment& moment, bool mapped, const FieldProcess& process,
+                         const CalibrationOptions& options);
 
 /// The process that states of a log without a map show. A random walk is a coarse model of a field that a robot drives
-/// through, whose change grows with the time at first and then levels off: it gets the largest of the variances per second
-/// over lags of 0.5 to 8 s, so that it promises too little rather than too much.
-/// `common`: the distortion that all magnetometers share, imu axes: what the array reads, less that, is what turns.
+/// through, whose change grows with the time at first and then levels off: it gets the largest of the variances per
+/// second over lags of 0.5 to 8 s, so that it promises too little rather than too much. `common`: the distortion that
+/// all magnetometers share, imu axes: what the array reads, less that, is what turns.
 FieldProcess observed_process(const CalibrationLog& log, const FieldStates& states, const Vector3& gyroscope_bias,
                               const Matrix3& common);
 

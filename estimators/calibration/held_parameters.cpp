@@ -10,10 +10,10 @@ namespace {
 
 constexpr double kMostlyHidden = 0.5;
 
-constexpr std::array<const char*, 12> kNames{
-    "offset along x",       "offset along y",       "offset along z",       "scale along x",
-    "scale along y",        "scale along z",        "shear between x and y", "shear between x and z",
-    "shear between y and z", "turn about x",        "turn about y",          "turn about z"};
+constexpr std::array<const char*, 12> kNames{"offset along x",        "offset along y",        "offset along z",
+                                             "scale along x",         "scale along y",         "scale along z",
+                                             "shear between x and y", "shear between x and z", "shear between y and z",
+                                             "turn about x",          "turn about y",          "turn about z"};
 
 std::string held_at(int parameter, const CalibrationOptions& options) {
   char text[64];
@@ -32,10 +32,12 @@ std::string line(const std::string& who, const std::string& what, const std::str
 }
 
 /// The same parameter of every magnetometer, along the robot's axes, in units of the prior.
-Eigen::VectorXd common_pattern(int parameter, const std::vector<MagnetometerModel>& magnetometers, const std::vector<int>& active) {
+Eigen::VectorXd common_pattern(int parameter, const std::vector<MagnetometerModel>& magnetometers,
+                               const std::vector<int>& active) {
   Eigen::VectorXd pattern = Eigen::VectorXd::Zero(12 * static_cast<Eigen::Index>(active.size()));
   for (std::size_t i = 0; i < active.size(); ++i) {
-    const Matrix3 Q = magnetometers[static_cast<std::size_t>(active[i])].T_imu_mag.rotation.conjugate().toRotationMatrix();
+    const Matrix3 Q =
+        magnetometers[static_cast<std::size_t>(active[i])].T_imu_mag.rotation.conjugate().toRotationMatrix();
     const auto row = 12 * static_cast<Eigen::Index>(i);
     if (parameter < 3) {
       pattern.segment<3>(row) = Q.col(parameter);
@@ -68,7 +70,8 @@ std::vector<std::string> describe_held(const ParameterGain& gain, const std::vec
     if (hidden > 0) {
       const std::string who = hidden == active.size() && hidden > 1 ? "every magnetometer" : names;
       lines.push_back(line(who, name + " of the sensor", held_at(parameter, options)));
-    } else if (active.size() > 1 && gain.hidden_share_of(common_pattern(parameter, magnetometers, active)) >= kMostlyHidden) {
+    } else if (active.size() > 1 &&
+               gain.hidden_share_of(common_pattern(parameter, magnetometers, active)) >= kMostlyHidden) {
       lines.push_back(line("all magnetometers alike", name + " of the robot", held_at(parameter, options)));
     }
   }
@@ -76,7 +79,8 @@ std::vector<std::string> describe_held(const ParameterGain& gain, const std::vec
                                 common_pattern(5, magnetometers, active);
   const bool named = active.empty() || share.segment(3, 3).minCoeff() >= kMostlyHidden;
   if (!named && gain.hidden_share_of(scale) >= kMostlyHidden) {
-    const std::string who = active.size() > 1 ? "all magnetometers alike" : magnetometers[static_cast<std::size_t>(active[0])].name;
+    const std::string who =
+        active.size() > 1 ? "all magnetometers alike" : magnetometers[static_cast<std::size_t>(active[0])].name;
     lines.push_back(line(who, "scale along all axes together", held_at(3, options)));
   }
   return lines;

@@ -12,10 +12,10 @@ namespace lodestone {
 namespace {
 
 constexpr std::size_t kFewestMoments = 20;
-constexpr int kRoughly = 6, kWell = 50;       // iterations of a solver
-constexpr double kSettled = 0.03;            // relative change of the weights
-constexpr double kMedianSquare = 2.366;      // of χ² with three degrees of freedom
-constexpr double kFarOff = 4.0;              // sigmas: what lies further off says nothing about scatter and likeness
+constexpr int kRoughly = 6, kWell = 50;  // iterations of a solver
+constexpr double kSettled = 0.03;        // relative change of the weights
+constexpr double kMedianSquare = 2.366;  // of χ² with three degrees of freedom
+constexpr double kFarOff = 4.0;          // sigmas: what lies further off says nothing about scatter and likeness
 
 /// How much the residuals of one magnetometer scatter beyond their white noise, for how long they stay alike.
 class Scatter {
@@ -69,13 +69,17 @@ std::vector<ReadingWeights> observed_weights(const CalibrationLog& log, const Ca
   return weights;
 }
 
-double relative_change(double before, double after) { return std::abs(after - before) / std::max(before, 1e-12); }
+double relative_change(double before, double after) {
+  return std::abs(after - before) / std::max(before, 1e-12);
+}
 
-double change(const FieldProcess& a, const FieldProcess& b, const std::vector<ReadingWeights>& v, const std::vector<ReadingWeights>& w) {
-  double largest = std::max({relative_change(a.step_ut_sqrt_s, b.step_ut_sqrt_s), relative_change(a.slope_ut_m, b.slope_ut_m),
-                             relative_change(a.slope_step_ut_m_sqrt_s, b.slope_step_ut_m_sqrt_s),
-                             relative_change(a.map_scale, b.map_scale)});
-  for (std::size_t j = 0; j < v.size(); ++j) largest = std::max(largest, relative_change(v[j].sigma_scale, w[j].sigma_scale));
+double change(const FieldProcess& a, const FieldProcess& b, const std::vector<ReadingWeights>& v,
+              const std::vector<ReadingWeights>& w) {
+  double largest = std::max(
+      {relative_change(a.step_ut_sqrt_s, b.step_ut_sqrt_s), relative_change(a.slope_ut_m, b.slope_ut_m),
+       relative_change(a.slope_step_ut_m_sqrt_s, b.slope_step_ut_m_sqrt_s), relative_change(a.map_scale, b.map_scale)});
+  for (std::size_t j = 0; j < v.size(); ++j)
+    largest = std::max(largest, relative_change(v[j].sigma_scale, w[j].sigma_scale));
   return largest;
 }
 
@@ -90,7 +94,8 @@ Eigen::MatrixXd distortion_rows(const Eigen::VectorXd& prior_sigma) {
 }
 
 /// What each reads beside the reference, before and after.
-void add_residuals(const CalibrationLog& log, const CalibrationProblem& problem, MagnetometerCalibrationResult& result) {
+void add_residuals(const CalibrationLog& log, const CalibrationProblem& problem,
+                   MagnetometerCalibrationResult& result) {
   std::vector<Matrix3> corrections;
   for (const CalibratedMagnetometer& one : result.magnetometers) corrections.push_back(one.calibration.correction());
   for (std::size_t k = 0; k < log.moments.size(); ++k) {
@@ -110,7 +115,8 @@ void add_residuals(const CalibrationLog& log, const CalibrationProblem& problem,
     one.usual_field_ut /= count;
     one.before_ut = std::sqrt(one.before_ut / (3.0 * count));
     one.after_ut = std::sqrt(one.after_ut / (3.0 * count));
-    one.usual_error_ut = one.calibration.distortion * one.usual_field_ut + one.calibration.hard_iron_ut - one.usual_field_ut;
+    one.usual_error_ut =
+        one.calibration.distortion * one.usual_field_ut + one.calibration.hard_iron_ut - one.usual_field_ut;
   }
 }
 
@@ -129,14 +135,14 @@ void add_sigmas(const CalibrationProblem& problem, MagnetometerCalibrationResult
 }
 
 /// Solves and weighs anew until the weights stay.
-void settle(const CalibrationLog& log, const CalibrationOptions& options, const Eigen::MatrixXd& held, CalibrationProblem& problem,
-            FieldProcess& process, std::vector<ReadingWeights>& weights, int& rounds) {
+void settle(const CalibrationLog& log, const CalibrationOptions& options, const Eigen::MatrixXd& held,
+            CalibrationProblem& problem, FieldProcess& process, std::vector<ReadingWeights>& weights, int& rounds) {
   rounds = 0;
   for (bool settled = false; !settled && rounds < options.max_rounds; ++rounds) {
     problem.solve(process, weights, held, kRoughly);
-    const FieldProcess next = log.mapped ? observed_map_error(log, problem.states(), process, options)
-                                         : observed_process(log, problem.states(), problem.gyroscope_bias(),
-                                                            problem.common_distortion());
+    const FieldProcess next =
+        log.mapped ? observed_map_error(log, problem.states(), process, options)
+                   : observed_process(log, problem.states(), problem.gyroscope_bias(), problem.common_distortion());
     const std::vector<ReadingWeights> next_weights = observed_weights(log, problem, options);
     settled = change(process, next, weights, next_weights) < kSettled;
     process = next;
@@ -145,9 +151,10 @@ void settle(const CalibrationLog& log, const CalibrationOptions& options, const 
   problem.solve(process, weights, held, kWell);
 }
 
-/// The information of a log that shows of each magnetometer but what it reads beside the usual field, b + (D − I) h: that
-/// of its offset, given to this sum.
-Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProblem& problem, const Eigen::MatrixXd& information) {
+/// The information of a log that shows of each magnetometer but what it reads beside the usual field, b + (D − I) h:
+/// that of its offset, given to this sum.
+Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProblem& problem,
+                               const Eigen::MatrixXd& information) {
   std::vector<Vector3> usual(log.magnetometers.size(), Vector3::Zero());
   std::vector<double> counts(usual.size(), 0.0);
   for (std::size_t k = 0; k < log.moments.size(); ++k) {
@@ -163,7 +170,8 @@ Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProbl
     const auto j = static_cast<std::size_t>(problem.active()[static_cast<std::size_t>(i)]);
     sum.block<3, 3>(3 * i, 12 * i).setIdentity();
     sum.block<3, 9>(3 * i, 12 * i + 3) = distortion_jacobian(usual[j] / counts[j]);
-    for (Eigen::Index k = 0; k < count; ++k) of_offsets.block<3, 3>(3 * i, 3 * k) = information.block<3, 3>(12 * i, 12 * k);
+    for (Eigen::Index k = 0; k < count; ++k)
+      of_offsets.block<3, 3>(3 * i, 3 * k) = information.block<3, 3>(12 * i, 12 * k);
   }
   return sum.transpose() * of_offsets * sum;
 }
@@ -172,8 +180,8 @@ Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProbl
 
 MagnetometerCalibrationResult calibrate_magnetometers(const CalibrationLog& log, const CalibrationOptions& options) {
   if (log.moments.size() < kFewestMoments) {
-    throw InputError("a calibration takes at least " + std::to_string(kFewestMoments) + " moments, about a second of log; found " +
-                     std::to_string(log.moments.size()));
+    throw InputError("a calibration takes at least " + std::to_string(kFewestMoments) +
+                     " moments, about a second of log; found " + std::to_string(log.moments.size()));
   }
   MagnetometerCalibrationResult result;
   result.magnetometers.resize(log.magnetometers.size());

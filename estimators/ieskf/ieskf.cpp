@@ -7,11 +7,11 @@
 
 #include "core/imu/propagation.h"
 #include "core/imu/scan_motion.h"
+#include "core/lidar/deskew.h"
 #include "core/observability/robust_weight.h"
 #include "estimators/health.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/initialization/initialization.h"
-#include "core/lidar/deskew.h"
 
 namespace lodestone {
 
@@ -50,9 +50,8 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     const auto sampled = sample_scan(bundle.scan, input_.suite.lidar, options.lidar.sampling);
     scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
     scan.planes = input_.planes->around(scan.predicted.position);
-    scan.correspondences =
-        associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes, input_.suite.lidar,
-                  association_);
+    scan.correspondences = associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes,
+                                     input_.suite.lidar, association_);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
   }
@@ -66,8 +65,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.state = state_;
   estimate.covariance = covariance_.topLeftCorner<6, 6>();
   estimate.health = judge(estimate);
-  diagnostics.step_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  diagnostics.step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   sink.causal(estimate);
   sink.best(estimate);
 }
@@ -89,13 +87,12 @@ Degeneracy IteratedFilter::analyse(const Scan& scan) const {
       break;
   }
   // A filter has no window: the scan's own information takes its place, here and above.
-  return analyse_by_sigma(scan.cost.hessian(scan.predicted) -
-                              options.normal_noise_margin * scan.cost.spurious_information,
-                          std::max(scan.cost.range_rms_m, 1.0), options);
+  return analyse_by_sigma(
+      scan.cost.hessian(scan.predicted) - options.normal_noise_margin * scan.cost.spurious_information,
+      std::max(scan.cost.range_rms_m, 1.0), options);
 }
 
-void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy& degeneracy,
-                                     Diagnostics& diagnostics) {
+void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy& degeneracy, Diagnostics& diagnostics) {
   const RunOptions& options = input_.options;
   const Matrix6 pose_covariance = covariance_.topLeftCorner<6, 6>();
   const MagneticPoses localized =

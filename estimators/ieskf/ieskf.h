@@ -2,16 +2,16 @@
 
 #include <optional>
 
-#include "core/observability/degeneracy.h"
 #include "core/lidar/condensed_cost.h"
+#include "core/observability/degeneracy.h"
 #include "estimators/factory.h"
 #include "estimators/ieskf/iterated_update.h"
 
 namespace lodestone {
 
 /// The paper's filter (MIL-LC), complete: undistortion of points and magnetometer samples, Gauss-Newton magnetic
-/// localization per sample, two-step update with H_u and H_g, β, Huber on the Mahalanobis distance, R from the spread of
-/// the samples, gravity in the state. Order within a scan: docs/design/architecture.md Without a field map it is the
+/// localization per sample, two-step update with H_u and H_g, β, Huber on the Mahalanobis distance, R from the spread
+/// of the samples, gravity in the state. Order within a scan: docs/design/architecture.md Without a field map it is the
 /// LiDAR-inertial filter.
 class IteratedFilter final : public Estimator {
  public:

@@ -52,7 +52,8 @@ MagneticPoses localize_samples(std::span<const MagneticArraySample> samples, con
     const Pose predicted = T_map_end * T_end_t;
     const Matrix6 carry = carry_jacobian(T_map_end, T_end_t);
     const Matrix6 prior = carry * covariance * carry.transpose();
-    const MagneticLocalization found = localize(predicted, 0.5 * (prior + prior.transpose()), sample, suite, map, options);
+    const MagneticLocalization found =
+        localize(predicted, 0.5 * (prior + prior.transpose()), sample, suite, map, options);
     result.off_map += found.off_map;
     if (found.used == 0 || !found.converged) continue;
     const FieldAlone field = without_prior(found, predicted, options.unseen_gain);

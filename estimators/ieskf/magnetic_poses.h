@@ -12,7 +12,7 @@ namespace lodestone {
 
 /// One array sample's localization, brought to the scan's end: the first step of the paper's two-step magnetic update.
 struct MagneticPose {
-  Pose T_map_imu;        ///< at t_k
+  Pose T_map_imu;                         ///< at t_k
   Matrix6 information = Matrix6::Zero();  ///< R_n⁻¹, order φ, p; singular where the field says nothing
 };
 
@@ -24,7 +24,8 @@ struct MagneticPoses {
 
 /// Localizes every array sample by itself (Gauss-Newton from the propagated pose with `covariance` as trust in it),
 /// carries each result to the scan's end by the IMU's relative motion, and takes R from the spread of the results on
-/// top of what the field alone says of each (paper, section "Magnetometer Synchronization"; docs/design/architecture.md).
+/// top of what the field alone says of each (paper, section "Magnetometer Synchronization";
+/// docs/design/architecture.md).
 MagneticPoses localize_samples(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
                                const Matrix6& covariance, const SensorSuite& suite, const MagneticMap& map,
                                FieldInterpolation interpolation, bool map_sigma);

@@ -50,8 +50,9 @@ FieldBackground field_background(const MagneticMap& map) {
   return result;
 }
 
-FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, const SensorSuite& suite, const MagneticMap& map,
-                             const FieldBackground& background, const PlaceSearchOptions& options) {
+FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, const SensorSuite& suite,
+                             const MagneticMap& map, const FieldBackground& background,
+                             const PlaceSearchOptions& options) {
   FieldEvidence result;
   const auto count = static_cast<Eigen::Index>(array.readings.size());
   if (count == 0) return result;
@@ -96,8 +97,7 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
   // ln((1 − ε) exp(a) + ε exp(b)), from the larger
   const double a = std::log1p(-options.stale_share) + by_map;
   const double b = std::log(options.stale_share) + by_background;
-  result.log_likelihood =
-      options.field_trust * (std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))));
+  result.log_likelihood = options.field_trust * (std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))));
   return result;
 }
 

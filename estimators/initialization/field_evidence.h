@@ -1,8 +1,8 @@
 #pragma once
 
+#include "core/magnetometer/array_reading.h"
 #include "core/magnetometer/magnetic_map.h"
 #include "estimators/initialization/place_search_options.h"
-#include "core/magnetometer/array_reading.h"
 
 namespace lodestone {
 
@@ -22,12 +22,13 @@ struct FieldEvidence {
   double residual_rms_ut = 0.0;  ///< of these
 };
 
-/// The likelihood of one array's readings at `T_map_imu` (the pose at the reading's T_end_mag reference): jointly normal,
-/// errors of the map correlated over options.field_correlation_m across the array, and grown by the field's gradient times
-/// options.position_sigma_m. A reading off the map is one of the background, so that poses on and off the map compare. With
-/// probability options.stale_share the map has changed here and all readings are of the background: what a stale map can
-/// say against the right place is bounded.
-FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, const SensorSuite& suite, const MagneticMap& map,
-                             const FieldBackground& background, const PlaceSearchOptions& options);
+/// The likelihood of one array's readings at `T_map_imu` (the pose at the reading's T_end_mag reference): jointly
+/// normal, errors of the map correlated over options.field_correlation_m across the array, and grown by the field's
+/// gradient times options.position_sigma_m. A reading off the map is one of the background, so that poses on and off
+/// the map compare. With probability options.stale_share the map has changed here and all readings are of the
+/// background: what a stale map can say against the right place is bounded.
+FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, const SensorSuite& suite,
+                             const MagneticMap& map, const FieldBackground& background,
+                             const PlaceSearchOptions& options);
 
 }  // namespace lodestone

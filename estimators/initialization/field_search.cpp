@@ -11,9 +11,9 @@ namespace lodestone {
 namespace {
 
 constexpr double kStep_m = 0.15;
-constexpr double kSigma_ut = 4.0;     // within half a step the field changes by so much
+constexpr double kSigma_ut = 4.0;      // within half a step the field changes by so much
 constexpr double kWorstSquare = 16.0;  // of a reading, in sigmas: one broken sensor decides nothing
-constexpr double kCrowding = 3.0;     // readings that share one error of the map
+constexpr double kCrowding = 3.0;      // readings that share one error of the map
 constexpr std::size_t kScored = 3000;  // of the places that fit the field best, so many are held against the cloud map
 constexpr double kPlacesApart_m = 0.3;
 constexpr double kPlacesApart_rad = 10.0 * std::numbers::pi / 180.0;
@@ -24,9 +24,9 @@ struct FieldFit {
 };
 
 /// Heading and log-likelihood at one place; false where most readings are off the map.
-bool fit(const ArrayReading& array, const Quaternion& attitude, const Vector3& position, const MagneticMap& map, double& yaw,
-         double& log_likelihood) {
-  std::vector<Vector3> places;   // level axes, yaw 0, from the imu
+bool fit(const ArrayReading& array, const Quaternion& attitude, const Vector3& position, const MagneticMap& map,
+         double& yaw, double& log_likelihood) {
+  std::vector<Vector3> places;  // level axes, yaw 0, from the imu
   std::vector<Vector3> measured;
   for (const MeanReading& reading : array.readings) {
     places.push_back(attitude * reading.T_end_mag.position);
@@ -66,7 +66,8 @@ bool fit(const ArrayReading& array, const Quaternion& attitude, const Vector3& p
   const Eigen::AngleAxisd turn(yaw, Vector3::UnitZ());
   double sum = 0.0;
   for (std::size_t j = 0; j < places.size(); ++j) {
-    const double square = known[j] ? (turn * measured[j] - fields[j]).squaredNorm() / (kSigma_ut * kSigma_ut) : kWorstSquare;
+    const double square =
+        known[j] ? (turn * measured[j] - fields[j]).squaredNorm() / (kSigma_ut * kSigma_ut) : kWorstSquare;
     sum += std::min(square, kWorstSquare);
   }
   log_likelihood = -0.5 * sum / kCrowding;
@@ -98,7 +99,8 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
         found.place.level = static_cast<int>(index);
         found.place.position_m = place;
         const Vector3 position(place.x(), place.y(), static_cast<double>(level.floor_m[cell]) + height_m);
-        if (fit(array, attitude, position, map, found.place.yaw, found.field)) lines[static_cast<std::size_t>(row)].push_back(found);
+        if (fit(array, attitude, position, map, found.place.yaw, found.field))
+          lines[static_cast<std::size_t>(row)].push_back(found);
       }
     });
     for (const auto& line : lines) fits.insert(fits.end(), line.begin(), line.end());

@@ -39,7 +39,8 @@ LevelPyramid::LevelPyramid(const SiteLevel& level, int depth) {
     const std::vector<std::uint32_t>& source = step > 1 ? wide : full;
     layer.bits.reserve(static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows));
     for (int row = 0; row < level.rows; row += step) {
-      for (int column = 0; column < level.columns; column += step) layer.bits.push_back(source[level.index(column, row)]);
+      for (int column = 0; column < level.columns; column += step)
+        layer.bits.push_back(source[level.index(column, row)]);
     }
     layers_.push_back(std::move(layer));
   }

@@ -13,11 +13,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kHitAtPlace = 0.8;    // share of a scan that its true place explains
-constexpr double kLeastShare = 0.6;    // of the best score: worse places are not handed on
+constexpr double kHitAtPlace = 0.8;  // share of a scan that its true place explains
+constexpr double kLeastShare = 0.6;  // of the best score: worse places are not handed on
 constexpr double kApart_m = 0.5;
 constexpr double kApart_rad = 5.0 * std::numbers::pi / 180.0;
-constexpr std::size_t kBatch = 256;    // blocks divided together
+constexpr std::size_t kBatch = 256;  // blocks divided together
 
 struct Offset {
   std::int32_t column;
@@ -33,7 +33,8 @@ std::vector<Offset> turned(std::span<const SearchPoint> points, double yaw, doub
     const float x = cosine * point.offset_m.x() - sine * point.offset_m.y();
     const float y = sine * point.offset_m.x() + cosine * point.offset_m.y();
     // The robot stands in the middle of a cell.
-    result.push_back({static_cast<std::int32_t>(std::floor(x + 0.5F)), static_cast<std::int32_t>(std::floor(y + 0.5F))});
+    result.push_back(
+        {static_cast<std::int32_t>(std::floor(x + 0.5F)), static_cast<std::int32_t>(std::floor(y + 0.5F))});
   }
   return result;
 }
@@ -51,7 +52,8 @@ Weights weigh(std::span<const SearchPoint> points, const std::vector<std::uint32
   for (const SearchPoint& point : points) {
     const auto [entry, is_new] = known.try_emplace(point.bands);
     if (is_new) {
-      const auto hits = std::count_if(site.begin(), site.end(), [&](std::uint32_t bits) { return (bits & point.bands) != 0; });
+      const auto hits =
+          std::count_if(site.begin(), site.end(), [&](std::uint32_t bits) { return (bits & point.bands) != 0; });
       const double share = (static_cast<double>(hits) + 1.0) / (static_cast<double>(site.size()) + 2.0);
       const double miss = std::min(0.0, std::log((1.0 - kHitAtPlace) / (1.0 - share)));
       const double hit = std::max(0.0, std::log(kHitAtPlace / share));
@@ -68,7 +70,8 @@ float bound_of(std::span<const SearchPoint> points, std::span<const Offset> offs
                const LevelPyramid& pyramid, int k, int column, int row) {
   float sum = weights.all_missed;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if ((pyramid.window(k, column + offsets[i].column, row + offsets[i].row) & points[i].bands) != 0) sum += weights.hit[i];
+    if ((pyramid.window(k, column + offsets[i].column, row + offsets[i].row) & points[i].bands) != 0)
+      sum += weights.hit[i];
   }
   return sum;
 }
@@ -101,7 +104,8 @@ PlaceSearch::PlaceSearch(std::vector<SiteLevel> levels, const PlaceSearchOptions
   }
 }
 
-double PlaceSearch::bound(std::span<const SearchPoint> points, int level, int k, int column, int row, double yaw) const {
+double PlaceSearch::bound(std::span<const SearchPoint> points, int level, int k, int column, int row,
+                          double yaw) const {
   const auto index = static_cast<std::size_t>(level);
   return static_cast<double>(bound_of(points, turned(points, yaw, levels_[index].cell_m), weigh(points, sites_[index]),
                                       pyramids_[index], k, column, row));
@@ -114,9 +118,9 @@ void PlaceSearch::score(std::span<const SearchPoint> points, std::span<Place> pl
     Place& place = places[i];
     const auto index = static_cast<std::size_t>(place.level);
     const SiteLevel& level = levels_[index];
-    place.score = static_cast<double>(bound_of(points, turned(points, place.yaw, level.cell_m), weights[index],
-                                               pyramids_[index], 0, level.column_of(place.position_m.x()),
-                                               level.row_of(place.position_m.y())));
+    place.score =
+        static_cast<double>(bound_of(points, turned(points, place.yaw, level.cell_m), weights[index], pyramids_[index],
+                                     0, level.column_of(place.position_m.x()), level.row_of(place.position_m.y())));
   });
 }
 
@@ -126,7 +130,8 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
   const int headings = std::max(1, static_cast<int>(std::lround(360.0 / options_.yaw_step_deg)));
   const auto yaw_of = [&](int heading) { return 2.0 * std::numbers::pi * heading / headings; };
   std::vector<std::vector<Offset>> offsets(static_cast<std::size_t>(headings));
-  for (int i = 0; i < headings; ++i) offsets[static_cast<std::size_t>(i)] = turned(points, yaw_of(i), levels_.front().cell_m);
+  for (int i = 0; i < headings; ++i)
+    offsets[static_cast<std::size_t>(i)] = turned(points, yaw_of(i), levels_.front().cell_m);
   std::vector<Weights> weights;
   for (const std::vector<std::uint32_t>& site : sites_) weights.push_back(weigh(points, site));
 
@@ -141,8 +146,8 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
     parallel_for(std::size_t{0}, fresh.size(), [&](std::size_t i) {
       Block& block = fresh[i];
       const auto level = static_cast<std::size_t>(block.level);
-      block.bound = bound_of(points, offsets[static_cast<std::size_t>(block.yaw)], weights[level], pyramids_[level], block.k,
-                             block.column, block.row);
+      block.bound = bound_of(points, offsets[static_cast<std::size_t>(block.yaw)], weights[level], pyramids_[level],
+                             block.k, block.column, block.row);
     });
     nodes += static_cast<std::int64_t>(fresh.size());
     for (const Block& block : fresh) open.push(block);
@@ -152,7 +157,8 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
     const SiteLevel& site = levels_[static_cast<std::size_t>(level)];
     for (int yaw = 0; yaw < headings; ++yaw) {
       for (int row = 0; row < site.rows; row += 1 << depth) {
-        for (int column = 0; column < site.columns; column += 1 << depth) add_if_standable(level, depth, yaw, row, column);
+        for (int column = 0; column < site.columns; column += 1 << depth)
+          add_if_standable(level, depth, yaw, row, column);
       }
     }
   }
@@ -171,7 +177,8 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
       open.pop();
       const SiteLevel& site = levels_[static_cast<std::size_t>(top.level)];
       const Place place{top.level, site.center(top.column, top.row), yaw_of(top.yaw), static_cast<double>(top.bound)};
-      if (std::none_of(result.places.begin(), result.places.end(), [&](const Place& other) { return is_near(place, other); })) {
+      if (std::none_of(result.places.begin(), result.places.end(),
+                       [&](const Place& other) { return is_near(place, other); })) {
         result.places.push_back(place);
       }
       continue;

@@ -19,7 +19,8 @@ struct Place {
   int level = 0;
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< of the imu, map
   double yaw = 0.0;                                      ///< rad, map
-  /// Log-likelihood against a place at random, as if points were independent: Σ ln P(hit or miss | here) / P(… | anywhere).
+  /// Log-likelihood against a place at random, as if points were independent: Σ ln P(hit or miss | here) / P(… |
+  /// anywhere).
   double score = 0.0;
 };
 
@@ -28,13 +29,14 @@ struct PlaceSearchResult {
   bool complete = true;       ///< false: it ended at options.max_nodes
 };
 
-/// Looks for a scan on all levels of a map at once, on a grid of cells and headings, by branch and bound over the pyramids:
-/// the places found are the best of the grid, none is missed (Hess et al. 2016, with bits of height for occupancy).
+/// Looks for a scan on all levels of a map at once, on a grid of cells and headings, by branch and bound over the
+/// pyramids: the places found are the best of the grid, none is missed (Hess et al. 2016, with bits of height for
+/// occupancy).
 class PlaceSearch {
  public:
   PlaceSearch(std::vector<SiteLevel> levels, const PlaceSearchOptions& options);
 
-  static constexpr int depth = 5;                     ///< of the pyramids
+  static constexpr int depth = 5;                        ///< of the pyramids
   static constexpr int margin_cells = (1 << depth) + 4;  ///< that levels need
 
   /// The best places, up to options.candidates, down to 0.6 of the best score. Deterministic on any number of threads.

@@ -24,22 +24,26 @@ struct PlaceSearchOptions {
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("data_s", data_s, "at most so much of the log's beginning is looked at");
-    visitor.field("min_probability", min_probability,
-                  "a place less probable than this, among all candidates and 'nowhere on the map', is refused; lower it to "
-                  "go on with the best");
+    visitor.field(
+        "min_probability", min_probability,
+        "a place less probable than this, among all candidates and 'nowhere on the map', is refused; lower it to "
+        "go on with the best");
     visitor.field("yaw_step_deg", yaw_step_deg, "headings tried in the search");
     visitor.field("range_m", range_m, "points farther from the robot do not take part in the search");
     visitor.field("points", points, "of the scan that take part in the search, spread evenly");
     visitor.field("candidates", candidates, "places that the search over the cloud map hands on");
     visitor.field("field_candidates", field_candidates, "places that the search over the magnetic map hands on");
-    visitor.field("max_nodes", max_nodes, "the search ends after so many blocks of places; what it leaves out counts as doubt");
+    visitor.field("max_nodes", max_nodes,
+                  "the search ends after so many blocks of places; what it leaves out counts as doubt");
     visitor.field("independent_points", independent_points,
                   "a scan says as much as so many independent points: neighbours lie on the same surface");
-    visitor.field("independent_distance_m", independent_distance_m, "the next scan says something new after such a way");
+    visitor.field("independent_distance_m", independent_distance_m,
+                  "the next scan says something new after such a way");
     visitor.field("field_trust", field_trust, "power of the field's likelihood: its errors are correlated");
     visitor.field("stale_share", stale_share, "share of the magnetic map that may have changed since the survey");
     visitor.field("field_correlation_m", field_correlation_m, "errors of the magnetic map are one over this distance");
-    visitor.field("position_sigma_m", position_sigma_m, "of a candidate once it is registered: the field's gradient times this");
+    visitor.field("position_sigma_m", position_sigma_m,
+                  "of a candidate once it is registered: the field's gradient times this");
   }
 
   void check() const {

@@ -4,19 +4,19 @@
 #include <cmath>
 
 #include "core/imu/scan_motion.h"
-#include "core/magnetometer/field_residual.h"
-#include "core/parallel.h"
 #include "core/lidar/deskew.h"
 #include "core/magnetometer/array_reading.h"
+#include "core/magnetometer/field_residual.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kPoints = 400;         // of a scan: a grid has thousands of poses
-constexpr double kPlaneSlack_m = 0.2;        // how far from its plane a point still counts for something
-constexpr double kFieldSlack_ut = 4.0;       // what the field changes by within a step of the grid
-constexpr double kClearlyBetter = 0.12;      // shares that fit
+constexpr std::size_t kPoints = 400;     // of a scan: a grid has thousands of poses
+constexpr double kPlaneSlack_m = 0.2;    // how far from its plane a point still counts for something
+constexpr double kFieldSlack_ut = 4.0;   // what the field changes by within a step of the grid
+constexpr double kClearlyBetter = 0.12;  // shares that fit
 constexpr double kAsGood = 0.04;
 
 /// All poses of a grid: the place of each along each direction.
@@ -35,7 +35,8 @@ std::vector<std::vector<int>> places(const std::vector<SearchDirection>& directi
   return result;
 }
 
-Pose pose_at(const Pose& about, const std::vector<SearchDirection>& directions, const std::vector<int>& place, double scale) {
+Pose pose_at(const Pose& about, const std::vector<SearchDirection>& directions, const std::vector<int>& place,
+             double scale) {
   Vector6 step = Vector6::Zero();
   for (std::size_t i = 0; i < place.size(); ++i) step += scale * place[i] * directions[i].axis;
   return about.boxplus(step);
@@ -56,12 +57,12 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
   }
   if (field_ == nullptr || keyframe.magnetic.empty()) return;
   // The last tenth of a second at most: one mean reading a magnetometer.
-  for (const ArrayReading& array : average_array(keyframe.magnetic, motion, input.suite,
-                                                 input.options.magnetic.samples_per_reading)) {
+  for (const ArrayReading& array :
+       average_array(keyframe.magnetic, motion, input.suite, input.options.magnetic.samples_per_reading)) {
     for (const MeanReading& reading : array.readings) {
       const double noise = input.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
-      readings_.push_back({reading.T_end_mag, reading.measured_ut - bias_ut(reading.magnetometer),
-                           noise / std::sqrt(reading.samples)});
+      readings_.push_back(
+          {reading.T_end_mag, reading.measured_ut - bias_ut(reading.magnetometer), noise / std::sqrt(reading.samples)});
     }
   }
 }
@@ -75,7 +76,8 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
     for (const Eigen::Vector3f& point : points_) {
       const Eigen::Vector3f place = ((rotation * point).cast<double>() + T_map_imu.position).cast<float>();
       const Plane* plane = planes_->match(place, reach);
-      if (plane != nullptr) sum += 1.0 - std::pow(static_cast<double>(plane->distance(place)) / static_cast<double>(reach), 2);
+      if (plane != nullptr)
+        sum += 1.0 - std::pow(static_cast<double>(plane->distance(place)) / static_cast<double>(reach), 2);
     }
     result += sum / static_cast<double>(points_.size());
   }
@@ -84,7 +86,8 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
     for (const Reading& reading : readings_) {
       const auto value = field_->query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bilinear);
       if (!value) continue;
-      const double squared_ut = field_residual(T_map_imu, reading.T_end_mag, reading.measured_ut, *value).residual_ut.squaredNorm();
+      const double squared_ut =
+          field_residual(T_map_imu, reading.T_end_mag, reading.measured_ut, *value).residual_ut.squaredNorm();
       const double variance = 3.0 * (std::pow(kFieldSlack_ut * slack, 2) + std::pow(reading.sigma_ut, 2) +
                                      std::pow(static_cast<double>(value->sigma_ut), 2));
       sum += std::exp(-0.5 * squared_ut / variance);
@@ -97,17 +100,19 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
 std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<SearchDirection>& directions) const {
   const std::vector<std::vector<int>> grid = places(directions);
   std::vector<double> fits(grid.size());
-  parallel_for(std::size_t{0}, grid.size(), [&](std::size_t i) { fits[i] = fit(pose_at(about, directions, grid[i], 1.0), 1.0); });
+  parallel_for(std::size_t{0}, grid.size(),
+               [&](std::size_t i) { fits[i] = fit(pose_at(about, directions, grid[i], 1.0), 1.0); });
   const double most = *std::max_element(fits.begin(), fits.end());
   if (most < fit(about, 1.0) + kClearlyBetter) return std::nullopt;
-  // Of those that fit as well, the nearest: along a direction that nothing tells it stays where it was, among repetitions
-  // with the closest.
+  // Of those that fit as well, the nearest: along a direction that nothing tells it stays where it was, among
+  // repetitions with the closest.
   std::size_t best = grid.size();
   double nearest = 0.0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     if (fits[i] < most - kAsGood) continue;
     double far = 0.0;
-    for (std::size_t d = 0; d < directions.size(); ++d) far += std::pow(static_cast<double>(grid[i][d]) / std::max(1, directions[d].steps), 2);
+    for (std::size_t d = 0; d < directions.size(); ++d)
+      far += std::pow(static_cast<double>(grid[i][d]) / std::max(1, directions[d].steps), 2);
     if (best < grid.size() && far >= nearest) continue;
     best = i;
     nearest = far;

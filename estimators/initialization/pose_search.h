@@ -24,12 +24,12 @@ class PoseSearch {
   PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state,
              const std::function<Vector3(int)>& bias_ut);
 
-  /// The pose within the grid about `about` that fits clearly better than `about` itself; of several that fit as well the
-  /// nearest. Nothing where there is none.
+  /// The pose within the grid about `about` that fits clearly better than `about` itself; of several that fit as well
+  /// the nearest. Nothing where there is none.
   std::optional<Pose> find(const Pose& about, const std::vector<SearchDirection>& directions) const;
 
-  /// How well the pose fits: the share of points that lie on their planes plus the share of readings that are those of the
-  /// map, each from 0 to 1, both falling off smoothly over `slack` (1: coarse).
+  /// How well the pose fits: the share of points that lie on their planes plus the share of readings that are those of
+  /// the map, each from 0 to 1, both falling off smoothly over `slack` (1: coarse).
   double fit(const Pose& T_map_imu, double slack) const;
 
  private:

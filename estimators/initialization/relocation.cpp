@@ -11,7 +11,7 @@ constexpr double kStep_m = 0.1;       // well within what a field or a wall chan
 constexpr double kStep_rad = 0.0175;  // a degree
 constexpr double kKnown_m = 0.12;     // one sigma: a linearization reaches that far
 constexpr double kFarthest_m = 6.0;
-constexpr int kMostSteps = 7;         // along the second direction, and of heading: a grid must stay small
+constexpr int kMostSteps = 7;  // along the second direction, and of heading: a grid must stay small
 
 SearchDirection shift(const Vector3& direction, double reach_m) {
   SearchDirection result;
@@ -34,8 +34,9 @@ std::optional<Pose> better_start(const EstimatorInput& input, const Keyframe& ke
   const InitialOptions& options = input.options.initial;
   if (options.search_m <= 0.0 && options.search_deg <= 0.0) return std::nullopt;
   const PoseSearch search(input, keyframe, state, [](int) { return Vector3::Zero().eval(); });
-  return search.find(state.T_map_imu, {shift(Vector3::UnitX(), options.search_m), shift(Vector3::UnitY(), options.search_m),
-                                       turn(state, options.search_deg * M_PI / 180.0)});
+  return search.find(state.T_map_imu,
+                     {shift(Vector3::UnitX(), options.search_m), shift(Vector3::UnitY(), options.search_m),
+                      turn(state, options.search_deg * M_PI / 180.0)});
 }
 
 std::optional<Pose> better_place(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state,

@@ -8,8 +8,8 @@ namespace lodestone {
 /// initial.search_m and in heading within initial.search_deg. `state`: that of the given start.
 std::optional<Pose> better_start(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state);
 
-/// Where the robot is along directions of which the prediction knows too little for a linearization: within three sigmas
-/// of `keyframe.predicted`. Nothing where all are known well enough, or where nothing fits clearly better.
+/// Where the robot is along directions of which the prediction knows too little for a linearization: within three
+/// sigmas of `keyframe.predicted`. Nothing where all are known well enough, or where nothing fits clearly better.
 std::optional<Pose> better_place(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state,
                                  const std::function<Vector3(int)>& bias_ut);
 

@@ -14,11 +14,10 @@ namespace lodestone {
 
 namespace {
 
-
 /// Near points first: they stay within reach of their planes while the heading is yet rough.
 struct Stage {
   double range_m;
-  double sigma_m;   ///< how far off the pose may be: what residuals are held to
+  double sigma_m;  ///< how far off the pose may be: what residuals are held to
   double sigma_rad;
   int iterations;
 };

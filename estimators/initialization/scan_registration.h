@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "core/lidar/plane_map_source.h"
 #include "core/lidar/association.h"
+#include "core/lidar/plane_map_source.h"
 
 namespace lodestone {
 
@@ -21,8 +21,8 @@ RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose
 
 /// How well a scan lies on the map.
 struct ScanAgreement {
-  double cost = 0.0;    ///< mean over points of min(r²/2σ², `most`), `most` for a point without plane
-  double share = 0.0;   ///< of points within 2.4 σ of their plane
+  double cost = 0.0;   ///< mean over points of min(r²/2σ², `most`), `most` for a point without plane
+  double share = 0.0;  ///< of points within 2.4 σ of their plane
   int points = 0;
   static constexpr double most = 3.0;
 };

@@ -14,8 +14,8 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kFloorCosine = 0.97;   // 14°: steeper is no floor
-constexpr double kJoin_m = 0.5;         // floor cells so far apart belong together
+constexpr double kFloorCosine = 0.97;  // 14°: steeper is no floor
+constexpr double kJoin_m = 0.5;        // floor cells so far apart belong together
 constexpr double kJoinSlope = 0.3;
 constexpr double kJoinStep_m = 0.06;
 constexpr double kStandBeyond_m = 1.0;  // holes in a survey's floor
@@ -117,7 +117,7 @@ class Surfaces {
 /// Pieces of each level, the largest first.
 std::vector<std::vector<FloorPiece>> part(const std::vector<FloorPiece>& pieces, Surfaces& surfaces, double cell_m) {
   std::map<std::pair<std::int32_t, int>, std::vector<FloorPiece>> levels;  // by surface, and by which one above another
-  std::vector<std::int32_t> here;  // surfaces met in this cell so far
+  std::vector<std::int32_t> here;                                          // surfaces met in this cell so far
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (i > 0 && (pieces[i].column != pieces[i - 1].column || pieces[i].row != pieces[i - 1].row)) here.clear();
     const std::int32_t root = surfaces.root(static_cast<std::int32_t>(i));
@@ -204,7 +204,8 @@ std::vector<SiteLevel> find_levels(const PlaneMapSource& map, int margin_cells) 
     level.floor_m.assign(count, std::numeric_limits<float>::quiet_NaN());
     level.cells.assign(count, 0);
     for (const FloorPiece& piece : floor) {
-      const std::size_t i = level.index(piece.column - extent.low.x() + margin_cells, piece.row - extent.low.y() + margin_cells);
+      const std::size_t i =
+          level.index(piece.column - extent.low.x() + margin_cells, piece.row - extent.low.y() + margin_cells);
       level.floor_m[i] = piece.height_m;
       level.cells[i] |= SiteLevel::standable;
     }

@@ -8,21 +8,21 @@
 
 namespace lodestone {
 
-/// One floor that a robot may stand on and what the map holds above it, seen from above: square cells, in each the floor's
-/// height and one bit a band of height in which the map has points. Heights count from the floor, so that ramps and
-/// storeys look the same to a robot.
+/// One floor that a robot may stand on and what the map holds above it, seen from above: square cells, in each the
+/// floor's height and one bit a band of height in which the map has points. Heights count from the floor, so that ramps
+/// and storeys look the same to a robot.
 struct SiteLevel {
-  static constexpr double band_m = 0.3;     ///< bit b: from b to b + 1 bands above the floor
+  static constexpr double band_m = 0.3;  ///< bit b: from b to b + 1 bands above the floor
   static constexpr int bands = 31;
   static constexpr std::uint32_t standable = 1U << 31U;  ///< bit: floor here, or within a metre
-  static constexpr double clearance_m = 0.2;  ///< what lies lower is the floor and its noise
+  static constexpr double clearance_m = 0.2;             ///< what lies lower is the floor and its noise
 
   double cell_m = 0.25;
   Eigen::Vector2d origin_m = Eigen::Vector2d::Zero();  ///< corner of cell (0, 0), map
   int columns = 0;
   int rows = 0;
-  std::vector<float> floor_m;         ///< map z, row by row; beyond the floor's edges that of the nearest floor
-  std::vector<std::uint32_t> cells;   ///< row by row
+  std::vector<float> floor_m;        ///< map z, row by row; beyond the floor's edges that of the nearest floor
+  std::vector<std::uint32_t> cells;  ///< row by row
 
   std::size_t index(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
@@ -38,10 +38,10 @@ struct SiteLevel {
   static std::uint32_t band_mask(double low_m, double high_m);
 };
 
-/// The floors of a map: connected level or gently sloping surfaces, the largest and every one of at least a tenth of its
-/// area. Storeys joined by a ramp come apart where one lies above the other. Cells are of the map's voxels, at least
-/// 0.25 m. Each grid spans the whole map and `margin_cells` around it. The result does not depend on how the map is held.
-/// Empty where the map has no level surface.
+/// The floors of a map: connected level or gently sloping surfaces, the largest and every one of at least a tenth of
+/// its area. Storeys joined by a ramp come apart where one lies above the other. Cells are of the map's voxels, at
+/// least 0.25 m. Each grid spans the whole map and `margin_cells` around it. The result does not depend on how the map
+/// is held. Empty where the map has no level surface.
 std::vector<SiteLevel> find_levels(const PlaneMapSource& map, int margin_cells);
 
 }  // namespace lodestone

@@ -15,13 +15,13 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kLeastPoints = 100;       // of a scan that can be searched for
+constexpr std::size_t kLeastPoints = 100;  // of a scan that can be searched for
 constexpr double kReadingSpan_s = 0.05;
-constexpr double kFinalistMargin = 14.0;        // in log-likelihood below the best
+constexpr double kFinalistMargin = 14.0;  // in log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
-constexpr double kFirstLook_s = 1.0;            // of tracking, before it is decided whether more is needed
-constexpr double kSettled_s = 0.5;              // of tracking, after which the pose is right and the begin yet near
-constexpr double kLeastLag_s = 0.2;             // between two poses that a velocity is taken from
+constexpr double kFirstLook_s = 1.0;  // of tracking, before it is decided whether more is needed
+constexpr double kSettled_s = 0.5;    // of tracking, after which the pose is right and the begin yet near
+constexpr double kLeastLag_s = 0.2;   // between two poses that a velocity is taken from
 constexpr double kSame_m = 0.3;
 constexpr double kSame_rad = 3.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kReported = 5;
@@ -61,8 +61,8 @@ std::vector<std::size_t> stations_of(const std::vector<NavState>& states, double
   return stations;
 }
 
-/// From a tracked state back through the IMU to the log's begin. There the first scan with points is laid on the map once
-/// more, deskewed now; by how much that moves it, the velocity was wrong on the way back.
+/// From a tracked state back through the IMU to the log's begin. There the first scan with points is laid on the map
+/// once more, deskewed now; by how much that moves it, the velocity was wrong on the way back.
 StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled, const NavState& state,
                               std::span<const ImuSample> imu, const EstimatorInput& input) {
   NavState tracked = state;
@@ -80,8 +80,8 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
   Pose registered = end;
   for (int round = 0; round < 2; ++round) {
     const Quaternion to_imu = registered.rotation.conjugate();
-    const StartScan again = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * (velocity + correction), input.suite,
-                                          input.options.lidar.sampling.voxel_m);
+    const StartScan again = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * (velocity + correction),
+                                          input.suite, input.options.lidar.sampling.voxel_m);
     registered =
         register_scan(again.points, end, *planes, input.suite.lidar, input.options.lidar.association).T_map_imu;
     if (lag_s >= kLeastLag_s) correction = (end.position - registered.position) / lag_s;
@@ -120,11 +120,12 @@ std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavSt
 
 StartFinder::StartFinder(const EstimatorInput& input) : input_(input), options_(input.options.search) {
   if (input_.planes == nullptr) {
-    throw InputError("--initial-pose auto: expected a cloud map, found the magnetic map alone, in which places repeat; give "
-                     "--cloud MAP.pcd too, or the start's pose");
+    throw InputError(
+        "--initial-pose auto: expected a cloud map, found the magnetic map alone, in which places repeat; give "
+        "--cloud MAP.pcd too, or the start's pose");
   }
-  search_ = std::make_unique<StartSearch>(*input_.planes, input_.field.get(), input_.suite, input_.options.lidar.association,
-                                          options_);
+  search_ = std::make_unique<StartSearch>(*input_.planes, input_.field.get(), input_.suite,
+                                          input_.options.lidar.association, options_);
 }
 
 FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
@@ -132,9 +133,10 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   const auto usable = std::find_if(bundles.begin(), bundles.end(),
                                    [](const ScanBundle& bundle) { return bundle.scan.points.size() >= kLeastPoints; });
   if (usable == bundles.end()) {
-    throw InputError(fmt::format("--initial-pose auto: expected a scan of at least {} points in the log's first {} s, found "
-                                 "none; give the start's pose",
-                                 kLeastPoints, options_.data_s));
+    throw InputError(
+        fmt::format("--initial-pose auto: expected a scan of at least {} points in the log's first {} s, found "
+                    "none; give the start's pose",
+                    kLeastPoints, options_.data_s));
   }
   const auto first = static_cast<std::size_t>(usable - bundles.begin());
   const std::span<const ScanBundle> rest = bundles.subspan(first);
@@ -146,7 +148,8 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   still.T_map_imu.rotation = level_attitude(mean_up(imu));
   still.gravity = Vector3(0.0, 0.0, -input_.suite.gravity_m_s2);
   const Vector3 up = still.T_map_imu.rotation.conjugate() * Vector3::UnitZ();
-  const StartScan scan = prepare_start(bundle, up, Vector3::Zero(), input_.suite, input_.options.lidar.sampling.voxel_m);
+  const StartScan scan =
+      prepare_start(bundle, up, Vector3::Zero(), input_.suite, input_.options.lidar.sampling.voxel_m);
   const auto array = reading_at_end(bundle, still, input_.suite, kReadingSpan_s);
   const StartCandidates candidates = search_->find(scan, array ? &*array : nullptr);
   result.candidates = candidates.found.size();
@@ -180,17 +183,18 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   for (const double look_s : {std::min(kFirstLook_s, options_.data_s), options_.data_s}) {
     const std::size_t upto = end_of(look_s);
     if (upto == tracked) break;
-    parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
-      finalists[i].track.follow(rest.subspan(tracked, upto - tracked));
-    });
+    parallel_for(std::size_t{0}, finalists.size(),
+                 [&](std::size_t i) { finalists[i].track.follow(rest.subspan(tracked, upto - tracked)); });
     tracked = upto;
-    const std::vector<std::size_t> stations = stations_of(finalists[best].track.states(), options_.independent_distance_m);
+    const std::vector<std::size_t> stations =
+        stations_of(finalists[best].track.states(), options_.independent_distance_m);
     parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       Finalist& finalist = finalists[i];
       finalist.log_likelihood = finalist.nowhere = 0.0;
       for (const std::size_t station : stations) {
         double nowhere = 0.0;
-        const StartCandidate at = weigh_scan(rest[station], finalist.track.states()[station], input_, search_->evidence(), nowhere);
+        const StartCandidate at =
+            weigh_scan(rest[station], finalist.track.states()[station], input_, search_->evidence(), nowhere);
         if (station == stations.front()) finalist.last = at;
         finalist.log_likelihood += at.log_likelihood;
         finalist.nowhere += nowhere;
@@ -199,19 +203,22 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
     // Two that have run together are one.
     std::vector<std::size_t> order(finalists.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return finalists[a].log_likelihood > finalists[b].log_likelihood; });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return finalists[a].log_likelihood > finalists[b].log_likelihood;
+    });
     for (std::size_t a = 0; a < order.size(); ++a) {
       Finalist& finalist = finalists[order[a]];
       finalist.doubled = false;
       for (std::size_t b = 0; b < a && !finalist.doubled; ++b) {
         const Vector6 apart = finalist.last.T_map_imu.boxminus(finalists[order[b]].last.T_map_imu);
-        finalist.doubled = !finalists[order[b]].doubled && apart.tail<3>().norm() < kSame_m && apart.head<3>().norm() < kSame_rad;
+        finalist.doubled =
+            !finalists[order[b]].doubled && apart.tail<3>().norm() < kSame_m && apart.head<3>().norm() < kSame_rad;
       }
     }
     best = order.front();
     const double reference = std::max(finalists[best].log_likelihood, finalists[best].nowhere);
-    double sum = others * std::exp(finalists[best].log_likelihood - reference) + std::exp(finalists[best].nowhere - reference);
+    double sum =
+        others * std::exp(finalists[best].log_likelihood - reference) + std::exp(finalists[best].nowhere - reference);
     for (std::size_t i = 0; i < finalists.size(); ++i) {
       probabilities[i] = finalists[i].doubled ? 0.0 : std::exp(finalists[i].log_likelihood - reference);
       sum += probabilities[i];
@@ -225,15 +232,15 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   for (std::size_t i = 0; i < finalists.size(); ++i) {
     if (!finalists[i].doubled) order.push_back(i);
   }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return probabilities[a] > probabilities[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return probabilities[a] > probabilities[b]; });
   if (order.size() > kReported) order.resize(kReported);
   const std::size_t settled = std::min(end_of(kSettled_s), tracked) - 1;
   const std::vector<ImuSample> to_settled = imu_of(bundles.subspan(0, first + settled + 1));
   for (const std::size_t i : order) {
     const Finalist& finalist = finalists[i];
-    StartHypothesis hypothesis =
-        back_to_begin(bundles.front().scan.start, bundle, rest[settled].scan.end, finalist.track.states()[settled], to_settled,
-                      input_);
+    StartHypothesis hypothesis = back_to_begin(bundles.front().scan.start, bundle, rest[settled].scan.end,
+                                               finalist.track.states()[settled], to_settled, input_);
     hypothesis.probability = probabilities[i];
     hypothesis.lidar = finalist.last.lidar;
     hypothesis.field = finalist.last.field;

@@ -1,7 +1,7 @@
 #include "estimators/initialization/start_scan.h"
 
-#include <algorithm>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <tuple>
@@ -18,7 +18,7 @@ constexpr double kGroundThickness_m = 0.05;
 constexpr double kLevelCosine = 0.9976;  // 4°
 constexpr int kLeastGroundPoints = 30;
 constexpr int kTriples = 600;
-constexpr double kRampCosine = 0.9986;   // 3°
+constexpr double kRampCosine = 0.9986;  // 3°
 constexpr double kSearchVoxel_m = 0.5;
 
 /// A fixed sequence of numbers, the finalizer of SplitMix64 over a counter.
@@ -105,8 +105,8 @@ StartScan prepare_start(const ScanBundle& bundle, const Vector3& up_at_end, cons
   end.velocity = end.T_map_imu.rotation * velocity_imu;
   end.gravity = Vector3(0.0, 0.0, -suite.gravity_m_s2);
   const ScanSamplingOptions sampling{voxel_m, 20000};
-  result.points = deskew(sample_scan(bundle.scan, suite.lidar, sampling), bundle.scan.start, ScanMotion(end, bundle.imu),
-                         suite.lidar.T_imu_lidar);
+  result.points = deskew(sample_scan(bundle.scan, suite.lidar, sampling), bundle.scan.start,
+                         ScanMotion(end, bundle.imu), suite.lidar.T_imu_lidar);
   result.ground = find_ground(result.points, up_at_end);
   return result;
 }

@@ -6,28 +6,29 @@
 
 #include "core/angles.h"
 #include "core/error.h"
+#include "core/magnetometer/localization.h"
 #include "core/parallel.h"
 #include "estimators/initialization/field_search.h"
-#include "core/magnetometer/localization.h"
 
 namespace lodestone {
 
 namespace {
 
 constexpr double kFloorThickness_m = 0.15;
-constexpr double kNowhereShare = 0.5;      // of the scan that fits by chance where it was not taken
+constexpr double kNowhereShare = 0.5;  // of the scan that fits by chance where it was not taken
 constexpr std::size_t kJudgedPoints = 1500;
 constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, on each of some hundred places
 constexpr double kTilesTogether_m = 32.0;
 constexpr double kSamePlace_m = 0.25;
 constexpr double kSameHeading_rad = 3.0 * degree;
-constexpr double kArrayCrowding = 3.0;     // readings that share one error of the map
+constexpr double kArrayCrowding = 3.0;  // readings that share one error of the map
 constexpr double kMapError_ut = 0.5;
 
 std::vector<SiteLevel> levels_of(const PlaneMapSource& planes) {
   std::vector<SiteLevel> levels = find_levels(planes, PlaceSearch::margin_cells);
   if (levels.empty()) {
-    throw InputError("--initial-pose auto: the cloud map shows no level floor to stand on; give the start's pose instead");
+    throw InputError(
+        "--initial-pose auto: the cloud map shows no level floor to stand on; give the start's pose instead");
   }
   return levels;
 }
@@ -154,8 +155,9 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
     }
     evidence_.weigh(judged, array, *planes, candidate);
   });
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const StartCandidate& a, const StartCandidate& b) { return a.log_likelihood > b.log_likelihood; });
+  std::stable_sort(candidates.begin(), candidates.end(), [](const StartCandidate& a, const StartCandidate& b) {
+    return a.log_likelihood > b.log_likelihood;
+  });
   for (const StartCandidate& candidate : candidates) {
     const bool known = std::any_of(result.found.begin(), result.found.end(), [&](const StartCandidate& other) {
       return is_same(other.T_map_imu, candidate.T_map_imu);

@@ -14,8 +14,8 @@ namespace lodestone {
 
 /// A pose at which the first scan may have been taken, and what speaks for it.
 struct StartCandidate {
-  Pose T_map_imu;               ///< at the scan's end
-  ScanAgreement lidar;          ///< of what stands above the floor
+  Pose T_map_imu;       ///< at the scan's end
+  ScanAgreement lidar;  ///< of what stands above the floor
   FieldEvidence field;
   double log_likelihood = 0.0;  ///< LiDAR and field together
 };
@@ -24,8 +24,8 @@ struct StartCandidate {
 struct StartCandidates {
   std::vector<StartCandidate> found;
   double nowhere_log_likelihood = 0.0;
-  int search_points = 0;   ///< of the scan that stand above the floor
-  bool complete = true;    ///< false: the search over the cloud map ended early
+  int search_points = 0;  ///< of the scan that stand above the floor
+  bool complete = true;   ///< false: the search over the cloud map ended early
 };
 
 /// Weighs LiDAR and field for one scan at one pose.
@@ -52,8 +52,9 @@ class StartEvidence {
 /// The points of a scan that stand above its floor: all floors look alike.
 std::vector<Eigen::Vector3f> above_floor(const StartScan& scan);
 
-/// Finds where a scan may have been taken, anywhere on the maps: search over the cloud map by branch and bound, and over the
-/// magnetic map; registration of each candidate; the field's correction along what LiDAR does not see; evidence of both.
+/// Finds where a scan may have been taken, anywhere on the maps: search over the cloud map by branch and bound, and
+/// over the magnetic map; registration of each candidate; the field's correction along what LiDAR does not see;
+/// evidence of both.
 class StartSearch {
  public:
   /// Builds the pyramids: once a map. `field` may be null. All must outlive this. Throws InputError where the cloud map

@@ -62,7 +62,8 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
       const NavState before = window.state(k > 0 ? k - 1 : 0);
       measurements_.register_scan(*keyframes_[k], window.state(k), k > 0 ? &before : nullptr);
     });
-    for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i) release(*keyframes_[which[i]]);
+    for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i)
+      release(*keyframes_[which[i]]);
     const double share = (rounds_ + static_cast<double>(last) / static_cast<double>(which.size())) /
                          static_cast<double>(input_.options.smoother.batch.max_rounds);
     if (progress && !progress(share)) return false;
@@ -75,13 +76,14 @@ void BatchRefinement::renew_factors(SlidingWindow& window) {
   parallel_for(std::size_t{0}, keyframes_.size(), [&](std::size_t k) {
     Keyframe& keyframe = *keyframes_[k];
     const NavState state = window.state(k);
-    // What LiDAR sees is a matter of the place, and the window has settled it: over a whole log the IMU would carry what
-    // little LiDAR knows of a hidden direction from keyframe to keyframe until it seemed known.
+    // What LiDAR sees is a matter of the place, and the window has settled it: over a whole log the IMU would carry
+    // what little LiDAR knows of a hidden direction from keyframe to keyframe until it seemed known.
     const Degeneracy seen = keyframe.degeneracy;
     measurements_.decide(keyframe, seen, nullptr, {});
     keyframe.predicted = state.T_map_imu;
     fields[k] = measurements_.weigh(keyframe, state, [&](int magnetometer) {
-      return rounds_ == 0 ? biases_[k][static_cast<std::size_t>(magnetometer)] : window.magnetometer_bias(k, magnetometer);
+      return rounds_ == 0 ? biases_[k][static_cast<std::size_t>(magnetometer)]
+                          : window.magnetometer_bias(k, magnetometer);
     });
   });
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {

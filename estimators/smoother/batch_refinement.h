@@ -9,22 +9,24 @@
 
 namespace lodestone {
 
-/// The whole log as one problem, once the window has passed over it: every keyframe's condensed LiDAR factor, IMU and field
-/// factors, and the start, with scans deskewed and associated anew, weights, masks and IMU integrals renewed at the refined
-/// states, until nothing moves. Linear in the log's length in time and memory: it keeps the sampled points of each scan.
+/// The whole log as one problem, once the window has passed over it: every keyframe's condensed LiDAR factor, IMU and
+/// field factors, and the start, with scans deskewed and associated anew, weights, masks and IMU integrals renewed at
+/// the refined states, until nothing moves. Linear in the log's length in time and memory: it keeps the sampled points
+/// of each scan.
 class BatchRefinement {
  public:
   /// Told how much of the work is done (0 to 1); false ends it.
   using Progress = std::function<bool(double share)>;
 
-  /// `start`: what was known at the first keyframe before its measurements. `input` and `measurements` must outlive this.
+  /// `start`: what was known at the first keyframe before its measurements. `input` and `measurements` must outlive
+  /// this.
   BatchRefinement(const EstimatorInput& input, const KeyframeMeasurements& measurements, const InitialState& start);
 
   /// The next keyframe as it leaves the window; `keyframe->estimate` is the window's, `biases_ut` the magnetometers'.
   void add(std::unique_ptr<Keyframe> keyframe, std::vector<Vector3> biases_ut);
 
-  /// Estimates of all keyframes in order of time, with covariances from one factorization. The window's where `progress`
-  /// ended it.
+  /// Estimates of all keyframes in order of time, with covariances from one factorization. The window's where
+  /// `progress` ended it.
   std::vector<Estimate> refine(const Progress& progress);
 
   /// Rounds that the last refinement took, and the largest move of its last one, metres.

@@ -8,8 +8,9 @@
 
 namespace lodestone {
 
-MeasuredPose field_pose(std::span<const std::vector<FieldReading>> arrays, const Pose& T_map_imu, const Matrix6& covariance,
-                        const MagneticMap& map, FieldInterpolation interpolation, double unseen_gain) {
+MeasuredPose field_pose(std::span<const std::vector<FieldReading>> arrays, const Pose& T_map_imu,
+                        const Matrix6& covariance, const MagneticMap& map, FieldInterpolation interpolation,
+                        double unseen_gain) {
   MagneticLocalizationOptions options;
   options.interpolation = interpolation;
   options.map_sigma = false;  // is in the readings' sigmas already

@@ -23,11 +23,13 @@ std::vector<double> array_crowding(const SensorSuite& suite, double correlation_
 
 namespace {
 
-/// What an array's readings say of each other. The innovations of all, S = J P Jᵀ + R, tell what each magnetometer should
-/// have read given the others: with u = S⁻¹ r, its residual given the others is S⁻¹_jj⁻¹ u_j, with the covariance S⁻¹_jj⁻¹.
+/// What an array's readings say of each other. The innovations of all, S = J P Jᵀ + R, tell what each magnetometer
+/// should have read given the others: with u = S⁻¹ r, its residual given the others is S⁻¹_jj⁻¹ u_j, with the
+/// covariance S⁻¹_jj⁻¹.
 class ArrayJudgement {
  public:
-  ArrayJudgement(const Eigen::VectorXd& residual, const Eigen::MatrixXd& innovation) : residual_(residual), innovation_(innovation) {
+  ArrayJudgement(const Eigen::VectorXd& residual, const Eigen::MatrixXd& innovation)
+      : residual_(residual), innovation_(innovation) {
     for (Eigen::Index i = 0; i < residual.size() / 3; ++i) kept_.push_back(i);
   }
 
@@ -69,15 +71,16 @@ class ArrayJudgement {
  private:
   Eigen::VectorXd kept_residual() const {
     Eigen::VectorXd result(3 * kept());
-    for (int i = 0; i < kept(); ++i) result.segment<3>(3 * i) = residual_.segment<3>(3 * kept_[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < kept(); ++i)
+      result.segment<3>(3 * i) = residual_.segment<3>(3 * kept_[static_cast<std::size_t>(i)]);
     return result;
   }
   Eigen::MatrixXd kept_innovation() const {
     Eigen::MatrixXd result(3 * kept(), 3 * kept());
     for (int i = 0; i < kept(); ++i) {
       for (int j = 0; j < kept(); ++j) {
-        result.block<3, 3>(3 * i, 3 * j) = innovation_.block<3, 3>(3 * kept_[static_cast<std::size_t>(i)],
-                                                                   3 * kept_[static_cast<std::size_t>(j)]);
+        result.block<3, 3>(3 * i, 3 * j) =
+            innovation_.block<3, 3>(3 * kept_[static_cast<std::size_t>(i)], 3 * kept_[static_cast<std::size_t>(j)]);
       }
     }
     return result;
@@ -105,7 +108,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
     Eigen::Index rows = 0;
     const std::size_t first = result.size();
     for (const MeanReading& reading : array.readings) {
-      FieldReading taken{reading.T_end_mag, reading.measured_ut, reading.magnetometer, 1.0, factor,
+      FieldReading taken{reading.T_end_mag,    reading.measured_ut, reading.magnetometer, 1.0, factor,
                          reading.velocity_m_s, reading.turn_rad_s};
       const Pose T_end_mag = taken.T_end_mag_at(weighting.clock.offset_s);
       const auto field = weighting.map.query(T_map_imu * T_end_mag.position, options.interpolation);
@@ -113,8 +116,8 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
         ++statistics.off_map;
         continue;
       }
-      const FieldResidual part = field_residual(
-          T_map_imu, T_end_mag, reading.measured_ut - weighting.bias_ut(reading.magnetometer), *field);
+      const FieldResidual part =
+          field_residual(T_map_imu, T_end_mag, reading.measured_ut - weighting.bias_ut(reading.magnetometer), *field);
       const double noise = weighting.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
       const double sensor_variance = noise * noise / reading.samples;
       const double crowding = weighting.crowding[static_cast<std::size_t>(reading.magnetometer)];

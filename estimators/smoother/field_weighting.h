@@ -4,23 +4,23 @@
 #include <span>
 #include <vector>
 
+#include "core/magnetometer/array_reading.h"
 #include "core/magnetometer/magnetic_map.h"
 #include "core/sensor_suite.h"
 #include "estimators/options.h"
 #include "factors/sliding_window.h"
-#include "core/magnetometer/array_reading.h"
 
 namespace lodestone {
 
 /// What weighing a scan's array readings found; goes into the diagnostics.
 struct FieldStatistics {
-  int arrays = 0;        ///< array readings that met the map
-  int rejected = 0;      ///< of these, with a Huber weight below one half
-  int off_map = 0;       ///< single readings without field
-  int set_aside = 0;     ///< single readings that the rest of their array contradicts
+  int arrays = 0;     ///< array readings that met the map
+  int rejected = 0;   ///< of these, with a Huber weight below one half
+  int off_map = 0;    ///< single readings without field
+  int set_aside = 0;  ///< single readings that the rest of their array contradicts
   double weight_sum = 0.0;
-  double innovation_sum = 0.0;  ///< Σ rᵀ S⁻¹ r, of those not set aside
-  int innovations = 0;          ///< components in it
+  double innovation_sum = 0.0;        ///< Σ rᵀ S⁻¹ r, of those not set aside
+  int innovations = 0;                ///< components in it
   double residual_squared_sum = 0.0;  ///< µT², over components
   int components = 0;
 };
@@ -39,10 +39,10 @@ struct FieldWeighting {
 std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m);
 
 /// Readings of one scan with the noise that each deserves and Huber's weight of its array (one weight an array sample,
-/// on the Mahalanobis distance s = √(rᵀ S⁻¹ r), S = J P Jᵀ + R), once magnetometers that their fellows contradict are set
-/// aside. `T_map_imu`: predicted pose at t_k, `covariance`: its
-/// P (φ, p). `spacing_m`: distance between neighbouring array readings; their map errors are correlated over
-/// options.map_correlation_m along the way and across the array, which inflates the map's share. `factor`: multiplies every weight (β²).
+/// on the Mahalanobis distance s = √(rᵀ S⁻¹ r), S = J P Jᵀ + R), once magnetometers that their fellows contradict are
+/// set aside. `T_map_imu`: predicted pose at t_k, `covariance`: its P (φ, p). `spacing_m`: distance between
+/// neighbouring array readings; their map errors are correlated over options.map_correlation_m along the way and across
+/// the array, which inflates the map's share. `factor`: multiplies every weight (β²).
 std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, const Pose& T_map_imu,
                                       const Matrix6& covariance, double spacing_m, double factor,
                                       const FieldWeighting& weighting, FieldStatistics& statistics);

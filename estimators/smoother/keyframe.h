@@ -4,25 +4,25 @@
 #include <memory>
 #include <vector>
 
+#include "core/lidar/association.h"
 #include "core/lidar/plane_map.h"
 #include "core/measurements.h"
 #include "core/observability/degeneracy.h"
 #include "estimators/estimate.h"
 #include "factors/condensed_lidar_factor.h"
-#include "core/lidar/association.h"
 
 namespace lodestone {
 
 /// What a keyframe keeps beside its variables, for as long as its measurements are looked at.
 struct Keyframe {
   Time scan_start = 0;
-  std::vector<ImuSample> imu;              ///< over this scan's bundle
-  ImuNoise imu_noise;                      ///< of these samples
-  std::vector<LidarPoint> points;          ///< sampled, lidar frame, own times
+  std::vector<ImuSample> imu;      ///< over this scan's bundle
+  ImuNoise imu_noise;              ///< of these samples
+  std::vector<LidarPoint> points;  ///< sampled, lidar frame, own times
   std::vector<MagneticArraySample> magnetic;
-  Pose predicted;                          ///< that readings of the field are judged at
+  Pose predicted;                                      ///< that readings of the field are judged at
   Matrix6 predicted_covariance = Matrix6::Identity();  ///< of it, before this scan's measurements (φ, p)
-  Matrix6 gate_covariance = Matrix6::Identity();  ///< of the pose, where correspondences are looked for
+  Matrix6 gate_covariance = Matrix6::Identity();       ///< of the pose, where correspondences are looked for
   ScanAveraging averaging;                 ///< that planes' errors are counted by: what the causal estimate averaged
   double variance_scale = 1.0;             ///< by which residuals of the log exceed what sensor and plane explain
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
@@ -32,10 +32,10 @@ struct Keyframe {
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see
   Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with weight one on metres; only of the paper's rule
   Degeneracy degeneracy;
-  Pose associated;                         ///< where correspondences were looked for
-  Pose analysed;                           ///< where the degeneracy was analysed
-  Estimate estimate;                       ///< diagnostics, filled as the scan is worked on
-  bool field_disagrees = false;            ///< of a run without LiDAR: the field's verdict at this scan
+  Pose associated;               ///< where correspondences were looked for
+  Pose analysed;                 ///< where the degeneracy was analysed
+  Estimate estimate;             ///< diagnostics, filled as the scan is worked on
+  bool field_disagrees = false;  ///< of a run without LiDAR: the field's verdict at this scan
 
   /// Whether `pose` is further than `distance_m` or `angle_deg` from where correspondences were looked for.
   bool moved(const Pose& pose, double distance_m, double angle_deg) const {

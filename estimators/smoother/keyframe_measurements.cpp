@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "core/imu/scan_motion.h"
+#include "core/lidar/deskew.h"
 #include "core/observability/robust_weight.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
-#include "core/lidar/deskew.h"
 
 namespace lodestone {
 
@@ -47,11 +47,11 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
   std::vector<float> ages_s(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - keyframe.scan_start - keyframe.points[i].offset_ns));
+    ages_s[i] =
+        static_cast<float>(to_seconds(keyframe.estimate.time - keyframe.scan_start - keyframe.points[i].offset_ns));
   }
-  keyframe.correspondences = associate(points, state.T_map_imu, keyframe.gate_covariance, *planes,
-                                       input_.suite.lidar, options.lidar.association, ages_s, keyframe.averaging,
-                                       keyframe.variance_scale);
+  keyframe.correspondences = associate(points, state.T_map_imu, keyframe.gate_covariance, *planes, input_.suite.lidar,
+                                       options.lidar.association, ages_s, keyframe.averaging, keyframe.variance_scale);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
   // An outage, of a robot that was at the layer's height before.
@@ -68,15 +68,15 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   diagnostics.points = static_cast<int>(points.size());
   diagnostics.correspondences = matched;
   diagnostics.lidar_nis = normalized_residuals(keyframe.correspondences, keyframe.associated);
-  diagnostics.inlier_share =
-      points.empty() ? 0.0 : static_cast<double>(matched) / static_cast<double>(points.size());
+  diagnostics.inlier_share = points.empty() ? 0.0 : static_cast<double>(matched) / static_cast<double>(points.size());
 }
 
 bool KeyframeMeasurements::at_level(const Pose& T_map_imu) const {
   if (level_ == nullptr) return false;
   double height_m = 0.0;
   for (const MagnetometerModel& magnetometer : input_.suite.magnetometers) {
-    height_m += (T_map_imu * magnetometer.T_imu_mag.position).z() / static_cast<double>(input_.suite.magnetometers.size());
+    height_m +=
+        (T_map_imu * magnetometer.T_imu_mag.position).z() / static_cast<double>(input_.suite.magnetometers.size());
   }
   return std::abs(height_m - static_cast<double>(level_->center.z())) < 3.0 * input_.options.magnetic.height_sigma_m;
 }
@@ -86,8 +86,8 @@ void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
   if (level_ != nullptr) {
     const double sigma_m = input_.options.magnetic.height_sigma_m;
     for (const MagnetometerModel& magnetometer : input_.suite.magnetometers) {
-      keyframe.correspondences.push_back({magnetometer.T_imu_mag.position.cast<float>(), level_.get(),
-                                          static_cast<float>(sigma_m * sigma_m)});
+      keyframe.correspondences.push_back(
+          {magnetometer.T_imu_mag.position.cast<float>(), level_.get(), static_cast<float>(sigma_m * sigma_m)});
     }
   }
 }
@@ -104,7 +104,8 @@ Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavStat
   if (options.rule == DegeneracyRule::probabilistic) {
     const Matrix6 once = known(1.0);
     return without_tilt(analyse_by_probability(once, known(0.0) - once, keyframe.correspondences, keyframe.associated,
-                                               lever_arm_m, options), up);
+                                               lever_arm_m, options),
+                        up);
   }
   return without_tilt(analyse_by_sigma(known(options.normal_noise_margin), lever_arm_m, options), up);
 }
@@ -156,16 +157,18 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   diagnostics.magnetic_shrink = std::sqrt(factor);
   if (input_.field == nullptr || keyframe.magnetic.empty()) return result;
 
-  const std::vector<ArrayReading> arrays = average_array(keyframe.magnetic, ScanMotion(state, keyframe.imu), input_.suite,
-                                                         options.magnetic.samples_per_reading);
+  const std::vector<ArrayReading> arrays = average_array(keyframe.magnetic, ScanMotion(state, keyframe.imu),
+                                                         input_.suite, options.magnetic.samples_per_reading);
   if (arrays.empty()) return result;
   const double spacing_m = state.velocity.norm() * to_seconds(keyframe.imu.back().time - keyframe.imu.front().time) /
                            static_cast<double>(arrays.size());
-  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_, bias_ut, clock};
+  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_,
+                                 bias_ut,      clock};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.
   const auto weighed = [&](std::span<const ArrayReading> some) {
-    return weigh_field(some, keyframe.predicted, keyframe.predicted_covariance, spacing_m, factor, weighting, statistics);
+    return weigh_field(some, keyframe.predicted, keyframe.predicted_covariance, spacing_m, factor, weighting,
+                       statistics);
   };
   if (options.magnetic.measurement == MagneticMeasurement::pose) {
     std::vector<std::vector<FieldReading>> samples;

@@ -18,14 +18,14 @@ struct KeyframeField {
   PoseMask mask;
 };
 
-/// From a keyframe's scan and readings to its factors, the same for the sliding window and for the batch. Does not change
-/// while it works: different keyframes may be worked on at the same time.
+/// From a keyframe's scan and readings to its factors, the same for the sliding window and for the batch. Does not
+/// change while it works: different keyframes may be worked on at the same time.
 class KeyframeMeasurements {
  public:
   explicit KeyframeMeasurements(EstimatorInput input);
 
-  /// Deskews, associates and condenses the keyframe's scan at `state`. `before`: the state of the keyframe before; null where
-  /// none is known. Without LiDAR the magnetometers' height takes its place, where the field map has one layer.
+  /// Deskews, associates and condenses the keyframe's scan at `state`. `before`: the state of the keyframe before; null
+  /// where none is known. Without LiDAR the magnetometers' height takes its place, where the field map has one layer.
   void register_scan(Keyframe& keyframe, const NavState& state, const NavState* before) const;
 
   /// The degeneracy of a keyframe, by the rule in force. `known`: gives what LiDAR and IMU together know of its pose
@@ -43,7 +43,8 @@ class KeyframeMeasurements {
   /// The keyframe's LiDAR factor with its mask.
   void set_lidar(const Keyframe& keyframe, std::size_t k, SlidingWindow& window) const;
 
-  /// Weighs the keyframe's readings of the field. `bias_ut`: of each magnetometer; `clock`: of all. Fills the diagnostics.
+  /// Weighs the keyframe's readings of the field. `bias_ut`: of each magnetometer; `clock`: of all. Fills the
+  /// diagnostics.
   KeyframeField weigh(Keyframe& keyframe, const NavState& state, const std::function<Vector3(int)>& bias_ut,
                       const SlidingWindow::ClockOffset& clock = {}) const;
 

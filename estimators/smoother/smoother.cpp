@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "core/imu/propagation.h"
+#include "core/lidar/scan_sampling.h"
 #include "core/observability/window_information.h"
 #include "estimators/initialization/initialization.h"
-#include "estimators/smoother/bound.h"
 #include "estimators/initialization/relocation.h"
-#include "core/lidar/scan_sampling.h"
+#include "estimators/smoother/bound.h"
 
 namespace lodestone {
 
@@ -42,7 +42,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     keyframe->estimate.time = bundle.scan.end;
     const auto found = solved ? better_start(input_, *keyframe, state) : std::nullopt;
     if (found) {
-      tell_of_move("smoother.start_moved", "scan and field do not fit at the given start, but", state.T_map_imu, *found, bundle.scan.end);
+      tell_of_move("smoother.start_moved", "scan and field do not fit at the given start, but", state.T_map_imu, *found,
+                   bundle.scan.end);
       state.T_map_imu = *found;
     }
     window_ = std::make_unique<SlidingWindow>(bundle.scan.end, state, start.covariance,
@@ -86,8 +87,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   }
 
   follow_residuals(*keyframes_.back());
-  const bool leaves = window_->size() > 1 &&
-                      to_seconds(window_->time(newest) - window_->time(0)) >= options.smoother.window_s - 1e-6;
+  const bool leaves =
+      window_->size() > 1 && to_seconds(window_->time(newest) - window_->time(0)) >= options.smoother.window_s - 1e-6;
   std::vector<std::size_t> wanted{newest};
   if (leaves) wanted.push_back(0);
   const std::vector<Matrix6> covariances = window_->pose_covariances(wanted);
@@ -131,18 +132,22 @@ void Smoother::judge_field(Keyframe& keyframe) {
   if (!agreement_.lost()) return;
   keyframe.estimate.health = Health::lost;
   if (input_.warnings != nullptr && input_.planes != nullptr) {
-    input_.warnings->add("smoother.field_disagrees",
-                         fmt::format("where LiDAR misses a direction, the field has not agreed with its map for seconds at "
-                                     "{:.3f} s: the pose is not to be trusted, or the map is stale", to_seconds(keyframe.estimate.time)),
-                         keyframe.estimate.time);
+    input_.warnings->add(
+        "smoother.field_disagrees",
+        fmt::format("where LiDAR misses a direction, the field has not agreed with its map for seconds at "
+                    "{:.3f} s: the pose is not to be trusted, or the map is stale",
+                    to_seconds(keyframe.estimate.time)),
+        keyframe.estimate.time);
   }
 }
 
 void Smoother::tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time) {
   if (input_.warnings == nullptr) return;
   const Vector6 step = to.boxminus(from);
-  input_.warnings->add(kind, fmt::format("{} {:.2f} m and {:.1f} deg from it they do, at {:.3f} s", detail, step.tail<3>().norm(),
-                                         step.head<3>().norm() * 180.0 / M_PI, to_seconds(time)), time);
+  input_.warnings->add(kind,
+                       fmt::format("{} {:.2f} m and {:.1f} deg from it they do, at {:.3f} s", detail,
+                                   step.tail<3>().norm(), step.head<3>().norm() * 180.0 / M_PI, to_seconds(time)),
+                       time);
 }
 
 /// After seconds in which a direction was not seen: where along it scan and field fit, for all keyframes together.
@@ -153,20 +158,20 @@ void Smoother::find_again() {
   const auto found = better_place(input_, keyframe, window_->state(newest),
                                   [&](int magnetometer) { return window_->magnetometer_bias(newest, magnetometer); });
   if (!found) return;
-  tell_of_move("smoother.found_again", "scan and field do not fit where the IMU led to, but", keyframe.predicted, *found,
-               keyframe.estimate.time);
+  tell_of_move("smoother.found_again", "scan and field do not fit where the IMU led to, but", keyframe.predicted,
+               *found, keyframe.estimate.time);
   window_->move(*found * keyframe.predicted.inverse());
   keyframe.predicted = window_->state(newest).T_map_imu;
 }
 
-/// Sensor, surface and map are never quite as noisy as their data sheets say: variances follow the residuals of the log, upwards
-/// at once and downwards over some ten scans.
+/// Sensor, surface and map are never quite as noisy as their data sheets say: variances follow the residuals of the
+/// log, upwards at once and downwards over some ten scans.
 void Smoother::follow_residuals(const Keyframe& keyframe) {
   constexpr int kFewest = 100;  // correspondences that a median is taken of
   constexpr double kGain = 0.1;
   if (static_cast<int>(keyframe.correspondences.size()) < kFewest) return;
-  const double found = keyframe.variance_scale *
-                       residual_scale(keyframe.correspondences, window_->state(window_->size() - 1).T_map_imu);
+  const double found =
+      keyframe.variance_scale * residual_scale(keyframe.correspondences, window_->state(window_->size() - 1).T_map_imu);
   const double gain = keyframes_.size() == 1 ? 1.0 : kGain;
   variance_scale_ = std::max(1.0, variance_scale_ + gain * (found - variance_scale_));
 }
@@ -205,9 +210,10 @@ Matrix6 Smoother::narrower_gate(std::size_t k) const {
   return 0.01 * keyframes_[k]->gate_covariance + window_->pose_covariances(std::vector<std::size_t>{k}).front();
 }
 
-/// Within a wide gate the points of neighbouring surfaces count as much as those of the right one: the first scan of a car park
-/// was laid 5 mm too low at a sigma of 0.2 mm. Where a pose is predicted roughly, at a start or after an outage, the gate
-/// narrows from round to round of the step. Narrows it once and says so, where it is wide and more is known by now.
+/// Within a wide gate the points of neighbouring surfaces count as much as those of the right one: the first scan of a
+/// car park was laid 5 mm too low at a sigma of 0.2 mm. Where a pose is predicted roughly, at a start or after an
+/// outage, the gate narrows from round to round of the step. Narrows it once and says so, where it is wide and more is
+/// known by now.
 bool Smoother::begins_to_narrow(std::size_t k) {
   Matrix6& gate = keyframes_[k]->gate_covariance;
   const auto rotation = [](const Matrix6& covariance) { return covariance.diagonal().head<3>().sum(); };
@@ -217,8 +223,8 @@ bool Smoother::begins_to_narrow(std::size_t k) {
   if (!shifts && !turns) return false;
   const Matrix6 narrower = narrower_gate(k);
   // What is still as unknown as it was stays as wide: the axis of a tunnel.
-  const bool narrows = (shifts && position(narrower) < 0.5 * position(gate)) ||
-                       (turns && rotation(narrower) < 0.5 * rotation(gate));
+  const bool narrows =
+      (shifts && position(narrower) < 0.5 * position(gate)) || (turns && rotation(narrower) < 0.5 * rotation(gate));
   if (narrows) gate = narrower;
   return narrows;
 }
@@ -228,14 +234,15 @@ void Smoother::renew_moved(bool newest_only) {
   const std::size_t newest = window_->size() - 1;
   for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
     // The newest always: its first correspondences came from a prediction.
-    if (k == newest || keyframes_[k]->moved(window_->state(k).T_map_imu, options.reassociate_moved_m, options.reassociate_turned_deg)) {
+    if (k == newest || keyframes_[k]->moved(window_->state(k).T_map_imu, options.reassociate_moved_m,
+                                            options.reassociate_turned_deg)) {
       renew(k);
     }
   }
 }
 
-/// Where LiDAR lets the trajectory slide, all keyframes and the prior let it slide the same way, the newest's: what is hidden
-/// at one of them but not quite at the next tells of the slide, and scans that know 0.1 mm tell much of it.
+/// Where LiDAR lets the trajectory slide, all keyframes and the prior let it slide the same way, the newest's: what is
+/// hidden at one of them but not quite at the next tells of the slide, and scans that know 0.1 mm tell much of it.
 void Smoother::share_slide() {
   const Keyframe& newest = *keyframes_.back();
   const Slide slide = newest.degeneracy.slide(newest.analysed);

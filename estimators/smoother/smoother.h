@@ -12,8 +12,8 @@
 
 namespace lodestone {
 
-/// The sliding-window smoother (docs/design/architecture.md). Per scan: predict by preintegration, deskew, associate, condense,
-/// analyse, weigh, solve, associate again what moved, marginalize the oldest.
+/// The sliding-window smoother (docs/design/architecture.md). Per scan: predict by preintegration, deskew, associate,
+/// condense, analyse, weigh, solve, associate again what moved, marginalize the oldest.
 class Smoother final : public Estimator {
  public:
   explicit Smoother(EstimatorInput input);
@@ -43,7 +43,7 @@ class Smoother final : public Estimator {
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   ImuWhiteNoise imu_white_noise_;
-  double variance_scale_ = 1.0;  // of LiDAR residuals
+  double variance_scale_ = 1.0;             // of LiDAR residuals
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
 };
 

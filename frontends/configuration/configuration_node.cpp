@@ -74,7 +74,9 @@ void ConfigurationNode::refuse_keys_other_than(const std::vector<std::string>& k
     if (std::find(known.begin(), known.end(), keys_[i]) != known.end()) continue;
     const std::string near = suggestion(keys_[i], known);
     elements_[i].fail("unknown key '" + keys_[i] + "'" +
-                      (known.empty() ? "; expected no key here" : near.empty() ? "; known: " + join_names(known) : near));
+                      (known.empty()  ? "; expected no key here"
+                       : near.empty() ? "; known: " + join_names(known)
+                                      : near));
   }
 }
 

@@ -26,7 +26,8 @@ SeemingKind kind_of_bytes(std::string_view begin) {
   for (const std::string_view magic : {"#ROSBAG V"sv, "\x89MCAP"sv, "SQLite format 3"sv}) {
     if (begin.starts_with(magic)) return SeemingKind::log;
   }
-  if (begin.starts_with("ply\n") || begin.starts_with("ply\r") || begin.starts_with("# .PCD")) return SeemingKind::point_cloud;
+  if (begin.starts_with("ply\n") || begin.starts_with("ply\r") || begin.starts_with("# .PCD"))
+    return SeemingKind::point_cloud;
   for (const std::string_view magic : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv}) {
     if (begin.starts_with(magic)) return SeemingKind::raster;
   }

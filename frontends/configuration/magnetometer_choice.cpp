@@ -17,7 +17,9 @@ namespace {
 constexpr const char* kKey = "magnetic.magnetometers";
 constexpr double kSame_m = 1e-9;  // distances that differ by rounding alone: the platform's order decides
 
-std::string origin(const Platform& platform) { return platform.file.empty() ? "the platform" : platform.file; }
+std::string origin(const Platform& platform) {
+  return platform.file.empty() ? "the platform" : platform.file;
+}
 
 std::vector<bool> spread_out(int count, const Platform& platform) {
   const auto& magnetometers = platform.suite.magnetometers;
@@ -26,7 +28,8 @@ std::vector<bool> spread_out(int count, const Platform& platform) {
                                  origin(platform), count));
   }
   Vector3 center = Vector3::Zero();
-  for (const MagnetometerModel& one : magnetometers) center += one.T_imu_mag.position / static_cast<double>(magnetometers.size());
+  for (const MagnetometerModel& one : magnetometers)
+    center += one.T_imu_mag.position / static_cast<double>(magnetometers.size());
   std::vector<bool> taken(magnetometers.size(), false);
   std::vector<double> distance;  // from the centre at first, then from the nearest that is taken
   for (const MagnetometerModel& one : magnetometers) distance.push_back((one.T_imu_mag.position - center).norm());

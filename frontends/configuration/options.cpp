@@ -10,9 +10,13 @@ namespace lodestone {
 
 namespace options_detail {
 
-std::string write_value(bool value) { return value ? "true" : "false"; }
+std::string write_value(bool value) {
+  return value ? "true" : "false";
+}
 
-std::string write_value(int value) { return std::to_string(value); }
+std::string write_value(int value) {
+  return std::to_string(value);
+}
 
 std::string write_value(double value) {
   if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
@@ -39,11 +43,21 @@ std::string write_value(const std::vector<double>& value) {
   return text += "]";
 }
 
-std::string type_name(bool) { return "true|false"; }
-std::string type_name(int) { return "whole number"; }
-std::string type_name(double) { return "number"; }
-std::string type_name(const std::string&) { return "text"; }
-std::string type_name(const std::vector<double>&) { return "list of numbers"; }
+std::string type_name(bool) {
+  return "true|false";
+}
+std::string type_name(int) {
+  return "whole number";
+}
+std::string type_name(double) {
+  return "number";
+}
+std::string type_name(const std::string&) {
+  return "text";
+}
+std::string type_name(const std::vector<double>&) {
+  return "list of numbers";
+}
 
 }  // namespace options_detail
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/options.h"
 #include "frontends/configuration/configuration_node.h"
-#include "core/nearest_name.h"
 
 /// Readers and writers of option structs (core/options.h): none of them knows the structs.
 namespace lodestone {
@@ -22,11 +22,21 @@ std::vector<std::string> names_of(Enum value) {
   return names;
 }
 
-inline void read_value(const ConfigurationNode& node, bool& value) { value = node.as_bool(); }
-inline void read_value(const ConfigurationNode& node, int& value) { value = node.as_int(); }
-inline void read_value(const ConfigurationNode& node, double& value) { value = node.as_double(); }
-inline void read_value(const ConfigurationNode& node, std::string& value) { value = node.as_string(); }
-inline void read_value(const ConfigurationNode& node, std::vector<double>& value) { value = node.as_doubles(); }
+inline void read_value(const ConfigurationNode& node, bool& value) {
+  value = node.as_bool();
+}
+inline void read_value(const ConfigurationNode& node, int& value) {
+  value = node.as_int();
+}
+inline void read_value(const ConfigurationNode& node, double& value) {
+  value = node.as_double();
+}
+inline void read_value(const ConfigurationNode& node, std::string& value) {
+  value = node.as_string();
+}
+inline void read_value(const ConfigurationNode& node, std::vector<double>& value) {
+  value = node.as_doubles();
+}
 
 template <class Enum, std::enable_if_t<std::is_enum_v<Enum>, int> = 0>
 void read_value(const ConfigurationNode& node, Enum& value) {
@@ -184,6 +194,7 @@ std::string list_options(Options options) {
 }
 
 /// The configuration files laid over each other in order, then the assignments of --set. Throws InputError.
-ConfigurationNode load_configuration(const std::vector<std::string>& files, const std::vector<std::string>& assignments);
+ConfigurationNode load_configuration(const std::vector<std::string>& files,
+                                     const std::vector<std::string>& assignments);
 
 }  // namespace lodestone

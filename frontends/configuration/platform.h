@@ -13,8 +13,7 @@ namespace lodestone {
 enum class ScanStamp { start, middle, end };
 
 constexpr auto enum_names(ScanStamp) {
-  return EnumNames<ScanStamp, 3>{
-      {{ScanStamp::start, "start"}, {ScanStamp::middle, "middle"}, {ScanStamp::end, "end"}}};
+  return EnumNames<ScanStamp, 3>{{{ScanStamp::start, "start"}, {ScanStamp::middle, "middle"}, {ScanStamp::end, "end"}}};
 }
 
 /// Unit of the per-point time.
@@ -42,8 +41,8 @@ constexpr auto enum_names(PointTimeZero) {
                                       {PointTimeZero::lidar_clock, "lidar_clock"}}};
 }
 
-/// How a LiDAR's PointCloud2 is to be read; of Livox' CustomMsg only topic and stamp count. x, y, z are metres in the lidar
-/// frame. What is left out is told from the first scan (point_times.h).
+/// How a LiDAR's PointCloud2 is to be read; of Livox' CustomMsg only topic and stamp count. x, y, z are metres in the
+/// lidar frame. What is left out is told from the first scan (point_times.h).
 struct LidarMessageLayout {
   std::string topic = "/ouster/points";
   std::optional<ScanStamp> stamp = ScanStamp::start;

@@ -7,7 +7,9 @@
 /// A platform's LiDARs by their index: 0 is the first, then come the further ones.
 namespace lodestone {
 
-inline std::size_t lidar_count(const Platform& platform) { return 1 + platform.further_lidars.size(); }
+inline std::size_t lidar_count(const Platform& platform) {
+  return 1 + platform.further_lidars.size();
+}
 
 inline const LidarMessageLayout& layout_of(const Platform& platform, std::size_t lidar) {
   return lidar == 0 ? platform.lidar : platform.further_lidars.at(lidar - 1).layout;

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "frontends/configuration/aside.h"
 #include "core/error.h"
+#include "frontends/configuration/aside.h"
 
 namespace lodestone {
 
@@ -17,7 +17,8 @@ namespace {
 /// Larger texts are none of ours.
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 32;
 
-/// A pipe that the shell handed over, as in `--truth <(zcat truth.tum.gz)`, has an end; one that somebody made in a folder need not.
+/// A pipe that the shell handed over, as in `--truth <(zcat truth.tum.gz)`, has an end; one that somebody made in a
+/// folder need not.
 bool is_handed_over(const std::string& path) {
   return path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/self/fd/", 0) == 0 || path == "/dev/stdin";
 }
@@ -29,10 +30,12 @@ std::string read_text_file(const std::string& path) {
   if (!std::filesystem::exists(path, code)) throw InputError(path + ": there is no such file");
   if (std::filesystem::is_directory(path, code)) throw InputError(path + ": expected a file, found a folder");
   const bool is_file = std::filesystem::is_regular_file(path, code);
-  if (!is_file && !is_handed_over(path)) throw InputError(path + ": expected a file, found a pipe, a device or a socket");
+  if (!is_file && !is_handed_over(path))
+    throw InputError(path + ": expected a file, found a pipe, a device or a socket");
   const std::uintmax_t bytes = is_file ? std::filesystem::file_size(path, code) : 0;
   if (!code && bytes > kMostBytes) {
-    throw InputError(path + ": has " + std::to_string(bytes) + " bytes; expected a text of at most " + std::to_string(kMostBytes));
+    throw InputError(path + ": has " + std::to_string(bytes) + " bytes; expected a text of at most " +
+                     std::to_string(kMostBytes));
   }
   std::ifstream stream(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};

@@ -20,7 +20,9 @@ constexpr Time nanoseconds_per_second = 1'000'000'000;
 /// Of a stamp within `farthest_time`, however it is written; sums with it stay far from an int's ends.
 constexpr int largest_exponent = 1000;
 
-bool is_digit(char character) { return character >= '0' && character <= '9'; }
+bool is_digit(char character) {
+  return character >= '0' && character <= '9';
+}
 
 bool parse_finite(std::string_view text, double& value) {
   return parse_number(text, value) && std::isfinite(value);
@@ -94,7 +96,8 @@ Trajectory parse_tum(const std::string& path, const std::string& text) {
       line.fail("expected 8 values (t x y z qx qy qz qw), found " + std::to_string(parts.size()));
     }
     StampedPose pose;
-    if (!parse_stamp(parts[0], pose.time)) line.fail("'" + std::string(parts[0]) + "' is no stamp in seconds" + kStampsWithin);
+    if (!parse_stamp(parts[0], pose.time))
+      line.fail("'" + std::string(parts[0]) + "' is no stamp in seconds" + kStampsWithin);
     std::array<double, 7> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (!parse_finite(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
@@ -169,9 +172,13 @@ std::string format_stamp(Time time) {
                      magnitude % nanoseconds_per_second);
 }
 
-Trajectory read_tum(const std::string& path) { return parse_tum(path, read_text_file(path)); }
+Trajectory read_tum(const std::string& path) {
+  return parse_tum(path, read_text_file(path));
+}
 
-Trajectory read_euroc(const std::string& path) { return parse_euroc(path, read_text_file(path)); }
+Trajectory read_euroc(const std::string& path) {
+  return parse_euroc(path, read_text_file(path));
+}
 
 Trajectory read_trajectory(const std::string& path) {
   require_kind(path, SeemingKind::trajectory, "a trajectory (TUM or EuRoC csv)");
@@ -188,14 +195,15 @@ Trajectory read_trajectory(const std::string& path) {
 std::string pose_text(const Pose& pose) {
   const Vector3& p = pose.position;
   const Quaternion& q = pose.rotation;
-  return fmt::format("{:.3f} {:.3f} {:.3f} {:.5f} {:.5f} {:.5f} {:.5f}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+  return fmt::format("{:.3f} {:.3f} {:.3f} {:.5f} {:.5f} {:.5f} {:.5f}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(),
+                     q.w());
 }
 
 std::string format_tum(const StampedPose& pose) {
   const Vector3& p = pose.pose.position;
   const Quaternion& q = pose.pose.rotation;
-  return fmt::format("{} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", format_stamp(pose.time), p.x(), p.y(), p.z(),
-                     q.x(), q.y(), q.z(), q.w());
+  return fmt::format("{} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", format_stamp(pose.time), p.x(), p.y(),
+                     p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
 void write_tum(const std::string& path, const Trajectory& trajectory, const std::string& comment) {

@@ -15,8 +15,8 @@ bool parse_stamp(std::string_view text, Time& time);
 std::string format_stamp(Time time);
 
 /// Reads a trajectory in TUM order (t x y z qx qy qz qw, seconds and metres); '#' starts a comment line. Quaternions
-/// are normalized. Equal stamps are kept as they stand: real files hold some. Throws InputError, with file and line, for
-/// a malformed line, a quaternion far from unit length, or a stamp that goes back; and for a file without poses.
+/// are normalized. Equal stamps are kept as they stand: real files hold some. Throws InputError, with file and line,
+/// for a malformed line, a quaternion far from unit length, or a stamp that goes back; and for a file without poses.
 Trajectory read_tum(const std::string& path);
 
 /// Reads a EuRoC ground-truth csv (t in integer ns, p x y z, q w x y z, further columns ignored). Throws as read_tum.

@@ -66,7 +66,8 @@ class YamlReader {
 ConfigurationNode ConfigurationNode::load(const std::string& path) {
   const std::string text = read_text_file(path);
   // Of such a file YAML's complaint would quote bytes that nobody can read.
-  if (text.find('\0') != std::string::npos) throw InputError(path + ": expected YAML, found a file of bytes that are no text");
+  if (text.find('\0') != std::string::npos)
+    throw InputError(path + ": expected YAML, found a file of bytes that are no text");
   return parse(text, path);
 }
 
@@ -76,7 +77,8 @@ ConfigurationNode ConfigurationNode::parse(const std::string& text, const std::s
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
     std::string what = error.msg;  // may quote a line's end
-    std::replace_if(what.begin(), what.end(), [](unsigned char letter) { return letter < ' '; }, ' ');
+    std::replace_if(
+        what.begin(), what.end(), [](unsigned char letter) { return letter < ' '; }, ' ');
     throw InputError(name + line + ": is no valid YAML (" + what + ")");
   }
 }

@@ -19,8 +19,8 @@ namespace {
 /// Feeds a decoder until its bytes are used up or it has ended. `step(in, in_size, out, out_size)` sets both sizes to
 /// what it used and wrote, and says whether the packed bytes have ended.
 template <class Step>
-void stream(std::span<const std::uint8_t> packed, std::uint64_t size, UnpackedSize meaning, std::vector<std::uint8_t>& out,
-            const Step& step) {
+void stream(std::span<const std::uint8_t> packed, std::uint64_t size, UnpackedSize meaning,
+            std::vector<std::uint8_t>& out, const Step& step) {
   std::size_t read = 0, written = 0;
   bool ended = false;
   out.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size, std::max<std::size_t>(65536, 4 * packed.size()))));
@@ -87,7 +87,8 @@ void unpack_bz2(std::span<const std::uint8_t> packed, std::uint64_t size, Unpack
            context.avail_out = static_cast<unsigned>(std::min<std::size_t>(to_size, 1U << 30));
            const unsigned in_before = context.avail_in, out_before = context.avail_out;
            const int result = BZ2_bzDecompress(&context);
-           if (result != BZ_OK && result != BZ_STREAM_END) throw CompressionError(fmt::format("bzip2's error {}", result));
+           if (result != BZ_OK && result != BZ_STREAM_END)
+             throw CompressionError(fmt::format("bzip2's error {}", result));
            in_size = in_before - context.avail_in;
            to_size = out_before - context.avail_out;
            return result == BZ_STREAM_END;
@@ -172,9 +173,10 @@ void unpack_zstd_file(const std::string& path, const std::string& out, std::uint
     if (written == 0) check({output.data(), piece.pos});
     written += piece.pos;
     if (written > room) {
-      throw InputError(fmt::format("{}: unpacked it has more than the {:.1f} MB that {} has room for; set TMPDIR to a folder with "
-                                   "more, or unpack it with 'zstd -d'", path, static_cast<double>(room) * 1e-6,
-                                   std::filesystem::path(out).parent_path().string()));
+      throw InputError(
+          fmt::format("{}: unpacked it has more than the {:.1f} MB that {} has room for; set TMPDIR to a folder with "
+                      "more, or unpack it with 'zstd -d'",
+                      path, static_cast<double>(room) * 1e-6, std::filesystem::path(out).parent_path().string()));
     }
     if (std::fwrite(output.data(), 1, piece.pos, to.get()) != piece.pos || std::fflush(to.get()) != 0) {
       throw InputError(fmt::format("{}: the disk is full; {} is unpacked there: set TMPDIR", out, path));
@@ -187,8 +189,8 @@ void unpack_zstd_file(const std::string& path, const std::string& out, std::uint
     for (ZSTD_inBuffer in{input.data(), count, 0}; in.pos < in.size || more;) {
       const std::size_t result = ZSTD_decompressStream(context.get(), &piece, &in);
       if (ZSTD_isError(result)) {
-        throw InputError(fmt::format("{}: its zstd compression is damaged near byte {} ({})", path, std::ftell(from.get()),
-                                     ZSTD_getErrorName(result)));
+        throw InputError(fmt::format("{}: its zstd compression is damaged near byte {} ({})", path,
+                                     std::ftell(from.get()), ZSTD_getErrorName(result)));
       }
       more = piece.pos == piece.size;
       if (more) write_piece();

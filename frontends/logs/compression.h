@@ -24,9 +24,9 @@ class CompressionError : public std::runtime_error {
 
 /// What `size` says of the unpacked bytes.
 enum class UnpackedSize {
-  exact,   ///< so many
-  at_most, ///< no more
-  cut_off  ///< no more, and the packed bytes may end early: what they hold is given
+  exact,    ///< so many
+  at_most,  ///< no more
+  cut_off   ///< no more, and the packed bytes may end early: what they hold is given
 };
 
 /// Unpacks into `out`. Memory grows with what comes, never by what is announced alone. Throws CompressionError where
@@ -41,13 +41,13 @@ bool starts_like_zstd(std::span<const std::uint8_t> bytes);
 
 constexpr std::size_t largest_message = std::size_t{1} << 29;  ///< bytes
 
-/// A message in CDR, which a recorder of ROS 2 may have packed by itself (compression_mode: MESSAGE): CDR starts with a zero, so
-/// that a frame of zstd tells itself. A view of the bytes, or of `unpacked`. Throws CompressionError.
+/// A message in CDR, which a recorder of ROS 2 may have packed by itself (compression_mode: MESSAGE): CDR starts with a
+/// zero, so that a frame of zstd tells itself. A view of the bytes, or of `unpacked`. Throws CompressionError.
 std::span<const std::uint8_t> unpacked_cdr(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& unpacked);
 
-/// Unpacks a file of zstd frames piece by piece; at most `room` bytes are written. Before the first of them, `check` gets what the
-/// unpacked bytes begin with: 16 of them or more, where there are so many; it throws what they are refused with. Throws InputError,
-/// naming the file.
+/// Unpacks a file of zstd frames piece by piece; at most `room` bytes are written. Before the first of them, `check`
+/// gets what the unpacked bytes begin with: 16 of them or more, where there are so many; it throws what they are
+/// refused with. Throws InputError, naming the file.
 void unpack_zstd_file(const std::string& path, const std::string& out, std::uint64_t room,
                       const std::function<void(std::span<const std::uint8_t>)>& check);
 

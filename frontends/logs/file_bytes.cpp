@@ -32,7 +32,9 @@ FileBytes::FileBytes(std::string path) : path_(std::move(path)) {
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
 
-FileBytes::~FileBytes() { ::close(descriptor_); }
+FileBytes::~FileBytes() {
+  ::close(descriptor_);
+}
 
 void FileBytes::read(std::uint64_t offset, std::size_t count, std::vector<std::uint8_t>& bytes) const {
   if (offset > size_ || count > size_ - offset) {
@@ -45,7 +47,8 @@ void FileBytes::read(std::uint64_t offset, std::size_t count, std::vector<std::u
 
 void FileBytes::read(std::uint64_t offset, std::span<std::uint8_t> bytes) const {
   for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t count = ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+    const ssize_t count =
+        ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       throw InputError(fmt::format("{}: cannot be read at byte {}: {}", path_, offset + done,

@@ -43,8 +43,8 @@ inline std::uint8_t little_endian<std::uint8_t>(const std::uint8_t* bytes) {
   return *bytes;
 }
 
-/// For libraries that open files of their own and say something else where they cannot. Throws InputError, naming `path`, where
-/// the process may not open `count` more files.
+/// For libraries that open files of their own and say something else where they cannot. Throws InputError, naming
+/// `path`, where the process may not open `count` more files.
 void require_descriptors(const std::string& path, std::size_t count);
 
 }  // namespace lodestone

@@ -11,10 +11,11 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t most_latched_messages = 100;    // of a topic
+constexpr std::size_t most_latched_messages = 100;      // of a topic
 constexpr std::size_t most_latched_bytes = 64U << 20U;  // of a topic
 
-/// Whether one of a list of QoS profiles, as recorders of ROS 2 write it, latches. Older ones wrote the policy's number.
+/// Whether one of a list of QoS profiles, as recorders of ROS 2 write it, latches. Older ones wrote the policy's
+/// number.
 bool names_transient_local(std::string_view profiles) {
   constexpr std::string_view key = "durability:";
   for (std::size_t at = profiles.find(key); at != std::string_view::npos; at = profiles.find(key, at)) {
@@ -81,11 +82,13 @@ std::vector<RawMessage> LatchedMessages::recorded_at(Time time) const {
 void LatchedMessages::tell(const std::string& path, WarningLog& warnings) const {
   for (const Topic& topic : topics_) {
     if (topic.left_out == 0) continue;
-    warnings.add("log.latched_left_out",
-                 fmt::format("{}: of {}, a latched topic, the part begins with the last {} messages before it, {:.1f} MB; older ones "
-                             "are left out; begin the part earlier where one of them is needed", path, topic.info->name,
-                             topic.kept.size(), static_cast<double>(topic.bytes) * 1e-6),
-                 topic.last_left_out, topic.left_out);
+    warnings.add(
+        "log.latched_left_out",
+        fmt::format(
+            "{}: of {}, a latched topic, the part begins with the last {} messages before it, {:.1f} MB; older ones "
+            "are left out; begin the part earlier where one of them is needed",
+            path, topic.info->name, topic.kept.size(), static_cast<double>(topic.bytes) * 1e-6),
+        topic.last_left_out, topic.left_out);
   }
 }
 

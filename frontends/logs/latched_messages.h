@@ -10,10 +10,10 @@
 
 namespace lodestone {
 
-/// What nodes have latched when a part of a log begins: who listens from then on gets it, though it was sent before. ROS 1 says
-/// who sent a message: of each node that latches, its last one on a topic counts. ROS 2 does not: of a topic that a node latches
-/// (durability transient_local) all count, for several nodes may have sent one each, as they do on /tf_static; but only the
-/// last where a sensor's next message takes the place of the one before.
+/// What nodes have latched when a part of a log begins: who listens from then on gets it, though it was sent before.
+/// ROS 1 says who sent a message: of each node that latches, its last one on a topic counts. ROS 2 does not: of a topic
+/// that a node latches (durability transient_local) all count, for several nodes may have sent one each, as they do on
+/// /tf_static; but only the last where a sensor's next message takes the place of the one before.
 ///
 /// In memory are at most 100 messages, or 64 MB, of a topic, but always its last.
 class LatchedMessages {
@@ -24,7 +24,8 @@ class LatchedMessages {
   /// A message ahead of the part, in the order of the log; kept where it is latched.
   void take(const RawMessage& message);
 
-  /// What is latched now, as if recorded at `time`, in the order in which it came. Views that hold until the next call of take().
+  /// What is latched now, as if recorded at `time`, in the order in which it came. Views that hold until the next call
+  /// of take().
   std::vector<RawMessage> recorded_at(Time time) const;
 
   /// Counts what did not fit in `warnings`: log.latched_left_out. `path` names the log.

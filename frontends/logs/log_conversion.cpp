@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "core/error.h"
-#include "frontends/messages/known_types.h"
 #include "frontends/logs/latched_messages.h"
+#include "frontends/messages/known_types.h"
 #include "frontends/messages/message_decoder.h"
 
 namespace lodestone {
@@ -48,8 +48,9 @@ Conversion convert_log(const std::string& path, MessageSource& source, LogWriter
   }
   if (source.topics().empty()) throw InputError(path + ": the log holds no messages");
   if (names.empty()) {
-    throw InputError(path + ": no topic is of a type that can be written there; expected sensor_msgs/PointCloud2, Imu, "
-                            "MagneticField or livox_ros_driver2/CustomMsg");
+    throw InputError(path +
+                     ": no topic is of a type that can be written there; expected sensor_msgs/PointCloud2, Imu, "
+                     "MagneticField or livox_ros_driver2/CustomMsg");
   }
   source.select(names);
   std::optional<LatchedMessages> latched(std::in_place, chosen);  // until the part begins

@@ -19,15 +19,15 @@ class LogWriter {
   /// How the messages must be laid out.
   virtual Encoding encoding() const = 0;
 
-  /// `topic` gives name, type and, where it has them, checksum, definition and metadata; the message's own number of the topic
-  /// is not looked at. Throws InputError where the disk does not take it, or a time cannot be stored.
+  /// `topic` gives name, type and, where it has them, checksum, definition and metadata; the message's own number of
+  /// the topic is not looked at. Throws InputError where the disk does not take it, or a time cannot be stored.
   virtual void write(const TopicInfo& topic, const RawMessage& message) = 0;
 
   virtual void close() = 0;
 };
 
-/// Whether the format can be packed so: chunks of ROS 1 bags by lz4 or bz2, those of MCAP by lz4 or zstd, each message of an
-/// SQLite bag by zstd.
+/// Whether the format can be packed so: chunks of ROS 1 bags by lz4 or bz2, those of MCAP by lz4 or zstd, each message
+/// of an SQLite bag by zstd.
 bool can_pack(LogFormat format, Codec codec);
 
 /// Throws InputError where the file cannot be written, std::invalid_argument where the format is not packed so.

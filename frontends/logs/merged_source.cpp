@@ -8,7 +8,8 @@
 
 namespace lodestone {
 
-MergedSource::MergedSource(std::string path, std::vector<std::unique_ptr<MessageSource>> parts) : path_(std::move(path)) {
+MergedSource::MergedSource(std::string path, std::vector<std::unique_ptr<MessageSource>> parts)
+    : path_(std::move(path)) {
   std::map<std::string, TopicInfo> found;
   for (auto& source : parts) {
     Part part;
@@ -34,7 +35,8 @@ void MergedSource::select(const std::vector<std::string>& names) {
     part.topics.clear();
     for (std::size_t i = 0; i < names.size(); ++i) {
       const auto& there = part.source->topics();
-      if (std::none_of(there.begin(), there.end(), [&](const TopicInfo& topic) { return topic.name == names[i]; })) continue;
+      if (std::none_of(there.begin(), there.end(), [&](const TopicInfo& topic) { return topic.name == names[i]; }))
+        continue;
       held.push_back(names[i]);
       part.topics.push_back(i);
     }

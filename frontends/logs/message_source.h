@@ -27,9 +27,10 @@ struct TopicInfo {
   Time end = 0;            ///< record time of the last message
   std::string md5;         ///< ROS 1's checksum of the type; empty where the log says none
   std::string definition;  ///< the type's fields as text; empty where the log says none
-  std::string definition_encoding{};  ///< of ROS 2: what language that is in, ros2msg or ros2idl; empty where the log says none
-  /// What recorders of ROS 2 say besides, by MCAP's names: offered_qos_profiles, without which a latched topic is latched no
-  /// more, topic_type_hash.
+  std::string
+      definition_encoding{};  ///< of ROS 2: what language that is in, ros2msg or ros2idl; empty where the log says none
+  /// What recorders of ROS 2 say besides, by MCAP's names: offered_qos_profiles, without which a latched topic is
+  /// latched no more, topic_type_hash.
   std::map<std::string, std::string> metadata{};
 };
 
@@ -44,7 +45,7 @@ struct RawMessage {
   Time record_time = 0;   ///< when it was recorded
   std::size_t topic = 0;  ///< index into the list given to select()
   const std::uint8_t* data = nullptr;
-  std::size_t size = 0;  ///< bytes
+  std::size_t size = 0;                  ///< bytes
   const Publisher* publisher = nullptr;  ///< lives as long as the source; null where the log does not say
 };
 
@@ -57,7 +58,8 @@ class MessageSource {
   /// In order of name; constant after construction.
   virtual const std::vector<TopicInfo>& topics() const = 0;
 
-  /// Chooses the topics that next() returns, and starts from their first message. Throws InputError where one is absent.
+  /// Chooses the topics that next() returns, and starts from their first message. Throws InputError where one is
+  /// absent.
   virtual void select(const std::vector<std::string>& names) = 0;
 
   /// The next message of the chosen topics; false at the end. Equal record times keep the file's order.

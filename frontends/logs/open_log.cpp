@@ -46,14 +46,16 @@ FileKind kind_of_file(const std::string& path) {
 }
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
-  throw InputError(path + ": " + why + ": expected a ROS 1 bag (it starts with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
-                                       "ROS 2" + looks_like(path));
+  throw InputError(path + ": " + why +
+                   ": expected a ROS 1 bag (it starts with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
+                   "ROS 2" +
+                   looks_like(path));
 }
 
 Source open_file(const std::string& path, WarningLog& warnings);
 
-/// A log that was packed as a whole: a database needs to be read anywhere, so it is unpacked beside. What is said of it names the
-/// file that was given.
+/// A log that was packed as a whole: a database needs to be read anywhere, so it is unpacked beside. What is said of it
+/// names the file that was given.
 class UnpackedSource : public MessageSource {
  public:
   UnpackedSource(const std::string& path, WarningLog& warnings) : path_(path), warnings_(warnings) {
@@ -92,7 +94,8 @@ class UnpackedSource : public MessageSource {
     }
     for (const auto& [kind, entry] : inner_warnings_.entries()) {
       std::int64_t& told = told_[kind];
-      if (entry.count > told) warnings_.add(kind, with_given_name(entry.first_detail), entry.last_time, entry.count - told);
+      if (entry.count > told)
+        warnings_.add(kind, with_given_name(entry.first_detail), entry.last_time, entry.count - told);
       told = entry.count;
     }
   }
@@ -126,7 +129,8 @@ std::vector<std::string> logs_in(const fs::path& folder) {
   std::vector<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
     std::error_code broken;  // a link to nothing, or to itself
-    if (entry.is_regular_file(broken) && kind_of_file(entry.path().string()) != FileKind::other) files.push_back(entry.path().string());
+    if (entry.is_regular_file(broken) && kind_of_file(entry.path().string()) != FileKind::other)
+      files.push_back(entry.path().string());
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -141,7 +145,8 @@ Source open_folder(const fs::path& folder, WarningLog& warnings) {
     throw InputError(folder.string() + ": the folder holds no log: no bag, no MCAP file, no CSV file");
   }
   if (!listed && CsvLog::is_in(folder.string())) {
-    warnings.add("log.csv_passed_over", folder.string() + ": holds bags, which are read, and CSV or PCD files beside them, which are not", 0);
+    warnings.add("log.csv_passed_over",
+                 folder.string() + ": holds bags, which are read, and CSV or PCD files beside them, which are not", 0);
   }
   std::vector<RecordingPart> parts;
   for (const std::string& file : files) parts.push_back({file, open_file(file, warnings)});

@@ -10,7 +10,8 @@ namespace lodestone {
 
 /// Opens a log. Its kind is told by its content, never by its name:
 /// - a ROS 1 bag, closed by its recorder or not;
-/// - a ROS 2 bag: an MCAP or SQLite file, also packed as a whole by zstd; a folder of them with its metadata.yaml, or that
+/// - a ROS 2 bag: an MCAP or SQLite file, also packed as a whole by zstd; a folder of them with its metadata.yaml, or
+/// that
 ///   file; a folder of logs without it;
 /// - a folder of CSV and PCD files (csv_log.h).
 ///

@@ -21,8 +21,9 @@ enum class PartsListed {
 };
 
 /// Throws InputError, naming two files, where the parts are not of one recording: a topic differs in type or encoding
-/// between them, or, where nobody lists them, both hold messages of it from one time. A recorder's next file begins where
-/// the one before ends, up to what it still held in its queue: half the shorter stretch, and at most a second, may be in both.
+/// between them, or, where nobody lists them, both hold messages of it from one time. A recorder's next file begins
+/// where the one before ends, up to what it still held in its queue: half the shorter stretch, and at most a second,
+/// may be in both.
 void check_one_recording(const std::string& folder, const std::vector<RecordingPart>& parts, PartsListed listed);
 
 }  // namespace lodestone

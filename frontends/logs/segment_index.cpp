@@ -22,7 +22,8 @@ ChannelTopics collect_topics(const std::string& path, const std::map<std::uint32
     if (topic.type != info.type || topic.md5 != info.md5 || topic.encoding != info.encoding) {
       warnings.add("log.mixed_topic",
                    fmt::format("{}: {} holds messages of two types; those of {} are left out", path, info.name,
-                               info.type.empty() ? "an unknown one" : info.type), 0);
+                               info.type.empty() ? "an unknown one" : info.type),
+                   0);
       continue;
     }
     taken.push_back(id);

@@ -59,8 +59,8 @@ struct ChannelTopics {
   std::map<std::uint32_t, int> topic_of;
 };
 
-/// `channels`: of each its topic's name, type, checksum, encoding and definition. Those that differ in type, checksum or encoding
-/// from their topic's first are left out and counted: log.mixed_topic. `path` names the file.
+/// `channels`: of each its topic's name, type, checksum, encoding and definition. Those that differ in type, checksum
+/// or encoding from their topic's first are left out and counted: log.mixed_topic. `path` names the file.
 ChannelTopics collect_topics(const std::string& path, const std::map<std::uint32_t, TopicInfo>& channels,
                              const std::map<std::uint32_t, MessageCount>& counts, WarningLog& warnings);
 

@@ -41,10 +41,12 @@ void SegmentSource::load_segment(std::size_t segment) {
   const auto unwanted = [this, segment](const SegmentEntry& entry) {
     const int topic = index_->topic_of(entry.channel);
     if (topic < 0 && segment >= counted_segments_) {
-      warnings_.add("log.unknown_channel",
-                    fmt::format("{}: messages of a channel without a definition, or of another type than their topic's, are "
-                                "left out", index_->path()),
-                    entry.time);
+      warnings_.add(
+          "log.unknown_channel",
+          fmt::format("{}: messages of a channel without a definition, or of another type than their topic's, are "
+                      "left out",
+                      index_->path()),
+          entry.time);
     }
     return topic < 0 || selection_[static_cast<std::size_t>(topic)] < 0;
   };
@@ -104,8 +106,8 @@ bool SegmentSource::take(const Active& active, RawMessage& message) {
   } catch (const CompressionError& error) {
     if (lost_.insert({active.segment, entry.offset}).second) {
       warnings_.add("log.damaged_message",
-                    fmt::format("{}: a message of {} cannot be unpacked: {}; it is left out", index_->path(), topic.name,
-                                error.what()),
+                    fmt::format("{}: a message of {} cannot be unpacked: {}; it is left out", index_->path(),
+                                topic.name, error.what()),
                     entry.time);
     }
     return false;

@@ -43,10 +43,11 @@ class SegmentSource : public MessageSource {
   std::unique_ptr<Active> spent_;                ///< whose bytes the last message may point to
   std::size_t next_segment_ = 0;
   std::size_t loaded_bytes_ = 0;
-  std::size_t counted_segments_ = 0;  ///< whose unknown channels were counted, in this reading or one before
-  bool given_ = false;  ///< the front's entry has been given
+  std::size_t counted_segments_ = 0;    ///< whose unknown channels were counted, in this reading or one before
+  bool given_ = false;                  ///< the front's entry has been given
   std::vector<std::uint8_t> unpacked_;  ///< the last message, where it was packed by itself
-  std::set<std::pair<std::size_t, std::size_t>> lost_;  ///< segment and offset of those that a second reading does not count again
+  std::set<std::pair<std::size_t, std::size_t>>
+      lost_;  ///< segment and offset of those that a second reading does not count again
 };
 
 }  // namespace lodestone

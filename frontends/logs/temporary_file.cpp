@@ -23,12 +23,13 @@ constexpr std::string_view temporary_prefix = "lodestone-";
 std::filesystem::path temporary_folder() {
   std::error_code error;
   const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
-  if (error) throw InputError("TMPDIR: is no folder (" + error.message() + "); set it to one with room for an unpacked log");
+  if (error)
+    throw InputError("TMPDIR: is no folder (" + error.message() + "); set it to one with room for an unpacked log");
   return folder;
 }
 
-/// The number of the process whose TemporaryFile has this name, as mkstemp makes it: lodestone-PROCESS-XXXXXX; empty where it is
-/// anything else, for it is another's then.
+/// The number of the process whose TemporaryFile has this name, as mkstemp makes it: lodestone-PROCESS-XXXXXX; empty
+/// where it is anything else, for it is another's then.
 std::string_view owner_of(std::string_view name) {
   constexpr std::string_view digits = "0123456789";
   constexpr std::string_view letters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
@@ -36,7 +37,8 @@ std::string_view owner_of(std::string_view name) {
   name.remove_prefix(temporary_prefix.size());
   const std::size_t dash = std::min(name.find_first_not_of(digits), name.size());
   const std::string_view process = name.substr(0, dash), rest = name.substr(dash);
-  if (rest.size() != 7 || rest.front() != '-' || rest.find_first_not_of(letters, 1) != std::string_view::npos) return {};
+  if (rest.size() != 7 || rest.front() != '-' || rest.find_first_not_of(letters, 1) != std::string_view::npos)
+    return {};
   return process;
 }
 
@@ -50,7 +52,8 @@ void remove_leftovers(const std::filesystem::path& folder) {
     const std::string_view process = owner_of(name);
     struct stat status {};
     if (process.empty() || std::filesystem::exists("/proc/" + std::string(process), ignored)) continue;
-    if (::lstat(entry.path().c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != ::geteuid()) continue;
+    if (::lstat(entry.path().c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != ::geteuid())
+      continue;
     if (status.st_mtime > now - day) continue;
     std::filesystem::remove(entry.path(), ignored);
   }

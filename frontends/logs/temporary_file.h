@@ -5,8 +5,8 @@
 
 namespace lodestone {
 
-/// A file in the folder of temporary files (TMPDIR) that is gone when this is. What a killed process has left there, a day old,
-/// goes with the next one that is made.
+/// A file in the folder of temporary files (TMPDIR) that is gone when this is. What a killed process has left there, a
+/// day old, goes with the next one that is made.
 class TemporaryFile {
  public:
   /// Throws InputError where there is no such folder, or it cannot be written.

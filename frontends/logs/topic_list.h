@@ -28,7 +28,8 @@ inline Encoding encoding_named(std::string_view name) {
   return name == "cdr" ? Encoding::cdr : name == "ros1" ? Encoding::ros1 : Encoding::other;
 }
 
-/// Where in `names` each of `topics` stands; -1 where it is not asked for. Throws InputError for a name that no topic has.
+/// Where in `names` each of `topics` stands; -1 where it is not asked for. Throws InputError for a name that no topic
+/// has.
 inline std::vector<int> selection_of(const std::vector<TopicInfo>& topics, const std::vector<std::string>& names,
                                      const std::string& path) {
   std::vector<int> selection(topics.size(), -1);

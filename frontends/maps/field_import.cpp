@@ -82,7 +82,8 @@ std::optional<Axis> even_axis(const std::vector<double>& values) {
 
 class Importer {
  public:
-  Importer(const std::string& path, const FieldImportOptions& options) : path_(path), options_(options), table_(read_field_table(path)) {}
+  Importer(const std::string& path, const FieldImportOptions& options)
+      : path_(path), options_(options), table_(read_field_table(path)) {}
 
   ImportedField make() {
     find_grid();
@@ -101,8 +102,14 @@ class Importer {
     constexpr std::size_t cache_bytes = 64U << 20U;
     // A float's rounding must not put the largest sigma above the limit.
     const double max_sigma = std::max(largest_sigma * (1.0 + 1e-6), 1e-3);
-    return {MagneticMap(grid_, nodes, max_sigma, cache_bytes), unit_, unit_from_size_, table_.rows.front().sigma >= 0.0,
-            median_ut_, static_cast<std::int64_t>(placed_.size()), in_cells_, metres_in_doubt()};
+    return {MagneticMap(grid_, nodes, max_sigma, cache_bytes),
+            unit_,
+            unit_from_size_,
+            table_.rows.front().sigma >= 0.0,
+            median_ut_,
+            static_cast<std::int64_t>(placed_.size()),
+            in_cells_,
+            metres_in_doubt()};
   }
 
  private:
@@ -114,8 +121,9 @@ class Importer {
 
   [[noreturn]] void fail(const std::string& what) const { throw InputError(path_ + ": " + what); }
   [[noreturn]] void fail_scattered(const std::string& what) const {
-    fail(what + "; these are scattered readings, no grid: make a map of the survey that they are from with `lodestone map "
-                "magnetic`");
+    fail(what +
+         "; these are scattered readings, no grid: make a map of the survey that they are from with `lodestone map "
+         "magnetic`");
   }
 
   std::vector<double> positions(std::size_t axis) const {
@@ -134,7 +142,8 @@ class Importer {
       if (even && (scatter == same_m || even->step > least_step_over_scatter * scatter)) return *even;
     }
     const char name = "xy"[axis];
-    if (heaps_of(values, same_m).size() < 2) fail(fmt::format("all positions have one {}; a map needs at least two a side", name));
+    if (heaps_of(values, same_m).size() < 2)
+      fail(fmt::format("all positions have one {}; a map needs at least two a side", name));
     fail_scattered(fmt::format("the positions' {} are not evenly spaced", name));
   }
 
@@ -143,7 +152,8 @@ class Importer {
     const std::vector<double> values = positions(2);
     for (const double scatter : scatters_m) {
       std::vector<double> heights = heaps_of(values, scatter);
-      if (static_cast<double>(x_.count) * y_.count * static_cast<double>(heights.size()) < 4.0 * static_cast<double>(values.size())) {
+      if (static_cast<double>(x_.count) * y_.count * static_cast<double>(heights.size()) <
+          4.0 * static_cast<double>(values.size())) {
         return heights;
       }
     }
@@ -152,16 +162,19 @@ class Importer {
 
   void find_grid() {
     if (table_.has_height && options_.height_m) fail("the table has heights of its own (z); leave out --height");
-    if (!table_.has_height && !options_.height_m) fail("the table has no heights (z); say by --height at which the map is, metres");
+    if (!table_.has_height && !options_.height_m)
+      fail("the table has no heights (z); say by --height at which the map is, metres");
     x_ = find_axis(0);
     y_ = find_axis(1);
     if (std::abs(x_.step - y_.step) > 0.01 * std::max(x_.step, y_.step)) {
-      fail(fmt::format("the nodes lie {:.4g} m apart along x and {:.4g} m along y; expected one distance: resample the grid",
-                       x_.step, y_.step));
+      fail(fmt::format(
+          "the nodes lie {:.4g} m apart along x and {:.4g} m along y; expected one distance: resample the grid",
+          x_.step, y_.step));
     }
     grid_.heights_m = table_.has_height ? find_heights() : std::vector<double>{*options_.height_m};
     const double rows = static_cast<double>(table_.rows.size());
-    if (static_cast<double>(x_.count) * y_.count * static_cast<double>(grid_.heights_m.size()) > most_nodes_a_row * rows) {
+    if (static_cast<double>(x_.count) * y_.count * static_cast<double>(grid_.heights_m.size()) >
+        most_nodes_a_row * rows) {
       fail_scattered(fmt::format("{} lines for {} x {} x {} places", table_.rows.size(), x_.count, y_.count,
                                  grid_.heights_m.size()));
     }
@@ -175,9 +188,11 @@ class Importer {
   bool metres_in_doubt() const {
     if (table_.names_metres) return false;
     if (std::max(grid_.columns - 1, grid_.rows - 1) * grid_.resolution_m > largest_usual_site_m) return true;
-    return grid_.resolution_m > largest_usual_step_m && std::all_of(table_.rows.begin(), table_.rows.end(), [](const FieldTableRow& row) {
-      return std::nearbyint(row.position[0]) == row.position[0] && std::nearbyint(row.position[1]) == row.position[1];
-    });
+    return grid_.resolution_m > largest_usual_step_m &&
+           std::all_of(table_.rows.begin(), table_.rows.end(), [](const FieldTableRow& row) {
+             return std::nearbyint(row.position[0]) == row.position[0] &&
+                    std::nearbyint(row.position[1]) == row.position[1];
+           });
   }
 
   /// Factor to µT.
@@ -194,8 +209,10 @@ class Importer {
     unit_from_size_ = !told;
     const std::string fitting = fitting_field_unit(median);
     if (!told && fitting.empty()) {
-      fail(fmt::format("half of the field is above {:.4g} in its own numbers, in no unit the earth's field (20 to 70 "
-                       "microtesla); say by --unit which it is", median));
+      fail(
+          fmt::format("half of the field is above {:.4g} in its own numbers, in no unit the earth's field (20 to 70 "
+                      "microtesla); say by --unit which it is",
+                      median));
     }
     if (told) {
       unit_ = *told;
@@ -206,8 +223,9 @@ class Importer {
     }
     median_ut_ = median * microtesla_per(unit_);
     if (median_ut_ < 0.1 || median_ut_ > 1000.0) {
-      fail(fmt::format("half of the field is above {:.4g} microtesla if it is in {}; expected 0.1 to 1000{}", median_ut_,
-                       options_detail::write_value(unit_), fitting.empty() ? "" : ": it looks like " + fitting + ", give --unit " + fitting));
+      fail(fmt::format("half of the field is above {:.4g} microtesla if it is in {}; expected 0.1 to 1000{}",
+                       median_ut_, options_detail::write_value(unit_),
+                       fitting.empty() ? "" : ": it looks like " + fitting + ", give --unit " + fitting));
     }
     return microtesla_per(unit_);
   }
@@ -223,8 +241,11 @@ class Importer {
       }
       int layer = 0;
       if (table_.has_height) {
-        const auto nearer = [&](double a, double b) { return std::abs(a - row.position[2]) < std::abs(b - row.position[2]); };
-        layer = static_cast<int>(std::min_element(grid_.heights_m.begin(), grid_.heights_m.end(), nearer) - grid_.heights_m.begin());
+        const auto nearer = [&](double a, double b) {
+          return std::abs(a - row.position[2]) < std::abs(b - row.position[2]);
+        };
+        layer = static_cast<int>(std::min_element(grid_.heights_m.begin(), grid_.heights_m.end(), nearer) -
+                                 grid_.heights_m.begin());
       }
       placed_.push_back({layer, y_.place(row.position[1]), x_.place(row.position[0]), &row});
     }
@@ -233,8 +254,8 @@ class Importer {
     for (std::size_t i = 1; i < placed_.size(); ++i) {
       if (placed_[i].key() != placed_[i - 1].key()) continue;
       const FieldTableRow& row = *placed_[i].row;
-      fail(fmt::format("lines {} and {} have one place, x {:g}, y {:g}; expected one line a node", placed_[i - 1].row->line,
-                       row.line, row.position[0], row.position[1]));
+      fail(fmt::format("lines {} and {} have one place, x {:g}, y {:g}; expected one line a node",
+                       placed_[i - 1].row->line, row.line, row.position[0], row.position[1]));
     }
     std::vector<bool> in_cell(placed_.size(), false);
     const auto index_of = [&](const Placed& node, int up, int right) {
@@ -244,7 +265,8 @@ class Importer {
                                                                     : placed_.size();
     };
     for (std::size_t i = 0; i < placed_.size(); ++i) {
-      const std::size_t corners[] = {i, index_of(placed_[i], 0, 1), index_of(placed_[i], 1, 0), index_of(placed_[i], 1, 1)};
+      const std::size_t corners[] = {i, index_of(placed_[i], 0, 1), index_of(placed_[i], 1, 0),
+                                     index_of(placed_[i], 1, 1)};
       if (*std::max_element(std::begin(corners), std::end(corners)) == placed_.size()) continue;
       for (const std::size_t corner : corners) in_cell[corner] = true;
     }

@@ -45,10 +45,15 @@ struct ColumnName {
   explicit ColumnName(std::string_view text) : name(plain(text)) {
     if (find()) return;
     const std::string whole = name;
-    const std::pair<const char*, FieldUnit> units[] = {
-        {"microtesla", FieldUnit::microtesla}, {"nanotesla", FieldUnit::nanotesla}, {"milligauss", FieldUnit::milligauss},
-        {"tesla", FieldUnit::tesla},           {"gauss", FieldUnit::gauss},         {"ut", FieldUnit::microtesla},
-        {"nt", FieldUnit::nanotesla},          {"mg", FieldUnit::milligauss},       {"t", FieldUnit::tesla}};
+    const std::pair<const char*, FieldUnit> units[] = {{"microtesla", FieldUnit::microtesla},
+                                                       {"nanotesla", FieldUnit::nanotesla},
+                                                       {"milligauss", FieldUnit::milligauss},
+                                                       {"tesla", FieldUnit::tesla},
+                                                       {"gauss", FieldUnit::gauss},
+                                                       {"ut", FieldUnit::microtesla},
+                                                       {"nt", FieldUnit::nanotesla},
+                                                       {"mg", FieldUnit::milligauss},
+                                                       {"t", FieldUnit::tesla}};
     for (const auto& [ending, value] : units) {
       name = whole;
       if (!take_ending(name, ending) || !find() || kind < field_x) continue;
@@ -66,7 +71,8 @@ struct ColumnName {
 
   bool find() {
     static const std::vector<std::string> stems{"", "pos", "position", "p", "map"};
-    static const std::vector<std::string> field_stems{"b", "mag", "m", "field", "bfield", "magneticfield", "h", "magnetic"};
+    static const std::vector<std::string> field_stems{"b",      "mag",           "m", "field",
+                                                      "bfield", "magneticfield", "h", "magnetic"};
     kind = columns;
     for (int axis = 0; axis < 3; ++axis) {
       const std::string letter(1, "xyz"[axis]);
@@ -99,7 +105,8 @@ class TableReader {
   FieldTable read() {
     std::error_code code;
     if (!std::filesystem::exists(path_, code)) throw InputError(path_ + ": there is no such file");
-    if (!std::filesystem::is_regular_file(path_, code)) throw InputError(path_ + ": expected a text table, found no file");
+    if (!std::filesystem::is_regular_file(path_, code))
+      throw InputError(path_ + ": expected a text table, found no file");
     const SeemingKind kind = seeming_kind_of_file(path_);
     if (kind == SeemingKind::log || kind == SeemingKind::point_cloud || kind == SeemingKind::raster) {
       throw InputError(path_ + ": expected a table of x, y, z, Bx, By, Bz in text" + looks_like(path_));
@@ -112,12 +119,15 @@ class TableReader {
       if (number_ == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as some spreadsheets begin a file
       if (!text.empty()) take(text);
     }
-    if (table_.rows.empty()) throw InputError(path_ + ": has no line of numbers; expected x, y, z and the field's three components");
+    if (table_.rows.empty())
+      throw InputError(path_ + ": has no line of numbers; expected x, y, z and the field's three components");
     return std::move(table_);
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(fmt::format("{}:{}: {}", path_, number_, what)); }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: {}", path_, number_, what));
+  }
 
   void take(std::string_view text) {
     const bool comment = text.front() == '#' || text.front() == '%';
@@ -158,7 +168,8 @@ class TableReader {
       table_.names_metres = table_.names_metres || !name.length_unit.empty();
       if (name.kind >= field_x && name.unit) {
         if (table_.unit && table_.unit != name.unit) {
-          fail(fmt::format("the columns '{}' and '{}' have different units; write the field and its sigma in one", cells[with_unit], cells[i]));
+          fail(fmt::format("the columns '{}' and '{}' have different units; write the field and its sigma in one",
+                           cells[with_unit], cells[i]));
         }
         table_.unit = name.unit;
         with_unit = i;
@@ -172,8 +183,9 @@ class TableReader {
       }
     }
     if (places[sigma] < 0 && !of_an_axis.empty()) {
-      fail(fmt::format("the column '{}' is the sigma of one axis; expected one column 'sigma' for all three: name the largest so",
-                       of_an_axis));
+      fail(fmt::format(
+          "the column '{}' is the sigma of one axis; expected one column 'sigma' for all three: name the largest so",
+          of_an_axis));
     }
     places_ = places;
     table_.has_height = places[z] >= 0;
@@ -182,8 +194,10 @@ class TableReader {
 
   void take_order(std::size_t cells) {
     if (cells < 5 || cells > 7) {
-      fail(fmt::format("{} columns without names; expected x y z Bx By Bz, x y z Bx By Bz sigma, or x y Bx By Bz; name them "
-                       "in a first line", cells));
+      fail(fmt::format(
+          "{} columns without names; expected x y z Bx By Bz, x y z Bx By Bz sigma, or x y Bx By Bz; name them "
+          "in a first line",
+          cells));
     }
     table_.has_height = cells > 5;
     int next = 0;
@@ -203,7 +217,8 @@ class TableReader {
       const std::string_view cell = place < cells.size() ? cells[place] : std::string_view();
       double value = 0.0;
       if (!parse_number(cell, value)) {
-        if (column < field_x || !cell.empty()) fail(fmt::format("'{}' is no number, in the column {}", cell, place + 1));
+        if (column < field_x || !cell.empty())
+          fail(fmt::format("'{}' is no number, in the column {}", cell, place + 1));
         value = std::numeric_limits<double>::quiet_NaN();  // an empty cell: no field there
       }
       if (column < field_x) {
@@ -229,6 +244,8 @@ class TableReader {
 
 }  // namespace
 
-FieldTable read_field_table(const std::string& path) { return TableReader(path).read(); }
+FieldTable read_field_table(const std::string& path) {
+  return TableReader(path).read();
+}
 
 }  // namespace lodestone

@@ -25,10 +25,10 @@ struct FieldTable {
   bool names_metres = false;      ///< whether the header does: x_m, "y [m]"
 };
 
-/// Reads a CSV of x, y, z (m), B_x, B_y, B_z and perhaps sigma: separated by commas, semicolons, tabs or blanks; '#' starts a
-/// comment. A first line with words names the columns, in any order, under the names that people use (x_m, pos_x, Bx,
-/// mag_x, field_x_ut); further columns are not looked at. Without one, they are the six, or seven, in this order; five
-/// are x, y and the field. Throws InputError, with file and line.
+/// Reads a CSV of x, y, z (m), B_x, B_y, B_z and perhaps sigma: separated by commas, semicolons, tabs or blanks; '#'
+/// starts a comment. A first line with words names the columns, in any order, under the names that people use (x_m,
+/// pos_x, Bx, mag_x, field_x_ut); further columns are not looked at. Without one, they are the six, or seven, in this
+/// order; five are x, y and the field. Throws InputError, with file and line.
 FieldTable read_field_table(const std::string& path);
 
 }  // namespace lodestone

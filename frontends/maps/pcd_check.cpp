@@ -59,7 +59,8 @@ Header read_header(const std::string& path, const std::string& advice) {
     std::istringstream words(line);
     std::string key, word;
     if (line.empty()) continue;
-    // PCL takes a line of blanks, or an empty one that ends as on Windows, for the header's end, and reads on without it.
+    // PCL takes a line of blanks, or an empty one that ends as on Windows, for the header's end, and reads on without
+    // it.
     if (!(words >> key)) header.fail("a line of blanks in its header");
     if (key.front() == '#') continue;
     const auto [entry, is_new] = header.lines.try_emplace(key);
@@ -81,7 +82,8 @@ void check_end_of_header(const Header& header) {
     std::string word;
     std::istringstream(line) >> word;
     if (word.empty() || word.front() == '#') continue;
-    for (const char* key : {"VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA"}) {
+    for (const char* key :
+         {"VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA"}) {
       if (word.starts_with(key)) header.fail(fmt::format("a line {} after the line DATA", key));
     }
     return;
@@ -106,7 +108,8 @@ void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::str
   static const std::vector<std::string> known{"VERSION", "FIELDS", "SIZE",   "TYPE", "COUNT",
                                               "WIDTH",   "HEIGHT", "POINTS", "DATA", "VIEWPOINT"};
   for (const auto& [key, words] : header.lines) {
-    if (std::find(known.begin(), known.end(), key) == known.end()) header.fail(fmt::format("an unknown line '{}'", key));
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      header.fail(fmt::format("an unknown line '{}'", key));
   }
   if (header.has("VERSION")) header.words("VERSION", 1);
   if (header.has("VIEWPOINT")) header.words("VIEWPOINT", 7);
@@ -115,21 +118,25 @@ void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::str
   const std::size_t fields = named->second.size();
   std::uint64_t point_bytes = 0, values = 0;
   for (std::size_t i = 0; i < fields; ++i) {
-    const std::uint64_t size = header.number("SIZE", fields, i), count = header.has("COUNT") ? header.number("COUNT", fields, i) : 1;
+    const std::uint64_t size = header.number("SIZE", fields, i),
+                        count = header.has("COUNT") ? header.number("COUNT", fields, i) : 1;
     const std::string& type = header.words("TYPE", fields)[i];
     const bool floating = type == "F" && (size == 4 || size == 8);
     const bool integer = (type == "I" || type == "U") && (size == 1 || size == 2 || size == 4 || size == 8);
-    if ((!floating && !integer) || count == 0) header.fail(fmt::format("a field of {} values of kind {} and {} bytes", count, type, size));
+    if ((!floating && !integer) || count == 0)
+      header.fail(fmt::format("a field of {} values of kind {} and {} bytes", count, type, size));
     point_bytes = std::min(point_bytes + size * count, most_bytes);
     values = std::min(values + count, most_bytes);
   }
   const std::uint64_t points = header.number("POINTS", 1, 0);
-  if (header.number("WIDTH", 1, 0) * header.number("HEIGHT", 1, 0) != points) header.fail("WIDTH x HEIGHT is not POINTS");
+  if (header.number("WIDTH", 1, 0) * header.number("HEIGHT", 1, 0) != points)
+    header.fail("WIDTH x HEIGHT is not POINTS");
   const std::string& kind = header.words("DATA", 1)[0];
   if (kind == "ascii" && points > most_bytes_of_text / point_bytes) {
-    throw InputError(fmt::format("{}: {} points of {} bytes as text, of which at most {} can be read; write so large a cloud as "
-                                 "binary PCD or as PLY", path, points, point_bytes,
-                                 most_bytes_of_text / point_bytes));
+    throw InputError(
+        fmt::format("{}: {} points of {} bytes as text, of which at most {} can be read; write so large a cloud as "
+                    "binary PCD or as PLY",
+                    path, points, point_bytes, most_bytes_of_text / point_bytes));
   }
   if (points > most_bytes / point_bytes) header.fail(fmt::format("{} points of {} bytes", points, point_bytes));
   check_end_of_header(header);
@@ -146,19 +153,21 @@ void check_pcd(const std::string& path, std::uint64_t most_bytes, const std::str
     if (there < 8) header.fail("nothing follows its header");
     file.read(header.data_offset, 8, sizes);
     needed = 8 + std::uint64_t{little_endian<std::uint32_t>(sizes.data())};
-    if (little_endian<std::uint32_t>(sizes.data() + 4) != bytes) header.fail("its packed points have another size than announced");
+    if (little_endian<std::uint32_t>(sizes.data() + 4) != bytes)
+      header.fail("its packed points have another size than announced");
     constexpr std::uint64_t most_of_a_byte = 88;  // LZF makes at most 264 bytes of three
     if (bytes > most_of_a_byte * there) header.fail(fmt::format("it announces {} bytes, packed in {}", bytes, there));
   } else {
     header.fail(fmt::format("'{}' in its line DATA", kind));
   }
   if (there < needed) {
-    header.fail(fmt::format("its header announces {} points, for which {} bytes are needed, and {} bytes follow it", points, needed,
-                            there));
+    header.fail(fmt::format("its header announces {} points, for which {} bytes are needed, and {} bytes follow it",
+                            points, needed, there));
   }
   if (kind != "ascii") return;
   const std::uint64_t lines = lines_of_values(path, header.data_offset);
-  if (lines < points) header.fail(fmt::format("its header announces {} points, and {} lines of values follow it", points, lines));
+  if (lines < points)
+    header.fail(fmt::format("its header announces {} points, and {} lines of values follow it", points, lines));
 }
 
 }  // namespace lodestone

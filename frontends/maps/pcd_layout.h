@@ -10,8 +10,8 @@ namespace lodestone {
 /// One field of a point as a file stores it.
 struct PointFieldLayout {
   std::string name;
-  char type = 'F';        ///< F, I or U, as PCD has it
-  int size = 4;           ///< bytes
+  char type = 'F';          ///< F, I or U, as PCD has it
+  int size = 4;             ///< bytes
   std::int64_t offset = 0;  ///< from the point's first byte
 };
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "frontends/maps/tiled_plane_map.h"
 #include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/tiled_plane_map.h"
 
 namespace lodestone {
 
@@ -24,10 +24,10 @@ double reach_of(const PlaneMapOptions& options, const LidarModel& lidar) {
   if (options.resident_radius_m == 0.0) return needed;
   const double reach = options.resident_radius_m - 0.5 * options.tile_m - options.voxel_m;
   if (reach < needed) {
-    throw InputError(fmt::format("lidar.map.resident_radius_m: expected at least {:.1f} m (the LiDAR's range of {} m, {} m "
-                                 "beyond it and half a tile), found {}; raise it or leave it 0",
-                                 needed + options.resident_radius_m - reach, lidar.max_range_m, kBeyondRange,
-                                 options.resident_radius_m));
+    throw InputError(fmt::format(
+        "lidar.map.resident_radius_m: expected at least {:.1f} m (the LiDAR's range of {} m, {} m "
+        "beyond it and half a tile), found {}; raise it or leave it 0",
+        needed + options.resident_radius_m - reach, lidar.max_range_m, kBeyondRange, options.resident_radius_m));
   }
   return reach;
 }
@@ -50,13 +50,18 @@ class WithinVoxels {
   void finish(const std::string& path, double voxel_m, WarningLog& warnings) const {
     if (dropped_ == 0) return;
     if (2 * dropped_ > all_) {
-      throw InputError(fmt::format("{}: {} of {} points lie further than {:.0f} m from the origin, where voxels of lidar.map.voxel_m = {:g} "
-                                   "end; raise it, or shift the cloud, the field map, the truth and the start to an origin at the site",
-                                   path, dropped_, all_, reach_m_, voxel_m));
+      throw InputError(fmt::format(
+          "{}: {} of {} points lie further than {:.0f} m from the origin, where voxels of lidar.map.voxel_m = {:g} "
+          "end; raise it, or shift the cloud, the field map, the truth and the start to an origin at the site",
+          path, dropped_, all_, reach_m_, voxel_m));
     }
-    warnings.add("cloud.far_points",
-                 fmt::format("{}: map points further than {:.0f} m from the origin were dropped: voxels of lidar.map.voxel_m = {:g} are "
-                             "counted no further", path, reach_m_, voxel_m), 0, dropped_);
+    warnings.add(
+        "cloud.far_points",
+        fmt::format(
+            "{}: map points further than {:.0f} m from the origin were dropped: voxels of lidar.map.voxel_m = {:g} are "
+            "counted no further",
+            path, reach_m_, voxel_m),
+        0, dropped_);
   }
 
  private:
@@ -92,8 +97,8 @@ LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options
     return {map, fmt::format("{} planes", map->planes().size())};
   }
   const auto map = builder->build(reach);
-  return {map, fmt::format("{} planes in {} tiles of {:g} m; those within {:.0f} m of the robot are in memory", map->planes(),
-                           map->tiles(), map->tile_m(), map->resident_radius_m())};
+  return {map, fmt::format("{} planes in {} tiles of {:g} m; those within {:.0f} m of the robot are in memory",
+                           map->planes(), map->tiles(), map->tile_m(), map->resident_radius_m())};
 }
 
 }  // namespace lodestone

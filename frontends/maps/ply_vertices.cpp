@@ -25,10 +25,22 @@ struct NumberName {
   int size;
 };
 
-constexpr std::array<NumberName, 16> number_names{{{"char", 'I', 1},  {"uchar", 'U', 1},  {"short", 'I', 2},   {"ushort", 'U', 2},
-                                                   {"int", 'I', 4},   {"uint", 'U', 4},   {"float", 'F', 4},   {"double", 'F', 8},
-                                                   {"int8", 'I', 1},  {"uint8", 'U', 1},  {"int16", 'I', 2},   {"uint16", 'U', 2},
-                                                   {"int32", 'I', 4}, {"uint32", 'U', 4}, {"float32", 'F', 4}, {"float64", 'F', 8}}};
+constexpr std::array<NumberName, 16> number_names{{{"char", 'I', 1},
+                                                   {"uchar", 'U', 1},
+                                                   {"short", 'I', 2},
+                                                   {"ushort", 'U', 2},
+                                                   {"int", 'I', 4},
+                                                   {"uint", 'U', 4},
+                                                   {"float", 'F', 4},
+                                                   {"double", 'F', 8},
+                                                   {"int8", 'I', 1},
+                                                   {"uint8", 'U', 1},
+                                                   {"int16", 'I', 2},
+                                                   {"uint16", 'U', 2},
+                                                   {"int32", 'I', 4},
+                                                   {"uint32", 'U', 4},
+                                                   {"float32", 'F', 4},
+                                                   {"float64", 'F', 8}}};
 
 }  // namespace
 
@@ -127,7 +139,8 @@ void PlyVertices::take_property(std::istream& words) {
 }
 
 void PlyVertices::find_coordinates() {
-  const auto found = std::find_if(elements_.begin(), elements_.end(), [](const Element& each) { return each.name == "vertex"; });
+  const auto found =
+      std::find_if(elements_.begin(), elements_.end(), [](const Element& each) { return each.name == "vertex"; });
   if (found == elements_.end()) fail("its header has no element vertex");
   vertex_ = static_cast<std::size_t>(found - elements_.begin());
   for (std::size_t row = 0; row < 3; ++row) {
@@ -137,7 +150,8 @@ void PlyVertices::find_coordinates() {
     if (property == found->properties.end()) {
       std::vector<std::string> names;
       for (const Property& each : found->properties) names.push_back(each.name);
-      throw InputError(fmt::format("{}: the points have no field '{}'; the file has {}", path_, name, join_names(names)));
+      throw InputError(
+          fmt::format("{}: the points have no field '{}'; the file has {}", path_, name, join_names(names)));
     }
     if (property->type != 'F' || property->count_size > 0) {
       throw InputError(fmt::format("{}: the field '{}' is no floating-point number", path_, name));
@@ -243,6 +257,8 @@ Eigen::Vector3f PlyVertices::next_text() {
   return position;
 }
 
-Eigen::Vector3f PlyVertices::next() { return encoding_ == Encoding::text ? next_text() : next_binary(); }
+Eigen::Vector3f PlyVertices::next() {
+  return encoding_ == Encoding::text ? next_text() : next_binary();
+}
 
 }  // namespace lodestone

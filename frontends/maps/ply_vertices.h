@@ -9,9 +9,9 @@
 
 namespace lodestone {
 
-/// The positions of a PLY file's vertices, one after the other: text or binary of either byte order, coordinates as float or
-/// double, whatever other properties and elements lie beside them. What the header announces is not believed: memory is
-/// taken for one vertex, and the bytes must be there.
+/// The positions of a PLY file's vertices, one after the other: text or binary of either byte order, coordinates as
+/// float or double, whatever other properties and elements lie beside them. What the header announces is not believed:
+/// memory is taken for one vertex, and the bytes must be there.
 class PlyVertices {
  public:
   /// Reads the header. Throws InputError where it is none, or has no vertices with x, y and z.
@@ -55,8 +55,8 @@ class PlyVertices {
   std::uint64_t size_ = 0;  ///< of the file, bytes
   Encoding encoding_ = Encoding::text;
   std::vector<Element> elements_;
-  std::size_t vertex_ = 0;                     ///< among the elements
-  std::array<std::size_t, 3> coordinates_{};   ///< among the vertex' properties
+  std::size_t vertex_ = 0;                    ///< among the elements
+  std::array<std::size_t, 3> coordinates_{};  ///< among the vertex' properties
   std::string line_;
 };
 

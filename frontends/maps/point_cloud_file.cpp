@@ -11,10 +11,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "frontends/configuration/aside.h"
 #include "core/error.h"
-#include "frontends/configuration/file_kind.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/aside.h"
+#include "frontends/configuration/file_kind.h"
 #include "frontends/maps/pcd_check.h"
 #include "frontends/maps/pcd_layout.h"
 #include "frontends/maps/ply_vertices.h"
@@ -37,7 +37,8 @@ Format format_of(const std::string& path) {
   while (std::getline(stream, line) && (line.size() < 4096 || line.rfind("LASF", 0) == 0)) {
     if (line.rfind("ply", 0) == 0) return Format::ply;
     if (line.rfind("LASF", 0) == 0) {
-      throw InputError(path + ": is a LAS or LAZ file, which is not read; make a PLY of it: pdal translate map.laz map.ply");
+      throw InputError(path +
+                       ": is a LAS or LAZ file, which is not read; make a PLY of it: pdal translate map.laz map.ply");
     }
     if (line.rfind("VERSION", 0) == 0 || line.rfind("FIELDS", 0) == 0) return Format::pcd;
     if (!line.empty() && line[0] != '#' && line != "\r") break;
@@ -102,8 +103,8 @@ constexpr const char* kMalformed = "it is malformed or truncated";
   throw InputError(path + ": the point cloud has no points; expected a map of the site");
 }
 
-/// Beyond it floats are more than a centimetre apart, m: coordinates of a country's grid, not of a site. Voxels of an eighth of a
-/// metre have numbers up to here.
+/// Beyond it floats are more than a centimetre apart, m: coordinates of a country's grid, not of a site. Voxels of an
+/// eighth of a metre have numbers up to here.
 constexpr float kLargestSite_m = 131'072.0F;
 /// Beyond it there is not even a country.
 constexpr float kFarthest_m = 1e7F;
@@ -140,16 +141,19 @@ class PositionStream {
   void finish(const std::string& path, WarningLog& warnings) {
     flush();
     if (kept_ == 0 && off_site_ == 0) {
-      throw InputError(path + ": the point cloud has no finite points within 10,000 km of its origin; expected a map of the site");
+      throw InputError(
+          path + ": the point cloud has no finite points within 10,000 km of its origin; expected a map of the site");
     }
     if (off_site_ > kept_) {
-      throw InputError(fmt::format("{}: its origin is far away, a point lies at ({:.0f}, {:.0f}, {:.0f}) m, where points are stored "
-                                   "centimetres apart and more; expected metres from an origin at the site; subtract one shift from the "
-                                   "cloud, the field map, the truth and the start", path, first_off_site_.x(), first_off_site_.y(),
-                                   first_off_site_.z()));
+      throw InputError(fmt::format(
+          "{}: its origin is far away, a point lies at ({:.0f}, {:.0f}, {:.0f}) m, where points are stored "
+          "centimetres apart and more; expected metres from an origin at the site; subtract one shift from the "
+          "cloud, the field map, the truth and the start",
+          path, first_off_site_.x(), first_off_site_.y(), first_off_site_.z()));
     }
     if (off_site_ + too_far_ > 0) {
-      warnings.add("cloud.far_points", path + ": map points further than 131 km from the origin were dropped", 0, off_site_ + too_far_);
+      warnings.add("cloud.far_points", path + ": map points further than 131 km from the origin were dropped", 0,
+                   off_site_ + too_far_);
     }
     if (dropped_ > 0) {
       warnings.add("cloud.nan_points", path + ": map points without a finite position were dropped", 0, dropped_);
@@ -179,15 +183,18 @@ void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionSt
   if (pcd.points == 0) fail_empty(path);
   const auto there = static_cast<std::int64_t>(std::filesystem::file_size(path)) - pcd.data_offset;
   if (there / pcd.point_bytes < pcd.points) {
-    throw InputError(fmt::format("{}: is cut off: its header announces {} points of {} bytes, and {} points ({} bytes) follow it; "
-                                 "copy or write it again", path, pcd.points, pcd.point_bytes, there / pcd.point_bytes, there));
+    throw InputError(
+        fmt::format("{}: is cut off: its header announces {} points of {} bytes, and {} points ({} bytes) follow it; "
+                    "copy or write it again",
+                    path, pcd.points, pcd.point_bytes, there / pcd.point_bytes, there));
   }
   const PositionLayout layout(path, pcd.fields, pcd.point_bytes);
   std::ifstream stream(path, std::ios::binary);
   stream.seekg(pcd.data_offset);
   // A point of many values is no reason for a large piece.
   constexpr std::int64_t kPartBytes = std::int64_t{1} << 22;
-  const std::int64_t part_points = std::clamp<std::int64_t>(kPartBytes / pcd.point_bytes, 1, PositionStream::kPointsAPiece);
+  const std::int64_t part_points =
+      std::clamp<std::int64_t>(kPartBytes / pcd.point_bytes, 1, PositionStream::kPointsAPiece);
   std::vector<std::uint8_t> part(static_cast<std::size_t>(part_points * pcd.point_bytes));
   for (std::int64_t begin = 0; begin < pcd.points; begin += part_points) {
     const std::int64_t count = std::min(part_points, pcd.points - begin);
@@ -220,8 +227,10 @@ void read_by_pcl(const std::string& path, PositionStream& positions) {
   if (count == 0) fail_empty(path);
   std::vector<PointFieldLayout> fields;
   for (const pcl::PCLPointField& field : cloud.fields) {
-    const bool is_float = field.datatype == pcl::PCLPointField::FLOAT32 || field.datatype == pcl::PCLPointField::FLOAT64;
-    fields.push_back({field.name, is_float ? 'F' : 'I', field.datatype == pcl::PCLPointField::FLOAT64 ? 8 : 4, field.offset});
+    const bool is_float =
+        field.datatype == pcl::PCLPointField::FLOAT32 || field.datatype == pcl::PCLPointField::FLOAT64;
+    fields.push_back(
+        {field.name, is_float ? 'F' : 'I', field.datatype == pcl::PCLPointField::FLOAT64 ? 8 : 4, field.offset});
   }
   positions.add(PositionLayout(path, fields, cloud.point_step), cloud.data.data(), static_cast<std::int64_t>(count));
 }
@@ -252,9 +261,10 @@ std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLo
 void write_point_cloud(const std::string& path, const std::vector<Eigen::Vector3f>& points) {
   const std::string aside = aside_name(path);
   std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
-  stream << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
-         << "WIDTH " << points.size() << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << points.size()
-         << "\nDATA binary\n";
+  stream
+      << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+      << "WIDTH " << points.size() << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << points.size()
+      << "\nDATA binary\n";
   static_assert(sizeof(Eigen::Vector3f) == 12, "three floats without padding, as the file has them");
   stream.write(reinterpret_cast<const char*>(points.data()), static_cast<std::streamsize>(points.size() * 12));
   stream.close();

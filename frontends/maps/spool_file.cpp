@@ -21,7 +21,9 @@ SpoolFile::SpoolFile(const std::string& folder) : folder_(folder) {
   unlink(name.c_str());
 }
 
-SpoolFile::~SpoolFile() { close(descriptor_); }
+SpoolFile::~SpoolFile() {
+  close(descriptor_);
+}
 
 std::int64_t SpoolFile::append(const void* data, std::size_t bytes) {
   const std::int64_t begin = size_;
@@ -50,8 +52,9 @@ void SpoolFile::read(std::int64_t offset, void* data, std::size_t bytes) const {
 }
 
 void SpoolFile::fail(const char* what) const {
-  throw InputError(folder_ + ": " + what + " (" + std::strerror(errno) +
-                   "); give a folder on a disk with room, or raise lidar.map.tile_above_points to keep the map in memory");
+  throw InputError(
+      folder_ + ": " + what + " (" + std::strerror(errno) +
+      "); give a folder on a disk with room, or raise lidar.map.tile_above_points to keep the map in memory");
 }
 
 }  // namespace lodestone

@@ -13,8 +13,8 @@ struct TiffCloser {
 };
 using TiffHandle = std::unique_ptr<tiff, TiffCloser>;
 
-/// Opens with libtiff's `mode`; null where that fails. libtiff prints nothing: the user gets one line, ours. Tags that place
-/// a raster (GeoTIFF's scale and tie point, GDAL's value for "no data") are known.
+/// Opens with libtiff's `mode`; null where that fails. libtiff prints nothing: the user gets one line, ours. Tags that
+/// place a raster (GeoTIFF's scale and tie point, GDAL's value for "no data") are known.
 TiffHandle open_tiff(const std::string& path, const char* mode);
 
 namespace tiff_tag {

@@ -9,7 +9,9 @@ namespace lodestone {
 
 namespace {
 
-int floor_divide(int value, int divisor) { return value >= 0 ? value / divisor : -((-value + divisor - 1) / divisor); }
+int floor_divide(int value, int divisor) {
+  return value >= 0 ? value / divisor : -((-value + divisor - 1) / divisor);
+}
 
 /// From a point to the nearest of a tile's.
 double distance_to_tile(const Eigen::Vector2d& point, const TileIndex& tile, double tile_m) {
@@ -137,7 +139,8 @@ std::shared_ptr<const TiledPlaneMap> TiledPlaneMapBuilder::build(double reach_m)
   ThicknessRecord thickness(folder_);
   for (const auto& [index, tile] : tiles_) {
     const auto within = [&, &index = index](const Eigen::Vector3i& voxel) {
-      return floor_divide(voxel.x(), tile_voxels_) == index.first && floor_divide(voxel.y(), tile_voxels_) == index.second;
+      return floor_divide(voxel.x(), tile_voxels_) == index.first &&
+             floor_divide(voxel.y(), tile_voxels_) == index.second;
     };
     const std::vector<VoxelPlane> voxels = fit_voxel_planes(points_of(tile), options_, within);
     std::vector<float> thicknesses;

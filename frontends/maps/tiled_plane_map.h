@@ -24,15 +24,15 @@ struct TilePiece {
 
 /// A map larger than memory: its planes lie on disk, tile by tile; those of the tiles round the robot are in memory.
 /// Tiles are loaded anew when the robot has moved by half a tile from where they last were, and only then. Memory holds
-/// the planes of one such circle, and those of earlier ones for as long as a user holds them; until then they serve, too,
-/// so that a smoother whose window reaches back over a tile does not load to and fro.
+/// the planes of one such circle, and those of earlier ones for as long as a user holds them; until then they serve,
+/// too, so that a smoother whose window reaches back over a tile does not load to and fro.
 class TiledPlaneMap final : public PlaneMapSource {
  public:
   /// Tiles, with all planes fitted.
   struct Content {
     PlaneMapOptions options;
     int tile_voxels = 0;
-    std::unique_ptr<SpoolFile> spool;       ///< of VoxelPlane
+    std::unique_ptr<SpoolFile> spool;  ///< of VoxelPlane
     std::map<TileIndex, TilePiece> tiles;
     PlaneThickness thickness;
     std::int64_t planes = 0;  ///< of the whole map
@@ -66,17 +66,18 @@ class TiledPlaneMap final : public PlaneMapSource {
   double reach_m_;
   double moves_m_;  ///< from the centre of what is in memory, before other tiles are loaded
   mutable std::mutex mutex_;
-  mutable std::shared_ptr<const PlaneMap> newest_;    ///< held by no one else while no one looks
+  mutable std::shared_ptr<const PlaneMap> newest_;  ///< held by no one else while no one looks
   mutable std::vector<Residence> residences_;
   mutable std::int64_t loads_ = 0;
 };
 
-/// Cuts a cloud of any size into tiles and fits their planes. Memory: `buffer_bytes` of points while they come, then one
-/// tile's points.
+/// Cuts a cloud of any size into tiles and fits their planes. Memory: `buffer_bytes` of points while they come, then
+/// one tile's points.
 class TiledPlaneMapBuilder {
  public:
   /// `folder`: takes the temporary files. Throws InputError where it does not.
-  TiledPlaneMapBuilder(const PlaneMapOptions& options, const std::string& folder, std::size_t buffer_bytes = 64U << 20U);
+  TiledPlaneMapBuilder(const PlaneMapOptions& options, const std::string& folder,
+                       std::size_t buffer_bytes = 64U << 20U);
 
   /// The next points of the cloud (map frame, metres; finite), in its order.
   void add(std::span<const Eigen::Vector3f> points);

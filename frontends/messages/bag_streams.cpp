@@ -32,11 +32,13 @@ std::string types_of(const SensorStream& stream) {
     case Sensor::lidar:
       return own + " or livox_ros_driver2/CustomMsg";
     case Sensor::imu:
-      return own + ", or imu.angular_velocity and imu.linear_acceleration that say where a message of another type has them";
+      return own +
+             ", or imu.angular_velocity and imu.linear_acceleration that say where a message of another type has them";
     case Sensor::magnetometer:
       break;
   }
-  return fmt::format("{}, or magnetometers[{}].values that says where a message of another type has them", own, stream.index);
+  return fmt::format("{}, or magnetometers[{}].values that says where a message of another type has them", own,
+                     stream.index);
 }
 
 const char* part_of(Sensor sensor) {
@@ -53,7 +55,8 @@ const char* part_of(Sensor sensor) {
 
 std::vector<SensorStream> make_streams(const Platform& platform, SensorChoice choice) {
   std::vector<SensorStream> streams;
-  const auto add = [&streams](Sensor sensor, std::size_t index, const std::string& topic, std::string key) -> SensorStream& {
+  const auto add = [&streams](Sensor sensor, std::size_t index, const std::string& topic,
+                              std::string key) -> SensorStream& {
     SensorStream& stream = streams.emplace_back();
     stream.sensor = sensor;
     stream.index = index;
@@ -99,7 +102,9 @@ void bind_paths(const std::string& path, const std::vector<SensorStream>& stream
 
 std::vector<std::string> find_topics(const std::string& path, const Platform& platform,
                                      const std::vector<TopicInfo>& topics, std::vector<SensorStream>& streams) {
-  if (streams.empty()) throw InputError(platform.file_name() + ": it has none of the sensors that are read here; add their topics (magnetometers: - topic: ...)");
+  if (streams.empty())
+    throw InputError(platform.file_name() +
+                     ": it has none of the sensors that are read here; add their topics (magnetometers: - topic: ...)");
   if (topics.empty()) throw InputError(path + ": the log holds no messages");
   std::string list;
   for (const auto& topic : topics) list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", topic.name, topic.type);
@@ -115,9 +120,10 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
       }
       const std::string hint = of_type.empty() ? fmt::format("it has no {} at all", type_of(stream.sensor))
                                                : "did you mean " + nearest_name(stream.topic, of_type) + "?";
-      const char* silent = stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out if it was silent" : "";
-      throw InputError(fmt::format("{}: there is no topic {}; {}; set {}{}; the log has {}", path, stream.topic, hint, key,
-                                   silent, list));
+      const char* silent =
+          stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out if it was silent" : "";
+      throw InputError(fmt::format("{}: there is no topic {}; {}; set {}{}; the log has {}", path, stream.topic, hint,
+                                   key, silent, list));
     }
     stream.info = *found;
     if (stream.paths.empty() && !is_type_of(stream.sensor, found->type)) {
@@ -126,8 +132,10 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
     }
     if (found->messages == 0) {
       const char* out = stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out" : "";
-      throw InputError(fmt::format("{}: topic {} is there and holds no message: the sensor was silent; set {} to one that spoke{}; the log has {}",
-                                   path, stream.topic, key, out, list));
+      throw InputError(
+          fmt::format("{}: topic {} is there and holds no message: the sensor was silent; set {} to one that spoke{}; "
+                      "the log has {}",
+                      path, stream.topic, key, out, list));
     }
     bind_paths(path, streams, stream);
     const auto place = std::find(chosen.begin(), chosen.end(), stream.topic);

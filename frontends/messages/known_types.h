@@ -12,7 +12,8 @@ enum class MessageType { point_cloud, livox, imu, magnetic_field, other };
 /// `type` as TopicInfo has it. Both generations of Livox' driver write the same message.
 MessageType message_type(const std::string& type);
 
-/// ROS 1's checksum of a known type: of another version of the message, the bytes mean something else. Empty for `other`.
+/// ROS 1's checksum of a known type: of another version of the message, the bytes mean something else. Empty for
+/// `other`.
 std::string expected_md5(MessageType type);
 
 /// The type's definition as ROS 1's recorders store it. Its checksum is expected_md5(). Empty for `other`.

@@ -15,14 +15,15 @@ namespace {
 MessageType checked_type(const std::string& source, const TopicInfo& topic) {
   const MessageType type = message_type(topic.type);
   if (type == MessageType::other || topic.encoding == Encoding::other) {
-    throw InputError(fmt::format("{}: topic {} is a {}{}; expected sensor_msgs/PointCloud2, Imu or MagneticField, or "
-                                 "livox_ros_driver2/CustomMsg, of ROS 1 or ROS 2",
-                                 source, topic.name, topic.type.empty() ? "message without a type" : topic.type,
-                                 topic.encoding == Encoding::other ? " in an encoding of neither ROS" : ""));
+    throw InputError(
+        fmt::format("{}: topic {} is a {}{}; expected sensor_msgs/PointCloud2, Imu or MagneticField, or "
+                    "livox_ros_driver2/CustomMsg, of ROS 1 or ROS 2",
+                    source, topic.name, topic.type.empty() ? "message without a type" : topic.type,
+                    topic.encoding == Encoding::other ? " in an encoding of neither ROS" : ""));
   }
   if (!topic.md5.empty() && topic.md5 != "*" && topic.md5 != expected_md5(type)) {
-    throw InputError(fmt::format("{}: topic {} has a {} of another version (MD5 {}); expected that of {}", source, topic.name,
-                                 topic.type, topic.md5,
+    throw InputError(fmt::format("{}: topic {} has a {} of another version (MD5 {}); expected that of {}", source,
+                                 topic.name, topic.type, topic.md5,
                                  type == MessageType::livox ? "livox_ros_driver2" : "ROS Noetic"));
   }
   return type;
@@ -40,8 +41,8 @@ void with_reader(const std::string& source, const TopicInfo& topic, const RawMes
       call(wire);
     }
   } catch (const ros1::MalformedMessage& error) {
-    throw InputError(fmt::format("{}: topic {}, recorded at {} s: {}; record it again, or cut the log before it", source,
-                                 topic.name, raw.record_time / 1'000'000'000, error.what()));
+    throw InputError(fmt::format("{}: topic {}, recorded at {} s: {}; record it again, or cut the log before it",
+                                 source, topic.name, raw.record_time / 1'000'000'000, error.what()));
   }
 }
 
@@ -77,7 +78,8 @@ void MessageDecoder::decode(const TopicInfo& topic, const RawMessage& raw, ros1:
   });
 }
 
-std::vector<std::uint8_t> transcode(const std::string& source, const TopicInfo& topic, const RawMessage& raw, Encoding to) {
+std::vector<std::uint8_t> transcode(const std::string& source, const TopicInfo& topic, const RawMessage& raw,
+                                    Encoding to) {
   const MessageType type = checked_type(source, topic);
   return to == Encoding::cdr ? written<CdrWireWriter>(source, topic, raw, type)
                              : written<Ros1WireWriter>(source, topic, raw, type);

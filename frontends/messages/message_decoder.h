@@ -8,8 +8,8 @@
 
 namespace lodestone {
 
-/// Turns the bytes of the messages that Lodestone understands into plain structs: ROS 1's serialization and CDR in either
-/// byte order. Clouds stay where they are: their points are views into the bytes.
+/// Turns the bytes of the messages that Lodestone understands into plain structs: ROS 1's serialization and CDR in
+/// either byte order. Clouds stay where they are: their points are views into the bytes.
 class MessageDecoder {
  public:
   /// `source` names the log in messages.
@@ -26,6 +26,7 @@ class MessageDecoder {
 
 /// The same message in the other encoding, all its fields kept (ROS 1's sequence number aside, which ROS 2 has not).
 /// Known types only. Throws InputError as decode() does.
-std::vector<std::uint8_t> transcode(const std::string& source, const TopicInfo& topic, const RawMessage& raw, Encoding to);
+std::vector<std::uint8_t> transcode(const std::string& source, const TopicInfo& topic, const RawMessage& raw,
+                                    Encoding to);
 
 }  // namespace lodestone

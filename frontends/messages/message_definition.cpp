@@ -85,7 +85,8 @@ std::map<std::string, std::vector<Field>> parse_definition(const std::string& ty
   for (const auto& [name, fields] : types) {
     for (const Field& field : fields) {
       if (is_basic(field.type) || field.type == "std_msgs/Header" || types.count(field.type) > 0) continue;
-      throw std::invalid_argument(fmt::format("it does not say what '{}' is, which '{}' is of", field.type, field.name));
+      throw std::invalid_argument(
+          fmt::format("it does not say what '{}' is, which '{}' is of", field.type, field.name));
     }
   }
   return types;

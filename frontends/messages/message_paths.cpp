@@ -123,7 +123,8 @@ void MessagePaths::parse(const TopicInfo& topic) {
   if (topic.encoding == Encoding::other) throw InputError(where + " in an encoding of neither ROS");
   const std::string text = topic.definition.empty() ? common_definition(topic.type) : topic.definition;
   if (text.empty()) {
-    throw InputError(where + ", and the log does not hold its definition; record it as MCAP or as a ROS 1 bag, which do");
+    throw InputError(where +
+                     ", and the log does not hold its definition; record it as MCAP or as a ROS 1 bag, which do");
   }
   try {
     types_ = parse_definition(topic.type, text);
@@ -156,9 +157,10 @@ std::size_t MessagePaths::add(const std::string& path, const std::string& key) {
   bool in_list = false;
   const Field* field = steps.empty() ? nullptr : field_at(steps, in_list);
   std::vector<std::string> names;
-  for (const Field& each : types_.at(topic_.type)) names.push_back(each.name + (each.count == Field::single ? "" : "[]"));
-  const std::string where =
-      fmt::format("{}: {}: '{}' is no vector of a {}, which has {}", source_, key, path, topic_.type, join_names(names));
+  for (const Field& each : types_.at(topic_.type))
+    names.push_back(each.name + (each.count == Field::single ? "" : "[]"));
+  const std::string where = fmt::format("{}: {}: '{}' is no vector of a {}, which has {}", source_, key, path,
+                                        topic_.type, join_names(names));
   if (field == nullptr) throw InputError(where + "; expected a path like data[0] or field.vector");
   std::vector<Target> targets;
   for (std::size_t component = 0; component < 3; ++component) {
@@ -197,8 +199,8 @@ void MessagePaths::read(const RawMessage& raw, std::vector<Vector>& vectors) con
       walk(Ros1WireReader(raw.data, raw.size));
     }
   } catch (const ros1::MalformedMessage& error) {
-    throw InputError(fmt::format("{}: topic {}, recorded at {} s: {}", source_, topic_.name, raw.record_time / 1'000'000'000,
-                                 error.what()));
+    throw InputError(fmt::format("{}: topic {}, recorded at {} s: {}", source_, topic_.name,
+                                 raw.record_time / 1'000'000'000, error.what()));
   }
 }
 

@@ -68,7 +68,9 @@ void read(Wire& wire, ros1::MagneticFieldMessage& message, std::vector<std::uint
 }
 
 /// Bytes from one point of a Livox' message to the next: CDR aligns each point's first number.
-constexpr std::size_t point_stride(bool aligned) { return aligned ? 20 : ros1::LivoxMessage::point_step; }
+constexpr std::size_t point_stride(bool aligned) {
+  return aligned ? 20 : ros1::LivoxMessage::point_step;
+}
 
 /// Packs points that lie aligned, or in the other byte order.
 inline const std::uint8_t* packed_points(const std::uint8_t* data, std::size_t count, bool swapped,
@@ -98,8 +100,8 @@ void read_livox(Wire& wire, ros1::LivoxMessage& message, std::vector<std::uint8_
   if (listed != message.point_count || !fits) {
     throw ros1::MalformedMessage("the CustomMsg says " + std::to_string(message.point_count) +
                                  " points and carries a list of " + std::to_string(listed) + " in " +
-                                 std::to_string(wire.left()) + " bytes; expected " + std::to_string(point_stride(aligned)) +
-                                 " bytes a point");
+                                 std::to_string(wire.left()) + " bytes; expected " +
+                                 std::to_string(point_stride(aligned)) + " bytes a point");
   }
   message.data = wire.bytes(bytes);
   if (aligned) message.data = packed_points(message.data, listed, wire.swapped(), points);

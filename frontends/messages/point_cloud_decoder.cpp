@@ -22,7 +22,9 @@ bool same_fields(const std::vector<PointField>& a, const std::vector<PointField>
   });
 }
 
-bool is_return(const Eigen::Vector3f& position) { return position.allFinite() && !position.isZero(0.0F); }
+bool is_return(const Eigen::Vector3f& position) {
+  return position.allFinite() && !position.isZero(0.0F);
+}
 
 /// An organized cloud's rows may be longer than their points.
 bool has_padded_rows(const PointCloudMessage& message) {
@@ -46,7 +48,8 @@ std::uint16_t to_ring(Number value) {
 PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platform, WarningLog& warnings)
     : PointCloudDecoder(std::move(source), platform, 0, warnings) {}
 
-PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platform, std::size_t lidar, WarningLog& warnings)
+PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platform, std::size_t lidar,
+                                     WarningLog& warnings)
     : source_(std::move(source)),
       layout_(layout_of(platform, lidar)),
       platform_file_(platform.file_name()),
@@ -74,11 +77,13 @@ const PointCloudMessage& PointCloudDecoder::without_padding(const PointCloudMess
 
 /// Whether the columns that were found in an earlier message are this one's, too.
 bool PointCloudDecoder::fields_hold(const PointCloudMessage& message) const {
-  if (fields_.step == 0 || message.point_step != known_step_ || !same_fields(message.fields, known_fields_)) return false;
+  if (fields_.step == 0 || message.point_step != known_step_ || !same_fields(message.fields, known_fields_))
+    return false;
   const std::size_t count = std::size_t{message.width} * message.height;
   if (count == 0) return true;
   // Points lie packed, or as announced, where the data's size says so; more data than points are no word for either.
-  return step_settled_ && (fields_.packed ? message.data_size == count * fields_.step : message.data_size / fields_.step >= count);
+  return step_settled_ &&
+         (fields_.packed ? message.data_size == count * fields_.step : message.data_size / fields_.step >= count);
 }
 
 void PointCloudDecoder::decode_compact(const PointCloudMessage& message, LidarScan& scan) {
@@ -128,16 +133,16 @@ void PointCloudDecoder::fail_unit(const PointCloudMessage& message, double span_
   for (const auto& [unit, name] : enum_names(PointTimeUnit::seconds)) {
     if (fitting == unit) change = fmt::format("{}.time_unit: {}", keys_, name);
   }
-  fail(message, fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set {} in {}",
-                            time_.name, span_s, to_seconds(period_ns_), change, platform_file_));
+  fail(message,
+       fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set {} in {}",
+                   time_.name, span_s, to_seconds(period_ns_), change, platform_file_));
 }
 
 /// A Livox' PointCloud2 shows itself by three of its fields.
 bool PointCloudDecoder::take_livox_fields(const PointCloudMessage& message) {
   const auto has = [&message](const char* name, std::uint8_t datatype) {
-    return std::any_of(message.fields.begin(), message.fields.end(), [&](const PointField& field) {
-      return field.name == name && field.datatype == datatype;
-    });
+    return std::any_of(message.fields.begin(), message.fields.end(),
+                       [&](const PointField& field) { return field.name == name && field.datatype == datatype; });
   };
   if (!has("tag", PointField::uint8) || !has("line", PointField::uint8) || !has("timestamp", PointField::float64)) {
     return false;
@@ -165,7 +170,8 @@ void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
   step_settled_ = message.width > 0 && message.height > 0;
   time_ = fields_.times.front();
   if (!reading_holds_) return;
-  // Once the times are understood, they stay in the field that they were found in; where that is gone, they are told anew.
+  // Once the times are understood, they stay in the field that they were found in; where that is gone, they are told
+  // anew.
   const auto same = std::find_if(fields_.times.begin(), fields_.times.end(),
                                  [&](const PointColumn& column) { return column.name == time_field; });
   reading_holds_ = same != fields_.times.end() || time_field.empty();
@@ -201,7 +207,8 @@ PointTimesSeen PointCloudDecoder::look_at_times(const PointCloudMessage& message
     if constexpr (sizeof(Number) <= 2) seen.limit = static_cast<double>(std::numeric_limits<Number>::max());
   });
   // A few zeros among times that are all far from it are points without one.
-  if (seen.earliest == 0.0 && 10 * zeros < returns && earliest_but_zero > 0.5 * seen.latest) seen.earliest = earliest_but_zero;
+  if (seen.earliest == 0.0 && 10 * zeros < returns && earliest_but_zero > 0.5 * seen.latest)
+    seen.earliest = earliest_but_zero;
   const double largest = std::max(std::abs(seen.earliest), std::abs(seen.latest));
   if (column.datatype == PointField::float32) seen.step = largest * std::numeric_limits<float>::epsilon();
   if (column.datatype == PointField::float64) seen.step = largest * std::numeric_limits<double>::epsilon();
@@ -234,18 +241,20 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
     const bool is_told = layout_.time_field.empty() || !layout_.time_unit || reading_->stamp_assumed ||
                          (reading_->zero == PointTimeZero::lidar_clock && !layout_.time_zero);
     if (reading_holds_ && is_told) {
-      warnings_.add("lidar.told_from_content",
-                    fmt::format("{}: the points' times are read from '{}' ({}) as {}; {}.fields.time, time_unit, time_zero "
-                                "and stamp in {} say it otherwise",
-                                layout_.topic, time_.name, name_of_datatype(time_.datatype), describe(*reading_), keys_,
-                                platform_file_),
-                    message.stamp);
+      warnings_.add(
+          "lidar.told_from_content",
+          fmt::format("{}: the points' times are read from '{}' ({}) as {}; {}.fields.time, time_unit, time_zero "
+                      "and stamp in {} say it otherwise",
+                      layout_.topic, time_.name, name_of_datatype(time_.datatype), describe(*reading_), keys_,
+                      platform_file_),
+          message.stamp);
     }
     return true;
   }
   if (returns < points_that_tell) return false;
   fail(message, fmt::format("no point field reads as each point's own time: {}; set {}.fields.time and time_unit, or "
-                            "scan_period_s, in {}, or record the driver's full points", seen_fields, keys_, platform_file_));
+                            "scan_period_s, in {}, or record the driver's full points",
+                            seen_fields, keys_, platform_file_));
 }
 
 void PointCloudDecoder::read_points(const PointCloudMessage& message, std::size_t count, LidarScan& scan) {
@@ -302,18 +311,23 @@ void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan
   }
   if (untimed == 0) return;
   if (static_cast<std::size_t>(untimed) > kept) {
-    fail(message, fmt::format("{} of {} points have no time in '{}': no number, zero, or beyond all times; set {}.time_unit or {}.fields.time in {}",
-                              untimed, untimed + static_cast<std::int64_t>(kept), time_.name, keys_, keys_, platform_file_));
+    fail(message,
+         fmt::format("{} of {} points have no time in '{}': no number, zero, or beyond all times; set {}.time_unit or "
+                     "{}.fields.time in {}",
+                     untimed, untimed + static_cast<std::int64_t>(kept), time_.name, keys_, keys_, platform_file_));
   }
-  warnings_.add("lidar.untimed_points", fmt::format("{}: points without a time were dropped", layout_.topic), message.stamp, untimed);
+  warnings_.add("lidar.untimed_points", fmt::format("{}: points without a time were dropped", layout_.topic),
+                message.stamp, untimed);
 }
 
-void PointCloudDecoder::keep_empty(const PointCloudMessage& message, LidarScan& scan, const char* kind, const char* detail) {
+void PointCloudDecoder::keep_empty(const PointCloudMessage& message, LidarScan& scan, const char* kind,
+                                   const char* detail) {
   warnings_.add(kind, fmt::format("{}: {}", layout_.topic, detail), message.stamp);
   scan.points.clear();
   const ScanStamp stamp = layout_.stamp.value_or(ScanStamp::start);
-  scan.start = message.stamp -
-               (stamp == ScanStamp::start ? 0 : stamp == ScanStamp::middle ? period_ns_ / 2 : period_ns_);
+  scan.start = message.stamp - (stamp == ScanStamp::start    ? 0
+                                : stamp == ScanStamp::middle ? period_ns_ / 2
+                                                             : period_ns_);
   scan.end = scan.start + period_ns_;
 }
 
@@ -326,16 +340,19 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
   const double period_s = to_seconds(period_ns_);
   const bool too_long = span_s > longest_scan * period_s;
   if (too_long && reading_->zero == PointTimeZero::lidar_clock) {
-    return keep_empty(message, scan, "lidar.clock_jump", "the LiDAR's clock jumps within a scan, whose points were dropped");
+    return keep_empty(message, scan, "lidar.clock_jump",
+                      "the LiDAR's clock jumps within a scan, whose points were dropped");
   }
   if (too_long || (scan.points.size() >= points_that_tell && span_s < 0.01 * period_s)) fail_unit(message, span_s);
   const ScanPlace place = place_scan(*reading_, earliest, latest, message.stamp);
   scan.start = place.start;
   scan.end = scan.start + (latest - place.zero);
-  if (to_seconds(latest - place.zero) > longest_scan * period_s || latest - place.zero > std::numeric_limits<std::int32_t>::max()) {
-    fail(message, fmt::format("the latest point lies {:.3g} s after the stamp; expected about the scan's period of {:g} s; "
-                              "set {}.time_zero or {}.time_unit in {}",
-                              to_seconds(latest - place.zero), period_s, keys_, keys_, platform_file_));
+  if (to_seconds(latest - place.zero) > longest_scan * period_s ||
+      latest - place.zero > std::numeric_limits<std::int32_t>::max()) {
+    fail(message,
+         fmt::format("the latest point lies {:.3g} s after the stamp; expected about the scan's period of {:g} s; "
+                     "set {}.time_zero or {}.time_unit in {}",
+                     to_seconds(latest - place.zero), period_s, keys_, keys_, platform_file_));
   }
   for (std::size_t i = 0; i < times_.size(); ++i) {
     scan.points[i].offset_ns = static_cast<std::int32_t>(times_[i] - place.zero);

@@ -7,10 +7,10 @@
 #include "core/measurements.h"
 #include "core/warnings.h"
 #include "frontends/configuration/platform.h"
+#include "frontends/logs/ros1/messages.h"
 #include "frontends/messages/point_columns.h"
 #include "frontends/messages/point_fields.h"
 #include "frontends/messages/point_times.h"
-#include "frontends/logs/ros1/messages.h"
 
 namespace lodestone {
 
@@ -21,10 +21,11 @@ namespace lodestone {
 /// unit, and what its zero means (point_times.h); intensity and ring by their names. A Livox' PointCloud2 and CustomMsg
 /// are known and need no word.
 ///
-/// The rows of an organized cloud may be padded (row_step). Points that are not finite are dropped and counted ("lidar.nan_points"); points at the exact origin, which is how
-/// organized clouds say "no return", are dropped as well. A scan without points keeps its stamp and gets the nominal
-/// period ("lidar.empty_scan"); so does one in the midst of which the LiDAR's own clock jumps ("lidar.clock_jump"), and
-/// one with too few points to tell what is left out.
+/// The rows of an organized cloud may be padded (row_step). Points that are not finite are dropped and counted
+/// ("lidar.nan_points"); points at the exact origin, which is how organized clouds say "no return", are dropped as
+/// well. A scan without points keeps its stamp and gets the nominal period ("lidar.empty_scan"); so does one in the
+/// midst of which the LiDAR's own clock jumps ("lidar.clock_jump"), and one with too few points to tell what is left
+/// out.
 class PointCloudDecoder {
  public:
   /// Of the platform's first LiDAR. `source` names the file in messages. `warnings` must outlive this.

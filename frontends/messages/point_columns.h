@@ -17,7 +17,8 @@ struct PointColumn {
   std::uint32_t offset = 0;   ///< bytes from a point's first
   std::uint8_t datatype = 0;  ///< ros1::PointField's; 0: absent
   std::string name{};
-  /// Of a time in two fields, whose seconds are above: the nanoseconds beside them. A datatype of 0: the field stands alone.
+  /// Of a time in two fields, whose seconds are above: the nanoseconds beside them. A datatype of 0: the field stands
+  /// alone.
   std::uint32_t nanoseconds_offset = 0;
   std::uint8_t nanoseconds_datatype = 0;
 };
@@ -99,7 +100,8 @@ void read_single_column(const PointColumn& column, const std::uint8_t* data, std
 }
 
 template <class Sink>
-void read_paired_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step, const Sink& sink) {
+void read_paired_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
+                        const Sink& sink) {
   // Whatever the bytes are, the sum is an integer of 64 bits: 9e18 + 2e17.
   const auto within = [](auto value, std::int64_t most) {
     const auto number = static_cast<double>(value);
@@ -109,12 +111,13 @@ void read_paired_column(const PointColumn& column, const std::uint8_t* data, std
   std::vector<std::int64_t> times(count);
   read_single_column({column.offset, column.datatype}, data, count, step,
                      [&](std::size_t i, auto seconds) { times[i] = within(seconds, 9'000'000'000) * 1'000'000'000; });
-  read_single_column({column.nanoseconds_offset, column.nanoseconds_datatype}, data, count, step,
-                     [&](std::size_t i, auto nanoseconds) { sink(i, times[i] + within(nanoseconds, 200'000'000'000'000'000)); });
+  read_single_column(
+      {column.nanoseconds_offset, column.nanoseconds_datatype}, data, count, step,
+      [&](std::size_t i, auto nanoseconds) { sink(i, times[i] + within(nanoseconds, 200'000'000'000'000'000)); });
 }
 
-/// `data`: of the first point, null where there is none. An absent column calls nothing; one of seconds and nanoseconds gives
-/// their sum, std::int64_t ns.
+/// `data`: of the first point, null where there is none. An absent column calls nothing; one of seconds and nanoseconds
+/// gives their sum, std::int64_t ns.
 template <class Sink>
 void read_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
                  const Sink& sink) {

@@ -40,10 +40,12 @@ PointColumn time_column_of(const PointField& field) {
 
 /// Of four bytes or more: a second has more nanoseconds than two bytes tell.
 bool is_integer(const PointField& field) {
-  return size_of_datatype(field.datatype) >= 4 && field.datatype != PointField::float32 && field.datatype != PointField::float64;
+  return size_of_datatype(field.datatype) >= 4 && field.datatype != PointField::float32 &&
+         field.datatype != PointField::float64;
 }
 
-/// Times in two fields, seconds and nanoseconds: integers whose names differ in that alone. With `one_of` the pair it belongs to.
+/// Times in two fields, seconds and nanoseconds: integers whose names differ in that alone. With `one_of` the pair it
+/// belongs to.
 std::vector<PointColumn> paired_times(const PointCloudMessage& message, const std::string& one_of = {}) {
   std::map<std::string, const PointField*> nanoseconds;
   for (const PointField& field : message.fields) {
@@ -86,8 +88,11 @@ struct FieldFinder {
         if (field.name == std::string(1, letter)) return column_of(field, true);
       }
     }
-    fail(fmt::format("there is no point field '{}'; the message has {}; record or convert the cloud with its coordinates in metres as "
-                     "the fields x, y and z (FLOAT32 or FLOAT64): no key names others", axis, names_of(message)));
+    fail(
+        fmt::format("there is no point field '{}'; the message has {}; record or convert the cloud with its "
+                    "coordinates in metres as "
+                    "the fields x, y and z (FLOAT32 or FLOAT64): no key names others",
+                    axis, names_of(message)));
   }
 
   PointColumn column(const std::string& name, const char* key) const {
@@ -97,8 +102,8 @@ struct FieldFinder {
       names.push_back(field.name);
     }
     const std::string hint = names.empty() ? "" : fmt::format("; the nearest is '{}'", nearest_name(name, names));
-    fail(fmt::format("there is no point field '{}'; the message has {}{}; set {}.fields.{} in {}", name, names_of(message),
-                     hint, context.keys, key, context.platform_file));
+    fail(fmt::format("there is no point field '{}'; the message has {}{}; set {}.fields.{} in {}", name,
+                     names_of(message), hint, context.keys, key, context.platform_file));
   }
 
   std::vector<PointColumn> times(const LidarMessageLayout& layout) const {
@@ -118,9 +123,10 @@ struct FieldFinder {
     std::vector<PointColumn> paired = paired_times(message);
     found.insert(found.begin(), paired.begin(), paired.end());
     if (!found.empty()) return found;
-    fail(fmt::format("{} names no point field with each point's own time, and none is called like one; the message has {}; "
-                     "set {}.fields.time, or record the driver's full points",
-                     context.platform_file, names_of(message), context.keys));
+    fail(fmt::format(
+        "{} names no point field with each point's own time, and none is called like one; the message has {}; "
+        "set {}.fields.time, or record the driver's full points",
+        context.platform_file, names_of(message), context.keys));
   }
 
   /// Some recorders announce an aligned layout and write a packed one: the data's size tells.

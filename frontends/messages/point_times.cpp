@@ -15,11 +15,11 @@ namespace lodestone {
 namespace {
 
 /// In the order of preference: what drivers call it, letters and digits alone.
-constexpr std::array time_names{"t",           "time",      "timestamp",    "offsettime", "timeoffset",   "timeoffsetns",
-                                "timestampns", "pointtime", "relativetime", "reltime",    "deltatime",    "deltat",
-                                "dt",          "ts",        "stamp",        "timens",     "timeus",       "timems",
-                                "tns",         "tus",       "toffset",      "utime",      "timeoffsetus", "timestampus",
-                                "gpstime",     "curvature"};
+constexpr std::array time_names{
+    "t",         "time",         "timestamp",   "offsettime", "timeoffset", "timeoffsetns", "timestampns",
+    "pointtime", "relativetime", "reltime",     "deltatime",  "deltat",     "dt",           "ts",
+    "stamp",     "timens",       "timeus",      "timems",     "tns",        "tus",          "toffset",
+    "utime",     "timeoffsetus", "timestampus", "gpstime",    "curvature"};
 
 std::string lower_case(const std::string& name) {
   std::string lower = name;
@@ -32,7 +32,8 @@ std::string without_underscores(std::string name) {
   return name;
 }
 
-/// `name` without the first of `words` in it, which may start with an underscore and then stands at the end; nothing where none is.
+/// `name` without the first of `words` in it, which may start with an underscore and then stands at the end; nothing
+/// where none is.
 std::optional<std::string> stem_without(const std::string& name, std::initializer_list<std::string_view> words) {
   for (const std::string_view word : words) {
     const std::size_t at = name.rfind(word);
@@ -66,16 +67,16 @@ std::optional<PointTimeUnit> fitting_time_unit(double span, Time period) {
   return std::nullopt;
 }
 
-std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, const LidarMessageLayout& layout, Time stamp,
-                                                 Time period, std::string& why_not) {
+std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, const LidarMessageLayout& layout,
+                                                 Time stamp, Time period, std::string& why_not) {
   const double span = seen.latest - seen.earliest;
   if (seen.doubtful) {
     const double periods = span * 1e6 / static_cast<double>(period);
     const bool from_zero = std::abs(seen.earliest) * 1e6 < 0.1 * static_cast<double>(period);
     const bool otherwise = layout.time_unit && *layout.time_unit != PointTimeUnit::milliseconds;
     if (otherwise || !from_zero || !(periods > 0.5 && periods < 1.5)) {
-      why_not = fmt::format("goes from {:.6g} to {:.6g}, which is no scan of {:g} s in ms since its start", seen.earliest, seen.latest,
-                            to_seconds(period));
+      why_not = fmt::format("goes from {:.6g} to {:.6g}, which is no scan of {:g} s in ms since its start",
+                            seen.earliest, seen.latest, to_seconds(period));
       return std::nullopt;
     }
   }
@@ -89,13 +90,17 @@ std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, con
   const auto to_ns = static_cast<double>(nanoseconds_per(*unit));
   const auto period_ns = static_cast<double>(period);
   if (seen.step * to_ns > 0.01 * period_ns) {
-    why_not = fmt::format("holds {:.6g} {} in steps of {:.3g} s, too coarse for a scan of {:g} s: record it as float64, or "
-                          "from the scan's start", seen.latest, unit_name, seen.step * to_ns * 1e-9, to_seconds(period));
+    why_not = fmt::format(
+        "holds {:.6g} {} in steps of {:.3g} s, too coarse for a scan of {:g} s: record it as float64, or "
+        "from the scan's start",
+        seen.latest, unit_name, seen.step * to_ns * 1e-9, to_seconds(period));
     return std::nullopt;
   }
   if (seen.limit > 0.0 && seen.latest > 0.98 * seen.limit && seen.limit * to_ns < 0.9 * period_ns) {
-    why_not = fmt::format("comes up to {:g} {}, where its type ends and starts anew within a scan of {:g} s: record it as "
-                          "uint32", seen.latest, unit_name, to_seconds(period));
+    why_not = fmt::format(
+        "comes up to {:g} {}, where its type ends and starts anew within a scan of {:g} s: record it as "
+        "uint32",
+        seen.latest, unit_name, to_seconds(period));
     return std::nullopt;
   }
   PointTimeReading reading;
@@ -136,7 +141,9 @@ ScanPlace place_scan(const PointTimeReading& reading, Time earliest, Time latest
   // From here on the stamp names an instant of the scan, whose first firing has the time `begin`.
   const Time begin = reading.zero == PointTimeZero::lidar_clock ? earliest : 0;
   const Time length = latest - begin;
-  const Time into_scan = reading.stamp == ScanStamp::start ? 0 : reading.stamp == ScanStamp::middle ? length / 2 : length;
+  const Time into_scan = reading.stamp == ScanStamp::start    ? 0
+                         : reading.stamp == ScanStamp::middle ? length / 2
+                                                              : length;
   place.start = stamp - into_scan + (place.zero - begin);
   return place;
 }
@@ -147,12 +154,15 @@ std::optional<std::size_t> time_name_rank(const std::string& field) {
   return static_cast<std::size_t>(found - time_names.begin());
 }
 
-bool is_doubtful_time_name(const std::string& field) { return lower_case(field) == "curvature"; }
+bool is_doubtful_time_name(const std::string& field) {
+  return lower_case(field) == "curvature";
+}
 
 std::optional<TimePart> time_part_of(const std::string& field) {
   const std::string name = lower_case(field);
   // Nanoseconds first: their names hold those of seconds.
-  if (auto stem = stem_without(name, {"nanoseconds", "nanosecond", "nanosecs", "nanosec", "nanos", "nsecs", "nsec", "_ns"})) {
+  if (auto stem =
+          stem_without(name, {"nanoseconds", "nanosecond", "nanosecs", "nanosec", "nanos", "nsecs", "nsec", "_ns"})) {
     return TimePart{*stem, true};
   }
   if (auto stem = stem_without(name, {"seconds", "second", "secs", "sec", "_s"})) return TimePart{*stem, false};

@@ -25,8 +25,9 @@ void check_acceleration(const std::string& source, const Platform& platform, con
   if (readings.finite_count == 0) return;
   const double gravity = platform.suite.gravity_m_s2;
   const double mean = readings.mean_magnitude();
-  const std::string found = fmt::format("{}: {}: the acceleration's mean magnitude is {:.3g} m/s2; expected about {:.4g}",
-                                        source, platform.imu.topic, mean, gravity);
+  const std::string found =
+      fmt::format("{}: {}: the acceleration's mean magnitude is {:.3g} m/s2; expected about {:.4g}", source,
+                  platform.imu.topic, mean, gravity);
   const bool read_as_g = platform.imu.acceleration_unit == AccelerationUnit::standard_gravity;
   if (!read_as_g && std::abs(mean - 1.0) < 0.3) {
     throw InputError(found + "; the IMU is in g: set imu.acceleration_unit: g in " + platform.file_name());
@@ -60,27 +61,35 @@ void check_field(const std::string& source, const Platform& platform, std::size_
           ? fmt::format("check the unit of magnetometers[{}]", magnetometer)
           : fmt::format("it looks like {0}: set magnetometers[{1}].unit: {0}", fitting, magnetometer);
   if (mean_ut < smallest_ut || mean_ut > largest_ut) {
-    throw InputError(fmt::format("{}: {}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; expected {:g} to {:g} microtesla; {} in {}",
-                                 source, layout.topic, as_written, unit_name, mean_ut, smallest_ut, largest_ut, change, platform.file_name()));
+    throw InputError(fmt::format(
+        "{}: {}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; expected {:g} to {:g} microtesla; {} in "
+        "{}",
+        source, layout.topic, as_written, unit_name, mean_ut, smallest_ut, largest_ut, change, platform.file_name()));
   }
   // Steel and hard iron make strange fields, but hardly such.
   if (warnings == nullptr || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
-  warnings->add("magnetometer.magnitude",
-               fmt::format("{}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; 20 to 70 are usual; {} in {}, if it is",
-                           layout.topic, as_written, unit_name, mean_ut, change, platform.file_name()),
-               readings.first_stamp);
+  warnings->add(
+      "magnetometer.magnitude",
+      fmt::format(
+          "{}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; 20 to 70 are usual; {} in {}, if it is",
+          layout.topic, as_written, unit_name, mean_ut, change, platform.file_name()),
+      readings.first_stamp);
 }
 
-void check_clock(const std::string& source, const std::string& topic, Time first_stamp, const std::string& reference_topic,
-                 Time first_reference_stamp, double duration_s) {
+void check_clock(const std::string& source, const std::string& topic, Time first_stamp,
+                 const std::string& reference_topic, Time first_reference_stamp, double duration_s) {
   if (first_stamp == 0) {
-    throw InputError(fmt::format("{}: {}: the messages have no stamp (0 s); record them with the sensor's time in their "
-                                 "headers", source, topic));
+    throw InputError(
+        fmt::format("{}: {}: the messages have no stamp (0 s); record them with the sensor's time in their "
+                    "headers",
+                    source, topic));
   }
   const double apart_s = to_seconds(first_stamp - first_reference_stamp);
   if (std::abs(apart_s) <= duration_s + 1.0) return;
-  throw InputError(fmt::format("{}: {} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: their clocks differ; "
-                               "record both with one clock", source, topic, apart_s, reference_topic, duration_s));
+  throw InputError(
+      fmt::format("{}: {} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: their clocks differ; "
+                  "record both with one clock",
+                  source, topic, apart_s, reference_topic, duration_s));
 }
 
 }  // namespace lodestone

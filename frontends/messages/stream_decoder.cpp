@@ -7,7 +7,9 @@ namespace {
 
 constexpr double standard_gravity = 9.80665;
 
-Vector3 to_vector(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
+Vector3 to_vector(const std::array<double, 3>& values) {
+  return {values[0], values[1], values[2]};
+}
 
 }  // namespace
 

@@ -11,14 +11,14 @@
 
 namespace lodestone {
 
-/// What the messages of a log say of the platform's sensors, in the platform's units: samples and scans, whatever messages
-/// they lie in. A message is decoded when the first of its sensors asks, and once for all of them.
+/// What the messages of a log say of the platform's sensors, in the platform's units: samples and scans, whatever
+/// messages they lie in. A message is decoded when the first of its sensors asks, and once for all of them.
 ///
 /// Every call but set() throws InputError where the message's bytes contradict themselves or the platform file.
 class StreamDecoder {
  public:
-  /// `path` names the log in messages. `platform` and `warnings` must outlive this; `warnings` gets what the scans' decoders
-  /// have to say.
+  /// `path` names the log in messages. `platform` and `warnings` must outlive this; `warnings` gets what the scans'
+  /// decoders have to say.
   StreamDecoder(const std::string& path, const Platform& platform, WarningLog& warnings);
 
   /// The message of which the calls below speak. Its bytes must hold until then.

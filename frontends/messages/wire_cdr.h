@@ -9,12 +9,12 @@
 #include "core/time.h"
 #include "frontends/logs/ros1/messages.h"
 
-/// ROS 2's serialization through Fast-CDR: numbers at multiples of their size, in the byte order that the first bytes say.
-/// Heavy: for .cpp files only.
+/// ROS 2's serialization through Fast-CDR: numbers at multiples of their size, in the byte order that the first bytes
+/// say. Heavy: for .cpp files only.
 namespace lodestone {
 
-/// Reads one message. Every call throws ros1::MalformedMessage where the bytes end before; so does the constructor where
-/// the first four bytes announce another kind of CDR than the plain one that ROS 2 writes.
+/// Reads one message. Every call throws ros1::MalformedMessage where the bytes end before; so does the constructor
+/// where the first four bytes announce another kind of CDR than the plain one that ROS 2 writes.
 class CdrWireReader {
  public:
   CdrWireReader(const std::uint8_t* data, std::size_t size)
@@ -22,9 +22,10 @@ class CdrWireReader {
         cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR),
         end_(reinterpret_cast<const char*>(data) + size) {
     if (size < 4 || data[0] != 0 || data[1] > 1) {
-      throw ros1::MalformedMessage(size < 4 ? "the message is shorter than CDR's first four bytes"
-                                            : "the message starts with the bytes " + std::to_string(int{data[0]}) + " " +
-                                                  std::to_string(int{data[1]}) + "; expected plain CDR (0 0 or 0 1)");
+      throw ros1::MalformedMessage(size < 4
+                                       ? "the message is shorter than CDR's first four bytes"
+                                       : "the message starts with the bytes " + std::to_string(int{data[0]}) + " " +
+                                             std::to_string(int{data[1]}) + "; expected plain CDR (0 0 or 0 1)");
     }
     swapped_ = data[1] == 0;
     guard([&] { cdr_.read_encapsulation(); });

@@ -21,7 +21,8 @@ class Ros1WireReader {
 
   const std::uint8_t* bytes(std::size_t count) {
     if (count > left()) {
-      throw ros1::MalformedMessage("the message ends " + std::to_string(count - left()) + " bytes before its content does");
+      throw ros1::MalformedMessage("the message ends " + std::to_string(count - left()) +
+                                   " bytes before its content does");
     }
     const std::uint8_t* at = data_;
     data_ += count;

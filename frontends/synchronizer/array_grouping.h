@@ -8,8 +8,8 @@
 
 namespace lodestone {
 
-/// Brings the readings of single magnetometers together to samples of the array: readings whose stamps lie within half a
-/// sampling period of the earliest are one sample; a magnetometer that has none there is left empty.
+/// Brings the readings of single magnetometers together to samples of the array: readings whose stamps lie within half
+/// a sampling period of the earliest are one sample; a magnetometer that has none there is left empty.
 class ArrayGrouping {
  public:
   explicit ArrayGrouping(std::size_t magnetometers) : queues_(magnetometers) {}

@@ -8,12 +8,12 @@
 #include <limits>
 #include <optional>
 
-#include "frontends/messages/bag_streams.h"
 #include "frontends/logs/open_log.h"
-#include "frontends/synchronizer/scan_merger.h"
+#include "frontends/messages/bag_streams.h"
 #include "frontends/messages/sensor_checks.h"
-#include "frontends/synchronizer/stamp_order.h"
 #include "frontends/messages/stream_decoder.h"
+#include "frontends/synchronizer/scan_merger.h"
+#include "frontends/synchronizer/stamp_order.h"
 
 namespace lodestone {
 namespace {
@@ -27,8 +27,8 @@ constexpr Time longest_silence = 60'000'000'000;
 /// Scans that are decoded to see how far the recorder's clock is from the stamps': one may be odd.
 constexpr std::int64_t first_scans = 3;
 
-/// The first readings of a stream's sensor in the unit of the measurement; of scans, which are decoded to see whether they can
-/// be, their starts alone. Returns the stamp.
+/// The first readings of a stream's sensor in the unit of the measurement; of scans, which are decoded to see whether
+/// they can be, their starts alone. Returns the stamp.
 Time add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings& readings) {
   if (stream.sensor == Sensor::imu) {
     const ImuSample sample = decoder.imu(stream);
@@ -138,7 +138,8 @@ void BagSource::Implementation::inspect() {
   for (std::size_t i = 0; i < streams.size(); ++i) {
     check_clock(path, streams[i].topic, readings[i].first_stamp, streams[0].topic, reference, duration_s);
     if (streams[i].sensor == Sensor::imu) check_acceleration(path, platform, readings[i]);
-    if (streams[i].sensor == Sensor::magnetometer) check_field(path, platform, streams[i].index, readings[i], &warnings);
+    if (streams[i].sensor == Sensor::magnetometer)
+      check_field(path, platform, streams[i].index, readings[i], &warnings);
     first_stamp = std::min(first_stamp, readings[i].first_stamp);
   }
   for (std::size_t i = 0; i < streams.size(); ++i) orders[i] = StampOrder(lags[i]);
@@ -152,15 +153,15 @@ bool BagSource::Implementation::accept(const SensorStream& stream, StampOrder& o
   const StampOrder::Verdict verdict = order.judge(record_time, stamp);
   if (verdict.what == StampOrder::Verdict::broken) {
     warnings.add(std::string(part_of(stream.sensor)) + ".stamp_jump",
-                 fmt::format("{}: a stamp is {:.3f} s off the recorder's clock; such messages are dropped", stream.topic,
-                             verdict.off_s),
+                 fmt::format("{}: a stamp is {:.3f} s off the recorder's clock; such messages are dropped",
+                             stream.topic, verdict.off_s),
                  record_time);
     return false;
   }
   if (verdict.what == StampOrder::Verdict::recorder_leapt) {
     warnings.add("log.recorder_clock",
-                 fmt::format("{}: the recorder's clock leaps by {:.3f} s; the stamps go on, and are taken", stream.topic,
-                             verdict.off_s),
+                 fmt::format("{}: the recorder's clock leaps by {:.3f} s; the stamps go on, and are taken",
+                             stream.topic, verdict.off_s),
                  stamp);
   }
   if (order.any() && stamp <= order.last_stamp()) {
@@ -187,8 +188,9 @@ void BagSource::Implementation::take_imu(const SensorStream& stream, StampOrder&
   if (!accept(stream, order, sample.time)) return;
   const double gap_s = to_seconds(sample.time - previous);
   if (!first && gap_s > imu_gap_periods / platform.suite.imu.rate_hz) {
-    warnings.add("imu.gap", fmt::format("{}: {:.3f} s without a sample at {:.3f} s; expected one every {:g} s", stream.topic,
-                                        gap_s, to_seconds(previous), 1.0 / platform.suite.imu.rate_hz),
+    warnings.add("imu.gap",
+                 fmt::format("{}: {:.3f} s without a sample at {:.3f} s; expected one every {:g} s", stream.topic,
+                             gap_s, to_seconds(previous), 1.0 / platform.suite.imu.rate_hz),
                  previous);
   }
   ready.emplace_back(sample);
@@ -244,8 +246,10 @@ bool BagSource::Implementation::goes_on(const Measurement& measurement) {
     broken_off = true;
     const double cut_s = std::floor(to_seconds(record_time) - to_seconds(first_recorded));
     warnings.add("log.broken_off",
-                 fmt::format("{}: no sensor says anything for {:.0f} s; the log is read up to there, for nobody knows how the robot moved "
-                             "meanwhile; cut it (lodestone convert --to {:.0f}, and --from {:.0f}) and give each part a start of its own",
+                 fmt::format("{}: no sensor says anything for {:.0f} s; the log is read up to there, for nobody knows "
+                             "how the robot moved "
+                             "meanwhile; cut it (lodestone convert --to {:.0f}, and --from {:.0f}) and give each part "
+                             "a start of its own",
                              path, to_seconds(complete - *newest), cut_s, cut_s),
                  *newest);
     return false;
@@ -274,8 +278,12 @@ bool BagSource::next(Measurement& measurement) {
   return true;
 }
 
-Time BagSource::begin_time() const { return implementation_->begin; }
+Time BagSource::begin_time() const {
+  return implementation_->begin;
+}
 
-Time BagSource::end_time() const { return implementation_->end; }
+Time BagSource::end_time() const {
+  return implementation_->end;
+}
 
 }  // namespace lodestone

@@ -9,7 +9,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr Time kBundle = from_seconds(0.5);  // a whole number of ArrayLog's spans
+constexpr Time kBundle = from_seconds(0.5);    // a whole number of ArrayLog's spans
 constexpr Time kPatience = from_seconds(0.5);  // how much later than others a magnetometer's messages may be recorded
 
 }  // namespace

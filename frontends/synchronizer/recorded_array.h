@@ -16,8 +16,8 @@ struct RecordedArray {
   std::vector<ImuSample> imu;  ///< in order of time; empty where the source has none
 };
 
-/// Reads `source` to its end. Readings that cannot be measurements (stuck, at a limit, spikes) are left out and counted in
-/// `warnings` (MagnetometerMonitor). `progress` is called with each measurement's time.
+/// Reads `source` to its end. Readings that cannot be measurements (stuck, at a limit, spikes) are left out and counted
+/// in `warnings` (MagnetometerMonitor). `progress` is called with each measurement's time.
 RecordedArray record_array(MeasurementSource& source, const SensorSuite& suite, WarningLog& warnings,
                            const std::function<void(Time)>& progress = {});
 

@@ -11,9 +11,9 @@
 
 namespace lodestone {
 
-/// Makes one scan of what several LiDARs saw: the scans of the first set the pace, and every point of the others joins the
-/// one within whose time it lies, (end of the scan before, end]. Points are brought to the first LiDAR's frame by the
-/// extrinsics, which is exact, for each keeps its own time: deskewing moves it with the body. Points of the others
+/// Makes one scan of what several LiDARs saw: the scans of the first set the pace, and every point of the others joins
+/// the one within whose time it lies, (end of the scan before, end]. Points are brought to the first LiDAR's frame by
+/// the extrinsics, which is exact, for each keeps its own time: deskewing moves it with the body. Points of the others
 /// outside their own limits of range are dropped, for afterwards their range is another.
 ///
 /// A scan is held until the others have come to its end; where one stays silent, until two more of the first are there.
@@ -29,8 +29,8 @@ class ScanMerger {
   /// No scan will come any more: what is held is given as it is.
   void finish() { ended_ = true; }
 
-  /// The next scan that is complete: the first LiDAR's points in their order, then those of the others. False where more
-  /// must be added before.
+  /// The next scan that is complete: the first LiDAR's points in their order, then those of the others. False where
+  /// more must be added before.
   bool take(LidarScan& merged);
 
  private:

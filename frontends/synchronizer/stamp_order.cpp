@@ -19,7 +19,8 @@ StampOrder::StampOrder(std::vector<Time> first_lags) {
   const std::size_t worth = std::max<std::size_t>(2, first_lags.size() / 10);
   std::size_t most = 0;
   for (std::size_t begin = 0, end = 0; begin < first_lags.size(); begin = end) {
-    while (end < first_lags.size() && to_seconds(first_lags[end]) - to_seconds(first_lags[begin]) <= largest_jump_s) ++end;
+    while (end < first_lags.size() && to_seconds(first_lags[end]) - to_seconds(first_lags[begin]) <= largest_jump_s)
+      ++end;
     const std::size_t count = end - begin;
     const Time median = first_lags[begin + count / 2];
     if (count > most) {

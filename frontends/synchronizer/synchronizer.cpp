@@ -14,13 +14,16 @@ constexpr Time patience = 1'000'000'000;
 constexpr Time tolerated_imu_periods = 2;
 
 ImuSample interpolate(const ImuSample& before, const ImuSample& after, Time time) {
-  if (time <= before.time || after.time == before.time) return {time, before.angular_velocity, before.linear_acceleration};
+  if (time <= before.time || after.time == before.time)
+    return {time, before.angular_velocity, before.linear_acceleration};
   const double share = to_seconds(time - before.time) / to_seconds(after.time - before.time);
   return {time, before.angular_velocity + share * (after.angular_velocity - before.angular_velocity),
           before.linear_acceleration + share * (after.linear_acceleration - before.linear_acceleration)};
 }
 
-std::string at(Time time) { return fmt::format("at {:.3f} s", to_seconds(time)); }
+std::string at(Time time) {
+  return fmt::format("at {:.3f} s", to_seconds(time));
+}
 
 }  // namespace
 
@@ -109,8 +112,9 @@ bool Synchronizer::plan(LidarScan& scan) {
       return plan_empty(period_, scan);
     }
     if (started_ && scans_.front().end <= previous_end_) {
-      warnings_.add("lidar.late_scan", "a scan ends before the one before it, or came too late, and was dropped " +
-                    at(scans_.front().end), scans_.front().end);
+      warnings_.add("lidar.late_scan",
+                    "a scan ends before the one before it, or came too late, and was dropped " + at(scans_.front().end),
+                    scans_.front().end);
       scans_.pop_front();
       continue;
     }
@@ -137,8 +141,10 @@ bool Synchronizer::hold_last_imu(const LidarScan& scan) {
   const Time missing = scan.end - last_measured_imu_;
   if (ended_ && missing > period_) return false;
   if (missing > tolerated_imu_periods * imu_period_) {
-    warnings_.add("imu.held", fmt::format("{:.3f} s without a sample before {:.3f} s; the last one was held",
-                                          to_seconds(missing), to_seconds(scan.end)), scan.end);
+    warnings_.add("imu.held",
+                  fmt::format("{:.3f} s without a sample before {:.3f} s; the last one was held", to_seconds(missing),
+                              to_seconds(scan.end)),
+                  scan.end);
   }
   ImuSample held = imu_.back();
   held.time = scan.end;

@@ -15,8 +15,9 @@ namespace lodestone {
 /// nominal period, so that IMU and field go on.
 ///
 /// Deterministic, and of constant memory: it holds a scan or two, and about a second of samples.
-/// Counted in `warnings`: lidar.before_imu, lidar.after_imu, lidar.late_scan (scans dropped), lidar.silent (empty bundles
-/// put in), imu.held (the last sample stands for a missing one), imu.late and magnetometer.late (samples dropped).
+/// Counted in `warnings`: lidar.before_imu, lidar.after_imu, lidar.late_scan (scans dropped), lidar.silent (empty
+/// bundles put in), imu.held (the last sample stands for a missing one), imu.late and magnetometer.late (samples
+/// dropped).
 class Synchronizer {
  public:
   /// `source` and `warnings` must outlive this. A sensor that is not chosen is not waited for.
@@ -41,11 +42,11 @@ class Synchronizer {
   MeasurementSource& source_;
   WarningLog& warnings_;
   SensorChoice choice_;
-  Time period_;        ///< of a scan
+  Time period_;  ///< of a scan
   Time imu_period_;
 
   std::deque<LidarScan> scans_;
-  std::deque<ImuSample> imu_;  ///< the first lies at or before the previous end
+  std::deque<ImuSample> imu_;   ///< the first lies at or before the previous end
   Time last_measured_imu_ = 0;  ///< held samples are later
   ArrayGrouping fields_;
   Time newest_ = 0;  ///< of all that was pulled

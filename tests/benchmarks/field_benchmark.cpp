@@ -4,10 +4,10 @@
 #include <memory>
 #include <random>
 
-#include "core/mapping/sliding_gpr.h"
+#include "core/magnetometer/localization.h"
 #include "core/magnetometer/magnetic_map.h"
 #include "core/magnetometer/sparse_field_nodes.h"
-#include "core/magnetometer/localization.h"
+#include "core/mapping/sliding_gpr.h"
 
 namespace lodestone {
 namespace {
@@ -80,7 +80,8 @@ void magnetic_localization(benchmark::State& state) {
   MagneticArraySample sample;
   const Pose truth{so3::exp(Vector3(0, 0, 0.3)), Vector3(40.0, 30.0, 0.2)};
   for (int j = 0; j < 8; ++j) {
-    suite.magnetometers.push_back({"", {Quaternion::Identity(), Vector3(j < 4 ? 0.3 : -0.3, 0.25 - 0.17 * (j % 4), -0.08)}, 1.0});
+    suite.magnetometers.push_back(
+        {"", {Quaternion::Identity(), Vector3(j < 4 ? 0.3 : -0.3, 0.25 - 0.17 * (j % 4), -0.08)}, 1.0});
     const auto field = map.query(truth * suite.magnetometers.back().T_imu_mag.position, FieldInterpolation::bicubic);
     sample.field_ut.emplace_back(truth.rotation.conjugate() * field->field_ut);
   }

@@ -6,11 +6,11 @@
 #include <memory>
 #include <random>
 
-#include "core/lidar/condensed_cost.h"
-#include "estimators/smoother/smoother.h"
 #include "core/lidar/association.h"
+#include "core/lidar/condensed_cost.h"
 #include "core/lidar/deskew.h"
 #include "core/lidar/scan_sampling.h"
+#include "estimators/smoother/smoother.h"
 
 namespace lodestone {
 namespace {

@@ -20,7 +20,8 @@ TEST(Parallel, EveryIndexComesOnce) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     for (const std::size_t grain : {1, 7, 4096}) {
       std::vector<int> visits(10007, 0);
-      parallel_for(-3, 10004, [&](int i) { ++visits[static_cast<std::size_t>(i + 3)]; }, grain);
+      parallel_for(
+          -3, 10004, [&](int i) { ++visits[static_cast<std::size_t>(i + 3)]; }, grain);
       EXPECT_EQ(visits, std::vector<int>(10007, 1)) << threads << " threads, grain " << grain;
     }
   }

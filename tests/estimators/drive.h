@@ -7,13 +7,13 @@
 
 #include "core/evaluation/errors.h"
 #include "core/geometry/trajectory.h"
-#include "core/magnetometer/magnetic_map.h"
 #include "core/lidar/plane_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "core/warnings.h"
 #include "estimators/factory.h"
+#include "frontends/synchronizer/synchronizer.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/simulation_source.h"
-#include "frontends/synchronizer/synchronizer.h"
 
 namespace lodestone::testing {
 
@@ -65,8 +65,7 @@ inline std::shared_ptr<const MagneticMap> true_field(const simulation::Environme
 inline Drive world_drive(const std::string& name, const std::string& sequence, double duration_s, std::uint64_t seed) {
   const simulation::World world = simulation::load_world(LODESTONE_SOURCE_DIR "/config/worlds/" + name + ".yaml",
                                                          {"sensors.lidar.rows=16", "sensors.lidar.columns=512"});
-  const auto environment =
-      std::make_shared<const simulation::Environment>(world, world.sequences.at(sequence).scene);
+  const auto environment = std::make_shared<const simulation::Environment>(world, world.sequences.at(sequence).scene);
   simulation::SimulationSource source(world, environment, sequence, simulation::SimulationSource::Drive::sequence, seed,
                                       duration_s);
   Drive drive;
@@ -83,7 +82,9 @@ inline Drive world_drive(const std::string& name, const std::string& sequence, d
   return drive;
 }
 
-inline Drive tunnel_drive(double duration_s, std::uint64_t seed) { return world_drive("tunnel", "3", duration_s, seed); }
+inline Drive tunnel_drive(double duration_s, std::uint64_t seed) {
+  return world_drive("tunnel", "3", duration_s, seed);
+}
 
 /// The drive that most tests share: made once.
 inline const Drive& shared_drive() {

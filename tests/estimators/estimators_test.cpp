@@ -73,8 +73,8 @@ TEST(Smoother, WithoutMagnetometersATunnelsAxisStaysUnknown) {
   double largest_sigma_m = 0.0;
   for (std::size_t i = 30; i < result.causal_estimates.size(); i += 10) {
     const Estimate& estimate = result.causal_estimates[i];
-    // The bore runs along x here, slightly curved. Nothing but the IMU tells of it: its sigma grows, and the error stays
-    // within it; across it all is known as ever.
+    // The bore runs along x here, slightly curved. Nothing but the IMU tells of it: its sigma grows, and the error
+    // stays within it; across it all is known as ever.
     const auto truth = interpolate(drive.truth, estimate.time, 20'000'000);
     const Matrix3 covariance = estimate.covariance.block<3, 3>(3, 3);
     const Eigen::SelfAdjointEigenSolver<Matrix3> axes(covariance);
@@ -145,7 +145,7 @@ TEST(FieldAgreement, NeedsSecondsOfDisagreementAndComesBack) {
   diagnostics.magnetic_weight = 0.1;
   int steps = 0;
   for (; !agreement.lost(); ++steps) agreement.add(diagnostics, 0.1);
-  EXPECT_NEAR(steps, 25, 1);  // 3 s · ln(0.9 / 0.4)
+  EXPECT_NEAR(steps, 25, 1);         // 3 s · ln(0.9 / 0.4)
   diagnostics.magnetic_samples = 0;  // off the map: no verdict
   for (int i = 0; i < 100; ++i) agreement.add(diagnostics, 0.1);
   EXPECT_TRUE(agreement.lost());

@@ -7,8 +7,8 @@
 
 namespace lodestone::testing {
 
-/// A shipped world with its maps, ready for drives on which something goes wrong. The LiDAR is thinned; the field map is the
-/// true field along the sequence.
+/// A shipped world with its maps, ready for drives on which something goes wrong. The LiDAR is thinned; the field map
+/// is the true field along the sequence.
 class Site {
  public:
   Site(const std::string& world, std::string sequence, double max_range_m, double most_s)
@@ -18,18 +18,19 @@ class Site {
         environment_(std::make_shared<const simulation::Environment>(load({}))) {
     const simulation::World healthy = load({});
     planes_ = std::make_shared<PlaneMap>(sample_cloud(healthy, *environment_, 7), PlaneMapOptions{});
-    const simulation::SimulationSource source(healthy, environment_, sequence_, simulation::SimulationSource::Drive::sequence,
-                                              7, most_s);
+    const simulation::SimulationSource source(healthy, environment_, sequence_,
+                                              simulation::SimulationSource::Drive::sequence, 7, most_s);
     const Trajectory truth = source.trajectory();
-    const double height_m = truth.front().pose.position.z() + simulation::sensor_suite(healthy).magnetometers[0].T_imu_mag.position.z();
+    const double height_m =
+        truth.front().pose.position.z() + simulation::sensor_suite(healthy).magnetometers[0].T_imu_mag.position.z();
     field_ = true_field(*environment_, truth, height_m);
   }
 
   /// `faults`: entries of the list of a world's faults, as its YAML has them.
   Drive drive(double duration_s, const std::string& faults) const {
     const simulation::World world = load(faults);
-    simulation::SimulationSource source(world, environment_, sequence_, simulation::SimulationSource::Drive::sequence, 7,
-                                        duration_s);
+    simulation::SimulationSource source(world, environment_, sequence_, simulation::SimulationSource::Drive::sequence,
+                                        7, duration_s);
     Drive drive;
     drive.suite = simulation::sensor_suite(world);
     drive.suite.lidar.max_range_m = max_range_m_;
@@ -45,7 +46,8 @@ class Site {
 
  private:
   simulation::World load(const std::string& faults) const {
-    return simulation::load_world(file_, {"sensors.lidar.rows=16", "sensors.lidar.columns=256", "faults=[" + faults + "]"});
+    return simulation::load_world(file_,
+                                  {"sensors.lidar.rows=16", "sensors.lidar.columns=256", "faults=[" + faults + "]"});
   }
 
   std::string file_;

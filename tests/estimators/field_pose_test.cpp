@@ -33,7 +33,8 @@ MagneticMap make_map(Vector3 (*field)(const Vector3&)) {
 const Pose truth{so3::exp(Vector3(0.0, 0.0, 0.3)), Vector3(0.2, -0.3, 0.2)};
 
 /// `count` array samples of eight magnetometers at the true pose.
-std::vector<std::vector<FieldReading>> measure(Vector3 (*field)(const Vector3&), int count, double noise, unsigned seed) {
+std::vector<std::vector<FieldReading>> measure(Vector3 (*field)(const Vector3&), int count, double noise,
+                                               unsigned seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal(0.0, noise);
   std::vector<std::vector<FieldReading>> arrays(static_cast<std::size_t>(count));
@@ -84,8 +85,10 @@ TEST(FieldPose, DoesNotCountThePrediction) {
   Vector6 offset;
   offset << 0.002, -0.001, 0.003, 0.004, -0.003, 0.0;
   const Pose predicted = truth.boxplus(offset);
-  const MeasuredPose tight = field_pose(arrays, predicted, covariance(0.3, 0.01), map, FieldInterpolation::bicubic, 1e-6);
-  const MeasuredPose loose = field_pose(arrays, predicted, covariance(3.0, 0.1), map, FieldInterpolation::bicubic, 1e-6);
+  const MeasuredPose tight =
+      field_pose(arrays, predicted, covariance(0.3, 0.01), map, FieldInterpolation::bicubic, 1e-6);
+  const MeasuredPose loose =
+      field_pose(arrays, predicted, covariance(3.0, 0.1), map, FieldInterpolation::bicubic, 1e-6);
   const Matrix6 a = tight.root.transpose() * tight.root;
   const Matrix6 b = loose.root.transpose() * loose.root;
   EXPECT_LT((a - b).norm(), 0.1 * b.norm());
@@ -109,8 +112,8 @@ TEST(FieldPose, WhatTheFieldDoesNotSeeHasNoInformationInsteadOfNoise) {
 TEST(FieldPose, OffTheMapNothingIsKnown) {
   const MagneticMap map = make_map(rich);
   const Pose outside{truth.rotation, Vector3(20.0, 0.0, 0.2)};
-  const MeasuredPose found = field_pose(measure(rich, 4, 0.5, 1), outside, covariance(1.0, 0.05), map,
-                                        FieldInterpolation::bicubic, 1e-3);
+  const MeasuredPose found =
+      field_pose(measure(rich, 4, 0.5, 1), outside, covariance(1.0, 0.05), map, FieldInterpolation::bicubic, 1e-3);
   EXPECT_TRUE(found.root.isZero(0.0));
   EXPECT_EQ(found.T_map_imu.position, outside.position);
 }

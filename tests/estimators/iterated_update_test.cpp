@@ -26,12 +26,12 @@ TEST(IteratedUpdate, EqualsTheKalmanGainFormForASmallStep) {
   Vector6 offset;
   for (auto& value : offset) value = 1e-4 * normal(generator);
   const Pose measured = prior.T_map_imu.boxplus(offset);
-  const UpdatedState updated = iterated_update(
-      prior, covariance,
-      [&](const NavState& state) {
-        return PoseEvidence{information, information * state.T_map_imu.boxminus(measured)};
-      },
-      {});
+  const UpdatedState updated =
+      iterated_update(prior, covariance,
+                      [&](const NavState& state) {
+                        return PoseEvidence{information, information * state.T_map_imu.boxminus(measured)};
+                      },
+                      {});
   // K = P Hᵀ (H P Hᵀ + R)⁻¹ with H = [I 0].
   const Eigen::Matrix<double, 17, 6> by_pose = covariance.leftCols<6>();
   const Eigen::Matrix<double, 17, 6> gain =

@@ -1,5 +1,5 @@
-// What happens to robots. Each test drives through a shipped world with one fault and says what it may cost; docs/results/robustness.md
-// has the figures of whole drives.
+// What happens to robots. Each test drives through a shipped world with one fault and says what it may cost;
+// docs/results/robustness.md has the figures of whole drives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -102,7 +102,8 @@ INSTANTIATE_TEST_SUITE_P(
         std::pair{"{kind: dead, magnetometer: front_0, begin_s: 6}", 1.25},
         std::pair{"{kind: stuck, magnetometer: front_0, begin_s: 6}", 1.25},
         std::pair{"{kind: saturated, magnetometer: front_0, limit_ut: 25}", 1.25},
-        std::pair{"{kind: bias_drift, magnetometer: front_0, begin_s: 4, end_s: 20, rate_ut_s: [1.44, -1.44, 1.44]}", 1.25},
+        std::pair{"{kind: bias_drift, magnetometer: front_0, begin_s: 4, end_s: 20, rate_ut_s: [1.44, -1.44, 1.44]}",
+                  1.25},
         std::pair{"{kind: hard_iron, magnetometer: front_0, begin_s: 6, offset_ut: [23, -23, 23]}", 1.25},
         std::pair{"{kind: spikes, magnetometer: all, rate_per_s: 5, size_ut: 50}", 1.25}));
 
@@ -129,8 +130,9 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(Robustness, ASteelCartThatPassesIsNotTakenForMotion) {
   // 150 A m² past the robot at a metre and a half: some ten microtesla, unlike at each magnetometer.
-  const Outcome outcome = smooth(tunnel().drive(
-      kDrive_s, "{kind: passing_steel, begin_s: 8, end_s: 18, from_m: [5, 1.2, 0.4], to_m: [40, 1.2, 0.4], moment_a_m2: [0, 50, 140]}"));
+  const Outcome outcome = smooth(tunnel().drive(kDrive_s,
+                                                "{kind: passing_steel, begin_s: 8, end_s: 18, from_m: [5, 1.2, 0.4], "
+                                                "to_m: [40, 1.2, 0.4], moment_a_m2: [0, 50, 140]}"));
   EXPECT_LT(outcome.best.max_m, 0.04);
   EXPECT_LT(outcome.best.nees, 2.0);
 }
@@ -149,12 +151,14 @@ INSTANTIATE_TEST_SUITE_P(Faults, ImuJump,
 
 TEST(Robustness, MagnetometersWhoseClockIsFiftyMillisecondsOff) {
   for (const auto& [site, offset_s] : {std::pair{&tunnel(), 0.05}, std::pair{&warehouse(), -0.05}}) {
-    const Outcome outcome = smooth(site->drive(kDrive_s, "{kind: clock_offset, sensor: magnetometers, offset_s: " +
-                                                             std::to_string(offset_s) + "}"), {}, 0.05);
+    const Outcome outcome =
+        smooth(site->drive(kDrive_s,
+                           "{kind: clock_offset, sensor: magnetometers, offset_s: " + std::to_string(offset_s) + "}"),
+               {}, 0.05);
     const Diagnostics& last = outcome.estimates.causal_estimates.back().diagnostics;
     std::printf("  clock %.4f +- %.4f s\n", last.clock_offset_s, last.clock_sigma_s);
-    // Where nothing but the field sees along the way, a late clock and a place further back are nearly the same: there the
-    // estimate must know how little it knows.
+    // Where nothing but the field sees along the way, a late clock and a place further back are nearly the same: there
+    // the estimate must know how little it knows.
     if (site == &warehouse()) {
       EXPECT_NEAR(last.clock_offset_s, offset_s, 0.005);
     } else {

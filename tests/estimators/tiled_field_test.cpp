@@ -8,8 +8,8 @@
 #include "core/magnetometer/magnetic_map.h"
 #include "core/warnings.h"
 #include "estimators/factory.h"
-#include "tools/simulate/simulation_source.h"
 #include "frontends/synchronizer/synchronizer.h"
+#include "tools/simulate/simulation_source.h"
 
 namespace lodestone {
 namespace {
@@ -26,7 +26,8 @@ class Sampled final : public FieldNodes {
   Sampled(const FieldGrid& grid, const simulation::MagneticField& field) : grid_(grid) {
     for (int row = 0; row < grid.rows; ++row) {
       for (int column = 0; column < grid.columns; ++column) {
-        const Vector3 at(grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row, grid.heights_m[0]);
+        const Vector3 at(grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row,
+                         grid.heights_m[0]);
         nodes.emplace_back();
         nodes.back() << field.field_ut(at).cast<float>(), 0.3F;
       }
@@ -34,7 +35,8 @@ class Sampled final : public FieldNodes {
   }
   bool read(int, int row, int column, int rows, int columns, Eigen::Vector4f* result) const override {
     for (int i = 0; i < rows; ++i) {
-      result = std::copy_n(nodes.begin() + static_cast<std::ptrdiff_t>(row + i) * grid_.columns + column, columns, result);
+      result =
+          std::copy_n(nodes.begin() + static_cast<std::ptrdiff_t>(row + i) * grid_.columns + column, columns, result);
     }
     return true;
   }

@@ -11,9 +11,9 @@
 #include "core/warnings.h"
 #include "estimators/factory.h"
 #include "frontends/maps/tiled_plane_map.h"
+#include "frontends/synchronizer/synchronizer.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/simulation_source.h"
-#include "frontends/synchronizer/synchronizer.h"
 
 namespace lodestone {
 namespace {
@@ -28,10 +28,10 @@ struct Poses final : EstimateSink {
 class TiledDrive : public ::testing::TestWithParam<std::tuple<std::string, bool>> {
  protected:
   static void SetUpTestSuite() {
-    const simulation::World world = simulation::load_world(
-        LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml",
-        {"sensors.lidar.rows=16", "sensors.lidar.columns=128", "sensors.lidar.max_range_m=12",
-         "cloud.point_spacing_m=0.1"});
+    const simulation::World world =
+        simulation::load_world(LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml",
+                               {"sensors.lidar.rows=16", "sensors.lidar.columns=128", "sensors.lidar.max_range_m=12",
+                                "cloud.point_spacing_m=0.1"});
     const auto environment = std::make_shared<const simulation::Environment>(world);
     simulation::SimulationSource source(world, environment, "3", simulation::SimulationSource::Drive::sequence, 3, 9.0);
     input_ = std::make_unique<EstimatorInput>();

@@ -11,8 +11,8 @@ const double calibration[12] = {1.0, -2.0, 3.0, 0.03, -0.02, 0.05, 0.01, -0.04, 
 
 TEST(CalibratedReadingFactor, DerivativesAreThoseOfItsResidual) {
   const CalibratedReadingFactor factor({Vector3(20.0, -5.0, 40.0), Vector3(3.0, 4.0, 5.0),
-                                        so3::exp(Vector3(0.3, -0.2, 1.0)).toRotationMatrix(), Vector3(0.3, -0.2, 0.1), 0.4,
-                                        Vector3(3.0, -1.0, 2.0)});
+                                        so3::exp(Vector3(0.3, -0.2, 1.0)).toRotationMatrix(), Vector3(0.3, -0.2, 0.1),
+                                        0.4, Vector3(3.0, -1.0, 2.0)});
   const double field[3] = {18.0, 4.0, -42.0};
   const double slope[5] = {5.0, -3.0, 2.0, 8.0, -1.0};
   const double coupling[15] = {0.1, -0.2, 0.3, 0.5, 0.4, -0.3, 0.2, 0.0, 0.7, -0.6, 0.3, 0.1, 0.2, -0.5, 0.4};
@@ -31,7 +31,8 @@ TEST(CalibratedReadingFactor, IsZeroForAReadingThatItsCalibrationMakes) {
   const double none[15] = {};
   const double* parameters[4] = {calibration, field.data(), five, none};
   Vector3 residual;
-  CalibratedReadingFactor({measured, Vector3::Zero(), Q, lever, 0.1, Vector3::Zero()}).Evaluate(parameters, residual.data(), nullptr);
+  CalibratedReadingFactor({measured, Vector3::Zero(), Q, lever, 0.1, Vector3::Zero()})
+      .Evaluate(parameters, residual.data(), nullptr);
   EXPECT_LT(residual.norm(), 1e-10);
 }
 

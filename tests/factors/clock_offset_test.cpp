@@ -13,8 +13,11 @@ namespace lodestone {
 namespace {
 
 FieldReading moving_reading(Random& random, int magnetometer) {
-  FieldReading reading{{so3::exp(random.vector(0.3)), random.vector(0.3)}, Vector3(20, 0, -40) + random.vector(5.0),
-                       magnetometer, 1.5, 0.7};
+  FieldReading reading{{so3::exp(random.vector(0.3)), random.vector(0.3)},
+                       Vector3(20, 0, -40) + random.vector(5.0),
+                       magnetometer,
+                       1.5,
+                       0.7};
   reading.velocity_m_s = random.vector(1.0);
   reading.turn_rad_s = random.vector(0.5);
   return reading;
@@ -37,7 +40,8 @@ TEST(FieldFactorWithClock, PassesTheGradientCheckerWithAndWithoutMask) {
     for (const PoseMask& mask : {PoseMask{}, PoseMask(projector, pose)}) {
       const FieldFactor factor(wavy_map(), FieldInterpolation::bicubic, 2, readings, mask, true);
       const PoseBlock block = block_of(pose.boxplus(0.02 * Vector6::Ones()));
-      expect_gradients(factor, {&pose_manifold, &bias_manifold, &clock_manifold}, {block.data(), biases.data(), &clock_s}, 1e-5);
+      expect_gradients(factor, {&pose_manifold, &bias_manifold, &clock_manifold},
+                       {block.data(), biases.data(), &clock_s}, 1e-5);
     }
   }
 }
@@ -50,7 +54,8 @@ TEST(FieldFactorWithClock, IsTheFactorWithoutWhereTheClockIsRight) {
   const double clock_s = 0.0;
   const double* parameters[] = {block.data(), bias.data(), &clock_s};
   Vector6 with, without;
-  FieldFactor(wavy_map(), FieldInterpolation::bicubic, 1, readings, {}, true).Evaluate(parameters, with.data(), nullptr);
+  FieldFactor(wavy_map(), FieldInterpolation::bicubic, 1, readings, {}, true)
+      .Evaluate(parameters, with.data(), nullptr);
   FieldFactor(wavy_map(), FieldInterpolation::bicubic, 1, readings, {}).Evaluate(parameters, without.data(), nullptr);
   EXPECT_LT((with - without).norm(), 1e-12);
 }
@@ -65,7 +70,8 @@ TEST(RandomWalkFactor, OfOneBlockIsAPriorAboutZeroAndJumpsCostLittle) {
   const double* parameters[] = {value.data()};
   Vector6 residual;
   factor.Evaluate(parameters, residual.data(), nullptr);
-  // Within its sigma the walk is a plain one; beyond it each sensor for itself is let go: Student, four degrees of freedom.
+  // Within its sigma the walk is a plain one; beyond it each sensor for itself is let go: Student, four degrees of
+  // freedom.
   EXPECT_LT((residual.head<3>() - value.head<3>() / 0.5).norm(), 1e-12);
   EXPECT_LT(residual.tail<3>().norm(), std::sqrt(7.0));
   EXPECT_GT(residual.tail<3>().norm(), 2.5);
@@ -81,10 +87,12 @@ SlidingWindow::ClockOffset estimate_clock(double late_s, double sigma_s, std::ui
   SlidingWindowOptions window_options;
   window_options.magnetometer_clock_sigma_s = sigma_s;
   const Matrix17 start = start_covariance();
-  SlidingWindow window(truth.times[0], truth.truth[0].boxplus(random.draw(start)), start, 3, options.noise, window_options);
+  SlidingWindow window(truth.times[0], truth.truth[0].boxplus(random.draw(start)), start, 3, options.noise,
+                       window_options);
   const std::vector<Vector3> normals = room_normals(random);
   for (std::size_t k = 1; k < truth.truth.size(); ++k) {
-    window.add_keyframe(truth.times[k], propagate(window.state(window.size() - 1), truth.samples[k], options.noise, nullptr),
+    window.add_keyframe(truth.times[k],
+                        propagate(window.state(window.size() - 1), truth.samples[k], options.noise, nullptr),
                         truth.samples[k]);
     const std::size_t newest = window.size() - 1;
     const Pose& pose = truth.truth[k].T_map_imu;
@@ -97,10 +105,13 @@ SlidingWindow::ClockOffset estimate_clock(double late_s, double sigma_s, std::ui
       reading.T_end_mag.position = Vector3(0.3, 0.2 * i - 0.2, -0.1);
       reading.magnetometer = i;
       reading.sigma_ut = 0.5;
-      reading.velocity_m_s = pose.rotation.conjugate() * truth.truth[k].velocity + turn.cross(reading.T_end_mag.position);
+      reading.velocity_m_s =
+          pose.rotation.conjugate() * truth.truth[k].velocity + turn.cross(reading.T_end_mag.position);
       reading.turn_rad_s = turn;
       const Pose then = pose * reading.T_end_mag_at(late_s);
-      reading.measured_ut = then.rotation.conjugate() * map->query(then.position, FieldInterpolation::bicubic)->field_ut + random.vector(0.5);
+      reading.measured_ut =
+          then.rotation.conjugate() * map->query(then.position, FieldInterpolation::bicubic)->field_ut +
+          random.vector(0.5);
       readings.push_back(reading);
     }
     window.set_field(newest, map, FieldInterpolation::bicubic, readings, {});

@@ -59,7 +59,8 @@ class Chain {
   /// Makes the start known, so that every variable is.
   void add_prior_of_start() {
     std::vector<PriorBlock> known;
-    for (const WindowBlock* block : {&poses[0], &motions[0], &gravity, &biases}) known.push_back({block->kind, block->values});
+    for (const WindowBlock* block : {&poses[0], &motions[0], &gravity, &biases})
+      known.push_back({block->kind, block->values});
     Eigen::VectorXd sigma(23);
     sigma << start_covariance().diagonal().cwiseSqrt(), Eigen::VectorXd::Constant(6, 0.5);
     add(new PriorFactor(known, sigma.cwiseInverse().asDiagonal(), Eigen::VectorXd::Zero(23)),
@@ -124,7 +125,8 @@ inline NormalEquations assemble(const std::vector<WindowFactor>& factors, const 
 inline Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& hessian) {
   const Eigen::VectorXd scale = hessian.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
-  return scale.asDiagonal() * scaled.llt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols())) * scale.asDiagonal();
+  return scale.asDiagonal() * scaled.llt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols())) *
+         scale.asDiagonal();
 }
 
 /// What one more Newton step would lower the cost of some factors by: 0 at their minimum.

@@ -76,7 +76,10 @@ TEST(Manifolds, PoseKeepsTheInvariants) {
     const Vector6 zero = Vector6::Zero();
     PoseBlock same;
     manifold.Plus(x.data(), zero.data(), same.data());
-    EXPECT_LT((Eigen::Map<Eigen::Matrix<double, 7, 1>>(same.data()) - Eigen::Map<const Eigen::Matrix<double, 7, 1>>(x.data())).norm(), 1e-15);
+    EXPECT_LT(
+        (Eigen::Map<Eigen::Matrix<double, 7, 1>>(same.data()) - Eigen::Map<const Eigen::Matrix<double, 7, 1>>(x.data()))
+            .norm(),
+        1e-15);
     Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
     Eigen::Matrix<double, 6, 7, Eigen::RowMajor> minus;
     manifold.PlusJacobian(x.data(), plus.data());
@@ -141,10 +144,12 @@ TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     away << 0.05, -0.02, 0.1, 0.3, -0.2, 0.1;
     const Pose end = scene.pose.boxplus(away);
     const PoseBlock block = block_of(end);
-    const PoseBlock before = block_of({end.rotation * (deskewing.turn * so3::exp(random.vector(0.05))).conjugate(), random.vector()});
+    const PoseBlock before =
+        block_of({end.rotation * (deskewing.turn * so3::exp(random.vector(0.05))).conjugate(), random.vector()});
     Eigen::Matrix<double, 9, 1> motion;
     motion << random.vector(), random.vector(), random.vector();
-    expect_gradients(CondensedLidarFactor(scan, mask, false), {&pose_manifold, &motion_manifold}, {block.data(), motion.data()});
+    expect_gradients(CondensedLidarFactor(scan, mask, false), {&pose_manifold, &motion_manifold},
+                     {block.data(), motion.data()});
     Eigen::Matrix<double, 9, 1> motion_before;
     motion_before << random.vector(), random.vector(), random.vector();
     expect_gradients(CondensedLidarFactor(scan, mask, true),
@@ -253,7 +258,10 @@ TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     std::vector<FieldReading> readings;
     for (int k = 0; k < 4; ++k) {
       readings.push_back({{so3::exp(random.vector(0.3)), random.vector(0.3)},
-                          Vector3(20, 0, -40) + random.vector(5.0), k % 2, 1.5, 0.7});
+                          Vector3(20, 0, -40) + random.vector(5.0),
+                          k % 2,
+                          1.5,
+                          0.7});
     }
     std::vector<double> biases(6);
     for (double& bias : biases) bias = random.normal();
@@ -267,7 +275,8 @@ TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
 }
 
 TEST(FieldFactor, OffTheMapItSaysNothing) {
-  const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 1, {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}}, {});
+  const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 1, {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}},
+                           {});
   const PoseBlock block = block_of({Quaternion::Identity(), Vector3(50, 0, 0)});
   const Vector3 bias = Vector3::Zero();
   const double* parameters[] = {block.data(), bias.data()};

@@ -9,7 +9,9 @@
 namespace lodestone {
 namespace {
 
-Pose random_pose(Random& random) { return {so3::exp(random.vector()), random.vector(5.0)}; }
+Pose random_pose(Random& random) {
+  return {so3::exp(random.vector()), random.vector(5.0)};
+}
 
 TEST(PoseMask, HidesExactlyTheNullSpaceOfItsProjector) {
   Random random(3);

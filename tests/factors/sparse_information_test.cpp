@@ -15,7 +15,8 @@
 namespace lodestone {
 namespace {
 
-/// Random whitened rows over variables of 1 to 5 numbers: neighbours, some further apart, and a last one that touches all.
+/// Random whitened rows over variables of 1 to 5 numbers: neighbours, some further apart, and a last one that touches
+/// all.
 struct RandomRows {
   explicit RandomRows(std::uint64_t seed) {
     std::mt19937_64 generator(seed);
@@ -177,8 +178,10 @@ TEST(SparseInformation, AnswersWhereAJacobianIsNotFinite) {
   const Difference difference;
   const RandomWalkFactor broken(3, std::numeric_limits<double>::quiet_NaN());
   const WindowFactor factor{nullptr, &broken, {&difference.first, &difference.second}};
-  const SparseInformation information({&difference.first, &difference.second}, std::vector<const WindowFactor*>{&factor});
-  for (const Eigen::MatrixXd& covariance : information.covariances()) EXPECT_EQ(covariance, 1e12 * Eigen::Matrix3d::Identity());
+  const SparseInformation information({&difference.first, &difference.second},
+                                      std::vector<const WindowFactor*>{&factor});
+  for (const Eigen::MatrixXd& covariance : information.covariances())
+    EXPECT_EQ(covariance, 1e12 * Eigen::Matrix3d::Identity());
 }
 
 }  // namespace

@@ -22,14 +22,16 @@ struct Sweep {
   std::vector<std::size_t> interval;  // of the IMU, at whose end each was taken
 };
 
-Sweep sweep_of(const std::vector<Pose>& between, const std::vector<Vector3>& normals, int points_an_interval, Random& random) {
+Sweep sweep_of(const std::vector<Pose>& between, const std::vector<Vector3>& normals, int points_an_interval,
+               Random& random) {
   Sweep result;
   for (std::size_t i = 0; i < between.size(); ++i) {
     const double angle = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(between.size());
     for (int j = 0; j < points_an_interval; ++j) {
       const Vector3 ahead(std::cos(angle), std::sin(angle), 0.0);
       const Vector3 point = kRangeM * ahead + random.vector(0.2 * kRangeM);
-      const Vector3& normal = normals[(i * static_cast<std::size_t>(points_an_interval) + static_cast<std::size_t>(j)) % normals.size()];
+      const Vector3& normal =
+          normals[(i * static_cast<std::size_t>(points_an_interval) + static_cast<std::size_t>(j)) % normals.size()];
       Plane plane;
       plane.normal = normal.cast<float>();
       plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
@@ -42,12 +44,15 @@ Sweep sweep_of(const std::vector<Pose>& between, const std::vector<Vector3>& nor
   return result;
 }
 
-std::vector<Correspondence> deskewed(const Sweep& sweep, const ScanMotion& motion, double step_s, std::size_t intervals) {
+std::vector<Correspondence> deskewed(const Sweep& sweep, const ScanMotion& motion, double step_s,
+                                     std::size_t intervals) {
   std::vector<Correspondence> result;
   for (std::size_t i = 0; i < sweep.points.size(); ++i) {
-    const double age_s = step_s * static_cast<double>(intervals - 1 - sweep.interval[i]) / static_cast<double>(intervals);
+    const double age_s =
+        step_s * static_cast<double>(intervals - 1 - sweep.interval[i]) / static_cast<double>(intervals);
     const Pose T_end_t = motion.relative_pose(motion.end_time() - from_seconds(age_s));
-    Correspondence match{(T_end_t * sweep.points[i]).cast<float>(), &sweep.planes[i], static_cast<float>(kPointNoiseM * kPointNoiseM)};
+    Correspondence match{(T_end_t * sweep.points[i]).cast<float>(), &sweep.planes[i],
+                         static_cast<float>(kPointNoiseM * kPointNoiseM)};
     match.age_s = static_cast<float>(age_s);
     result.push_back(match);
   }
@@ -59,8 +64,8 @@ struct Nees {
   double smoothed = 0.0;
 };
 
-/// Per degree of freedom, over drives whose noise is what the factors assume. `knows`: whether the factor is told what the
-/// scan was deskewed with.
+/// Per degree of freedom, over drives whose noise is what the factors assume. `knows`: whether the factor is told what
+/// the scan was deskewed with.
 Nees nees_of_drives(int runs, bool knows) {
   constexpr std::size_t kWindow = 15;
   Nees result;
@@ -73,7 +78,8 @@ Nees nees_of_drives(int runs, bool knows) {
     const Matrix17 covariance = start_covariance();
     SlidingWindow window(0, truth.truth[0].boxplus(random.draw(covariance)), covariance, 0, options.noise, {});
     for (std::size_t k = 1; k < truth.truth.size(); ++k) {
-      window.add_keyframe(truth.times[k], propagate(window.state(window.size() - 1), truth.samples[k], options.noise, nullptr),
+      window.add_keyframe(truth.times[k],
+                          propagate(window.state(window.size() - 1), truth.samples[k], options.noise, nullptr),
                           truth.samples[k]);
       const std::size_t newest = window.size() - 1;
       const Sweep sweep = sweep_of(truth.between[k], normals, 6, random);
@@ -81,16 +87,19 @@ Nees nees_of_drives(int runs, bool knows) {
         const NavState state = window.state(newest);
         const ScanMotion motion(window.state(newest - 1), state, truth.samples[k]);
         const std::vector<Correspondence> matches = deskewed(sweep, motion, options.period_s, truth.between[k].size());
-        window.set_lidar(newest,
-                         condense_scan(matches, state.T_map_imu, knows ? Deskewing(state, motion, options.noise) : Deskewing{}),
-                         matches, {});
+        window.set_lidar(
+            newest,
+            condense_scan(matches, state.T_map_imu, knows ? Deskewing(state, motion, options.noise) : Deskewing{}),
+            matches, {});
         window.solve();
       }
       if (window.size() > kWindow) window.marginalize_oldest();
     }
     const auto nees = [&](std::size_t k) {
-      const Vector6 error = window.state(k).T_map_imu.boxminus(truth.truth[truth.truth.size() - window.size() + k].T_map_imu);
-      return error.dot(window.pose_covariances(std::array<std::size_t, 1>{k}).front().ldlt().solve(error)) / (6.0 * runs);
+      const Vector6 error =
+          window.state(k).T_map_imu.boxminus(truth.truth[truth.truth.size() - window.size() + k].T_map_imu);
+      return error.dot(window.pose_covariances(std::array<std::size_t, 1>{k}).front().ldlt().solve(error)) /
+             (6.0 * runs);
     };
     result.causal += nees(window.size() - 1);
     result.smoothed += nees(0);
@@ -102,7 +111,8 @@ TEST(SweptScans, TheWindowsCovarianceIsThatOfItsErrors) {
   constexpr int kRuns = 100;
   const Nees nees = nees_of_drives(kRuns, true);
   std::printf("NEES per degree of freedom: %.3f causal, %.3f smoothed\n", nees.causal, nees.smoothed);
-  // Four sigmas of a mean of chi squares, and a twentieth for what the modes leave of the bridge and what second order adds.
+  // Four sigmas of a mean of chi squares, and a twentieth for what the modes leave of the bridge and what second order
+  // adds.
   const double spread = 4.0 * std::sqrt(2.0 / (6.0 * kRuns));
   for (const double value : {nees.causal, nees.smoothed}) {
     EXPECT_GT(value, 1.0 - spread);

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/imu/integration.h"
-#include "core/magnetometer/magnetic_map.h"
 #include "core/lidar/condensed_cost.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "core/sensor_suite.h"
 #include "factors/field_factor.h"
 
@@ -41,7 +41,8 @@ struct Drive {
   std::vector<Time> times;                      ///< of the keyframes
   std::vector<NavState> truth;                  ///< at the keyframes
   std::vector<std::vector<ImuSample>> samples;  ///< samples[k]: from keyframe k − 1 to k; none for the first
-  std::vector<std::vector<Pose>> between;       ///< between[k][i]: T_map_imu, true, at the end of the i-th interval of samples[k]
+  std::vector<std::vector<Pose>>
+      between;  ///< between[k][i]: T_map_imu, true, at the end of the i-th interval of samples[k]
 };
 
 struct DriveOptions {

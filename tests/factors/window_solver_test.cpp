@@ -10,7 +10,8 @@
 namespace lodestone {
 namespace {
 
-/// A window over a short drive with LiDAR, IMU and magnetometers. `error`: of the predicted states, in sigmas of a start.
+/// A window over a short drive with LiDAR, IMU and magnetometers. `error`: of the predicted states, in sigmas of a
+/// start.
 struct SolvedWindow {
   SolvedWindow(double error, int max_iterations) {
     Random random(8);
@@ -26,8 +27,9 @@ struct SolvedWindow {
       window->add_keyframe(truth.times[k], truth.truth[k], truth.samples[k]);
       const Scan points = scan(truth.truth[k].T_map_imu, normals, 100, 0.02, 5.0, 0.0, random);
       window->set_lidar(k, condense_scan(points.matches, truth.truth[k].T_map_imu), points.matches, {});
-      window->set_field(k, map, FieldInterpolation::bicubic,
-                        field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(3, Vector3::Zero()), 1.0, random), {});
+      window->set_field(
+          k, map, FieldInterpolation::bicubic,
+          field_readings(truth.truth[k].T_map_imu, *map, std::vector<Vector3>(3, Vector3::Zero()), 1.0, random), {});
     }
     for (std::size_t k = 0; k < truth.truth.size(); ++k) {
       Vector17 step = error * random.draw(start_covariance());
@@ -101,7 +103,8 @@ TEST(WindowCovariance, OfTheNewestIsTheStartsThenTheOneThatTheImuPropagates) {
   }
   const Matrix17 found = window.newest_covariance();
   const Vector17 sigma = covariance.diagonal().cwiseSqrt();
-  const Matrix17 difference = sigma.cwiseInverse().asDiagonal() * (found - covariance) * sigma.cwiseInverse().asDiagonal();
+  const Matrix17 difference =
+      sigma.cwiseInverse().asDiagonal() * (found - covariance) * sigma.cwiseInverse().asDiagonal();
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 0.02);
   EXPECT_LT((found.topLeftCorner<6, 6>() - window.pose_covariances(std::array{std::size_t{3}}).front()).norm(), 1e-12);
 }
@@ -124,7 +127,8 @@ TEST(WindowCovariance, OfAVeryGoodImuIsThatOfItsStart) {
     const std::size_t newest = window.size() - 1;
     const Matrix6 found = window.pose_covariances(std::array{newest}).front();
     const Vector6 expected = covariance.topLeftCorner<6, 6>().diagonal().cwiseSqrt();
-    for (int i = 0; i < 6; ++i) ASSERT_NEAR(std::sqrt(found(i, i)) / expected[i], 1.0, 0.05) << "keyframe " << k << ", " << i;
+    for (int i = 0; i < 6; ++i)
+      ASSERT_NEAR(std::sqrt(found(i, i)) / expected[i], 1.0, 0.05) << "keyframe " << k << ", " << i;
     if (window.size() > 10) window.marginalize_oldest();
   }
 }

@@ -1,4 +1,5 @@
-// The fuzzer: libFuzzer's bytes take the place of a boundary's file. The environment's LODESTONE_BOUNDARY names the boundary.
+// The fuzzer: libFuzzer's bytes take the place of a boundary's file. The environment's LODESTONE_BOUNDARY names the
+// boundary.
 #include <unistd.h>
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// The plan of the source tree: an include only ever points to a lower layer (core < factors, frontends < estimators < tools).
+// The plan of the source tree: an include only ever points to a lower layer (core < factors, frontends < estimators <
+// tools).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,7 +45,8 @@ void for_each_include(const std::string& layer, Check check) {
 
 TEST(Architecture, IncludesOnlyPointToLowerLayers) {
   for (const auto& [layer, lower] : kAllowed) {
-    for_each_include(layer, [&, &layer = layer, &lower = lower](const fs::path& path, int line, const std::string& include) {
+    for_each_include(layer, [&, &layer = layer, &lower = lower](const fs::path& path, int line,
+                                                                const std::string& include) {
       EXPECT_EQ(include.find(".."), std::string::npos) << path << ":" << line << ": includes are written from the root";
       const std::string target = include.substr(0, include.find('/'));
       if (target == "tests" || (kAllowed.count(target) > 0 && target != layer)) {
@@ -60,9 +62,11 @@ TEST(Architecture, OnlyFrontendsAndToolsKnowFilesAndTheirFormats) {
   const std::regex solvers(R"(^(ceres|cholmod\.h|suitesparse)(/|$))");
   for (const std::string layer : {"core", "factors", "estimators"}) {
     for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
-      EXPECT_FALSE(std::regex_search(include, forbidden)) << path << ":" << line << ": " << layer << " must not include " << include;
+      EXPECT_FALSE(std::regex_search(include, forbidden))
+          << path << ":" << line << ": " << layer << " must not include " << include;
       if (layer == "core") {
-        EXPECT_FALSE(std::regex_search(include, solvers)) << path << ":" << line << ": the core must not include " << include;
+        EXPECT_FALSE(std::regex_search(include, solvers))
+            << path << ":" << line << ": the core must not include " << include;
       }
     });
   }
@@ -124,7 +128,8 @@ TEST(Architecture, LoopsOnAllCoresGoThroughOneDoor) {
   for (const auto& [layer, lower] : kAllowed) {
     for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
       if (path.filename() == "parallel.cpp" || path.filename() == "parallel_sort.h") return;
-      EXPECT_FALSE(std::regex_search(include, loops)) << path << ":" << line << ": core/parallel.h instead of " << include;
+      EXPECT_FALSE(std::regex_search(include, loops))
+          << path << ":" << line << ": core/parallel.h instead of " << include;
     });
   }
 }

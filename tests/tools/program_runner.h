@@ -52,8 +52,8 @@ class TemporaryFolder {
 /// Runs `lodestone ARGUMENTS` through the shell.
 inline ProgramResult run_lodestone(const std::string& arguments) {
   const TemporaryFolder folder;
-  const std::string command = std::string(LODESTONE_PROGRAM) + " " + arguments + " >" + (folder / "out").string() + " 2>" +
-                              (folder / "err").string();
+  const std::string command = std::string(LODESTONE_PROGRAM) + " " + arguments + " >" + (folder / "out").string() +
+                              " 2>" + (folder / "err").string();
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
 }

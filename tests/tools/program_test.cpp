@@ -10,8 +10,10 @@ namespace lodestone {
 namespace {
 
 TEST(Program, AnUnknownOptionIsNamedBeforeWhatIsMissing) {
-  expect_refused("run a.bag --estimatr smoother", "unknown option '--estimatr'; did you mean '--estimator'? (see lodestone run --help)");
-  expect_refused("run a.bag --out=x --clod=y", "unknown option '--clod'; did you mean '--cloud'? (see lodestone run --help)");
+  expect_refused("run a.bag --estimatr smoother",
+                 "unknown option '--estimatr'; did you mean '--estimator'? (see lodestone run --help)");
+  expect_refused("run a.bag --out=x --clod=y",
+                 "unknown option '--clod'; did you mean '--cloud'? (see lodestone run --help)");
   expect_refused("map magnetic --trajectry a.tum", "did you mean '--trajectory'? (see lodestone map magnetic --help)");
   expect_refused("run a.bag --wholly-made-up", "unknown option '--wholly-made-up' (see lodestone run --help)");
 }
@@ -34,7 +36,8 @@ TEST(Program, ResultsDoNotTakeThePlaceOfWhatTheyComeFrom) {
   std::ofstream(truth) << "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n";
   const std::string content = content_of(truth);
   const std::string other = folder.path().string() + "/./truth.tum";
-  for (const std::string& call : {"evaluate " + truth + " " + truth + " --errors " + truth, "evaluate " + truth + " " + truth + " --errors=" + other,
+  for (const std::string& call : {"evaluate " + truth + " " + truth + " --errors " + truth,
+                                  "evaluate " + truth + " " + truth + " --errors=" + other,
                                   "check " + truth + " --out " + truth, "map import " + truth + " --out=" + truth}) {
     expect_refused(call, "which the results would overwrite; choose another name for them");
     EXPECT_EQ(content_of(truth), content) << call;
@@ -46,8 +49,9 @@ TEST(Program, ResultsDoNotTakeThePlaceOfWhatTheyComeFrom) {
 TEST(Program, WhatIsWrittenBesideAResultDoesNotTakeThePlaceOfAnInputEither) {
   const TemporaryFolder folder;
   const std::string in = folder.path().string() + "/", out = " --out " + in;
-  const std::vector<std::string> inputs{"field.tif",       "field.png",       "calibration.json", "platform.yaml", "survey.bag",
-                                        "difference.yaml", "difference.tif", "image.tif",        "places.csv"};
+  const std::vector<std::string> inputs{"field.tif",      "field.png",  "calibration.json",
+                                        "platform.yaml",  "survey.bag", "difference.yaml",
+                                        "difference.tif", "image.tif",  "places.csv"};
   for (const std::string& name : inputs) std::ofstream(in + name) << "of " << name;
   std::ofstream(in + "map.yaml") << "resolution_m: 1\norigin_m: [0, 0]\nimage: image.tif\n";
   std::filesystem::create_symlink("field.png", in + "link.csv");
@@ -68,8 +72,10 @@ TEST(Program, WhatIsWrittenBesideAResultDoesNotTakeThePlaceOfAnInputEither) {
         Case{"calibrate magnetometers a.bag --platform " + in + "calibration.json", "new.yaml",
              in + "calibration.json" + too + "--platform " + in + "calibration.json"},
         Case{"simulate " + in + "platform.yaml --only log", "", in + "platform.yaml" + too + in + "platform.yaml"},
-        Case{"check a.bag --magnetic " + in + "map.yaml", "image.tif", "is " + in + "image.tif, the image of --magnetic " + in + "map.yaml"}}) {
-    expect_refused(wrong.call + out + wrong.out, "--out " + in + wrong.out + ": " + wrong.told + ", which the results would overwrite");
+        Case{"check a.bag --magnetic " + in + "map.yaml", "image.tif",
+             "is " + in + "image.tif, the image of --magnetic " + in + "map.yaml"}}) {
+    expect_refused(wrong.call + out + wrong.out,
+                   "--out " + in + wrong.out + ": " + wrong.told + ", which the results would overwrite");
   }
   for (const std::string& name : inputs) EXPECT_EQ(content_of(in + name), "of " + name);
 }
@@ -83,11 +89,13 @@ TEST(Program, ResultsDoNotTakeThePlaceOfAPartOfALog) {
   for (const std::string& out : {part, samples}) {
     const std::string content = content_of(out);
     for (const std::string& given : {log, log + "/../log/"}) {
-      expect_refused("convert " + given + " --out " + out, "is a part of " + given + ", which the results would overwrite");
+      expect_refused("convert " + given + " --out " + out,
+                     "is a part of " + given + ", which the results would overwrite");
       EXPECT_EQ(content_of(out), content);
     }
     std::ofstream(log + "/metadata.yaml") << "rosbag2_bagfile_information: {}\n";
-    expect_refused("convert " + log + "/metadata.yaml --out " + out, "is a part of " + log + "/metadata.yaml, which the results would overwrite");
+    expect_refused("convert " + log + "/metadata.yaml --out " + out,
+                   "is a part of " + log + "/metadata.yaml, which the results would overwrite");
   }
 }
 
@@ -114,7 +122,8 @@ TEST(Program, MessagesAreQuietDetailedOrKeptInAFile) {
 TEST(Program, WhatIsNoFileIsOneLine) {
   const TemporaryFolder folder;
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
-  expect_refused("evaluate " + (folder / "pipe").string() + " " + (folder / "pipe").string(), "found a pipe, a device or a socket");
+  expect_refused("evaluate " + (folder / "pipe").string() + " " + (folder / "pipe").string(),
+                 "found a pipe, a device or a socket");
   expect_refused("evaluate /dev/zero /dev/zero", "found a pipe, a device or a socket");
   std::filesystem::create_symlink("loop", folder / "loop");
   expect_refused("check " + (folder / "loop").string(), "Too many levels of symbolic links");

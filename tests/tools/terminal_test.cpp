@@ -55,8 +55,7 @@ TEST(Table, AlignsColumnsByWhatIsSeen) {
   Table table({"name", "σ"});
   table.add({"a", "1.00"});
   table.add({"long name", fixed(std::nan(""), 2)});
-  EXPECT_EQ(table.to_string(),
-            "name          σ\n─────────  ────\na          1.00\nlong name     –\n");
+  EXPECT_EQ(table.to_string(), "name          σ\n─────────  ────\na          1.00\nlong name     –\n");
 }
 
 }  // namespace

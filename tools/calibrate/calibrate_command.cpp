@@ -43,7 +43,8 @@ CalibrationOptions read_options(const CalibrateCall& call) {
 void check_call(const CalibrateCall& call) {
   const CalibrationSources& sources = call.sources;
   if (!sources.magnetic.empty() && sources.trajectory.empty()) {
-    throw InputError("--magnetic: a map serves where the robot's poses are known; give --trajectory T.tum as well, or neither");
+    throw InputError(
+        "--magnetic: a map serves where the robot's poses are known; give --trajectory T.tum as well, or neither");
   }
   if (sources.magnetic.empty() && !sources.trajectory.empty()) {
     throw InputError("--trajectory: poses serve together with a map; give --magnetic FIELD.yaml as well, or neither");
@@ -54,7 +55,8 @@ void check_call(const CalibrateCall& call) {
 RecordedArray read_log(const CalibrateCall& call, const Platform& platform, WarningLog& warnings) {
   const bool with_imu = call.sources.magnetic.empty();
   BagSource source(call.sources.log, platform, warnings, {.lidar = false, .imu = with_imu, .magnetometers = true});
-  Progress progress(std::filesystem::path(call.sources.log).filename().string(), source.begin_time(), source.end_time());
+  Progress progress(std::filesystem::path(call.sources.log).filename().string(), source.begin_time(),
+                    source.end_time());
   return record_array(source, platform.suite, warnings, [&progress](Time time) {
     progress.update(time);
     throw_if_interrupted();
@@ -65,13 +67,15 @@ RecordedArray read_log(const CalibrateCall& call, const Platform& platform, Warn
 void check_height(const MagneticMap& map, const Trajectory& trajectory, const Vector3& centre, WarningLog& warnings) {
   if (map.grid().heights_m.size() != 1) return;
   double height_m = 0.0;
-  for (const StampedPose& pose : trajectory) height_m += (pose.pose * centre).z() / static_cast<double>(trajectory.size());
+  for (const StampedPose& pose : trajectory)
+    height_m += (pose.pose * centre).z() / static_cast<double>(trajectory.size());
   if (std::abs(height_m - map.grid().heights_m.front()) < kTellingHeight_m) return;
-  warnings.add("calibrate.height",
-               fmt::format("the array is at {:.2f} m by the trajectory, the map's only layer at {:.2f} m: what the field "
-                           "changes between them is taken for the magnetometers'",
-                           height_m, map.grid().heights_m.front()),
-               trajectory.front().time);
+  warnings.add(
+      "calibrate.height",
+      fmt::format("the array is at {:.2f} m by the trajectory, the map's only layer at {:.2f} m: what the field "
+                  "changes between them is taken for the magnetometers'",
+                  height_m, map.grid().heights_m.front()),
+      trajectory.front().time);
 }
 
 CalibrationLog log_of(const CalibrateCall& call, const RecordedArray& recorded, const Platform& platform,
@@ -82,11 +86,14 @@ CalibrationLog log_of(const CalibrateCall& call, const RecordedArray& recorded, 
   const MagneticMap map = read_magnetic_map(sources.magnetic);
   CalibrationLog log = mapped_log(recorded.readings, trajectory, map, platform.suite, options);
   if (log.moments.empty()) {
-    throw InputError(log.off_map == 0
-                         ? fmt::format("{}: none of its magnetometer readings lies within the time of {}; give a trajectory of "
-                                       "this log", sources.log, sources.trajectory)
-                         : fmt::format("{}: it has no field where {} says the magnetometers were; give a map and a trajectory "
-                                       "in one frame", sources.magnetic, sources.trajectory));
+    throw InputError(
+        log.off_map == 0
+            ? fmt::format("{}: none of its magnetometer readings lies within the time of {}; give a trajectory of "
+                          "this log",
+                          sources.log, sources.trajectory)
+            : fmt::format("{}: it has no field where {} says the magnetometers were; give a map and a trajectory "
+                          "in one frame",
+                          sources.magnetic, sources.trajectory));
   }
   if (log.off_map > 0) {
     warnings.add("calibrate.off_map", "readings where the map has no field, left out", log.moments.front().time,
@@ -103,14 +110,16 @@ void calibrate(const CalibrateCall& call) {
   check_call(call);
   const Platform platform = load_platform(call.sources.platform);
   if (platform.suite.magnetometers.empty()) {
-    throw InputError(call.sources.platform + ": it has no magnetometers; expected at least one under the key 'magnetometers'");
+    throw InputError(call.sources.platform +
+                     ": it has no magnetometers; expected at least one under the key 'magnetometers'");
   }
   WarningLog warnings;
   const RecordedArray recorded = read_log(call, platform, warnings);
   const CalibrationLog log = log_of(call, recorded, platform, options, warnings);
   if (log.without_motion > 0) {
     warnings.add("calibrate.without_motion",
-                 log.mapped ? "moments without a pose, left out" : "moments without IMU before them: the field begins anew there",
+                 log.mapped ? "moments without a pose, left out"
+                            : "moments without IMU before them: the field begins anew there",
                  log.moments.front().time, static_cast<std::int64_t>(log.without_motion));
   }
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
@@ -135,7 +144,8 @@ void calibrate(const CalibrateCall& call) {
 void add_magnetometers(CLI::App& parent, int* code) {
   const auto call = std::make_shared<CalibrateCall>();
   CLI::App* command = parent.add_subcommand(
-      "magnetometers", "Hard iron, soft iron and misalignment of each magnetometer, from a log with whatever motion it has");
+      "magnetometers",
+      "Hard iron, soft iron and misalignment of each magnetometer, from a log with whatever motion it has");
   CommandFiles files(*command);
   files
       .input(command->add_option("LOG", call->sources.log,

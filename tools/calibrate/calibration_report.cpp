@@ -21,7 +21,9 @@ constexpr std::array<const char*, 12> kParameters{"hard_iron_x_ut", "hard_iron_y
                                                   "scale_y",        "scale_z",        "shear_xy",       "shear_xz",
                                                   "shear_yz",       "turn_x_rad",     "turn_y_rad",     "turn_z_rad"};
 
-Json to_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+Json to_json(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 Json rows_of(const Matrix3& matrix) {
   Json rows = Json::array();
@@ -35,18 +37,22 @@ std::string with_sigma(double value, double sigma, bool held, int digits) {
   return held ? "(" + text + ")" : text;
 }
 
-/// A line of what is held without the prior's sigma: of what many magnetometers have alike the tables' sigma is another, and
-/// one figure must do.
-std::string without_sigma(const std::string& line) { return line.substr(0, line.find(" ± ")); }
+/// A line of what is held without the prior's sigma: of what many magnetometers have alike the tables' sigma is
+/// another, and one figure must do.
+std::string without_sigma(const std::string& line) {
+  return line.substr(0, line.find(" ± "));
+}
 
 std::string residual_table(const Platform& platform, const MagnetometerCalibrationResult& result) {
-  Table table({"magnetometer", "moments", "before, uT", "after, uT", "beside the usual field: x, uT", "y, uT", "z, uT"});
+  Table table(
+      {"magnetometer", "moments", "before, uT", "after, uT", "beside the usual field: x, uT", "y, uT", "z, uT"});
   for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
     std::vector<std::string> cells{platform.suite.magnetometers[j].name, std::to_string(one.readings)};
     if (one.readings > 0) {
       cells.insert(cells.end(), {fixed(one.before_ut, 2), fixed(one.after_ut, 2)});
-      for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(one.usual_error_ut[i], one.usual_error_sigma_ut[i], false, 2));
+      for (int i = 0; i < 3; ++i)
+        cells.push_back(with_sigma(one.usual_error_ut[i], one.usual_error_sigma_ut[i], false, 2));
     }
     table.add(cells);
   }
@@ -54,8 +60,8 @@ std::string residual_table(const Platform& platform, const MagnetometerCalibrati
 }
 
 std::string parameter_table(const Platform& platform, const MagnetometerCalibrationResult& result) {
-  Table table({"magnetometer", "hard iron: x, uT", "y, uT", "z, uT", "scale: x, %", "y, %", "z, %", "turn: x, deg", "y, deg",
-               "z, deg"});
+  Table table({"magnetometer", "hard iron: x, uT", "y, uT", "z, uT", "scale: x, %", "y, %", "z, %", "turn: x, deg",
+               "y, deg", "z, deg"});
   for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
     if (one.readings == 0) continue;
@@ -64,8 +70,10 @@ std::string parameter_table(const Platform& platform, const MagnetometerCalibrat
     const Vector3 turn = degrees_per_radian * misalignment_of(one.calibration.distortion);
     std::vector<std::string> cells{platform.suite.magnetometers[j].name};
     for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(one.calibration.hard_iron_ut[i], one.sigma[i], held(i), 2));
-    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(100.0 * distortion[i], 100.0 * one.sigma[3 + i], held(3 + i), 1));
-    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(turn[i], degrees_per_radian * one.sigma[9 + i], held(9 + i), 1));
+    for (int i = 0; i < 3; ++i)
+      cells.push_back(with_sigma(100.0 * distortion[i], 100.0 * one.sigma[3 + i], held(3 + i), 1));
+    for (int i = 0; i < 3; ++i)
+      cells.push_back(with_sigma(turn[i], degrees_per_radian * one.sigma[9 + i], held(9 + i), 1));
     table.add(cells);
   }
   return table.to_string();
@@ -91,33 +99,39 @@ Platform calibrated_platform(const Platform& given, const ShownChanges& changes)
   return platform;
 }
 
-std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, const ShownChanges& changes,
-                             bool mapped) {
+std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result,
+                             const ShownChanges& changes, bool mapped) {
   std::string text = fmt::format("{} moments over {:.1f} s, turned by {:.0f} deg in all; {} rounds\n", result.moments,
                                  result.duration_s, result.turned_deg, result.rounds);
   if (mapped) {
-    text += fmt::format("reference: the map at each magnetometer's pose; its error {:.2f} times its sigma\n", result.process.map_scale);
+    text += fmt::format("reference: the map at each magnetometer's pose; its error {:.2f} times its sigma\n",
+                        result.process.map_scale);
   } else {
     const Vector3& bias = result.gyroscope_bias_rad_s;
-    text += fmt::format("reference: what all read together; the field walks by {:.2f} uT a root of a second, its slope is {:.1f} "
-                        "uT/m; gyroscope bias ({:.5f} {:.5f} {:.5f}) rad/s\n",
-                        result.process.step_ut_sqrt_s, result.process.slope_ut_m, bias.x(), bias.y(), bias.z());
+    text += fmt::format(
+        "reference: what all read together; the field walks by {:.2f} uT a root of a second, its slope is {:.1f} "
+        "uT/m; gyroscope bias ({:.5f} {:.5f} {:.5f}) rad/s\n",
+        result.process.step_ut_sqrt_s, result.process.slope_ut_m, bias.x(), bias.y(), bias.z());
     if (result.offsets_only) {
       text += "offsets alone: so close to steel the field's curvature looks as distortions do (max_walk_ut_sqrt_s)\n";
     }
   }
-  text += "\nresiduals against the reference (rms of a component), and what is read beside it where the field is usual\n" +
-          residual_table(platform, result);
-  text += "\nparameters against the given platform file; in brackets: held at the prior\n" + parameter_table(platform, result);
+  text +=
+      "\nresiduals against the reference (rms of a component), and what is read beside it where the field is usual\n" +
+      residual_table(platform, result);
+  text += "\nparameters against the given platform file; in brackets: held at the prior\n" +
+          parameter_table(platform, result);
   if (!result.held.empty()) text += "\n";
   for (const std::string& line : result.held) text += without_sigma(line) + "\n";
   const std::string left = left_as_given(changes, platform.suite.magnetometers, result);
-  if (!left.empty()) text += "\nleft as given, since the log does not show them (below two of their sigmas): " + left + "\n";
+  if (!left.empty())
+    text += "\nleft as given, since the log does not show them (below two of their sigmas): " + left + "\n";
   return text;
 }
 
-std::string calibration_json(const CalibrationSources& sources, const Platform& platform, const MagnetometerCalibrationResult& result,
-                             const ShownChanges& changes, const CalibrationOptions& options) {
+std::string calibration_json(const CalibrationSources& sources, const Platform& platform,
+                             const MagnetometerCalibrationResult& result, const ShownChanges& changes,
+                             const CalibrationOptions& options) {
   const bool mapped = !sources.magnetic.empty();
   Json json{{"log", sources.log}, {"platform", sources.platform}, {"reference", mapped ? "map" : "array"}};
   if (mapped) {

@@ -17,11 +17,12 @@ struct CalibrationSources {
 Platform calibrated_platform(const Platform& given, const ShownChanges& changes);
 
 /// For the terminal: residuals before and after, parameters with their sigmas, what was held.
-std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result, const ShownChanges& changes,
-                             bool mapped);
+std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result,
+                             const ShownChanges& changes, bool mapped);
 
 /// The same in full digits, as JSON. `platform`: the calibrated one.
-std::string calibration_json(const CalibrationSources& sources, const Platform& platform, const MagnetometerCalibrationResult& result,
-                             const ShownChanges& changes, const CalibrationOptions& options);
+std::string calibration_json(const CalibrationSources& sources, const Platform& platform,
+                             const MagnetometerCalibrationResult& result, const ShownChanges& changes,
+                             const CalibrationOptions& options);
 
 }  // namespace lodestone

@@ -11,9 +11,9 @@ constexpr double kSigmas = 2.0;
 constexpr double kRoundedOff = 1e-9;  // of a sigma: what is left of a variance that conditioning has used up
 constexpr int kPerMagnetometer = 12;
 
-constexpr std::array<const char*, kPerMagnetometer> kNames{"hard iron x", "hard iron y", "hard iron z", "scale x",  "scale y",
-                                                      "scale z",     "shear xy",    "shear xz",    "shear yz", "turn x",
-                                                      "turn y",      "turn z"};
+constexpr std::array<const char*, kPerMagnetometer> kNames{"hard iron x", "hard iron y", "hard iron z", "scale x",
+                                                           "scale y",     "scale z",     "shear xy",    "shear xz",
+                                                           "shear yz",    "turn x",      "turn y",      "turn z"};
 
 /// Conditions mean and covariance on the parameter being zero.
 void set_to_zero(Eigen::Index parameter, Eigen::VectorXd& mean, Eigen::MatrixXd& covariance) {
@@ -62,7 +62,8 @@ ShownChanges shown_changes(const MagnetometerCalibrationResult& result) {
   Eigen::VectorXd mean(kPerMagnetometer * static_cast<Eigen::Index>(active.size()));
   for (std::size_t i = 0; i < active.size(); ++i) {
     const MagnetometerCalibration& found = result.magnetometers[active[i]].calibration;
-    mean.segment<kPerMagnetometer>(kPerMagnetometer * static_cast<Eigen::Index>(i)) << found.hard_iron_ut, distortion_of(found.distortion);
+    mean.segment<kPerMagnetometer>(kPerMagnetometer * static_cast<Eigen::Index>(i)) << found.hard_iron_ut,
+        distortion_of(found.distortion);
   }
   const std::vector<bool> kept = keep_shown(mean, result.covariance);
   for (std::size_t i = 0; i < active.size(); ++i) {
@@ -78,10 +79,12 @@ std::string left_as_given(const ShownChanges& changes, const std::vector<Magneto
   std::string text;
   for (std::size_t j = 0; j < changes.taken.size(); ++j) {
     const auto& taken = changes.taken[j];
-    if (result.magnetometers[j].readings == 0 || std::all_of(taken.begin(), taken.end(), [](bool one) { return one; })) continue;
+    if (result.magnetometers[j].readings == 0 || std::all_of(taken.begin(), taken.end(), [](bool one) { return one; }))
+      continue;
     std::string names;
     for (int i = 0; i < kPerMagnetometer; ++i) {
-      if (!taken[static_cast<std::size_t>(i)]) names += (names.empty() ? "" : ", ") + std::string(kNames[static_cast<std::size_t>(i)]);
+      if (!taken[static_cast<std::size_t>(i)])
+        names += (names.empty() ? "" : ", ") + std::string(kNames[static_cast<std::size_t>(i)]);
     }
     const bool nothing = std::none_of(taken.begin(), taken.end(), [](bool one) { return one; });
     text += (text.empty() ? "" : "; ") + magnetometers[j].name + ": " + (nothing ? "everything" : names);

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "core/angles.h"
+#include "frontends/configuration/platform_lidars.h"
 #include "tools/check/acceleration_pairs.h"
 #include "tools/check/step_search.h"
-#include "frontends/configuration/platform_lidars.h"
 
 namespace lodestone {
 namespace {
@@ -62,7 +62,8 @@ Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, c
            "the accelerations of IMU and LiDAR point {:.0f} deg apart about the vertical (correlation {:.2f}); with "
            "the inverse of T_imu_lidar {:.0f} deg",
            given.turn_rad * degrees_per_radian, given.correlation, inverse.turn_rad * degrees_per_radian),
-       fmt::format("{} {}.T_imu_lidar in {}", inverse_fits ? "invert" : "turn", lidar_key(lidar), platform.file_name())}};
+       fmt::format("{} {}.T_imu_lidar in {}", inverse_fits ? "invert" : "turn", lidar_key(lidar),
+                   platform.file_name())}};
 }
 
 }  // namespace lodestone

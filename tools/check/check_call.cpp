@@ -62,8 +62,8 @@ std::optional<Pose> given_start(const CheckCall& call, const Trajectory& poses, 
   return std::nullopt;
 }
 
-void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platform& platform, const ScanOdometry& odometry,
-                   CheckResult& result) {
+void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platform& platform,
+                   const ScanOdometry& odometry, CheckResult& result) {
   Findings& findings = result.findings;
   CheckDrive drive;
   drive.log = call.log;
@@ -93,7 +93,8 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
   }
   if (drive.planes != nullptr && !odometry.poses.empty()) {
     // The trajectory knows where the first scan was taken; a given pose is that of a robot that stands.
-    const Pose at_scan = call.initial_pose_from.empty() ? *start : *given_start(call, poses, odometry.poses.front().time);
+    const Pose at_scan =
+        call.initial_pose_from.empty() ? *start : *given_start(call, poses, odometry.poses.front().time);
     append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_scan,
                                   [&]() { return drive.find_anywhere(); }}));
   }

@@ -6,10 +6,10 @@
 #include <set>
 
 #include "core/evaluation/statistics.h"
-#include "tools/check/acceleration_checks.h"
-#include "tools/check/field_checks.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
+#include "tools/check/acceleration_checks.h"
+#include "tools/check/field_checks.h"
 #include "tools/progress.h"
 #include "tools/run/automatic_start.h"
 #include "tools/run/estimate_record.h"

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "estimators/factory.h"
+#include "frontends/configuration/platform.h"
 #include "tools/check/finding.h"
 #include "tools/check/log_sample.h"
 #include "tools/check/start_checks.h"
-#include "frontends/configuration/platform.h"
 
 namespace lodestone {
 

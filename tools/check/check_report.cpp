@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/writers/output_file.h"
 #include "tools/table.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double telling_ut = 3.0;  // smaller differences the estimators live with
 constexpr double telling_sigmas = 5.0;
-constexpr double explains = 0.7;            // of the rms that is left: a model that explains something
+constexpr double explains = 0.7;                  // of the rms that is left: a model that explains something
 constexpr double telling_array_turn_rad = 0.035;  // 2°
 constexpr double telling_scale = 0.04;
 constexpr double telling_delay_s = 0.012;
@@ -80,7 +80,8 @@ class FieldCheck {
   std::string name_of(const FieldSensor& sensor) const { return name_of(sensor.index); }
   const std::string& name_of(std::size_t index) const { return platform_.suite.magnetometers[index].name; }
 
-  /// Readings that were exchanged, which would look turned, stretched and late all at once: said, and taken for what they are.
+  /// Readings that were exchanged, which would look turned, stretched and late all at once: said, and taken for what
+  /// they are.
   void set_right(std::vector<FieldSeries>& all) {
     const std::vector<std::size_t> followed = mounts_followed(all);
     std::vector<FieldSeries> right = all;
@@ -94,11 +95,13 @@ class FieldCheck {
         ring += " -> " + name_of(followed[k]);
         const MagnetometerMessageLayout& read = platform_.magnetometers[k];
         const bool whole_array = read.topic == platform_.magnetometers[followed[k]].topic;
-        change += fmt::format("{}magnetometers[{}].{}: {}", change.empty() ? "" : ", ", followed[k], whole_array ? "path" : "topic",
-                              whole_array ? read.path : read.topic);
+        change += fmt::format("{}magnetometers[{}].{}: {}", change.empty() ? "" : ", ", followed[k],
+                              whole_array ? "path" : "topic", whole_array ? read.path : read.topic);
       }
       add(Severity::warning, "magnetometer.exchanged",
-          fmt::format("{}: what each of these reads is the field at the next one's place: their topics or plugs are exchanged", ring),
+          fmt::format(
+              "{}: what each of these reads is the field at the next one's place: their topics or plugs are exchanged",
+              ring),
           change + " in " + file_, all[j].times.front());
     }
     all = std::move(right);

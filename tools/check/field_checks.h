@@ -3,8 +3,8 @@
 #include <set>
 
 #include "core/evaluation/field_comparison.h"
-#include "tools/check/finding.h"
 #include "frontends/configuration/platform.h"
+#include "tools/check/finding.h"
 
 namespace lodestone {
 

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double exchanged_ut = 0.8;  // what differs by less does no harm where it is
 constexpr double exchange_explains = 0.7;
-constexpr double shape_explains = 0.85;  // the offset taken off: hard iron that happens to bring one close to another does not do it
+constexpr double shape_explains =
+    0.85;  // the offset taken off: hard iron that happens to bring one close to another does not do it
 constexpr double least_common = 0.5;  // of the readings
 
 /// How far readings are from a mount's field, µT: medians, for steel that passes has no say.

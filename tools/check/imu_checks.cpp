@@ -15,11 +15,11 @@ namespace lodestone {
 namespace {
 
 constexpr Time rest_length = 500'000'000;
-constexpr double rest_shaking_m_s2 = 0.6;    // more is motion, whatever the noise
-constexpr double gravity_tolerance = 0.03;   // of gravity: a good accelerometer is within a hundredth
-constexpr double largest_bias_rad_s = 0.05;  // 3 °/s: more than any gyroscope that serves here
-constexpr double degrees_bias_rad_s = 0.2;   // a gyroscope in degrees reads so much of a bias of 0.2 °/s
-constexpr double noise_factor = 8.0;         // times what the platform says
+constexpr double rest_shaking_m_s2 = 0.6;     // more is motion, whatever the noise
+constexpr double gravity_tolerance = 0.03;    // of gravity: a good accelerometer is within a hundredth
+constexpr double largest_bias_rad_s = 0.05;   // 3 °/s: more than any gyroscope that serves here
+constexpr double degrees_bias_rad_s = 0.2;    // a gyroscope in degrees reads so much of a bias of 0.2 °/s
+constexpr double noise_factor = 8.0;          // times what the platform says
 constexpr double normal_step_sigma = 1.4826;  // of a normal distribution over its median absolute deviation
 
 /// One sigma of white noise from the differences of neighbours, which motion hardly touches; robust to steps.
@@ -120,13 +120,15 @@ class ImuCheck {
     return ratio > 0.5 * degrees_per_radian && ratio < 2.0 * degrees_per_radian;
   }
 
-  /// A robot at rest that reads a turn which no gyroscope has as its bias, with the noise of degrees: that is no chance.
+  /// A robot at rest that reads a turn which no gyroscope has as its bias, with the noise of degrees: that is no
+  /// chance.
   bool in_degrees(const RestSpan& rest) {
     const double rate = rest.angular_velocity.norm();
     if (!rest.at_rest || rate < degrees_bias_rad_s || !noise_is_of_degrees(rest)) return false;
     add(Severity::error, "gyroscope_unit",
-        fmt::format("at rest the gyroscope reads {:.3f} rad/s, with {:.0f} times the noise that the platform says: degrees per second", rate,
-                    gyroscope_noise(rest)),
+        fmt::format("at rest the gyroscope reads {:.3f} rad/s, with {:.0f} times the noise that the platform says: "
+                    "degrees per second",
+                    rate, gyroscope_noise(rest)),
         "an Imu message holds rad/s: convert before recording", rest.begin);
     return true;
   }
@@ -136,8 +138,9 @@ class ImuCheck {
     if (rate < largest_bias_rad_s) return;
     add(Severity::warning, "gyroscope_bias",
         fmt::format("a robot at rest reads a turn of {:.3f} rad/s ({:.1f} deg/s)", rate, rate * degrees_per_radian),
-        rate > degrees_bias_rad_s ? "are these degrees per second? an Imu message holds rad/s: convert them before recording"
-                   : "let the driver calibrate the gyroscope at rest",
+        rate > degrees_bias_rad_s
+            ? "are these degrees per second? an Imu message holds rad/s: convert them before recording"
+            : "let the driver calibrate the gyroscope at rest",
         rest.begin);
   }
 
@@ -150,9 +153,10 @@ class ImuCheck {
       add(Severity::warning, "gyroscope_noise",
           fmt::format("the turn rate's noise is {:.2g} rad/s a sample, {:.1f} times what the platform says",
                       rest.gyroscope_noise, gyroscope),
-          fmt::format("{}imu.gyroscope_noise_density_rad_s_sqrt_hz: {:.2g} in {}",
-                      noise_is_of_degrees(rest) ? "are these degrees per second? an Imu message holds rad/s; else " : "",
-                      rest.gyroscope_noise / root_rate, file_),
+          fmt::format(
+              "{}imu.gyroscope_noise_density_rad_s_sqrt_hz: {:.2g} in {}",
+              noise_is_of_degrees(rest) ? "are these degrees per second? an Imu message holds rad/s; else " : "",
+              rest.gyroscope_noise / root_rate, file_),
           rest.begin);
     }
     if (accelerometer > noise_factor) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "frontends/configuration/platform_lidars.h"
 #include "tools/check/acceleration_checks.h"
 #include "tools/check/imu_checks.h"
 #include "tools/check/magnetometer_checks.h"
@@ -9,7 +10,6 @@
 #include "tools/check/scan_checks.h"
 #include "tools/check/stamp_checks.h"
 #include "tools/check/topic_checks.h"
-#include "frontends/configuration/platform_lidars.h"
 
 namespace lodestone {
 
@@ -36,15 +36,17 @@ void check_motion(const LogSample& sample, const Platform& platform, const std::
     const Trajectory& poses = odometry[i].poses;
     const auto rotation = fit_rotation(poses, sample.imu, model_of(platform, i).T_imu_lidar.rotation);
     if (odometry[i].lost) {
-      findings.push_back({Severity::note, "lidar.motion",
-                          fmt::format("{}: the scans by themselves could be followed for {:.1f} s only: they see too little there",
-                                      layout_of(platform, i).topic, to_seconds(poses.back().time - poses.front().time)),
-                          "", poses.back().time});
+      findings.push_back(
+          {Severity::note, "lidar.motion",
+           fmt::format("{}: the scans by themselves could be followed for {:.1f} s only: they see too little there",
+                       layout_of(platform, i).topic, to_seconds(poses.back().time - poses.front().time)),
+           "", poses.back().time});
     }
     const Findings turns = check_rotation(rotation, platform, i);
     append(findings, turns);
     // Stamps that differ make accelerations that differ, too; and turns tell more of the heading where they tell of it.
-    if (has(turns, "clock.lidar_imu", Severity::warning) || has_error(findings) || (rotation && rotation->tells_turn())) continue;
+    if (has(turns, "clock.lidar_imu", Severity::warning) || has_error(findings) || (rotation && rotation->tells_turn()))
+      continue;
     const Findings heading = check_heading(poses, sample, platform, i);
     // Turns about axes that are taken for others look like a bias.
     if (!heading.empty()) std::erase_if(findings, [](const Finding& one) { return one.kind == "imu.gyroscope_step"; });

@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "frontends/configuration/sensor_choice.h"
 #include "tools/check/finding.h"
 #include "tools/check/log_sample.h"
 #include "tools/check/scan_odometry.h"
-#include "frontends/configuration/sensor_choice.h"
 
 /// All that a log's begin shows without a map.
 namespace lodestone {

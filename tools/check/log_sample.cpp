@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "core/lidar/scan_sampling.h"
-#include "frontends/logs/open_log.h"
 #include "frontends/configuration/platform_lidars.h"
+#include "frontends/logs/open_log.h"
 #include "frontends/messages/stream_decoder.h"
 
 namespace lodestone {
@@ -16,7 +16,8 @@ constexpr ScanSamplingOptions thinning{0.2, 4000};  // voxel, m; most points
 /// Stamps that leap further than this from one message to the next are broken ones: their readings would fill hours.
 constexpr Time largest_leap = 100'000'000'000;
 
-/// The platform's sensors, each with its topic where the log has one that fits; what cannot be bound is put into `refused`.
+/// The platform's sensors, each with its topic where the log has one that fits; what cannot be bound is put into
+/// `refused`.
 std::vector<StreamSample> find_streams(const std::string& path, const Platform& platform, SensorChoice choice,
                                        const std::vector<TopicInfo>& topics, std::vector<InputError>& refused) {
   std::vector<SensorStream> streams = make_streams(platform, choice);

@@ -6,10 +6,10 @@
 
 #include "core/measurements.h"
 #include "core/warnings.h"
-#include "frontends/messages/bag_streams.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/logs/ros1/messages.h"
 #include "frontends/configuration/sensor_choice.h"
+#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/bag_streams.h"
 
 namespace lodestone {
 
@@ -53,11 +53,12 @@ struct LogSample {
   std::vector<LidarSample> lidars;                  ///< one a LiDAR: they are not merged, as a run merges them
   const std::vector<LidarScan>& scans() const { return lidars.front().scans; }
 
-  std::vector<InputError> refused;  ///< paths that a topic's type has not; the first message that cannot be decoded at all
+  std::vector<InputError>
+      refused;  ///< paths that a topic's type has not; the first message that cannot be decoded at all
 };
 
-/// Reads `seconds` of the chosen sensors from the log's begin. A sensor whose topic is missing has an empty stream. Throws InputError where
-/// the file is no log. `warnings` gets what the reader of the file has to say.
+/// Reads `seconds` of the chosen sensors from the log's begin. A sensor whose topic is missing has an empty stream.
+/// Throws InputError where the file is no log. `warnings` gets what the reader of the file has to say.
 LogSample read_log_sample(const std::string& path, const Platform& platform, double seconds, WarningLog& warnings,
                           SensorChoice choice = {});
 

@@ -15,14 +15,17 @@ constexpr double telling_offset_s = 0.015;
 constexpr double better_by = 1.5;  // times less unexplained variance at the offset than without
 constexpr double scale_tolerance = 0.05;
 constexpr double axis_tolerance_rad = 0.07;  // 4°: what a drifting odometry may be wrong by
-constexpr double least_turn_rad = 0.17;   // 10°: noise that is the same scan after scan counts for more than its sigma says
+constexpr double least_turn_rad =
+    0.17;  // 10°: noise that is the same scan after scan counts for more than its sigma says
 constexpr double turn_sigmas = 8.0;
 constexpr double better_inverse = 0.5;
 constexpr double steady_rad_s = 0.03;  // the LiDAR's turn rate about its mean, of a robot at rest or on a straight way
 constexpr double rotation_step_sigmas = 8.0;
 constexpr double telling_step_rad_s = 0.01;
 
-double share_of_scan(ScanStamp stamp) { return stamp == ScanStamp::start ? 0.0 : stamp == ScanStamp::middle ? 0.5 : 1.0; }
+double share_of_scan(ScanStamp stamp) {
+  return stamp == ScanStamp::start ? 0.0 : stamp == ScanStamp::middle ? 0.5 : 1.0;
+}
 
 /// What concerns the clocks of the IMU and one LiDAR.
 Finding clock_finding(const RotationFit& fit, const Platform& platform, std::size_t lidar) {
@@ -30,28 +33,29 @@ Finding clock_finding(const RotationFit& fit, const Platform& platform, std::siz
   const double unexplained = 1.0 - fit.correlation * fit.correlation;
   const double unexplained_unshifted = 1.0 - fit.correlation_unshifted * fit.correlation_unshifted;
   if (std::abs(fit.offset_s) <= telling_offset_s || unexplained_unshifted <= better_by * unexplained) {
-    return {Severity::note, "clock.lidar_imu",
-            fmt::format("{} and the IMU turn together (correlation {:.3f}), the IMU's stamps {:+.3f} s from the LiDAR's", name,
-                        fit.correlation, fit.offset_s),
-            ""};
+    return {
+        Severity::note, "clock.lidar_imu",
+        fmt::format("{} and the IMU turn together (correlation {:.3f}), the IMU's stamps {:+.3f} s from the LiDAR's",
+                    name, fit.correlation, fit.offset_s),
+        ""};
   }
   const double period_s = model_of(platform, lidar).scan_period_s;
   std::string change =
       fmt::format("let one clock stamp both, or shift one sensor's stamps by {:.3f} s", std::abs(fit.offset_s));
   // Where in the scan its stamp would be, for the clocks to agree.
-  const double stamped = share_of_scan(layout_of(platform, lidar).stamp.value_or(ScanStamp::start)) - fit.offset_s / period_s;
+  const double stamped =
+      share_of_scan(layout_of(platform, lidar).stamp.value_or(ScanStamp::start)) - fit.offset_s / period_s;
   for (const auto& [stamp, name_of_stamp] : enum_names(ScanStamp::start)) {
     if (stamp == layout_of(platform, lidar).stamp || std::abs(stamped - share_of_scan(stamp)) > 0.2) continue;
     change = fmt::format("{}.stamp: {}; else ", lidar_key(lidar), name_of_stamp) + change;
   }
-  return {
-      Severity::warning, "clock.lidar_imu",
-      fmt::format(
-          "the IMU's stamps are {:.3f} s {} than those of {}: their turns agree to {:.3f} there and to {:.3f} as "
-          "stamped (correlation)",
-          std::abs(fit.offset_s), fit.offset_s > 0.0 ? "later" : "earlier", name, fit.correlation,
-          fit.correlation_unshifted),
-      change};
+  return {Severity::warning, "clock.lidar_imu",
+          fmt::format(
+              "the IMU's stamps are {:.3f} s {} than those of {}: their turns agree to {:.3f} there and to {:.3f} as "
+              "stamped (correlation)",
+              std::abs(fit.offset_s), fit.offset_s > 0.0 ? "later" : "earlier", name, fit.correlation,
+              fit.correlation_unshifted),
+          change};
 }
 
 Findings check_scale(const RotationFit& fit, const Platform& platform) {
@@ -72,30 +76,37 @@ std::string rotation_line(const RotationFit& fit) {
 Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_t lidar) {
   const std::string name = lidar == 0 ? "LiDAR" : lidar_key(lidar);
   const double turn_tolerance_rad = std::max(least_turn_rad, turn_sigmas * fit.turn_sigma_rad);
-  const bool turned = fit.tells_turn() && std::abs(fit.turn_about_axis_rad) > std::max(turn_tolerance_rad, fit.axis_error_rad);
+  const bool turned =
+      fit.tells_turn() && std::abs(fit.turn_about_axis_rad) > std::max(turn_tolerance_rad, fit.axis_error_rad);
   // Of a mounting near the identity the inverse is hardly another: it must be the better by far, for it stops a run.
-  const bool inverse_fits_turn = !fit.tells_turn() ||
-                                 std::abs(fit.turn_about_axis_inverse_rad) <= turn_tolerance_rad ||
-                                 std::abs(fit.turn_about_axis_inverse_rad) < better_inverse * std::abs(fit.turn_about_axis_rad);
+  const bool inverse_fits_turn =
+      !fit.tells_turn() || std::abs(fit.turn_about_axis_inverse_rad) <= turn_tolerance_rad ||
+      std::abs(fit.turn_about_axis_inverse_rad) < better_inverse * std::abs(fit.turn_about_axis_rad);
   const double given_rad = turned ? std::abs(fit.turn_about_axis_rad) : fit.axis_error_rad;
   const double inverse_rad = turned ? std::abs(fit.turn_about_axis_inverse_rad) : fit.axis_error_inverse_rad;
-  const bool inverse = fit.axis_error_inverse_rad < axis_tolerance_rad && inverse_fits_turn && inverse_rad < better_inverse * given_rad;
-  std::string change = fmt::format("{} {}.T_imu_lidar in {}", inverse ? "invert" : turned ? "turn" : "correct", lidar_key(lidar),
-                                   platform.file_name());
+  const bool inverse =
+      fit.axis_error_inverse_rad < axis_tolerance_rad && inverse_fits_turn && inverse_rad < better_inverse * given_rad;
+  std::string change = fmt::format("{} {}.T_imu_lidar in {}",
+                                   inverse  ? "invert"
+                                   : turned ? "turn"
+                                            : "correct",
+                                   lidar_key(lidar), platform.file_name());
   if (!inverse && fit.tells_turn()) change += ": " + rotation_line(fit);
   if (fit.axis_error_rad > axis_tolerance_rad && !turned) {
-    return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
-             fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and {}; with "
-                         "the inverse of T_imu_lidar by {:.1f} deg",
-                         fit.axis_error_rad * degrees_per_radian, name, fit.axis_error_inverse_rad * degrees_per_radian),
-             change}};
+    return {
+        {Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
+         fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and {}; with "
+                     "the inverse of T_imu_lidar by {:.1f} deg",
+                     fit.axis_error_rad * degrees_per_radian, name, fit.axis_error_inverse_rad * degrees_per_radian),
+         change}};
   }
   if (!turned) return {};
   return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.heading",
-           fmt::format("about the axis about which the robot turns {} is {:.0f} deg from where T_imu_lidar has it, by the little turns "
+           fmt::format("about the axis about which the robot turns {} is {:.0f} deg from where T_imu_lidar has it, by "
+                       "the little turns "
                        "across (sigma {:.1f} deg); {:.0f} deg from its inverse",
-                       lidar == 0 ? "the LiDAR" : name, given_rad * degrees_per_radian, fit.turn_sigma_rad * degrees_per_radian,
-                       inverse_rad * degrees_per_radian),
+                       lidar == 0 ? "the LiDAR" : name, given_rad * degrees_per_radian,
+                       fit.turn_sigma_rad * degrees_per_radian, inverse_rad * degrees_per_radian),
            change}};
 }
 
@@ -114,10 +125,13 @@ std::string why_untold(const std::optional<RotationFit>& fit) {
   if (!fit) return "too few scans that could be followed, with IMU samples, to compare their turns";
   const char* untold = "the clocks of LiDAR and IMU and the direction of T_imu_lidar are not told";
   if (fit->excitation_rad_s <= RotationFit::least_excitation_rad_s) {
-    return fmt::format("the robot turns too little ({:.3f} rad/s rms about the mean): {}", fit->excitation_rad_s, untold);
+    return fmt::format("the robot turns too little ({:.3f} rad/s rms about the mean): {}", fit->excitation_rad_s,
+                       untold);
   }
-  return fmt::format("the turns of LiDAR ({:.3f} rad/s rms about the mean) and IMU go too little together (correlation {:.2f} over {} scans): {}",
-                     fit->excitation_rad_s, fit->correlation, fit->intervals, untold);
+  return fmt::format(
+      "the turns of LiDAR ({:.3f} rad/s rms about the mean) and IMU go too little together (correlation {:.2f} over {} "
+      "scans): {}",
+      fit->excitation_rad_s, fit->correlation, fit->intervals, untold);
 }
 
 }  // namespace
@@ -125,7 +139,8 @@ std::string why_untold(const std::optional<RotationFit>& fit) {
 Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar) {
   Findings findings;
   if (!fit || !fit->tells()) {
-    findings.push_back({Severity::note, "clock.untold", why_untold(fit), fit ? "--seconds: a longer span, with a turn in it" : ""});
+    findings.push_back(
+        {Severity::note, "clock.untold", why_untold(fit), fit ? "--seconds: a longer span, with a turn in it" : ""});
   } else {
     findings.push_back(clock_finding(*fit, platform, lidar));
     if (lidar == 0) append(findings, check_scale(*fit, platform));

@@ -63,7 +63,8 @@ Moments moments_of(const std::vector<Pair>& pairs) {
   return result;
 }
 
-/// The rotation that takes the LiDAR's turns closest to the gyroscope's (Kabsch), and what it makes of the cross moments.
+/// The rotation that takes the LiDAR's turns closest to the gyroscope's (Kabsch), and what it makes of the cross
+/// moments.
 struct BestRotation {
   Quaternion R_imu_lidar;
   double along = 0.0;   ///< the largest singular value
@@ -75,7 +76,8 @@ BestRotation best_rotation(const Matrix3& cross) {
   Matrix3 hand = Matrix3::Identity();
   hand(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
   const Vector3& values = svd.singularValues();
-  return {Quaternion(Matrix3(svd.matrixU() * hand * svd.matrixV().transpose())), values[0], values[1] + hand(2, 2) * values[2]};
+  return {Quaternion(Matrix3(svd.matrixU() * hand * svd.matrixV().transpose())), values[0],
+          values[1] + hand(2, 2) * values[2]};
 }
 
 double correlation_at(const std::vector<Turn>& turns, const TurnIntegral& gyroscope, double offset_s) {
@@ -109,8 +111,8 @@ double angle_between(const Vector3& a, const Vector3& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// The one axis that a robot on a floor turns about, as both see it. `R_imu_lidar` is then turned by as little as brings the two
-/// together.
+/// The one axis that a robot on a floor turns about, as both see it. `R_imu_lidar` is then turned by as little as
+/// brings the two together.
 void compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, RotationFit& fit) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments.lidar);
   const Vector3 axis = solver.eigenvectors().col(2);
@@ -124,15 +126,15 @@ void compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, Rotatio
   fit.R_imu_lidar = Quaternion::FromTwoVectors(R_imu_lidar * axis, seen) * R_imu_lidar;
 }
 
-/// The turn about that axis. Its variance is that of Σ (what is not explained)·(turns across): noise on both sides, where no
-/// turns across are, leaves it unknown.
+/// The turn about that axis. Its variance is that of Σ (what is not explained)·(turns across): noise on both sides,
+/// where no turns across are, leaves it unknown.
 void compare_turns(const Moments& moments, const Quaternion& R_imu_lidar, RotationFit& fit) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments.lidar);
   const double lidar_across = solver.eigenvalues()[0] + solver.eigenvalues()[1];
   const BestRotation best = best_rotation(moments.cross);
   const double across = best.across / fit.scale;
-  const double unexplained =
-      moments.gyroscope.trace() / (fit.scale * fit.scale) - 2.0 * (best.along / fit.scale + across) + moments.lidar.trace();
+  const double unexplained = moments.gyroscope.trace() / (fit.scale * fit.scale) -
+                             2.0 * (best.along / fit.scale + across) + moments.lidar.trace();
   const double variance = std::max(0.0, unexplained) / (3.0 * fit.intervals);
   if (!(across > 0.0)) return;
   fit.turn_sigma_rad = std::sqrt(variance * lidar_across) / across;

@@ -22,23 +22,28 @@ struct RotationFit {
   double scale_most = 1.0;              ///< were it all the LiDAR's
   double axis_error_rad = 0.0;          ///< between the axes of turning that both see, with T_imu_lidar as given
   double axis_error_inverse_rad = 0.0;  ///< with its inverse
-  /// About that axis, by the little turns about the others (a robot's swaying): from T_imu_lidar as given to what both see.
+  /// About that axis, by the little turns about the others (a robot's swaying): from T_imu_lidar as given to what both
+  /// see.
   double turn_about_axis_rad = 0.0;
   double turn_about_axis_inverse_rad = 0.0;
   double turn_sigma_rad = M_PI;
-  Quaternion R_imu_lidar = Quaternion::Identity();  ///< that both see: about the axis as given where `tells_turn` does not hold
-  double bias_step_rad_s = 0.0;         ///< largest step of the gyroscope's mean difference from the LiDAR
+  Quaternion R_imu_lidar =
+      Quaternion::Identity();    ///< that both see: about the axis as given where `tells_turn` does not hold
+  double bias_step_rad_s = 0.0;  ///< largest step of the gyroscope's mean difference from the LiDAR
   double bias_step_sigma_rad_s = 0.0;
   Time bias_step_time = 0;
 
-  /// One sigma of the axis about which both turn, as far as what they do not agree on is noise from one scan to the next.
+  /// One sigma of the axis about which both turn, as far as what they do not agree on is noise from one scan to the
+  /// next.
   double axis_sigma_rad() const {
     const double unexplained = 1.0 - correlation * correlation;
     return intervals > 0 && correlation > 0.0 ? std::sqrt(unexplained / intervals) / correlation : M_PI;
   }
 
   /// Whether there is turning enough to tell anything.
-  bool tells() const { return excitation_rad_s > least_excitation_rad_s && correlation > 0.85 && axis_sigma_rad() < 0.02; }
+  bool tells() const {
+    return excitation_rad_s > least_excitation_rad_s && correlation > 0.85 && axis_sigma_rad() < 0.02;
+  }
 
   /// Whether the turn about the axis is known, too.
   bool tells_turn() const { return tells() && turn_sigma_rad < 0.05; }

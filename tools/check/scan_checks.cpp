@@ -16,7 +16,8 @@ constexpr double span_tolerance = 0.4;  // of the period: a scan may be cut off,
 constexpr std::size_t fewest_points = 100;
 
 bool sounds_like_time(const std::string& name) {
-  return name == "t" || name.find("time") != std::string::npos || name.find("stamp") != std::string::npos || time_part_of(name);
+  return name == "t" || name.find("time") != std::string::npos || name.find("stamp") != std::string::npos ||
+         time_part_of(name);
 }
 
 /// One LiDAR of a platform and what the log has of it.
@@ -101,11 +102,11 @@ Findings check_spans(const LidarOfLog& lidar) {
          fmt::format("{0}.time_unit, {0}.fields.time or {0}.scan_period_s", key), first});
   }
   if (sparse > 0) {
-    findings.push_back({Severity::warning, "lidar.sparse",
-                        fmt::format("{}: {} of {} scans have fewer than {} points, thinned to 0.2 m, between {:g} and {:g} m", topic,
-                                    sparse, scans.size(), fewest_points, lidar.model().min_range_m,
-                                    lidar.model().max_range_m),
-                        fmt::format("{0}.min_range_m and {0}.max_range_m; are x, y, z metres?", key), first});
+    findings.push_back(
+        {Severity::warning, "lidar.sparse",
+         fmt::format("{}: {} of {} scans have fewer than {} points, thinned to 0.2 m, between {:g} and {:g} m", topic,
+                     sparse, scans.size(), fewest_points, lidar.model().min_range_m, lidar.model().max_range_m),
+         fmt::format("{0}.min_range_m and {0}.max_range_m; are x, y, z metres?", key), first});
   }
   return findings;
 }

@@ -10,8 +10,8 @@
 
 #include "core/angles.h"
 #include "core/lidar/plane_map.h"
-#include "tools/check/scan_tracking.h"
 #include "estimators/initialization/scan_registration.h"
+#include "tools/check/scan_tracking.h"
 
 namespace lodestone {
 namespace {
@@ -28,16 +28,18 @@ constexpr double largest_velocity_step_m_s = 3.0;
 constexpr double least_share = 0.03;
 constexpr double fewest_on_planes = 60.0;
 constexpr double enough_of_few = 0.4;  // of scans of hardly more points than that
-// The share on planes, over that where the scan was predicted and over the last scan's: above 0.85 on the shipped worlds.
+// The share on planes, over that where the scan was predicted and over the last scan's: above 0.85 on the shipped
+// worlds.
 constexpr double least_of_before = 0.6;
-// What is not known of a motion that is only beginning, and the changes that robots bring about from one scan to the next.
+// What is not known of a motion that is only beginning, and the changes that robots bring about from one scan to the
+// next.
 constexpr PredictionTrust first_trust{4.0 * degree, 0.3};
 constexpr double trusted_turn_change_rad_s2 = 5.0;
 constexpr double trusted_velocity_change_m_s2 = 10.0;
 constexpr std::size_t beginning = 3;
 
-/// The rows of a scan must fall into one voxel: the finest in which enough of a first scan's points lie on planes, else the one with
-/// the most.
+/// The rows of a scan must fall into one voxel: the finest in which enough of a first scan's points lie on planes, else
+/// the one with the most.
 constexpr std::array<double, 3> voxel_edges_m{0.6, 1.2, 2.4};
 constexpr double enough_on_planes = 0.05;
 
@@ -71,11 +73,13 @@ PredictionTrust trust_after(std::size_t scans, double step_s) {
           std::clamp(trusted_velocity_change_m_s2 * step_s * step_s, 0.02, first_trust.sigma_m)};
 }
 
-/// A scan says where its points were on average: there an error of the twist that undistorts it cancels. At its end the turn of
-/// its first half would stand for the whole, some 25 ms late at 10 Hz. Points that have no times of their own are of its stamp.
+/// A scan says where its points were on average: there an error of the twist that undistorts it cancels. At its end the
+/// turn of its first half would stand for the whole, some 25 ms late at 10 Hz. Points that have no times of their own
+/// are of its stamp.
 Time middle_of(const LidarScan& scan) {
   const auto add = [](double sum, const LidarPoint& point) { return sum + point.offset_ns; };
-  const double mean_ns = std::accumulate(scan.points.begin(), scan.points.end(), 0.0, add) / static_cast<double>(scan.points.size());
+  const double mean_ns =
+      std::accumulate(scan.points.begin(), scan.points.end(), 0.0, add) / static_cast<double>(scan.points.size());
   return scan.start + static_cast<Time>(std::llround(mean_ns));
 }
 

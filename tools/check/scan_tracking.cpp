@@ -5,13 +5,14 @@
 #include <array>
 
 #include "core/angles.h"
-#include "core/lidar/condensed_cost.h"
 #include "core/lidar/association.h"
+#include "core/lidar/condensed_cost.h"
 
 namespace lodestone {
 namespace {
 
-/// All points at once: the nearest alone, which a search for a start looks at first, lie on too few planes to hold a heading.
+/// All points at once: the nearest alone, which a search for a start looks at first, lie on too few planes to hold a
+/// heading.
 struct TrackingRound {
   double sigma_m;  // how far off the pose may be: what residuals are held to
   double sigma_rad;
@@ -29,7 +30,8 @@ Matrix6 information_of(double sigma_rad, double sigma_m) {
   return variance.cwiseInverse().asDiagonal();
 }
 
-/// What holds a scan along the translations that `seen` (order φ, p), its rotation free within `trust`, hardly knows of.
+/// What holds a scan along the translations that `seen` (order φ, p), its rotation free within `trust`, hardly knows
+/// of.
 Matrix3 hold_unseen(const Matrix6& seen, const Matrix6& trust) {
   const Matrix3 rotation = seen.topLeftCorner<3, 3>() + trust.topLeftCorner<3, 3>();
   const Matrix3 coupling = seen.topRightCorner<3, 3>();

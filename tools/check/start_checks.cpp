@@ -8,10 +8,10 @@
 
 #include "core/angles.h"
 #include "core/lidar/plane_map.h"
-#include "tools/check/imu_checks.h"
 #include "estimators/initialization/scan_registration.h"
 #include "estimators/initialization/start_scan.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "tools/check/imu_checks.h"
 
 namespace lodestone {
 namespace {
@@ -29,7 +29,7 @@ constexpr double near_deg = 2.0;
 constexpr double same_share = 0.05;  // two fits so near to each other are as good
 constexpr double exact_m = 0.08;     // a start so near is the right one
 constexpr double exact_deg = 0.7;
-constexpr double tilt_deg = 2.5;  // of a robot at rest: the accelerometer's bias is within
+constexpr double tilt_deg = 2.5;         // of a robot at rest: the accelerometer's bias is within
 constexpr double moving_tilt_deg = 6.0;  // of one that drives off: 2.5 m/s within the span are 3 degrees
 constexpr double floor_tilt_deg = 2.0;
 constexpr double gravity_span_s = 5.0;  // of a robot that does not rest at the begin
@@ -66,9 +66,7 @@ struct Fit {
 class StartCheck {
  public:
   explicit StartCheck(const StartMaterial& material)
-      : material_(material),
-        map_(material.map.around(material.start.position)),
-        file_(material.platform.file_name()) {}
+      : material_(material), map_(material.map.around(material.start.position)), file_(material.platform.file_name()) {}
 
   Findings run() {
     const Pose& T_imu_lidar = material_.platform.suite.lidar.T_imu_lidar;
@@ -99,17 +97,20 @@ class StartCheck {
       if ((given.moved_m > near_m || given.turned_deg > near_deg) && fits_at_start(inverse, given)) {
         // Where the start is exactly so far off by chance, it is the start: no error.
         add(Severity::warning, "extrinsic.inverse",
-            fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start with T_imu_lidar as given, {:.2f} m and "
-                        "{:.1f} deg from it with its inverse",
-                        given.moved_m, given.turned_deg, inverse.moved_m, inverse.turned_deg),
-            fmt::format("invert lidar.T_imu_lidar in {} (T_imu_lidar takes points of the LiDAR to the IMU); or, should it be "
-                        "right, --initial-pose \"{}\"",
-                        file_, pose_text(given.T_map_imu)));
+            fmt::format(
+                "the scan fits {:.2f} m and {:.1f} deg from the given start with T_imu_lidar as given, {:.2f} m and "
+                "{:.1f} deg from it with its inverse",
+                given.moved_m, given.turned_deg, inverse.moved_m, inverse.turned_deg),
+            fmt::format(
+                "invert lidar.T_imu_lidar in {} (T_imu_lidar takes points of the LiDAR to the IMU); or, should it be "
+                "right, --initial-pose \"{}\"",
+                file_, pose_text(given.T_map_imu)));
       } else if (given.moved_m > near_m || given.turned_deg > near_deg) {
         add(Severity::warning, "start.off",
             fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start", given.moved_m, given.turned_deg),
-            fmt::format("--initial-pose \"{}\"; or, should the start be right, the translation of lidar.T_imu_lidar in {}",
-                        pose_text(given.T_map_imu), file_));
+            fmt::format(
+                "--initial-pose \"{}\"; or, should the start be right, the translation of lidar.T_imu_lidar in {}",
+                pose_text(given.T_map_imu), file_));
       }
     }
     if (given.registered.share > poor_share) upright(given.T_map_imu);
@@ -155,7 +156,8 @@ class StartCheck {
   }
 
   static bool fits_at_start(const Fit& fit, const Fit& other) {
-    return fit.registered.share > other.registered.share - same_share && fit.moved_m < exact_m && fit.turned_deg < exact_deg;
+    return fit.registered.share > other.registered.share - same_share && fit.moved_m < exact_m &&
+           fit.turned_deg < exact_deg;
   }
 
   std::string seen_of(const Fit& given) const {
@@ -231,8 +233,7 @@ Findings check_floor(const LogSample& sample, const Platform& platform, const Sc
            given.points > 0 ? fmt::format("{:.1f} deg from level ({} points)", given.tilt_deg, given.points)
                             : "not found",
            inverse.tilt_deg, inverse.points),
-       "invert lidar.T_imu_lidar in " + platform.file_name(),
-       odometry.poses.front().time}};
+       "invert lidar.T_imu_lidar in " + platform.file_name(), odometry.poses.front().time}};
 }
 
 }  // namespace lodestone

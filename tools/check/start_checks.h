@@ -23,8 +23,9 @@ struct StartMaterial {
   const Platform& platform;
   const ScanOdometry& odometry;
   const PlaneMapSource& map;
-  Pose start;                                                ///< T_map_imu as given, at the first scan
-  std::function<std::optional<PlaceOnMap>()> find_anywhere;  ///< takes seconds; asked only where the start does not fit; may be null
+  Pose start;  ///< T_map_imu as given, at the first scan
+  std::function<std::optional<PlaceOnMap>()>
+      find_anywhere;  ///< takes seconds; asked only where the start does not fit; may be null
 };
 
 /// Lays the first scan on the map at the start: how much of it fits, how far off the start is, whether T_imu_lidar fits

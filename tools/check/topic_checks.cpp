@@ -31,9 +31,9 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
   const auto there = std::find_if(sample.topics.begin(), sample.topics.end(),
                                   [&](const TopicInfo& topic) { return topic.name == stream.topic; });
   std::string seen = there == sample.topics.end() ? fmt::format("{}: the log has no such topic", stream.topic)
-                     : there->messages == 0       ? fmt::format("{}: the topic has no message", stream.topic)
-                                                  : fmt::format("{}: is a {}; expected {}", stream.topic, there->type,
-                                                                types_of(stream));
+                     : there->messages == 0
+                         ? fmt::format("{}: the topic has no message", stream.topic)
+                         : fmt::format("{}: is a {}; expected {}", stream.topic, there->type, types_of(stream));
   const std::vector<std::string> fitting = candidates(sample, stream.sensor);
   std::string change;
   if (!fitting.empty()) {
@@ -45,8 +45,8 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
                                                       : fmt::format("magnetometers[{}].values", stream.index),
                          file, stream.key);
   } else if (stream.sensor == Sensor::magnetometer) {
-    change = fmt::format("take magnetometers[{}] out of {}: it was silent, and no other topic fits",
-                         stream.index, file);
+    change =
+        fmt::format("take magnetometers[{}] out of {}: it was silent, and no other topic fits", stream.index, file);
   } else {
     seen += fmt::format(", and none with a {}", type_of(stream.sensor));
     change = "record this sensor";
@@ -64,7 +64,7 @@ Findings check_topics(const LogSample& sample, const Platform& platform, SensorC
     findings.push_back(missing(sample, stream, file));
     const bool is_needed = stream.sensor == Sensor::lidar          ? needed.lidar
                            : stream.sensor == Sensor::magnetometer ? needed.magnetometers
-                                                                       : needed.imu;
+                                                                   : needed.imu;
     if (!is_needed) findings.back().severity = Severity::note;
   }
   for (const InputError& error : sample.refused) findings.push_back(error_finding("topic.message", error));

@@ -35,8 +35,10 @@ struct ConvertCall {
   std::optional<double> from_s, to_s;  ///< after the log's first message
 };
 
-const std::map<std::string, LogFormat> formats{{"bag", LogFormat::rosbag}, {"mcap", LogFormat::mcap}, {"db3", LogFormat::db3}};
-const std::map<std::string, Codec> codecs{{"none", Codec::none}, {"lz4", Codec::lz4}, {"zstd", Codec::zstd}, {"bz2", Codec::bz2}};
+const std::map<std::string, LogFormat> formats{
+    {"bag", LogFormat::rosbag}, {"mcap", LogFormat::mcap}, {"db3", LogFormat::db3}};
+const std::map<std::string, Codec> codecs{
+    {"none", Codec::none}, {"lz4", Codec::lz4}, {"zstd", Codec::zstd}, {"bz2", Codec::bz2}};
 
 template <class Value>
 std::string names_of(const std::map<std::string, Value>& values) {
@@ -51,8 +53,8 @@ LogFormat format_of(const ConvertCall& call) {
   if (!name.empty() && name.front() == '.') name.erase(0, 1);
   const auto found = formats.find(name);
   if (found == formats.end()) {
-    throw InputError(fmt::format("{}: the format is not told by the ending '{}'; expected {}; or give --format", call.out, name,
-                                 names_of(formats)));
+    throw InputError(fmt::format("{}: the format is not told by the ending '{}'; expected {}; or give --format",
+                                 call.out, name, names_of(formats)));
   }
   return found->second;
 }
@@ -74,7 +76,8 @@ Codec codec_of(const ConvertCall& call, LogFormat format) {
 
 void check_part(const ConvertCall& call) {
   const auto is_time = [](double seconds) { return std::isfinite(seconds) && seconds >= 0.0; };
-  if (call.from_s && !is_time(*call.from_s)) throw InputError(fmt::format("--from: expected seconds, 0 or more, found {}", *call.from_s));
+  if (call.from_s && !is_time(*call.from_s))
+    throw InputError(fmt::format("--from: expected seconds, 0 or more, found {}", *call.from_s));
   if (call.to_s && !(is_time(*call.to_s) && *call.to_s > call.from_s.value_or(0.0))) {
     throw InputError(fmt::format("--to: expected seconds, more than --from, found {}", *call.to_s));
   }
@@ -86,7 +89,8 @@ LogPart part_of(const ConvertCall& call, Time begin, Time end) {
   if (call.from_s) part.from = begin + from_seconds(*call.from_s);
   if (call.to_s) part.to = begin + from_seconds(*call.to_s);
   if (call.from_s && part.from > end) {
-    throw InputError(fmt::format("--from {}: is after the log's end; {} lasts {:.3f} s", *call.from_s, call.log, to_seconds(end - begin)));
+    throw InputError(fmt::format("--from {}: is after the log's end; {} lasts {:.3f} s", *call.from_s, call.log,
+                                 to_seconds(end - begin)));
   }
   return part;
 }
@@ -109,23 +113,29 @@ void convert(const ConvertCall& call) {
   const LogPart part = part_of(call, begin, end);
   const auto writer = make_log_writer(call.out, format, codec);
   Progress progress(std::filesystem::path(call.out).filename().string(), begin, end);
-  const Conversion conversion = convert_log(call.log, *source, *writer, [&progress](Time time) {
-    progress.update(time);
-    throw_if_interrupted();
-  }, part);
+  const Conversion conversion = convert_log(
+      call.log, *source, *writer,
+      [&progress](Time time) {
+        progress.update(time);
+        throw_if_interrupted();
+      },
+      part);
   writer->close();
   progress.finish();
-  fmt::print("{}: {} messages of {:.1f} s, {:.1f} MB\n", call.out, conversion.messages, to_seconds(std::min(end, part.to) - std::max(begin, part.from)),
+  fmt::print("{}: {} messages of {:.1f} s, {:.1f} MB\n", call.out, conversion.messages,
+             to_seconds(std::min(end, part.to) - std::max(begin, part.from)),
              static_cast<double>(std::filesystem::file_size(call.out)) * 1e-6);
   if (conversion.latched > 0) {
-    fmt::print("of them {} latched before --from, recorded there: who listens from then on needs them\n", conversion.latched);
+    fmt::print("of them {} latched before --from, recorded there: who listens from then on needs them\n",
+               conversion.latched);
   }
   for (const TopicInfo* topic : conversion.left_out) {
     fmt::print("left out: {} ({} messages): {} has no counterpart that is known\n", topic->name, topic->messages,
                topic->type.empty() ? "its type" : topic->type);
   }
   for (const WarningLog* log : {&std::as_const(warnings), &conversion.warnings}) {
-    for (const auto& [kind, entry] : log->entries()) fmt::print("warning {} ({}): {}\n", kind, entry.count, entry.first_detail);
+    for (const auto& [kind, entry] : log->entries())
+      fmt::print("warning {} ({}): {}\n", kind, entry.count, entry.first_detail);
   }
 }
 
@@ -133,7 +143,8 @@ void convert(const ConvertCall& call) {
 
 void add_convert_command(CLI::App& app, int* code) {
   const auto call = std::make_shared<ConvertCall>();
-  CLI::App* command = app.add_subcommand("convert", "Write a log of any kind as a ROS 1 bag, an MCAP file or an SQLite bag");
+  CLI::App* command =
+      app.add_subcommand("convert", "Write a log of any kind as a ROS 1 bag, an MCAP file or an SQLite bag");
   command->footer(examples);
   CommandFiles files(*command);
   files.input(command->add_option("LOG", call->log, "the log to read"))->required();
@@ -147,8 +158,11 @@ void add_convert_command(CLI::App& app, int* code) {
       ->add_option("--compression", call->compression,
                    "none, lz4, zstd or bz2, as the format knows it (default: lz4 for bag, zstd for mcap, none for db3)")
       ->check(CLI::IsMember({"none", "lz4", "zstd", "bz2"}));
-  command->add_option("--from", call->from_s, "leave out what was recorded earlier, but for what is latched then: seconds after the log's first message");
-  command->add_option("--to", call->to_s, "leave out what was recorded from then on: seconds after the log's first message");
+  command->add_option(
+      "--from", call->from_s,
+      "leave out what was recorded earlier, but for what is latched then: seconds after the log's first message");
+  command->add_option("--to", call->to_s,
+                      "leave out what was recorded from then on: seconds after the log's first message");
   command->callback([call, code] {
     convert(*call);
     *code = exit_code::done;

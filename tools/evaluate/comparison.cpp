@@ -21,8 +21,8 @@ const std::vector<std::string> kRelations{"translation", "angle", "heading", "rp
 
 void require_one_of(const std::string& option, const std::string& value, const std::vector<std::string>& names) {
   if (std::find(names.begin(), names.end(), value) != names.end()) return;
-  throw InputError(fmt::format("{}: expected one of {}, found '{}'{}", option, join_names(names), value,
-                               suggestion(value, names)));
+  throw InputError(
+      fmt::format("{}: expected one of {}, found '{}'{}", option, join_names(names), value, suggestion(value, names)));
 }
 
 Alignment parse_alignment(const std::string& text) {
@@ -45,13 +45,13 @@ std::string span(const Trajectory& trajectory) {
 }
 
 PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, const Trajectory& truth) {
-  const PosePairs pairs = call.interpolate
-                              ? associate_interpolated(estimate, truth)
-                              : associate_nearest(estimate, truth, from_seconds(call.max_difference_s));
+  const PosePairs pairs = call.interpolate ? associate_interpolated(estimate, truth)
+                                           : associate_nearest(estimate, truth, from_seconds(call.max_difference_s));
   if (pairs.empty()) {
-    throw InputError(fmt::format("{} and {}: no stamps match: they span {} s and {} s; check that both use one clock, or "
-                                 "widen --max-difference (now {} s)",
-                                 call.estimate, call.truth, span(estimate), span(truth), call.max_difference_s));
+    throw InputError(
+        fmt::format("{} and {}: no stamps match: they span {} s and {} s; check that both use one clock, or "
+                    "widen --max-difference (now {} s)",
+                    call.estimate, call.truth, span(estimate), span(truth), call.max_difference_s));
   }
   return pairs;
 }
@@ -61,11 +61,14 @@ RelationErrors measure(const std::string& name, const ComparisonCall& call, cons
   if (name == "angle") return {name, "deg", in_degrees(angle_errors(pairs))};
   if (name == "heading") return {name, "deg", in_degrees(heading_errors(pairs))};
   const bool metres = call.delta_unit == "metres";
-  const auto stretches =
-      metres ? stretches_by_distance(pairs, call.delta)
-             : stretches_by_count(pairs.size(), static_cast<std::size_t>(call.delta), call.all_pairs);
+  const auto stretches = metres
+                             ? stretches_by_distance(pairs, call.delta)
+                             : stretches_by_count(pairs.size(), static_cast<std::size_t>(call.delta), call.all_pairs);
   const auto errors = relative_errors(pairs, stretches);
-  const std::string title = fmt::format("{} ({:g} {})", name, call.delta, metres ? "m" : call.delta == 1.0 ? "frame" : "frames");
+  const std::string title = fmt::format("{} ({:g} {})", name, call.delta,
+                                        metres              ? "m"
+                                        : call.delta == 1.0 ? "frame"
+                                                            : "frames");
   return name == "rpe" ? RelationErrors{title, "m", translations_of(errors)}
                        : RelationErrors{title, "deg", in_degrees(angles_of(errors))};
 }
@@ -82,8 +85,8 @@ Consistency measure_consistency(const ComparisonCall& call, const PosePairs& pai
     covariances.push_back(found->second);
   }
   if (covered.empty()) {
-    throw InputError(fmt::format("{}: no row has the stamp of a pose of {}; take both from the same run", call.covariance,
-                                 call.estimate));
+    throw InputError(fmt::format("{}: no row has the stamp of a pose of {}; take both from the same run",
+                                 call.covariance, call.estimate));
   }
   return evaluate_consistency(covered, covariances);
 }
@@ -124,9 +127,10 @@ Comparison compare(const ComparisonCall& call) {
   const PosePairs matched = associate(call, estimate, truth);
   const auto similarity = find_alignment(matched, result.alignment);
   if (!similarity) {
-    throw InputError(fmt::format("{}: its {} matched poses lie on one line or in one point, which fixes no rotation; use "
-                                 "--align origin or none",
-                                 call.estimate, matched.size()));
+    throw InputError(
+        fmt::format("{}: its {} matched poses lie on one line or in one point, which fixes no rotation; use "
+                    "--align origin or none",
+                    call.estimate, matched.size()));
   }
   const PosePairs pairs = align(*similarity, matched);
   result.estimate_poses = estimate.size();

@@ -41,8 +41,8 @@ struct Comparison {
   std::optional<Consistency> consistency;
 };
 
-/// Reads the files and compares. Throws InputError where a file is unusable, a name is misspelt, nothing matches, or the
-/// alignment is undetermined.
+/// Reads the files and compares. Throws InputError where a file is unusable, a name is misspelt, nothing matches, or
+/// the alignment is undetermined.
 Comparison compare(const ComparisonCall& call);
 
 /// For people.

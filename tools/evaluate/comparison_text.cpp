@@ -68,15 +68,10 @@ std::string to_json(const Comparison& comparison) {
     for (const int percent : {25, 50, 75, 90, 95, 99}) {
       quantiles[std::to_string(percent)] = distribution.quantile(0.01 * percent);
     }
-    relations[relation.name.substr(0, relation.name.find(' '))] = {{"unit", relation.unit},
-                                                                   {"count", statistics.count},
-                                                                   {"rmse", statistics.rmse},
-                                                                   {"mean", statistics.mean},
-                                                                   {"median", statistics.median},
-                                                                   {"std", statistics.standard_deviation},
-                                                                   {"min", statistics.min},
-                                                                   {"max", statistics.max},
-                                                                   {"quantiles", quantiles}};
+    relations[relation.name.substr(0, relation.name.find(' '))] = {
+        {"unit", relation.unit},   {"count", statistics.count},   {"rmse", statistics.rmse},
+        {"mean", statistics.mean}, {"median", statistics.median}, {"std", statistics.standard_deviation},
+        {"min", statistics.min},   {"max", statistics.max},       {"quantiles", quantiles}};
   }
   root["relations"] = relations;
   if (comparison.consistency) {

@@ -26,15 +26,18 @@ void add_evaluate_command(CLI::App& app, int* code) {
   CommandFiles files(*command);
   files.input(command->add_option("ESTIMATE", call->estimate, "estimated trajectory, TUM"))->required();
   files.input(command->add_option("TRUTH", call->truth, "true trajectory, TUM or EuRoC csv"))->required();
-  command->add_option("--align", call->align, "none|se3|sim3|origin: how the estimate is moved first")->capture_default_str();
+  command->add_option("--align", call->align, "none|se3|sim3|origin: how the estimate is moved first")
+      ->capture_default_str();
   command
       ->add_option("--relation", call->relations,
                    "translation|angle|heading|rpe|rpe-angle, several with commas (default: all of them)")
       ->delimiter(',');
   command->add_option("--delta", call->delta, "stretch over which rpe is taken")->capture_default_str();
-  command->add_option("--delta-unit", call->delta_unit, "frames|metres (metres: from every pose on)")->capture_default_str();
+  command->add_option("--delta-unit", call->delta_unit, "frames|metres (metres: from every pose on)")
+      ->capture_default_str();
   command->add_flag("--all-pairs", call->all_pairs, "with frames: a stretch from every pose on, not only end to end");
-  command->add_flag("--interpolate", call->interpolate, "interpolate the truth at the estimate's stamps instead of matching");
+  command->add_flag("--interpolate", call->interpolate,
+                    "interpolate the truth at the estimate's stamps instead of matching");
   command->add_option("--max-difference", call->max_difference_s, "matching window, seconds")->capture_default_str();
   files.input(command->add_option("--covariance", call->covariance, "covariance.csv of the estimate: NEES"));
   files.output(command->add_option("--errors", call->errors, "write the errors over time to this csv"));

@@ -10,13 +10,13 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "frontends/configuration/text_file.h"
-#include "tools/experiments/ablation_tables.h"
 #include "tools/commands.h"
-#include "tools/plotting/forest_plot.h"
+#include "tools/experiments/ablation_tables.h"
 #include "tools/experiments/plan_run.h"
 #include "tools/experiments/table_files.h"
-#include "tools/writers/output_file.h"
+#include "tools/plotting/forest_plot.h"
 #include "tools/table.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone::ablation {
 
@@ -27,7 +27,11 @@ namespace {
 /// Everything by which a run may be meant.
 std::vector<std::string> names_of(const Variant& variant, const reproduce::Run& run) {
   const std::string drive = drive_name(run);
-  return {variant.name, drive, run.world_name, run.sequence, variant.name + "/" + drive,
+  return {variant.name,
+          drive,
+          run.world_name,
+          run.sequence,
+          variant.name + "/" + drive,
           fmt::format("{}/{}/seed{}", variant.name, drive, run.seed)};
 }
 
@@ -45,12 +49,13 @@ void print_runs(const Ablation& ablation, const reproduce::Experiment& experimen
       if (std::find(drives.begin(), drives.end(), drive_name(run)) == drives.end()) drives.push_back(drive_name(run));
     }
     std::string switches;
-    for (const Switch& one : variant.switches) switches += fmt::format("{}{}={}", switches.empty() ? "" : " ", one.key, one.value);
+    for (const Switch& one : variant.switches)
+      switches += fmt::format("{}{}={}", switches.empty() ? "" : " ", one.key, one.value);
     variants.add({variant.name + (i == ablation.baseline ? " (baseline)" : ""), std::to_string(count), switches});
   }
   std::printf("%s\ndrives: %s\nseeds: %s\n%zu runs, called VARIANT/DRIVE/seedN\n", variants.to_string().c_str(),
-              fmt::format("{}", fmt::join(drives, ", ")).c_str(), fmt::format("{}", fmt::join(experiment.seeds, ", ")).c_str(),
-              runs.size());
+              fmt::format("{}", fmt::join(drives, ", ")).c_str(),
+              fmt::format("{}", fmt::join(experiment.seeds, ", ")).c_str(), runs.size());
 }
 
 figures::ForestPlot forest_of(const Ablation& ablation, const reproduce::Results& results) {

@@ -1,8 +1,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "tools/experiments/ablate_call.h"
 #include "tools/commands.h"
+#include "tools/experiments/ablate_call.h"
 #include "tools/experiments/experiment_options.h"
 
 namespace lodestone {
@@ -26,12 +26,13 @@ void add_ablate_command(CLI::App& app, int* code) {
       "ablate", "Run the same drives with switches set differently, and compare pair by pair with a baseline");
   command->footer(kAblateExamples);
   const auto call = std::make_shared<reproduce::ExperimentCall>();
-  add_experiment_options(*command,
-                         {"ABLATION", "ablation", "ablations",
-                          "with commas: variants, drives, worlds, sequences, VARIANT/DRIVE or VARIANT/DRIVE/seedN; * and ? stand "
-                          "for anything; the baseline runs with them",
-                          "list variants and drives, and end"},
-                         *call);
+  add_experiment_options(
+      *command,
+      {"ABLATION", "ablation", "ablations",
+       "with commas: variants, drives, worlds, sequences, VARIANT/DRIVE or VARIANT/DRIVE/seedN; * and ? stand "
+       "for anything; the baseline runs with them",
+       "list variants and drives, and end"},
+      *call);
   command->callback([call, code]() { *code = ablation::execute(*call); });
 }
 

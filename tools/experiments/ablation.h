@@ -5,11 +5,12 @@
 
 #include "tools/experiments/experiment.h"
 
-/// Ablations: the same drives with one switch or several set differently, compared pair by pair (docs/user/ablations.md).
+/// Ablations: the same drives with one switch or several set differently, compared pair by pair
+/// (docs/user/ablations.md).
 namespace lodestone::ablation {
 
-/// One key that a variant sets: an option of `lodestone run`; `map.KEY`, an option of `map magnetic`; `world.KEY`, a key of
-/// the world; `noise_ut`, the field noise of the log, µT; or `estimator`.
+/// One key that a variant sets: an option of `lodestone run`; `map.KEY`, an option of `map magnetic`; `world.KEY`, a
+/// key of the world; `noise_ut`, the field noise of the log, µT; or `estimator`.
 struct Switch {
   std::string key;
   std::string value;  ///< as written
@@ -38,23 +39,24 @@ struct Ablation : reproduce::RunScope {
   std::vector<std::string> keys() const;
 };
 
-/// The file of an ablation: a path, or the name of one in config/ablations. Throws InputError that names the known ones.
+/// The file of an ablation: a path, or the name of one in config/ablations. Throws InputError that names the known
+/// ones.
 std::string find_ablation(const std::string& name);
 
-/// Reads an ablation; with `quick` its section `quick` is laid over it. Throws InputError with file, line, key and what to
-/// change; unknown keys are errors, those of switches too.
+/// Reads an ablation; with `quick` its section `quick` is laid over it. Throws InputError with file, line, key and what
+/// to change; unknown keys are errors, those of switches too.
 Ablation load_ablation(const std::string& path, bool quick);
 
-/// Every combination of the values of a grid, in the order of the file, the last key running fastest. A variant's name is
-/// the last part of each key with its value ("rule=paper mask=soft"), or the whole key where two would look alike. Throws
-/// InputError where a key has no values, or a value is no scalar.
+/// Every combination of the values of a grid, in the order of the file, the last key running fastest. A variant's name
+/// is the last part of each key with its value ("rule=paper mask=soft"), or the whole key where two would look alike.
+/// Throws InputError where a key has no values, or a value is no scalar.
 std::vector<Variant> expand_grid(const ConfigurationNode& grid);
 
 /// What `key` is worth in a run of this variant: as it sets it, else the default; empty where that is the world's.
 std::string effective_value(const Ablation& ablation, const Variant& variant, const std::string& key);
 
-/// Folder-safe text that tells the variant's runs from others by what they are run with, whatever variant or ablation they
-/// belong to: "smoother", "smoother+degeneracy.rule=none".
+/// Folder-safe text that tells the variant's runs from others by what they are run with, whatever variant or ablation
+/// they belong to: "smoother", "smoother+degeneracy.rule=none".
 std::string recipe_name(const Ablation& ablation, const Variant& variant);
 
 /// The ablation's runs: a group a variant, by its recipe name.

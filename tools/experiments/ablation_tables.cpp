@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "tools/simulate/world_queries.h"
 #include "tools/experiments/switches.h"
+#include "tools/simulate/world_queries.h"
 
 namespace lodestone::ablation {
 
@@ -23,8 +23,10 @@ constexpr const char* kNothing = "-";
 constexpr const char* kMissing = "…";
 
 constexpr const char* kSummaryNote =
-    "Ratios are variant over baseline, geometric means over pairs of runs (the same drive, range and seed) in which neither lost "
-    "track, with Student's 95 % interval; over drives: each drive's seeds as one. Lost: runs more than 1 m off at any time, or "
+    "Ratios are variant over baseline, geometric means over pairs of runs (the same drive, range and seed) in which "
+    "neither lost "
+    "track, with Student's 95 % interval; over drives: each drive's seeds as one. Lost: runs more than 1 m off at any "
+    "time, or "
     "not at the end; losing track alone counts as worse.";
 
 std::string number(const std::optional<double>& value, int digits) {
@@ -63,13 +65,15 @@ std::vector<std::string> drives_of(const reproduce::Results& results) {
 
 std::vector<Pair> of_drive(const std::vector<Pair>& pairs, const std::string& drive) {
   std::vector<Pair> some;
-  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(some), [&](const Pair& pair) { return pair.drive == drive; });
+  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(some),
+               [&](const Pair& pair) { return pair.drive == drive; });
   return some;
 }
 
 /// The baseline itself: metres.
 std::string baseline_cell(const std::vector<Pair>& pairs) {
-  if (std::none_of(pairs.begin(), pairs.end(), [](const Pair& pair) { return pair.variant != nullptr; })) return kMissing;
+  if (std::none_of(pairs.begin(), pairs.end(), [](const Pair& pair) { return pair.variant != nullptr; }))
+    return kMissing;
   const bool lost = std::any_of(pairs.begin(), pairs.end(),
                                 [](const Pair& pair) { return pair.variant != nullptr && is_lost(*pair.variant); });
   const std::optional<double> ate = geometric_mean(pairs, kFigure);
@@ -130,9 +134,10 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
     const Comparison ate = compare_pairs(pairs, kFigure);
     const auto ratio = [&](const char* figure) { return ratio_text(compare_pairs(pairs, figure).over_pairs); };
     const bool own = i == ablation.baseline;
-    std::vector<std::string> row{ablation.variants[i].name,
-                                 ate.done < ate.pairs ? fmt::format("{} of {}", ate.done, ate.pairs) : fmt::format("{}", ate.pairs),
-                                 fmt::format("{}", ate.lost), number(geometric_mean(pairs, kFigure), 4)};
+    std::vector<std::string> row{
+        ablation.variants[i].name,
+        ate.done < ate.pairs ? fmt::format("{} of {}", ate.done, ate.pairs) : fmt::format("{}", ate.pairs),
+        fmt::format("{}", ate.lost), number(geometric_mean(pairs, kFigure), 4)};
     if (own) {
       row.insert(row.end(), {"baseline", "", "", "", "", "", "", "", ""});
     } else if (ate.done == 0) {
@@ -150,9 +155,13 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
 }
 
 ResultTable drives_table(const Ablation& ablation, const reproduce::Results& results) {
-  ResultTable table{ablation.name + "-drives", ablation.title + ", drive by drive", {"variant"}, {},
-                    "ATE of the baseline in metres, of the others its ratio to it: geometric means over the seeds. /: lost with some "
-                    "seed; -: lost by the baseline."};
+  ResultTable table{
+      ablation.name + "-drives",
+      ablation.title + ", drive by drive",
+      {"variant"},
+      {},
+      "ATE of the baseline in metres, of the others its ratio to it: geometric means over the seeds. /: lost with some "
+      "seed; -: lost by the baseline."};
   const std::vector<std::string> drives = drives_of(results);
   table.header.insert(table.header.end(), drives.begin(), drives.end());
   for (std::size_t i = 0; i < ablation.variants.size(); ++i) {
@@ -168,12 +177,15 @@ ResultTable drives_table(const Ablation& ablation, const reproduce::Results& res
   return table;
 }
 
-ResultTable tidy_table(const Ablation& ablation, const reproduce::Results& results, const std::vector<std::string>& status) {
+ResultTable tidy_table(const Ablation& ablation, const reproduce::Results& results,
+                       const std::vector<std::string>& status) {
   ResultTable table{ablation.name + "-runs", ablation.title, {"ablation", "variant", "baseline", "estimator"}, {}, ""};
   std::vector<std::string> keys = ablation.keys();
-  std::erase_if(keys, [](const std::string& key) { return key == "noise_ut" || key == "estimator"; });  // have their columns
+  std::erase_if(keys,
+                [](const std::string& key) { return key == "noise_ut" || key == "estimator"; });  // have their columns
   table.header.insert(table.header.end(), keys.begin(), keys.end());
-  for (const char* name : {"world", "sequence", "scene", "range_m", "noise_ut", "seed", "status"}) table.header.emplace_back(name);
+  for (const char* name : {"world", "sequence", "scene", "range_m", "noise_ut", "seed", "status"})
+    table.header.emplace_back(name);
   const std::vector<std::string> figures = figures_of(results);
   table.header.insert(table.header.end(), figures.begin(), figures.end());
   table.header.emplace_back("folder");
@@ -187,11 +199,13 @@ ResultTable tidy_table(const Ablation& ablation, const reproduce::Results& resul
     for (std::size_t i = 0; i < results.runs().size(); ++i) {
       const reproduce::Run& run = results.runs()[i];
       if (run.group != group) continue;
-      std::vector<std::string> row{ablation.name, variant.name, v == ablation.baseline ? "1" : "0", run.estimators.front()};
+      std::vector<std::string> row{ablation.name, variant.name, v == ablation.baseline ? "1" : "0",
+                                   run.estimators.front()};
       row.insert(row.end(), values.begin(), values.end());
-      row.insert(row.end(), {run.world_name, run.sequence, run.scene, run.range_m ? fmt::format("{:g}", *run.range_m) : "",
-                             fmt::format("{:g}", run.noise_ut ? *run.noise_ut : noise.of(run.world, settings)), fmt::format("{}", run.seed),
-                             status[i]});
+      row.insert(row.end(),
+                 {run.world_name, run.sequence, run.scene, run.range_m ? fmt::format("{:g}", *run.range_m) : "",
+                  fmt::format("{:g}", run.noise_ut ? *run.noise_ut : noise.of(run.world, settings)),
+                  fmt::format("{}", run.seed), status[i]});
       const RunFigures* known = results.find(i, run.estimators.front());
       for (const std::string& name : figures) {
         const auto found = known == nullptr ? RunFigures::const_iterator{} : known->find(name);

@@ -18,7 +18,8 @@ namespace {
 
 /// Sets or replaces: what is laid over wins.
 void lay_over(const Switch& one, std::vector<Switch>& switches) {
-  const auto found = std::find_if(switches.begin(), switches.end(), [&](const Switch& other) { return other.key == one.key; });
+  const auto found =
+      std::find_if(switches.begin(), switches.end(), [&](const Switch& other) { return other.key == one.key; });
   if (found != switches.end()) {
     found->value = one.value;
   } else {
@@ -39,7 +40,9 @@ void check_variant_name(const ConfigurationNode& node, const std::string& name) 
   }
 }
 
-std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
+std::string last_part(const std::string& key) {
+  return key.substr(key.rfind('.') + 1);
+}
 
 std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation& ablation) {
   std::vector<Switch> common;
@@ -71,7 +74,8 @@ std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation
     } catch (const InputError& error) {
       places[i]->fail(fmt::format("variant '{}': {}", variants[i].name, error.what()));
     }
-    if (!names.insert(variants[i].name).second) places[i]->fail(fmt::format("the variant '{}' is there twice", variants[i].name));
+    if (!names.insert(variants[i].name).second)
+      places[i]->fail(fmt::format("the variant '{}' is there twice", variants[i].name));
     const auto [other, is_new] = recipes.try_emplace(recipe_name(ablation, variants[i]), variants[i].name);
     if (!is_new) places[i]->fail(fmt::format("variants '{}' and '{}' set the same", other->second, variants[i].name));
   }
@@ -80,7 +84,9 @@ std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation
 
 }  // namespace
 
-std::string find_ablation(const std::string& name) { return reproduce::find_shipped("ablations", "ablation", name); }
+std::string find_ablation(const std::string& name) {
+  return reproduce::find_shipped("ablations", "ablation", name);
+}
 
 std::vector<Variant> expand_grid(const ConfigurationNode& grid) {
   std::map<std::string, int> uses;
@@ -107,12 +113,13 @@ std::vector<Variant> expand_grid(const ConfigurationNode& grid) {
 Ablation load_ablation(const std::string& path, bool quick) {
   using reproduce::text;
   const ConfigurationNode root = ConfigurationNode::load(path);
-  root.refuse_keys_other_than({"name", "title", "note", "estimator", "baseline", "settings", "variants", "grid", "drives",
-                               "ranges_m", "seeds", "only", "duration_s", "quick"});
+  root.refuse_keys_other_than({"name", "title", "note", "estimator", "baseline", "settings", "variants", "grid",
+                               "drives", "ranges_m", "seeds", "only", "duration_s", "quick"});
   Ablation ablation;
   static_cast<reproduce::RunScope&>(ablation) = reproduce::read_scope(root, quick);
   ablation.file = path;
-  ablation.name = root.has("name") ? reproduce::file_name(root.at("name")) : std::filesystem::path(path).stem().string();
+  ablation.name =
+      root.has("name") ? reproduce::file_name(root.at("name")) : std::filesystem::path(path).stem().string();
   ablation.title = text(root, "title", ablation.name);
   ablation.note = text(root, "note");
   ablation.estimator = text(root, "estimator", ablation.estimator);
@@ -131,7 +138,8 @@ Ablation load_ablation(const std::string& path, bool quick) {
   for (const Variant& variant : ablation.variants) names.push_back(variant.name);
   const ConfigurationNode& baseline = root.at("baseline");
   reproduce::require_known(baseline, baseline.as_string(), names, "variant");
-  ablation.baseline = static_cast<std::size_t>(std::find(names.begin(), names.end(), baseline.as_string()) - names.begin());
+  ablation.baseline =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), baseline.as_string()) - names.begin());
   return ablation;
 }
 

@@ -13,8 +13,8 @@
 
 namespace lodestone::reproduce {
 
-ChildProcess::ChildProcess(const std::string& program, const std::vector<std::string>& arguments, const std::string& folder,
-                           const std::string& log) {
+ChildProcess::ChildProcess(const std::string& program, const std::vector<std::string>& arguments,
+                           const std::string& folder, const std::string& log) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -30,7 +30,8 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) {
     process_ = -1;
-    throw InputError(fmt::format("{}: cannot be started with its output in {}: {}", program, log, std::strerror(error)));
+    throw InputError(
+        fmt::format("{}: cannot be started with its output in {}: {}", program, log, std::strerror(error)));
   }
 }
 

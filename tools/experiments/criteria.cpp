@@ -22,8 +22,8 @@ struct Judgement {
 Judgement judge(const Criterion& criterion, const Group& group, const std::string& row, const Results& results) {
   Judgement judgement;
   judgement.row = row;
-  const SeedValue seeds = seed_value(results, group.name, row, criterion.estimator, criterion.figure, criterion.statistic,
-                                     {criterion.over, criterion.over_figure});
+  const SeedValue seeds = seed_value(results, group.name, row, criterion.estimator, criterion.figure,
+                                     criterion.statistic, {criterion.over, criterion.over_figure});
   if (!seeds.value || seeds.present < seeds.expected) return judgement;
   judgement.open = false;
   judgement.value = *seeds.value;
@@ -46,24 +46,27 @@ const Judgement& tightest(const std::vector<Judgement>& judgements, CriterionKin
     const double ratio = std::isinf(one.bound) ? 0.0 : one.value / one.bound;
     return kind == CriterionKind::at_least ? -ratio : ratio;
   };
-  return *std::max_element(judgements.begin(), judgements.end(), [&](const Judgement& a, const Judgement& b) {
-    return share(a) < share(b);
-  });
+  return *std::max_element(judgements.begin(), judgements.end(),
+                           [&](const Judgement& a, const Judgement& b) { return share(a) < share(b); });
 }
 
-std::vector<std::string> median_row(const Criterion& criterion, const std::vector<Judgement>& closed, const std::string& ran) {
+std::vector<std::string> median_row(const Criterion& criterion, const std::vector<Judgement>& closed,
+                                    const std::string& ran) {
   std::vector<double> values;
   for (const Judgement& one : closed) values.push_back(one.value);
   const double middle = summarize(values).median;
   const double bound = closed.front().bound;
-  return {criterion.title, fmt::format("{} rows", closed.size()), fmt::format("median {:.4f}, bound {:.4f}", middle, bound),
-          middle > bound ? "missed" : ran.empty() ? "met" : ran};
+  return {criterion.title, fmt::format("{} rows", closed.size()),
+          fmt::format("median {:.4f}, bound {:.4f}", middle, bound),
+          middle > bound ? "missed"
+          : ran.empty()  ? "met"
+                         : ran};
 }
 
 std::vector<std::string> row_of(const Criterion& criterion, const Group& group, const Results& results) {
   const auto meant = [&](const std::string& row) {
-    return criterion.only.empty() ||
-           std::any_of(criterion.only.begin(), criterion.only.end(), [&](const std::string& pattern) { return fits(pattern, {row}); });
+    return criterion.only.empty() || std::any_of(criterion.only.begin(), criterion.only.end(),
+                                                 [&](const std::string& pattern) { return fits(pattern, {row}); });
   };
   std::vector<Judgement> closed;
   const std::vector<std::string> rows = row_names(group);
@@ -77,9 +80,8 @@ std::vector<std::string> row_of(const Criterion& criterion, const Group& group, 
   const std::string ran = closed.size() < total ? fmt::format("open: {} of {} rows ran", closed.size(), total) : "";
   if (closed.empty()) return {criterion.title, "", "", ran};
   if (criterion.kind == CriterionKind::spread) {
-    const auto [least, most] = std::minmax_element(closed.begin(), closed.end(), [](const Judgement& a, const Judgement& b) {
-      return a.value < b.value;
-    });
+    const auto [least, most] = std::minmax_element(
+        closed.begin(), closed.end(), [](const Judgement& a, const Judgement& b) { return a.value < b.value; });
     const double spread = most->value / least->value - 1.0;
     const bool met = spread <= *criterion.limit;
     const std::string worst = fmt::format("{:.4f} to {:.4f}: {:.1f} %, bound {:.1f} %", least->value, most->value,
@@ -94,13 +96,17 @@ std::vector<std::string> row_of(const Criterion& criterion, const Group& group, 
   // Too many misses decide even where rows are still open.
   const bool missed = closed.size() - met > total - std::min(wanted, total);
   return {criterion.title, fmt::format("{} of {}, {} wanted", met, closed.size(), wanted),
-          fmt::format("{}: {:.4f}, {}", worst.row, worst.value, bound), missed ? "missed" : ran.empty() ? "met" : ran};
+          fmt::format("{}: {:.4f}, {}", worst.row, worst.value, bound),
+          missed        ? "missed"
+          : ran.empty() ? "met"
+                        : ran};
 }
 
 }  // namespace
 
 ResultTable criteria_table(const Experiment& experiment, const Results& results) {
-  ResultTable table{"criteria", "Criteria", {"criterion", "rows that meet it", "nearest to its bound", "result"}, {}, ""};
+  ResultTable table{
+      "criteria", "Criteria", {"criterion", "rows that meet it", "nearest to its bound", "result"}, {}, ""};
   for (const Criterion& criterion : experiment.criteria) {
     table.rows.push_back(row_of(criterion, *experiment.find_group(criterion.group), results));
   }

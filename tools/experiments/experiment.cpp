@@ -20,7 +20,8 @@ const PublishedValue* Published::find(const std::string& row, const std::string&
 }
 
 const Group* Experiment::find_group(const std::string& wanted) const {
-  const auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& group) { return group.name == wanted; });
+  const auto found =
+      std::find_if(groups.begin(), groups.end(), [&](const Group& group) { return group.name == wanted; });
   return found == groups.end() ? nullptr : &*found;
 }
 
@@ -42,7 +43,9 @@ std::vector<std::string> row_names(const Group& group) {
   return names;
 }
 
-std::string find_experiment(const std::string& name) { return find_shipped("experiments", "experiment", name); }
+std::string find_experiment(const std::string& name) {
+  return find_shipped("experiments", "experiment", name);
+}
 
 std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name) {
   if (name.find('/') != std::string::npos || fs::path(name).extension() == ".yaml") return name;
@@ -60,19 +63,19 @@ std::string find_shipped(const std::string& folder, const std::string& what, con
   }
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
-  throw InputError(fmt::format("there is no {} '{}' in config/{}{}; a path to a YAML file works too", what, name, folder,
-                               known.empty() ? "" : fmt::format(" (known: {})", join_names(known))));
+  throw InputError(fmt::format("there is no {} '{}' in config/{}{}; a path to a YAML file works too", what, name,
+                               folder, known.empty() ? "" : fmt::format(" (known: {})", join_names(known))));
 }
 
 const std::vector<std::string>& figure_names() {
   static const std::vector<std::string> names = [] {
-    std::vector<std::string> all{"ate_m",          "ate_se3_m",        "max_error_m",       "heading_rmse_deg",
-                                 "nees_pose",      "success",          "real_time_factor",  "wall_s",
-                                 "peak_rss_mb",    "degenerate_scans", "magnetic_rejected", "scans",
-                                 "changed_cells",  "changed_found",    "unchanged_reported"};
+    std::vector<std::string> all{"ate_m",         "ate_se3_m",        "max_error_m",       "heading_rmse_deg",
+                                 "nees_pose",     "success",          "real_time_factor",  "wall_s",
+                                 "peak_rss_mb",   "degenerate_scans", "magnetic_rejected", "scans",
+                                 "changed_cells", "changed_found",    "unchanged_reported"};
     for (const std::string stage : {"causal", "smoothed", "batch"}) {
-      for (const std::string figure : {"ate_m", "max_error_m", "largest_jump_m", "heading_rmse_deg", "nees_pose", "nees_rotation",
-                                       "nees_position", "share_within_95", "ate_over_bound"}) {
+      for (const std::string figure : {"ate_m", "max_error_m", "largest_jump_m", "heading_rmse_deg", "nees_pose",
+                                       "nees_rotation", "nees_position", "share_within_95", "ate_over_bound"}) {
         all.push_back("stages." + stage + "." + figure);
       }
     }
@@ -82,7 +85,8 @@ const std::vector<std::string>& figure_names() {
 }
 
 const std::vector<std::string>& difference_names() {
-  static const std::vector<std::string> names{"largest_ut", "mean_ut", "rms_ut", "quantile_95_ut", "area_above_threshold_m2"};
+  static const std::vector<std::string> names{"largest_ut", "mean_ut", "rms_ut", "quantile_95_ut",
+                                              "area_above_threshold_m2"};
   return names;
 }
 

@@ -8,8 +8,8 @@
 #include "core/options.h"
 #include "tools/experiments/run_scope.h"
 
-/// Experiments: worlds, drives, maps, estimators and what is to be told of them, as a YAML file says (docs/user/reproduce.md).
-/// Nothing in the code knows a world, a drive or a method by name.
+/// Experiments: worlds, drives, maps, estimators and what is to be told of them, as a YAML file says
+/// (docs/user/reproduce.md). Nothing in the code knows a world, a drive or a method by name.
 namespace lodestone::reproduce {
 
 /// Which of an experiment's seeds something is done for.
@@ -31,8 +31,8 @@ struct EstimatorChoice {
 
 /// One drive of one world, with the scenes in which its magnetic maps are surveyed.
 struct Drive {
-  std::string world;                    ///< the file, absolute
-  std::string world_name;               ///< its stem
+  std::string world;       ///< the file, absolute
+  std::string world_name;  ///< its stem
   std::string sequence;
   std::string scene;                    ///< of the log; empty: as the world says
   std::vector<std::string> map_scenes;  ///< one row each; empty: one map, surveyed in the log's own scene
@@ -57,7 +57,7 @@ struct Published {
 struct Group {
   std::string name;
   std::vector<Drive> drives;
-  std::vector<double> ranges_m;  ///< LiDAR ranges; empty: as the platform says
+  std::vector<double> ranges_m;    ///< LiDAR ranges; empty: as the platform says
   std::optional<double> noise_ut;  ///< of the log's magnetometers; nothing: as the world says. Maps keep the world's
   SeedChoice seeds = SeedChoice::all;
   std::vector<EstimatorChoice> estimators;
@@ -75,8 +75,8 @@ constexpr auto enum_names(Statistic) {
   return EnumNames<Statistic, 2>{{{Statistic::mean, "mean"}, {Statistic::worst, "worst"}}};
 }
 
-/// A column of a table: a published method, or a figure of an estimator, or its ratio to another estimator's, or how the
-/// field of a row's map differs from that of the log's own scene.
+/// A column of a table: a published method, or a figure of an estimator, or its ratio to another estimator's, or how
+/// the field of a row's map differs from that of the log's own scene.
 struct TableColumn {
   std::string title;
   std::string published;
@@ -84,7 +84,7 @@ struct TableColumn {
   std::string over;  ///< estimator by whose figure, of the same run, it is divided
   std::string figure = "ate_m";
   std::string over_figure;  ///< of `over`; empty: `figure`
-  std::string difference;  ///< figure of the comparison of maps
+  std::string difference;   ///< figure of the comparison of maps
   Statistic statistic = Statistic::mean;
   int digits = 4;
   template <class Visitor>
@@ -123,8 +123,8 @@ constexpr auto enum_names(CriterionKind) {
                                       {CriterionKind::median, "median"}}};
 }
 
-/// A claim that the rows of a group are held to. The bound is `limit`, or the published figure of a row times `factor`, or
-/// another estimator's figure of the same run times `factor`.
+/// A claim that the rows of a group are held to. The bound is `limit`, or the published figure of a row times `factor`,
+/// or another estimator's figure of the same run times `factor`.
 struct Criterion {
   std::string title;
   CriterionKind kind = CriterionKind::at_most;
@@ -135,8 +135,8 @@ struct Criterion {
   std::optional<double> limit;
   std::string published;
   std::string over;
-  std::string over_figure;              ///< of `over`; empty: `figure`
-  std::vector<std::string> only;        ///< rows that it speaks of, with wildcards; empty: all of the group
+  std::string over_figure;        ///< of `over`; empty: `figure`
+  std::vector<std::string> only;  ///< rows that it speaks of, with wildcards; empty: all of the group
   double factor = 1.0;
   std::optional<int> rows;  ///< how many rows must meet it; nothing: all
 };
@@ -189,8 +189,8 @@ std::string find_experiment(const std::string& name);
 /// The same for what lies in config/FOLDER. `what`: "experiment".
 std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name);
 
-/// Reads an experiment; with `quick` its section `quick` (seeds, duration_s, only) is laid over it. Throws InputError with
-/// file, line, key and what to change; unknown keys, groups, rows, estimators and methods are errors.
+/// Reads an experiment; with `quick` its section `quick` (seeds, duration_s, only) is laid over it. Throws InputError
+/// with file, line, key and what to change; unknown keys, groups, rows, estimators and methods are errors.
 Experiment load_experiment(const std::string& path, bool quick);
 
 /// Figures of summary.json that tables and criteria may name.

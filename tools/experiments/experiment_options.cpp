@@ -16,7 +16,8 @@ void add_experiment_options(CLI::App& command, const ExperimentWords& words, rep
       ->required();
   files.output(command.add_option("--out", call.out, "folder for the results; what is done there already is skipped"));
   command.add_option("--only", call.only, words.only)->delimiter(',');
-  command.add_option("--seeds", call.seeds, fmt::format("instead of the {}'s, with commas", words.noun))->delimiter(',');
+  command.add_option("--seeds", call.seeds, fmt::format("instead of the {}'s, with commas", words.noun))
+      ->delimiter(',');
   command.add_flag("--quick", call.quick, fmt::format("the {}'s short form (its section quick)", words.noun));
   command.add_option("--jobs", call.jobs, "steps at a time (default: one a core, at most 4); threads share the cores");
   command.add_flag("--any-build", call.any_build, "what another build of the program made counts as done");

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <set>
 
-#include "estimators/factory.h"
 #include "core/nearest_name.h"
+#include "estimators/factory.h"
 #include "frontends/configuration/options.h"
 #include "tools/experiments/experiment.h"
 #include "tools/experiments/plan.h"
@@ -57,7 +57,8 @@ void read_published(const ConfigurationNode& node, Group& group) {
   for (const std::string& name : rows.keys()) {
     const ConfigurationNode& row = rows.at(name);
     require_known(row, name, known, "row");
-    for (const ConfigurationNode& value : row.elements()) group.published.rows[name].push_back(read_published_value(value));
+    for (const ConfigurationNode& value : row.elements())
+      group.published.rows[name].push_back(read_published_value(value));
     if (group.published.rows[name].size() != group.published.methods.size()) {
       row.fail(fmt::format("expected {} values, one a method ({}), found {}", group.published.methods.size(),
                            join_names(group.published.methods), group.published.rows[name].size()));
@@ -65,9 +66,10 @@ void read_published(const ConfigurationNode& node, Group& group) {
   }
 }
 
-Group read_group(const ConfigurationNode& node, const std::string& name, const std::vector<EstimatorChoice>& estimators) {
-  node.refuse_keys_other_than(
-      {"drives", "ranges_m", "noise_ut", "seeds", "estimators", "world_settings", "map_settings", "run_settings", "bound", "published"});
+Group read_group(const ConfigurationNode& node, const std::string& name,
+                 const std::vector<EstimatorChoice>& estimators) {
+  node.refuse_keys_other_than({"drives", "ranges_m", "noise_ut", "seeds", "estimators", "world_settings",
+                               "map_settings", "run_settings", "bound", "published"});
   Group group;
   group.name = name;
   read_drives(node, group.drives);
@@ -79,7 +81,8 @@ Group read_group(const ConfigurationNode& node, const std::string& name, const s
   group.seeds = choice(node, "seeds", group.seeds);
   const ConfigurationNode* own = node.find("estimators");
   group.estimators = own != nullptr ? read_estimators(*own) : estimators;
-  if (group.estimators.empty()) node.fail("no estimators: name them here, or for all groups under the key 'estimators'");
+  if (group.estimators.empty())
+    node.fail("no estimators: name them here, or for all groups under the key 'estimators'");
   group.world_settings = texts(node, "world_settings");
   group.map_settings = texts(node, "map_settings");
   group.run_settings = texts(node, "run_settings");
@@ -109,8 +112,8 @@ const Group& group_of(const ConfigurationNode& node, const Experiment& experimen
 }
 
 /// Holds what a column or criterion refers to against its group.
-void check_references(const ConfigurationNode& node, const Group& group, const std::string& estimator, const std::string& over,
-                      const std::string& published, const std::string& figure) {
+void check_references(const ConfigurationNode& node, const Group& group, const std::string& estimator,
+                      const std::string& over, const std::string& published, const std::string& figure) {
   if (!estimator.empty()) require_known(node, estimator, names_of(group.estimators), "estimator");
   if (!over.empty()) require_known(node, over, names_of(group.estimators), "estimator");
   if (!published.empty()) require_known(node, published, group.published.methods, "published method");
@@ -128,9 +131,11 @@ TableChoice read_table(const ConfigurationNode& node, const Experiment& experime
   for (const ConfigurationNode& element : node.at("columns").elements()) {
     TableColumn column;
     load_options(element, column);
-    const int kinds = (column.estimator.empty() ? 0 : 1) + (column.published.empty() ? 0 : 1) + (column.difference.empty() ? 0 : 1);
+    const int kinds =
+        (column.estimator.empty() ? 0 : 1) + (column.published.empty() ? 0 : 1) + (column.difference.empty() ? 0 : 1);
     if (kinds != 1) element.fail("expected one of 'estimator', 'published' and 'difference'");
-    if (!column.difference.empty()) require_known(element, column.difference, difference_names(), "figure of a difference");
+    if (!column.difference.empty())
+      require_known(element, column.difference, difference_names(), "figure of a difference");
     if (column.digits < 0 || column.digits > 12) element.fail("expected 0 to 12 digits");
     check_references(element, group, column.estimator, column.over, column.published, column.figure);
     if (!column.over_figure.empty()) require_known(element, column.over_figure, figure_names(), "figure");
@@ -140,8 +145,8 @@ TableChoice read_table(const ConfigurationNode& node, const Experiment& experime
 }
 
 Criterion read_criterion(const ConfigurationNode& node, const Experiment& experiment) {
-  node.refuse_keys_other_than(
-      {"title", "kind", "group", "estimator", "figure", "statistic", "limit", "published", "over", "over_figure", "only", "factor", "rows"});
+  node.refuse_keys_other_than({"title", "kind", "group", "estimator", "figure", "statistic", "limit", "published",
+                               "over", "over_figure", "only", "factor", "rows"});
   Criterion criterion;
   criterion.title = node.at("title").as_string();
   criterion.kind = choice(node, "kind", criterion.kind);
@@ -158,12 +163,14 @@ Criterion read_criterion(const ConfigurationNode& node, const Experiment& experi
   for (const std::string& pattern : criterion.only) {
     const std::vector<std::string> rows = row_names(group);
     if (std::none_of(rows.begin(), rows.end(), [&](const std::string& row) { return fits(pattern, {row}); })) {
-      node.at("only").fail(fmt::format("no row of '{}' matches '{}'{}", group.name, pattern, suggestion(pattern, rows)));
+      node.at("only").fail(
+          fmt::format("no row of '{}' matches '{}'{}", group.name, pattern, suggestion(pattern, rows)));
     }
   }
   if (const ConfigurationNode* factor = node.find("factor")) criterion.factor = factor->as_double();
   if (const ConfigurationNode* rows = node.find("rows")) criterion.rows = rows->as_int();
-  const int bounds = (criterion.limit ? 1 : 0) + (criterion.published.empty() ? 0 : 1) + (criterion.over.empty() ? 0 : 1);
+  const int bounds =
+      (criterion.limit ? 1 : 0) + (criterion.published.empty() ? 0 : 1) + (criterion.over.empty() ? 0 : 1);
   if (bounds != 1) node.fail("expected one bound: 'limit', 'published' or 'over'");
   if (criterion.kind == CriterionKind::spread && !criterion.limit) node.fail("a spread needs a 'limit'");
   if (criterion.kind == CriterionKind::median && !criterion.published.empty()) {
@@ -206,15 +213,16 @@ auto read_list(const ConfigurationNode& root, const std::string& key, Read read)
 
 Experiment load_experiment(const std::string& path, bool quick) {
   const ConfigurationNode root = ConfigurationNode::load(path);
-  root.refuse_keys_other_than({"name", "title", "seeds", "only", "duration_s", "estimators", "groups", "tables", "criteria",
-                               "figures", "quick"});
+  root.refuse_keys_other_than({"name", "title", "seeds", "only", "duration_s", "estimators", "groups", "tables",
+                               "criteria", "figures", "quick"});
   Experiment experiment;
   experiment.file = path;
   experiment.name = root.has("name") ? file_name(root.at("name")) : fs::path(path).stem().string();
   experiment.title = text(root, "title", experiment.name);
   static_cast<RunScope&>(experiment) = read_scope(root, quick);
   const ConfigurationNode* common = root.find("estimators");
-  const std::vector<EstimatorChoice> estimators = common != nullptr ? read_estimators(*common) : std::vector<EstimatorChoice>{};
+  const std::vector<EstimatorChoice> estimators =
+      common != nullptr ? read_estimators(*common) : std::vector<EstimatorChoice>{};
   const ConfigurationNode& groups = root.at("groups");
   for (const std::string& name : groups.keys()) {
     const ConfigurationNode& group = groups.at(name);
@@ -222,7 +230,8 @@ Experiment load_experiment(const std::string& path, bool quick) {
     experiment.groups.push_back(read_group(group, name, estimators));
   }
   if (experiment.groups.empty()) groups.fail("expected at least one group of runs");
-  experiment.tables = read_list(root, "tables", [&](const ConfigurationNode& node) { return read_table(node, experiment); });
+  experiment.tables =
+      read_list(root, "tables", [&](const ConfigurationNode& node) { return read_table(node, experiment); });
   experiment.criteria =
       read_list(root, "criteria", [&](const ConfigurationNode& node) { return read_criterion(node, experiment); });
   experiment.figures = read_list(root, "figures", read_figure);

@@ -79,13 +79,15 @@ std::string range_heading(const Run& run) {
 /// What distinguishes the rows of a grid beside the range: drives, where there are several, and the field's noise.
 std::string noise_heading(const Run& run, bool several_drives) {
   const double noise = run.noise_ut ? *run.noise_ut : simulation::magnetometer_noise_ut(run.world);
-  const std::string drive = fmt::format("{} {}{}{}, ", run.world_name, run.sequence, run.scene.empty() ? "" : " ", run.scene);
+  const std::string drive =
+      fmt::format("{} {}{}{}, ", run.world_name, run.sequence, run.scene.empty() ? "" : " ", run.scene);
   return fmt::format("{}noise {:g} µT", several_drives ? drive : "", noise);
 }
 
 bool draw_grid(const Shown& shown, const fs::path& path) {
   std::set<std::string> drives;
-  for (const std::size_t i : shown.indices()) drives.insert(shown.run(i).world + shown.run(i).sequence + shown.run(i).scene);
+  for (const std::size_t i : shown.indices())
+    drives.insert(shown.run(i).world + shown.run(i).sequence + shown.run(i).scene);
   figures::ErrorGrid grid;
   std::vector<std::pair<std::size_t, std::size_t>> places;
   for (const std::size_t i : shown.indices()) {
@@ -116,7 +118,8 @@ bool draw_distributions(const Shown& shown, const fs::path& path) {
     for (const fs::path& folder : shown.folders(i)) most = std::max(most, shown.scans(i, folder.filename()));
     for (const fs::path& folder : shown.folders(i)) {
       const figures::ErrorSeries series = figures::read_error_series(folder, figures::begin_of(folder));
-      auto method = std::find_if(methods.begin(), methods.end(), [&](const auto& one) { return one.method == series.method; });
+      auto method =
+          std::find_if(methods.begin(), methods.end(), [&](const auto& one) { return one.method == series.method; });
       if (method == methods.end()) method = methods.insert(methods.end(), {series.method, {}, 0});
       method->error_m.insert(method->error_m.end(), series.error_m.begin(), series.error_m.end());
       method->expected += std::max(most, series.error_m.size());

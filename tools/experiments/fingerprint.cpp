@@ -19,8 +19,12 @@ Fingerprint& Fingerprint::add(std::string_view text) {
   return *this;
 }
 
-Fingerprint& Fingerprint::add_file(const std::string& path) { return add(read_text_file(path)); }
+Fingerprint& Fingerprint::add_file(const std::string& path) {
+  return add(read_text_file(path));
+}
 
-std::string Fingerprint::to_string() const { return fmt::format("{:016x}", state_); }
+std::string Fingerprint::to_string() const {
+  return fmt::format("{:016x}", state_);
+}
 
 }  // namespace lodestone::reproduce

@@ -28,7 +28,9 @@ std::optional<double> figure_of(const reproduce::RunFigures& figures, const std:
   return found->second;
 }
 
-bool is_lost(const reproduce::RunFigures& figures) { return figure_of(figures, "success") == 0.0; }
+bool is_lost(const reproduce::RunFigures& figures) {
+  return figure_of(figures, "success") == 0.0;
+}
 
 std::vector<Pair> pairs_of(const Ablation& ablation, const Variant& variant, const reproduce::Results& results) {
   const auto& runs = results.runs();
@@ -43,7 +45,8 @@ std::vector<Pair> pairs_of(const Ablation& ablation, const Variant& variant, con
     if (runs[i].group != group) continue;
     Pair pair{drive_name(runs[i]), runs[i].seed, results.find(i, runs[i].estimators.front()), nullptr};
     const auto found = counterparts.find(conditions(runs[i]));
-    if (found != counterparts.end()) pair.baseline = results.find(found->second, runs[found->second].estimators.front());
+    if (found != counterparts.end())
+      pair.baseline = results.find(found->second, runs[found->second].estimators.front());
     pairs.push_back(std::move(pair));
   }
   return pairs;

@@ -37,23 +37,25 @@ std::vector<Pair> pairs_of(const Ablation& ablation, const Variant& variant, con
 /// A variant against the baseline. An error over a stretch that ends where track was lost says nothing: ratios are of
 /// pairs in which neither lost track. Losing track where the other does not counts among better and worse.
 struct Comparison {
-  std::size_t pairs = 0;                        ///< planned
-  std::size_t done = 0;                         ///< of these, both runs
-  std::size_t lost = 0;                         ///< of `done`, by the variant
+  std::size_t pairs = 0;  ///< planned
+  std::size_t done = 0;   ///< of these, both runs
+  std::size_t lost = 0;   ///< of `done`, by the variant
   std::size_t baseline_lost = 0;
-  std::size_t better = 0;                       ///< pairs with the smaller figure
+  std::size_t better = 0;  ///< pairs with the smaller figure
   std::size_t worse = 0;
   std::size_t equal = 0;
-  std::vector<double> ratios;                   ///< variant / baseline, a pair each
-  std::optional<RatioEstimate> over_pairs;      ///< nothing where there is no ratio
-  std::optional<RatioEstimate> over_drives;     ///< of the drives' geometric means: seeds of one drive are no new drives
+  std::vector<double> ratios;                ///< variant / baseline, a pair each
+  std::optional<RatioEstimate> over_pairs;   ///< nothing where there is no ratio
+  std::optional<RatioEstimate> over_drives;  ///< of the drives' geometric means: seeds of one drive are no new drives
   std::map<std::string, std::vector<double>> by_drive;  ///< ratios
 };
 
-/// Compares one figure of the pairs that are done. Where it is absent, or not above zero in both, a pair gives no ratio.
+/// Compares one figure of the pairs that are done. Where it is absent, or not above zero in both, a pair gives no
+/// ratio.
 Comparison compare_pairs(const std::vector<Pair>& pairs, const std::string& figure);
 
-/// Geometric mean of the variant's figure over the pairs in which it is done and kept track; nothing where there is none.
+/// Geometric mean of the variant's figure over the pairs in which it is done and kept track; nothing where there is
+/// none.
 std::optional<double> geometric_mean(const std::vector<Pair>& pairs, const std::string& figure);
 
 }  // namespace lodestone::ablation

@@ -63,8 +63,8 @@ class StepBook {
     Step step = simulating(StepKind::field, key, "survey", joined(parts), settings);
     add_sequence(step.commands.front(), key, scene);
     const std::string& folder = step.folder;
-    step.commands.push_back({"map", "magnetic", folder + "/survey.bag", "--trajectory", folder + "/survey.tum", "--platform",
-                             folder + "/platform.yaml", "--out", folder + "/field.yaml"});
+    step.commands.push_back({"map", "magnetic", folder + "/survey.bag", "--trajectory", folder + "/survey.tum",
+                             "--platform", folder + "/platform.yaml", "--out", folder + "/field.yaml"});
     append(step.commands.back(), settings);
     step.intermediate = {folder + "/survey.bag"};
     return add(std::move(step));
@@ -84,10 +84,22 @@ class StepBook {
     step.parts = run.estimators.size();
     std::string estimators;
     for (const std::string& name : run.estimators) estimators += (estimators.empty() ? "" : ",") + name;
-    std::vector<std::string> command{"run", data + "/log.bag", "--platform", data + "/platform.yaml", "--cloud",
-                                     steps[cloud_step].folder + "/cloud.pcd", "--magnetic",
-                                     steps[field_step].folder + "/field.yaml", "--initial-pose-from", data + "/truth.tum",
-                                     "--truth", data + "/truth.tum", "--estimator", estimators, "--out", run.folder};
+    std::vector<std::string> command{"run",
+                                     data + "/log.bag",
+                                     "--platform",
+                                     data + "/platform.yaml",
+                                     "--cloud",
+                                     steps[cloud_step].folder + "/cloud.pcd",
+                                     "--magnetic",
+                                     steps[field_step].folder + "/field.yaml",
+                                     "--initial-pose-from",
+                                     data + "/truth.tum",
+                                     "--truth",
+                                     data + "/truth.tum",
+                                     "--estimator",
+                                     estimators,
+                                     "--out",
+                                     run.folder};
     if (run.range_m) append(command, {"--max-range", fmt::format("{:g}", *run.range_m)});
     for (const std::string& setting : key.group->run_settings) append(command, {"--set", setting});
     if (key.group->bound) command.emplace_back("--bound");
@@ -134,8 +146,10 @@ class StepBook {
     for (const std::string& word : more) origin.add(word);
     const std::string ending = origin.to_string().substr(0, 6);
     step.folder = fmt::format("work/{}-{}", name, ending);
-    if (!key.group->world_settings.empty() || !more.empty()) step.name += "-" + ending;  // its log is another's neighbour too
-    step.commands.push_back({"simulate", key.drive->world, "--seed", std::to_string(key.seed), "--only", part, "--out", step.folder});
+    if (!key.group->world_settings.empty() || !more.empty())
+      step.name += "-" + ending;  // its log is another's neighbour too
+    step.commands.push_back(
+        {"simulate", key.drive->world, "--seed", std::to_string(key.seed), "--only", part, "--out", step.folder});
     for (const std::string& setting : key.group->world_settings) append(step.commands.front(), {"--set", setting});
     return step;
   }
@@ -160,7 +174,8 @@ class StepBook {
     return steps.size() - 1;
   }
 
-  /// Numbers the worlds that have one name, so that a folder is told by no path: results may be moved with their worlds.
+  /// Numbers the worlds that have one name, so that a folder is told by no path: results may be moved with their
+  /// worlds.
   std::size_t namesake(const Drive& drive) {
     std::vector<std::string>& files = namesakes_[drive.world_name];
     const auto found = std::find(files.begin(), files.end(), drive.world);
@@ -244,13 +259,15 @@ void keep_only(const std::vector<std::string>& patterns, std::vector<PlannedRun>
     }
   }
   for (const std::string& pattern : patterns) {
-    if (std::none_of(planned.begin(), planned.end(), [&](const PlannedRun& one) { return matches(one.run, pattern); })) {
+    if (std::none_of(planned.begin(), planned.end(),
+                     [&](const PlannedRun& one) { return matches(one.run, pattern); })) {
       throw InputError(fmt::format("no run matches '{}'{} (lodestone reproduce --list names them)", pattern,
                                    suggestion(pattern, names)));
     }
   }
   std::erase_if(planned, [&](const PlannedRun& one) {
-    return std::none_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) { return matches(one.run, pattern); });
+    return std::none_of(patterns.begin(), patterns.end(),
+                        [&](const std::string& pattern) { return matches(one.run, pattern); });
   });
 }
 
@@ -323,8 +340,8 @@ std::vector<Run> list_runs(const Experiment& experiment) {
 
 Plan make_plan(const Experiment& experiment, const std::string& program) {
   std::vector<PlannedRun> planned = meant_runs(experiment);
-  // Done seed by seed and, within a seed, drive by drive whatever the group: few logs and clouds are alive at a time, and
-  // what is stopped early has every row with its first seed.
+  // Done seed by seed and, within a seed, drive by drive whatever the group: few logs and clouds are alive at a time,
+  // and what is stopped early has every row with its first seed.
   std::map<std::string, std::size_t> order;
   for (const PlannedRun& one : planned) {
     order.try_emplace(one.key.drive->world, order.size());
@@ -334,7 +351,8 @@ Plan make_plan(const Experiment& experiment, const std::string& program) {
   for (std::size_t i = 0; i < execution.size(); ++i) execution[i] = i;
   const auto rank = [&](std::size_t i) {
     const PlannedRun& one = planned[i];
-    const auto seed = std::find(experiment.seeds.begin(), experiment.seeds.end(), one.run.seed) - experiment.seeds.begin();
+    const auto seed =
+        std::find(experiment.seeds.begin(), experiment.seeds.end(), one.run.seed) - experiment.seeds.begin();
     return std::tuple(seed, order.at(one.key.drive->world), order.at(one.key.drive->world + "\n" + one.run.sequence));
   };
   std::stable_sort(execution.begin(), execution.end(), [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });

@@ -22,7 +22,7 @@ const char* step_kind_name(StepKind kind);
 
 /// One link of the chain from worlds to results: commands of the program, run one after the other.
 struct Step {
-  std::string name;                                ///< tells it to people; also its log's name
+  std::string name;  ///< tells it to people; also its log's name
   StepKind kind = StepKind::run;
   std::string world_name;
   std::string folder;                              ///< below the output folder; the step owns all of it
@@ -34,7 +34,7 @@ struct Step {
   std::string recipe;                              ///< hash of commands, inputs and the recipes of `needs`
   std::string fingerprint;                         ///< the same, and of the program
 
-  bool keep = false;                               ///< a map that is wanted afterwards
+  bool keep = false;  ///< a map that is wanted afterwards
 
   /// Done for its own sake and never removed; the rest is there while something needs it.
   bool kept() const { return keep || kind == StepKind::run || kind == StepKind::difference; }
@@ -55,8 +55,8 @@ struct Run {
   int seed = 0;
   bool first_seed = false;
   std::vector<std::string> estimators;
-  std::size_t step = 0;  ///< index in Plan::steps
-  std::string folder;    ///< of its step
+  std::size_t step = 0;   ///< index in Plan::steps
+  std::string folder;     ///< of its step
   std::string field;      ///< the magnetic map it ran in; there afterwards only if a figure shows it
   std::string own_field;  ///< the magnetic map that was surveyed in the log's own scene; likewise
 };
@@ -77,20 +77,20 @@ struct Plan {
 /// Whether one of `names` is `pattern`, or what its wildcards * ? [] stand for.
 bool fits(const std::string& pattern, const std::vector<std::string>& names);
 
-/// Whether `pattern` means `run`: it is its name, group, row, sequence or world, the begin of its name up to a '/', or one
-/// of these with the wildcards * ? [].
+/// Whether `pattern` means `run`: it is its name, group, row, sequence or world, the begin of its name up to a '/', or
+/// one of these with the wildcards * ? [].
 bool matches(const Run& run, const std::string& pattern);
 
 /// The runs of which `figure` shows something: those of the first seed that its patterns mean, indices in `runs`.
 std::vector<std::size_t> shown_runs(const FigureChoice& figure, const std::vector<Run>& runs);
 
-/// Every run of the experiment that is among `experiment.only` (all where that is empty), without steps. Throws InputError
-/// for a pattern that matches no run.
+/// Every run of the experiment that is among `experiment.only` (all where that is empty), without steps. Throws
+/// InputError for a pattern that matches no run.
 std::vector<Run> list_runs(const Experiment& experiment);
 
-/// These runs with the steps that give their files; what several runs need is there once. Throws InputError for a pattern
-/// that matches no run, or a world that cannot be read.
-/// `program`: what identifies the program that will do the steps, so that another program does them again.
+/// These runs with the steps that give their files; what several runs need is there once. Throws InputError for a
+/// pattern that matches no run, or a world that cannot be read. `program`: what identifies the program that will do the
+/// steps, so that another program does them again.
 Plan make_plan(const Experiment& experiment, const std::string& program);
 
 }  // namespace lodestone::reproduce

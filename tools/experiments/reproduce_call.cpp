@@ -8,13 +8,13 @@
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
-#include "tools/report/report.h"
 #include "tools/experiments/figures.h"
 #include "tools/experiments/plan_run.h"
 #include "tools/experiments/reproduce_file.h"
 #include "tools/experiments/table_files.h"
-#include "tools/writers/output_file.h"
+#include "tools/report/report.h"
 #include "tools/table.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone::reproduce {
 

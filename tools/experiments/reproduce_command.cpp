@@ -25,12 +25,13 @@ void add_reproduce_command(CLI::App& app, int* code) {
       "reproduce", "Run an experiment: simulate worlds, build maps, localize, and write tables, figures and a report");
   command->footer(kReproduceExamples);
   const auto call = std::make_shared<reproduce::ExperimentCall>();
-  add_experiment_options(*command,
-                         {"EXPERIMENT", "experiment", "experiments",
-                          "runs alone, with commas: names as --list gives them, groups, rows, worlds or sequences; * and ? stand "
-                          "for anything",
-                          "list the runs, and end"},
-                         *call);
+  add_experiment_options(
+      *command,
+      {"EXPERIMENT", "experiment", "experiments",
+       "runs alone, with commas: names as --list gives them, groups, rows, worlds or sequences; * and ? stand "
+       "for anything",
+       "list the runs, and end"},
+      *call);
   command->callback([call, code]() { *code = reproduce::execute(*call); });
 }
 

@@ -8,8 +8,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json optional_number(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
-Json optional_text(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+Json optional_number(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+Json optional_text(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
 
 }  // namespace
 
@@ -36,7 +40,8 @@ std::string to_json(const Experiment& experiment, const Results& results, const 
   }
   json["tables"] = Json::array();
   for (const ResultTable& table : tables) {
-    json["tables"].push_back({{"title", table.title}, {"header", table.header}, {"rows", table.rows}, {"note", table.note}});
+    json["tables"].push_back(
+        {{"title", table.title}, {"header", table.header}, {"rows", table.rows}, {"note", table.note}});
   }
   json["figures"] = Json::array();
   for (const DrawnFigure& figure : figures) {

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "core/error.h"
-#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/text_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "tools/experiments/stale_figures.h"
 
 namespace lodestone::reproduce {
@@ -26,13 +26,15 @@ void add_figures(const nlohmann::json& json, const std::string& prefix, RunFigur
 
 RunFigures read_figures(const std::filesystem::path& path) {
   const auto json = nlohmann::json::parse(read_text_file(path.string()), nullptr, false);
-  if (!json.is_object()) throw InputError(fmt::format("{}: is no JSON object; remove its folder and call again", path.string()));
+  if (!json.is_object())
+    throw InputError(fmt::format("{}: is no JSON object; remove its folder and call again", path.string()));
   RunFigures figures;
   add_figures(json, "", figures);
   return figures;
 }
 
-/// Adds what the stale-map reports of a run are worth where both maps are still there: the run's and that of the log's scene.
+/// Adds what the stale-map reports of a run are worth where both maps are still there: the run's and that of the log's
+/// scene.
 void add_stale_figures(const Run& run, const std::filesystem::path& root, std::map<std::string, RunFigures>& figures) {
   const auto there = [&](const std::string& map) { return !map.empty() && std::filesystem::exists(root / map); };
   if (!run.first_seed || run.scene.empty() || !there(run.field) || !there(run.own_field)) return;
@@ -97,8 +99,9 @@ std::vector<std::string> Results::rows_of(const std::string& group) const {
   return rows;
 }
 
-SeedValue seed_value(const Results& results, const std::string& group, const std::string& row, const std::string& estimator,
-                     const std::string& figure, Statistic statistic, const Divisor& over) {
+SeedValue seed_value(const Results& results, const std::string& group, const std::string& row,
+                     const std::string& estimator, const std::string& figure, Statistic statistic,
+                     const Divisor& over) {
   SeedValue seeds;
   std::vector<double> values;
   for (const std::size_t i : results.runs_of(group, row)) {
@@ -111,7 +114,8 @@ SeedValue seed_value(const Results& results, const std::string& group, const std
     ++seeds.expected;
     std::optional<double> value = value_of(results.find(i, estimator), figure);
     if (value && !over.estimator.empty()) {
-      const std::optional<double> other = value_of(results.find(i, over.estimator), over.figure.empty() ? figure : over.figure);
+      const std::optional<double> other =
+          value_of(results.find(i, over.estimator), over.figure.empty() ? figure : over.figure);
       value = other && *other != 0.0 ? std::optional<double>(*value / *other) : std::nullopt;
     }
     if (value_of(results.find(i, estimator), "success") == 0.0) ++seeds.lost;

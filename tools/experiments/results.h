@@ -10,14 +10,15 @@
 
 namespace lodestone::reproduce {
 
-/// One estimator's figures of one run: the numbers of its summary.json ("stale_map.places": of what it holds); true is 1,
-/// false 0, null absent.
+/// One estimator's figures of one run: the numbers of its summary.json ("stale_map.places": of what it holds); true is
+/// 1, false 0, null absent.
 using RunFigures = std::map<std::string, double>;
 
 /// Figures of all runs that are done.
 class Results {
  public:
-  /// Reads the summaries of the runs that are `done` (one flag a run of the plan). Throws InputError where one is broken.
+  /// Reads the summaries of the runs that are `done` (one flag a run of the plan). Throws InputError where one is
+  /// broken.
   Results(const Plan& plan, const std::filesystem::path& root, const std::vector<bool>& done);
 
   const std::vector<Run>& runs() const { return runs_; }
@@ -58,7 +59,8 @@ struct Divisor {
 
 /// `figure` of `estimator` in a row, over all seeds with which it runs. The worst is the largest, of `success` and
 /// `real_time_factor` the smallest.
-SeedValue seed_value(const Results& results, const std::string& group, const std::string& row, const std::string& estimator,
-                     const std::string& figure, Statistic statistic, const Divisor& over = {});
+SeedValue seed_value(const Results& results, const std::string& group, const std::string& row,
+                     const std::string& estimator, const std::string& figure, Statistic statistic,
+                     const Divisor& over = {});
 
 }  // namespace lodestone::reproduce

@@ -53,7 +53,8 @@ void override_scope(RunScope& scope, const std::vector<std::string>& only, const
   if (!seeds.empty()) scope.seeds = seeds;
   for (const int seed : scope.seeds) {
     if (seed < 0 || std::count(scope.seeds.begin(), scope.seeds.end(), seed) > 1) {
-      throw InputError(fmt::format("--seeds: expected different whole numbers from 0, found {}", fmt::join(scope.seeds, ",")));
+      throw InputError(
+          fmt::format("--seeds: expected different whole numbers from 0, found {}", fmt::join(scope.seeds, ",")));
     }
   }
 }

@@ -11,8 +11,8 @@
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
 #include "tools/experiments/child_process.h"
+#include "tools/progress.h"
 
 namespace lodestone::reproduce {
 
@@ -24,10 +24,13 @@ constexpr auto kPause = std::chrono::milliseconds(20);
 constexpr auto kGrace = std::chrono::seconds(10);  // for children to end after a signal
 
 bool is_over(StepState state) {
-  return state == StepState::done || state == StepState::unneeded || state == StepState::failed || state == StepState::blocked;
+  return state == StepState::done || state == StepState::unneeded || state == StepState::failed ||
+         state == StepState::blocked;
 }
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 }  // namespace
 
@@ -73,10 +76,10 @@ bool Scheduler::may_open_another_log() const {
   int logs = 0;
   for (std::size_t i = 0; i < states_.size(); ++i) {
     if (plan_.steps[i].kind != StepKind::log) continue;
-    if (states_[i] == StepState::active || (states_[i] == StepState::done && !dependents_[i].empty() &&
-                                            !std::all_of(dependents_[i].begin(), dependents_[i].end(), [&](std::size_t dependent) {
-                                              return is_over(states_[dependent]);
-                                            }))) {
+    if (states_[i] == StepState::active ||
+        (states_[i] == StepState::done && !dependents_[i].empty() &&
+         !std::all_of(dependents_[i].begin(), dependents_[i].end(),
+                      [&](std::size_t dependent) { return is_over(states_[dependent]); }))) {
       ++logs;
     }
   }
@@ -145,7 +148,8 @@ void Scheduler::conclude(const Active& active, int code) {
   } else {
     states_[active.index] = StepState::failed;
     block_dependents(active.index);
-    const std::string what = code > 128 ? fmt::format("ended by signal {}", code - 128) : fmt::format("exit code {}", code);
+    const std::string what =
+        code > 128 ? fmt::format("ended by signal {}", code - 128) : fmt::format("exit code {}", code);
     text = fmt::format("{}: {}: {} (see {})", step.name, what, last_line(step), store_.log_of(step).string());
   }
   remove_unneeded();

@@ -34,9 +34,9 @@ class Scheduler {
   /// State of every step before anything is done: what is done, unneeded or waiting.
   const std::vector<StepState>& states() const { return states_; }
 
-  /// Runs every waiting step as soon as what it needs is done, `jobs` at a time, and removes files that nothing needs any
-  /// more. A step that fails is told in one line; the others go on. On a signal the children are stopped and Interrupted
-  /// is thrown; what is done stays.
+  /// Runs every waiting step as soon as what it needs is done, `jobs` at a time, and removes files that nothing needs
+  /// any more. A step that fails is told in one line; the others go on. On a signal the children are stopped and
+  /// Interrupted is thrown; what is done stays.
   void run();
 
   bool all_done() const;

@@ -16,7 +16,8 @@ double share(std::size_t part, std::size_t whole, double of_none) {
 
 }  // namespace
 
-std::map<std::string, double> stale_figures(const std::filesystem::path& cells, const MagneticMap& field, const MagneticMap& own) {
+std::map<std::string, double> stale_figures(const std::filesystem::path& cells, const MagneticMap& field,
+                                            const MagneticMap& own) {
   const CsvTable table(cells);
   const std::vector<double> x = table.numbers("x_m");
   const std::vector<double> y = table.numbers("y_m");

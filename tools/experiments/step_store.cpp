@@ -38,19 +38,23 @@ void remove_folder(const fs::path& folder) {
 
 }  // namespace
 
-StepStore::StepStore(fs::path root, bool any_build) : root_(fs::absolute(root).lexically_normal()), any_build_(any_build) {
+StepStore::StepStore(fs::path root, bool any_build)
+    : root_(fs::absolute(root).lexically_normal()), any_build_(any_build) {
   made_folder(root_);
   // Not closed on exec: children hold the lock as well.
   lock_ = open((root_ / ".lock").c_str(), O_RDWR | O_CREAT, 0644);
   if (lock_ < 0) throw InputError(fmt::format("{}: cannot be written; choose another --out", root_.string()));
   if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
     close(lock_);
-    throw InputError(fmt::format("{}: another call works in this folder, or what it started; wait for it or choose another --out",
-                                 root_.string()));
+    throw InputError(
+        fmt::format("{}: another call works in this folder, or what it started; wait for it or choose another --out",
+                    root_.string()));
   }
 }
 
-StepStore::~StepStore() { close(lock_); }
+StepStore::~StepStore() {
+  close(lock_);
+}
 
 fs::path StepStore::log_of(const Step& step) const {
   std::string name = step.name;
@@ -83,7 +87,9 @@ void StepStore::finish(const Step& step) const {
   write_text_file((root_ / step.folder / kStamp).string(), json.dump(2) + "\n");
 }
 
-void StepStore::remove(const Step& step) const { remove_folder(root_ / step.folder); }
+void StepStore::remove(const Step& step) const {
+  remove_folder(root_ / step.folder);
+}
 
 void StepStore::remove_strangers(const Plan& plan) const {
   std::set<fs::path> known;

@@ -33,8 +33,8 @@ class StepStore {
   /// Removes the step's folder.
   void remove(const Step& step) const;
 
-  /// Removes folders of work that belong to no step of `plan`: left over by another call that was stopped. Maps that another
-  /// call's figures show stay.
+  /// Removes folders of work that belong to no step of `plan`: left over by another call that was stopped. Maps that
+  /// another call's figures show stay.
   void remove_strangers(const Plan& plan) const;
 
  private:

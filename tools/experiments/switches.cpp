@@ -122,7 +122,8 @@ std::string recipe_name(const Ablation& ablation, const Variant& variant) {
   }
   std::string safe;
   for (const unsigned char letter : name) {
-    const bool good = std::isalnum(letter) != 0 || std::string_view("-_.+=").find(static_cast<char>(letter)) != std::string::npos;
+    const bool good =
+        std::isalnum(letter) != 0 || std::string_view("-_.+=").find(static_cast<char>(letter)) != std::string::npos;
     safe += good ? static_cast<char>(letter) : '_';
   }
   if (safe == name && name.size() <= kLongest) return name;

@@ -14,7 +14,7 @@ struct SortedSwitches {
   std::vector<std::string> map;    ///< for `map magnetic --set`
   std::vector<std::string> world;  ///< for `simulate --set`
   std::optional<double> noise_ut;
-  std::string estimator;           ///< empty: not set
+  std::string estimator;  ///< empty: not set
 };
 
 /// Throws InputError where the noise is no number from 0.

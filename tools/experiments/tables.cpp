@@ -22,7 +22,8 @@ std::string title_of(const TableColumn& column) {
   if (!column.published.empty()) return column.published;
   if (!column.difference.empty()) return "change of the map, " + column.difference;
   const std::string over = column.over.empty() ? "" : " / " + column.over;
-  return fmt::format("{}{} {} {}", column.estimator, over, column.figure, enum_names(column.statistic)[column.statistic == Statistic::mean ? 0 : 1].second);
+  return fmt::format("{}{} {} {}", column.estimator, over, column.figure,
+                     enum_names(column.statistic)[column.statistic == Statistic::mean ? 0 : 1].second);
 }
 
 /// What tells the rows of a group apart: shown where any row has it.
@@ -39,7 +40,8 @@ const RowLabel kLabels[] = {
     {"map of", [](const Run& run) { return run.scene; }},
 };
 
-std::string difference_cell(const TableColumn& column, const Group& group, const std::string& row, const Results& results) {
+std::string difference_cell(const TableColumn& column, const Group& group, const std::string& row,
+                            const Results& results) {
   for (const std::size_t run : results.runs_of(group.name, row)) {
     const RunFigures* figures = results.find_difference(run);
     if (figures == nullptr) continue;
@@ -55,9 +57,8 @@ std::string cell(const TableColumn& column, const Group& group, const std::strin
     return value != nullptr ? value->text : kNothing;
   }
   if (!column.difference.empty()) return difference_cell(column, group, row, results);
-  const SeedValue seeds =
-      seed_value(results, group.name, row, column.estimator, column.figure, column.statistic,
-                 {column.over, column.over_figure});
+  const SeedValue seeds = seed_value(results, group.name, row, column.estimator, column.figure, column.statistic,
+                                     {column.over, column.over_figure});
   if (seeds.expected == 0) return kNothing;
   if (seeds.present == 0) return kMissing;
   if (column.figure == "success") return fmt::format("{}/{}", seeds.present - seeds.lost, seeds.present);
@@ -75,7 +76,8 @@ ResultTable make_table(const TableChoice& choice, const Experiment& experiment, 
   };
   std::vector<const RowLabel*> labels;
   for (const RowLabel& label : kLabels) {
-    const bool shown = std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return !label.text(first_run(row)).empty(); });
+    const bool shown = std::any_of(rows.begin(), rows.end(),
+                                   [&](const std::string& row) { return !label.text(first_run(row)).empty(); });
     if (!shown) continue;
     labels.push_back(&label);
     table.header.emplace_back(label.title);

@@ -16,7 +16,8 @@ struct ResultTable {
   std::string note;
 };
 
-/// A table as the experiment asks for it: the rows of its group that are meant, with what tells them apart, then its columns.
+/// A table as the experiment asks for it: the rows of its group that are meant, with what tells them apart, then its
+/// columns.
 /// "/": lost in at least one seed; "-": nothing published; "…": not run yet.
 ResultTable make_table(const TableChoice& choice, const Experiment& experiment, const Results& results);
 

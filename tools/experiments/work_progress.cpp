@@ -24,7 +24,9 @@ std::size_t line_width(std::FILE* stream) {
 WorkProgress::WorkProgress(std::FILE* stream)
     : stream_(stream), terminal_(isatty(fileno(stream)) == 1 && spdlog::should_log(spdlog::level::info)) {}
 
-WorkProgress::~WorkProgress() { finish(); }
+WorkProgress::~WorkProgress() {
+  finish();
+}
 
 void WorkProgress::update(const WorkShare& work) {
   const Clock::time_point now = Clock::now();
@@ -32,13 +34,15 @@ void WorkProgress::update(const WorkShare& work) {
   next_ = now + std::chrono::milliseconds(250);
   const double hours = std::chrono::duration<double>(now - start_).count() / 3600.0;
   const double rate = hours > 0.0 ? static_cast<double>(work.done) / hours : 0.0;
-  const std::string plain = fmt::format("  {:3.0f} %  {} of {} steps, {:.0f} an hour  {} left  ", std::floor(100.0 * work.share),
-                                        work.done, work.total, rate, clock_text(work.seconds_left));
+  const std::string plain =
+      fmt::format("  {:3.0f} %  {} of {} steps, {:.0f} an hour  {} left  ", std::floor(100.0 * work.share), work.done,
+                  work.total, rate, clock_text(work.seconds_left));
   constexpr std::size_t bar = 20;
   const std::size_t width = line_width(stream_);
   std::string active = work.active;
   // A line that wraps could not be redrawn.
-  if (width > 0) active.resize(std::min(active.size(), width > plain.size() + bar + 1 ? width - plain.size() - bar - 1 : 0));
+  if (width > 0)
+    active.resize(std::min(active.size(), width > plain.size() + bar + 1 ? width - plain.size() - bar - 1 : 0));
   std::fprintf(stream_, "\r\033[K%s%s%s", progress_bar(work.share, bar).c_str(), plain.c_str(), active.c_str());
   std::fflush(stream_);
   open_line_ = true;

@@ -8,15 +8,15 @@ namespace lodestone::reproduce {
 
 /// How far a plan has come.
 struct WorkShare {
-  std::size_t done = 0;   ///< steps
+  std::size_t done = 0;  ///< steps
   std::size_t total = 0;
-  double share = 0.0;     ///< of the expected time, 0 to 1
+  double share = 0.0;  ///< of the expected time, 0 to 1
   double seconds_left = 0.0;
-  std::string active;     ///< what is being done
+  std::string active;  ///< what is being done
 };
 
-/// On a terminal a bar that is redrawn, with steps an hour, the time left and what is being done; elsewhere a plain line a
-/// step and no bar.
+/// On a terminal a bar that is redrawn, with steps an hour, the time left and what is being done; elsewhere a plain
+/// line a step and no bar.
 class WorkProgress {
  public:
   explicit WorkProgress(std::FILE* stream);

@@ -50,15 +50,15 @@ void require_known(const ConfigurationNode& node, const std::string& name, const
                    const std::string& what) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
   if (known.empty()) node.fail(fmt::format("there is no {} '{}'", what, name));
-  node.fail(fmt::format("there is no {} '{}'{} (known: {})", what, name, suggestion(name, known),
-                        join_names(known)));
+  node.fail(fmt::format("there is no {} '{}'{} (known: {})", what, name, suggestion(name, known), join_names(known)));
 }
 
 void check_file_name(const ConfigurationNode& node, const std::string& name) {
   const bool good = !name.empty() && name[0] != '.' && std::all_of(name.begin(), name.end(), [](unsigned char letter) {
     return std::isalnum(letter) != 0 || letter == '-' || letter == '_' || letter == '.';
   });
-  if (!good) node.fail(fmt::format("'{}' becomes a folder's or file's name: use letters, digits, '-', '_' and '.' alone", name));
+  if (!good)
+    node.fail(fmt::format("'{}' becomes a folder's or file's name: use letters, digits, '-', '_' and '.' alone", name));
 }
 
 std::string file_name(const ConfigurationNode& node) {

@@ -24,7 +24,8 @@ void check_file_name(const ConfigurationNode& node, const std::string& name);
 /// The same of the node's own text, which is returned.
 std::string file_name(const ConfigurationNode& node);
 
-/// Adds the drives of the list `drives`: of each element `world` (relative to the file), `sequences`, `scene`, `map_scenes`.
+/// Adds the drives of the list `drives`: of each element `world` (relative to the file), `sequences`, `scene`,
+/// `map_scenes`.
 void read_drives(const ConfigurationNode& node, std::vector<Drive>& drives);
 
 /// LiDAR ranges, metres; none where the key `ranges_m` is absent.

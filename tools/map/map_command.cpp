@@ -92,16 +92,18 @@ FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platfor
                to_seconds(max_pose_gap), call.trajectory);
   }
   if (survey.observations.empty()) {
-    throw InputError(fmt::format("{}: none of its magnetometer readings lies within the time of {} ({} to {} s); give the "
-                                 "trajectory of this survey",
-                                 call.survey, call.trajectory, format_stamp(trajectory.front().time),
-                                 format_stamp(trajectory.back().time)));
+    throw InputError(fmt::format(
+        "{}: none of its magnetometer readings lies within the time of {} ({} to {} s); give the "
+        "trajectory of this survey",
+        call.survey, call.trajectory, format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
   }
   const auto readings = static_cast<std::int64_t>(survey.observations.size()) + survey.without_pose;
   if (2 * survey.without_pose > readings) {
-    throw InputError(fmt::format("{}: {} of its {} magnetometer readings have no pose in {} ({} to {} s); give the trajectory of "
-                                 "this survey, whole", call.survey, survey.without_pose, readings, call.trajectory,
-                                 format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
+    throw InputError(
+        fmt::format("{}: {} of its {} magnetometer readings have no pose in {} ({} to {} s); give the trajectory of "
+                    "this survey, whole",
+                    call.survey, survey.without_pose, readings, call.trajectory, format_stamp(trajectory.front().time),
+                    format_stamp(trajectory.back().time)));
   }
   return survey;
 }
@@ -121,8 +123,9 @@ std::string kernels_table(const FieldKernelFit& fit) {
   std::string text = "  component   signal sigma   length scale   noise a cell (by likelihood alone)\n";
   const char* names[] = {"B_x", "B_y", "B_z"};
   for (int k = 0; k < 3; ++k) {
-    text += fmt::format("  {:<9} {:>11.3f} uT {:>12.3f} m {:>11.3f} uT ({:.3f})\n", names[k], fit.kernels[k].signal_sigma,
-                        fit.kernels[k].length_scale_m, fit.kernels[k].noise_sigma, fit.uncalibrated_noise[k]);
+    text +=
+        fmt::format("  {:<9} {:>11.3f} uT {:>12.3f} m {:>11.3f} uT ({:.3f})\n", names[k], fit.kernels[k].signal_sigma,
+                    fit.kernels[k].length_scale_m, fit.kernels[k].noise_sigma, fit.uncalibrated_noise[k]);
   }
   if (fit.potential) {
     text += fmt::format("  one potential: length scale {:.3f} m, in the vertical {:.3f} m; constant field {:.3f} uT\n",
@@ -132,8 +135,8 @@ std::string kernels_table(const FieldKernelFit& fit) {
   return text;
 }
 
-Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& options, const FieldSurvey& survey, const MagneticMapResult& result,
-                         const std::string& held_out, const std::string& doubts) {
+Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& options, const FieldSurvey& survey,
+                         const MagneticMapResult& result, const std::string& held_out, const std::string& doubts) {
   Provenance provenance{{"made_by", "lodestone map magnetic"},
                         {"survey", std::filesystem::path(call.survey).filename().string()},
                         {"trajectory", std::filesystem::path(call.trajectory).filename().string()},
@@ -143,14 +146,16 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
                         {"method", method_name(options)}};
   for (int k = 0; k < 3; ++k) {
     const KernelParameters& kernel = result.fit.kernels[k];
-    provenance.push_back({fmt::format("kernel_{}", "xyz"[k]),
-                          fmt::format("signal {:.4g} uT, length scale {:.4g} m, noise {:.4g} uT a cell of {:.4g} m",
-                                      kernel.signal_sigma, kernel.length_scale_m, kernel.noise_sigma, result.fit.cell_m)});
+    provenance.push_back(
+        {fmt::format("kernel_{}", "xyz"[k]),
+         fmt::format("signal {:.4g} uT, length scale {:.4g} m, noise {:.4g} uT a cell of {:.4g} m", kernel.signal_sigma,
+                     kernel.length_scale_m, kernel.noise_sigma, result.fit.cell_m)});
   }
   if (const auto& potential = result.fit.potential) {
-    provenance.push_back({"potential", fmt::format("length scale {:.4g} m, in the vertical {:.4g} m, constant field {:.4g} uT",
-                                                   potential->length_scale_m, potential->vertical_length_scale_m,
-                                                   potential->linear_sigma_ut)});
+    provenance.push_back(
+        {"potential",
+         fmt::format("length scale {:.4g} m, in the vertical {:.4g} m, constant field {:.4g} uT",
+                     potential->length_scale_m, potential->vertical_length_scale_m, potential->linear_sigma_ut)});
   }
   if (!held_out.empty()) provenance.push_back({"held_out", held_out});
   if (!doubts.empty()) provenance.push_back({"warning", doubts});
@@ -174,8 +179,8 @@ void map_magnetic(const MapMagneticCall& call) {
   const MagneticMapResult result = build_magnetic_map(survey.observations, options);
   const FieldGrid& grid = result.map.grid();
   fmt::print("{}: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
-             method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows, grid.resolution_m,
-             grid.heights_m.front(), clock.lap());
+             method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows,
+             grid.resolution_m, grid.heights_m.front(), clock.lap());
   fmt::print("{}", kernels_table(result.fit));
   fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
              result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
@@ -183,8 +188,9 @@ void map_magnetic(const MapMagneticCall& call) {
 
   if (result.nodes == 0) {
     const std::string unreached = unreached_heights(survey.observations, result.map);
-    throw InputError(fmt::format("{}: no node of a map of it has a sigma within {:.3f} uT, so that nothing is written: {}", call.survey,
-                                 result.map.max_sigma_ut(), unreached.empty() ? kSurveyCauses : unreached));
+    throw InputError(
+        fmt::format("{}: no node of a map of it has a sigma within {:.3f} uT, so that nothing is written: {}",
+                    call.survey, result.map.max_sigma_ut(), unreached.empty() ? kSurveyCauses : unreached));
   }
 
   std::string held_out;
@@ -195,10 +201,11 @@ void map_magnetic(const MapMagneticCall& call) {
     if (!split.held_out.empty() && !split.training.empty()) {
       const HeldOutScore score = score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
       held_out_score = score;
-      held_out = fmt::format("every tenth {:g} s, predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
-                             "cells; over their sigma {:.2f} {:.2f} {:.2f}; {} cells refused",
-                             options.held_out_block_s, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
-                             score.normalized_rms.x(), score.normalized_rms.y(), score.normalized_rms.z(), score.refused);
+      held_out = fmt::format(
+          "every tenth {:g} s, predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
+          "cells; over their sigma {:.2f} {:.2f} {:.2f}; {} cells refused",
+          options.held_out_block_s, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
+          score.normalized_rms.x(), score.normalized_rms.y(), score.normalized_rms.z(), score.refused);
       fmt::print("held out, {}; {:.1f} s\n", held_out, clock.lap());
     }
   }
@@ -206,7 +213,8 @@ void map_magnetic(const MapMagneticCall& call) {
   if (!unreached.empty()) fmt::print("warning: map.height (1 times): {}\n", unreached);
   const std::string doubts = survey_doubts(result.fit, reading_noise(platform), held_out_score);
   if (!doubts.empty()) fmt::print("warning: map.survey_noise (1 times): {}\n", doubts);
-  write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out, doubts), call.out, options.tile_nodes());
+  write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out, doubts), call.out,
+                     options.tile_nodes());
   const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");
   draw_map_picture(picture, &result.map, {}, {});
   fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),
@@ -215,8 +223,9 @@ void map_magnetic(const MapMagneticCall& call) {
 
 void add_map_magnetic(CLI::App& parent, int* code) {
   const auto call = std::make_shared<MapMagneticCall>();
-  CLI::App* command = parent.add_subcommand(
-      "magnetic", "Build a grid map of the ambient magnetic field from a survey drive, by Gaussian-process regression, with its sigma");
+  CLI::App* command = parent.add_subcommand("magnetic",
+                                            "Build a grid map of the ambient magnetic field from a survey drive, by "
+                                            "Gaussian-process regression, with its sigma");
   CommandFiles files(*command);
   files
       .input(

@@ -43,12 +43,14 @@ void refuse_disjoint(const MapDiffCall& call, const MagneticMap& first, const Ma
                        grid.origin.x() + grid.resolution_m * (grid.columns - 1), grid.origin.y(),
                        grid.origin.y() + grid.resolution_m * (grid.rows - 1));
   };
-  throw InputError(fmt::format("the maps have no place in common: {} spans {}, {} spans {}; compare maps of one site, in one "
-                               "frame",
-                               call.first, span(first.grid()), call.second, span(second.grid())));
+  throw InputError(
+      fmt::format("the maps have no place in common: {} spans {}, {} spans {}; compare maps of one site, in one "
+                  "frame",
+                  call.first, span(first.grid()), call.second, span(second.grid())));
 }
 
-std::string to_json(const MapDiffCall& call, const MagneticDifference& difference, const std::vector<ChangedPlace>& places) {
+std::string to_json(const MapDiffCall& call, const MagneticDifference& difference,
+                    const std::vector<ChangedPlace>& places) {
   using Json = nlohmann::ordered_json;
   const Shares shares = shares_of(difference);
   const Vector3& at = difference.largest_at;
@@ -85,17 +87,20 @@ std::string to_csv(const std::vector<ChangedPlace>& places) {
   return text;
 }
 
-void print_figures(const MapDiffCall& call, const MagneticDifference& difference, const std::vector<ChangedPlace>& places) {
+void print_figures(const MapDiffCall& call, const MagneticDifference& difference,
+                   const std::vector<ChangedPlace>& places) {
   const Shares shares = shares_of(difference);
   const Vector3& at = difference.largest_at;
   fmt::print("compared {:.2f} m2, {:.1f} % of what either map covers; only {}: {:.1f} %, only {}: {:.1f} %\n",
              difference.compared_m2, 100.0 * shares.compared, call.first, 100.0 * shares.only_first, call.second,
              100.0 * shares.only_second);
-  fmt::print("|dB|: mean {:.3f} uT, rms {:.3f} uT, 95 % below {:.3f} uT, largest {:.3f} uT at ({:.2f}, {:.2f}, {:.2f}) m\n",
-             difference.mean_ut, difference.rms_ut, difference.high_ut, difference.largest_ut, at.x(), at.y(), at.z());
-  fmt::print("over the maps' sigma: rms {:.2f} a component (1 where nothing changed), {:.1f} % above 3 sigma (2.9 % by "
-             "chance)\n",
-             difference.normalized_rms, 100.0 * difference.share_above_three_sigma);
+  fmt::print(
+      "|dB|: mean {:.3f} uT, rms {:.3f} uT, 95 % below {:.3f} uT, largest {:.3f} uT at ({:.2f}, {:.2f}, {:.2f}) m\n",
+      difference.mean_ut, difference.rms_ut, difference.high_ut, difference.largest_ut, at.x(), at.y(), at.z());
+  fmt::print(
+      "over the maps' sigma: rms {:.2f} a component (1 where nothing changed), {:.1f} % above 3 sigma (2.9 % by "
+      "chance)\n",
+      difference.normalized_rms, 100.0 * difference.share_above_three_sigma);
   fmt::print("{} place{} above {:g} uT\n", places.size(), places.size() == 1 ? "" : "s", call.threshold_ut);
   constexpr std::size_t most = 10;
   if (!places.empty()) fmt::print("  place        x, m      y, m   area, m2   largest, uT\n");
@@ -129,7 +134,8 @@ void map_diff(const MapDiffCall& call) {
   draw_difference_picture(out / "picture", difference, places,
                           fmt::format("Change of the field from {} to {}", call.first, call.second));
   write_result(out / "diff.json", to_json(call, difference, places));
-  fmt::print("wrote {}/: picture.png, .pdf and .svg, difference.yaml with difference.tif, places.csv, diff.json\n", call.out);
+  fmt::print("wrote {}/: picture.png, .pdf and .svg, difference.yaml with difference.tif, places.csv, diff.json\n",
+             call.out);
 }
 
 }  // namespace
@@ -137,7 +143,8 @@ void map_diff(const MapDiffCall& call) {
 void add_map_diff(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapDiffCall>();
   CLI::App* command = map.add_subcommand(
-      "diff", "Compare two magnetic maps of one site, node by node of the first: what changed, where, beyond their sigma");
+      "diff",
+      "Compare two magnetic maps of one site, node by node of the first: what changed, where, beyond their sigma");
   CommandFiles files(*command);
   files.input(command->add_option("FIRST", call->first, "a magnetic map, FIELD.yaml: what was"))->required();
   files.input(command->add_option("SECOND", call->second, "another one, of any grid and resolution: what is"))

@@ -55,12 +55,14 @@ void map_import(const MapImportCall& call) {
                                   ? fmt::format("at {:.3f} m height", grid.heights_m.front())
                                   : fmt::format("{} layers from {:.3f} to {:.3f} m height", grid.heights_m.size(),
                                                 grid.heights_m.front(), grid.heights_m.back());
-  fmt::print("{}: {} nodes with field of {} x {} every {:.4g} m, {}\n", call.table, field.nodes, grid.columns, grid.rows,
-             grid.resolution_m, heights);
+  fmt::print("{}: {} nodes with field of {} x {} every {:.4g} m, {}\n", call.table, field.nodes, grid.columns,
+             grid.rows, grid.resolution_m, heights);
   if (field.metres_in_doubt) {
-    fmt::print("warning: map.metres (1 times): the positions are taken for metres, {:g} m along x and {:g} m along y: if they are "
-               "millimetres, divide them by 1000; if they are metres, name the columns x_m, y_m and z_m\n",
-               grid.resolution_m * (grid.columns - 1), grid.resolution_m * (grid.rows - 1));
+    fmt::print(
+        "warning: map.metres (1 times): the positions are taken for metres, {:g} m along x and {:g} m along y: if they "
+        "are "
+        "millimetres, divide them by 1000; if they are metres, name the columns x_m, y_m and z_m\n",
+        grid.resolution_m * (grid.columns - 1), grid.resolution_m * (grid.rows - 1));
   }
   fmt::print("unit {}{}: half of the field is above {:.3g} uT\n", unit,
              field.unit_from_size ? ", told from the field's size (--unit says otherwise)" : "", field.median_ut);
@@ -71,10 +73,11 @@ void map_import(const MapImportCall& call) {
     fmt::print("warning: {} nodes have no three neighbours in a square: there is no field round them\n",
                field.nodes - field.in_cells);
   }
-  const Provenance provenance{{"made_by", "lodestone map import"},
-                              {"table", std::filesystem::path(call.table).filename().string()},
-                              {"unit_of_table", unit},
-                              {"sigma", field.has_sigma ? "the table's" : fmt::format("{:g} uT, given", call.sigma_ut)}};
+  const Provenance provenance{
+      {"made_by", "lodestone map import"},
+      {"table", std::filesystem::path(call.table).filename().string()},
+      {"unit_of_table", unit},
+      {"sigma", field.has_sigma ? "the table's" : fmt::format("{:g} uT, given", call.sigma_ut)}};
   write_magnetic_map(field.map, provenance, call.out);
   const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");
   draw_map_picture(picture, &field.map, {}, {});
@@ -97,11 +100,13 @@ void add_map_import(CLI::App& map, int* code) {
       .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it"),
               CommandFiles::with_endings({".tif", ".png"}))
       ->required();
-  command->add_option("--unit", call->unit,
-                      "of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: as the header says, else told "
-                      "from its size)");
+  command->add_option(
+      "--unit", call->unit,
+      "of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: as the header says, else told "
+      "from its size)");
   command->add_option("--height", call->height_m, "z of the map, metres, of a table without");
-  command->add_option("--sigma-ut", call->sigma_ut, "one sigma of the field at every node, of a table without, microtesla")
+  command
+      ->add_option("--sigma-ut", call->sigma_ut, "one sigma of the field at every node, of a table without, microtesla")
       ->capture_default_str();
   command->footer(R"(
 Examples:

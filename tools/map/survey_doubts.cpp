@@ -12,23 +12,28 @@ namespace {
 constexpr double kSeveral = 3.0;
 constexpr std::size_t kEnoughCells = 20;
 
-double rms(const Vector3& components) { return components.norm() / std::sqrt(3.0); }
+double rms(const Vector3& components) {
+  return components.norm() / std::sqrt(3.0);
+}
 
 }  // namespace
 
 const char* const kSurveyCauses =
     "the trajectory may be of another drive, its clock not the log's, or the platform's T_imu_mag or calibration wrong";
 
-std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut, const std::optional<HeldOutScore>& held_out) {
+std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut,
+                          const std::optional<HeldOutScore>& held_out) {
   const double noise = rms({fit.kernels[0].noise_sigma, fit.kernels[1].noise_sigma, fit.kernels[2].noise_sigma});
   const double by_likelihood = rms(fit.uncalibrated_noise);
   if (noise > kSeveral * reading_noise_ut) {
-    return fmt::format("the readings scatter by {:.2f} uT a cell, and the platform's noise of one reading is {:.2f} uT: {}", noise,
-                       reading_noise_ut, kSurveyCauses);
+    return fmt::format(
+        "the readings scatter by {:.2f} uT a cell, and the platform's noise of one reading is {:.2f} uT: {}", noise,
+        reading_noise_ut, kSurveyCauses);
   }
   if (noise > reading_noise_ut && noise > kSeveral * by_likelihood) {
-    return fmt::format("the readings scatter by {:.2f} uT a cell, {:.1f} times what one pass of them says by itself: {}", noise,
-                       noise / by_likelihood, kSurveyCauses);
+    return fmt::format(
+        "the readings scatter by {:.2f} uT a cell, {:.1f} times what one pass of them says by itself: {}", noise,
+        noise / by_likelihood, kSurveyCauses);
   }
   if (held_out && held_out->cells >= kEnoughCells && rms(held_out->normalized_rms) > kSeveral) {
     return fmt::format("the readings that were held out miss the map of the others by {:.1f} of its sigmas: {}",
@@ -40,7 +45,9 @@ std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut, co
 std::string unreached_heights(const std::vector<FieldObservation>& readings, const MagneticMap& map) {
   constexpr std::size_t kLooks = 2000;
   if (readings.empty()) return {};
-  const auto lower = [](const FieldObservation& a, const FieldObservation& b) { return a.position.z() < b.position.z(); };
+  const auto lower = [](const FieldObservation& a, const FieldObservation& b) {
+    return a.position.z() < b.position.z();
+  };
   const auto [low, high] = std::minmax_element(readings.begin(), readings.end(), lower);
   std::string heights;
   for (const double height : map.grid().heights_m) {
@@ -53,8 +60,10 @@ std::string unreached_heights(const std::vector<FieldObservation>& readings, con
     if (!reached) heights += fmt::format("{}{:g}", heights.empty() ? "" : ", ", height);
   }
   if (heights.empty()) return {};
-  return fmt::format("no field at the height {} m, for the survey's readings lie at {:.3f} to {:.3f} m: change heights_m, or survey there",
-                     heights, low->position.z(), high->position.z());
+  return fmt::format(
+      "no field at the height {} m, for the survey's readings lie at {:.3f} to {:.3f} m: change heights_m, or survey "
+      "there",
+      heights, low->position.z(), high->position.z());
 }
 
 }  // namespace lodestone

@@ -29,7 +29,9 @@ std::vector<double> decade_ticks(double low, double high) {
   return ticks;
 }
 
-std::string tick_text(double value) { return fmt::format("{:.6g}", std::abs(value) < 1e-12 ? 0.0 : value); }
+std::string tick_text(double value) {
+  return fmt::format("{:.6g}", std::abs(value) < 1e-12 ? 0.0 : value);
+}
 
 double Scale::share(double value) const {
   if (!logarithmic) return (value - low) / (high - low);
@@ -73,8 +75,10 @@ double Axes::ticks(bool x_numbers, bool y_numbers, int x_count, int y_count) {
     if (!x_numbers) continue;
     canvas_.text({tick.x, tick.y + 10.0}, tick_text(x), ink::letter, ink::text, Anchor::middle, Anchor::begin);
   }
-  for (const double y : y_.minor_ticks()) canvas_.line({box_.left - 3.0, at(x_.low, y).y}, at(x_.low, y), ink::frame, 0.6);
-  for (const double x : x_.minor_ticks()) canvas_.line(at(x, y_.low), {at(x, y_.low).x, box_.bottom + 3.0}, ink::frame, 0.6);
+  for (const double y : y_.minor_ticks())
+    canvas_.line({box_.left - 3.0, at(x_.low, y).y}, at(x_.low, y), ink::frame, 0.6);
+  for (const double x : x_.minor_ticks())
+    canvas_.line(at(x, y_.low), {at(x, y_.low).x, box_.bottom + 3.0}, ink::frame, 0.6);
   return widest;
 }
 
@@ -100,8 +104,8 @@ void Axes::curve(const std::vector<double>& x, const std::vector<double>& y, Col
   canvas_.unclip();
 }
 
-void Axes::ribbon(const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high, Color color,
-                  double opacity) {
+void Axes::ribbon(const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high,
+                  Color color, double opacity) {
   canvas_.clip(box_);
   std::vector<CanvasPoint> there;
   std::vector<CanvasPoint> back;

@@ -42,11 +42,12 @@ class Axes {
   /// Fine lines at the ticks, below the data.
   void grid(int x_count, int y_count);
 
-  /// Frame, ticks and their numbers, and the titles. Without `x_title` the x axis has no numbers: a panel below has them.
+  /// Frame, ticks and their numbers, and the titles. Without `x_title` the x axis has no numbers: a panel below has
+  /// them.
   void labels(const std::string& x_title, const std::string& y_title, int x_count, int y_count);
 
-  /// The frame and the ticks, with numbers where wanted; the parts between the powers of a logarithmic axis are ticked too.
-  /// Returns the width of the widest number of the y axis.
+  /// The frame and the ticks, with numbers where wanted; the parts between the powers of a logarithmic axis are ticked
+  /// too. Returns the width of the widest number of the y axis.
   double ticks(bool x_numbers, bool y_numbers, int x_count, int y_count);
 
   /// A line through the points, cut off at the box; points that are not finite break it.
@@ -54,8 +55,8 @@ class Axes {
              Stroke stroke = Stroke::solid);
 
   /// The area between two curves over the same x, cut off at the box; broken as a curve.
-  void ribbon(const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high, Color color,
-              double opacity);
+  void ribbon(const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high,
+              Color color, double opacity);
 
   /// The stretch from x0 to x1 in full height.
   void band(double x0, double x1, Color color, double opacity);

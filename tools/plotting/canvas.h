@@ -34,8 +34,8 @@ Color color_of(ColorRamp ramp, double share);
 /// The same for a raster: blue, green, red, opacity. NaN is transparent.
 cv::Mat4b colored(const cv::Mat1f& shares, ColorRamp ramp);
 
-/// A point of the canvas: x to the right, y down, logical pixels. A PNG has two real pixels to each; in PDF and SVG each
-/// is half a point (1/144 inch): 504 are the column of a paper, 1032 its page, 15 a letter of 7.5 pt.
+/// A point of the canvas: x to the right, y down, logical pixels. A PNG has two real pixels to each; in PDF and SVG
+/// each is half a point (1/144 inch): 504 are the column of a paper, 1032 its page, 15 a letter of 7.5 pt.
 struct CanvasPoint {
   double x = 0.0;
   double y = 0.0;
@@ -93,8 +93,8 @@ class Canvas {
 
   double text_width(const std::string& text, double size) const;
 
-  /// Writes the file that the extension names (.png, .pdf, .svg), or, without one of these, all three with the extension
-  /// appended. Each is written aside and renamed. Throws InputError where that fails.
+  /// Writes the file that the extension names (.png, .pdf, .svg), or, without one of these, all three with the
+  /// extension appended. Each is written aside and renamed. Throws InputError where that fails.
   void save(const std::filesystem::path& path) const;
 
  private:

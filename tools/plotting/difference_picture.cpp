@@ -65,8 +65,8 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
   Canvas canvas(sheet.width, sheet.height);
   canvas.text({box.left, 14.0}, title, ink::title, ink::text, Anchor::begin, Anchor::begin);
   canvas.text({box.left, 42.0},
-              fmt::format("{:.1f} m² compared; mean {:.2f}, 95 % below {:.2f}, largest {:.2f} µT", difference.compared_m2,
-                          difference.mean_ut, difference.high_ut, difference.largest_ut),
+              fmt::format("{:.1f} m² compared; mean {:.2f}, 95 % below {:.2f}, largest {:.2f} µT",
+                          difference.compared_m2, difference.mean_ut, difference.high_ut, difference.largest_ut),
               ink::letter, ink::text, Anchor::begin, Anchor::begin);
 
   const Scale scale = change_range(change);

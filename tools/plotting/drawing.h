@@ -56,8 +56,8 @@ struct Drawing {
   std::vector<Mark> marks;
 };
 
-constexpr double kPixelsALogical = 2.0;   ///< of the PNG, and of images in PDF and SVG
-constexpr double kPointsALogical = 0.5;   ///< of PDF and SVG: 15 logical pixels are letters of 7.5 pt
+constexpr double kPixelsALogical = 2.0;    ///< of the PNG, and of images in PDF and SVG
+constexpr double kPointsALogical = 0.5;    ///< of PDF and SVG: 15 logical pixels are letters of 7.5 pt
 constexpr double kDashes[2] = {5.0, 2.5};  ///< drawn and left out, in line widths
 constexpr double kDots[2] = {1.3, 1.7};
 

@@ -6,8 +6,8 @@
 
 namespace lodestone {
 
-/// The drawing as the bytes of a file. The same drawing gives the same bytes. Throw InputError where the drawing library
-/// refuses (out of memory, too large a sheet).
+/// The drawing as the bytes of a file. The same drawing gives the same bytes. Throw InputError where the drawing
+/// library refuses (out of memory, too large a sheet).
 std::string png_of(const Drawing& drawing);
 std::string pdf_of(const Drawing& drawing);
 std::string svg_of(const Drawing& drawing);

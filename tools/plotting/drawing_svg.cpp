@@ -1,4 +1,5 @@
-// A drawing as SVG, written here because cairo's SVG turns letters into outlines: a text that cannot be searched or mended.
+// A drawing as SVG, written here because cairo's SVG turns letters into outlines: a text that cannot be searched or
+// mended.
 #include <fmt/format.h>
 
 #include <string_view>
@@ -19,7 +20,9 @@ std::string short_number(double value) {
   return text == "-0" ? "0" : text;
 }
 
-std::string hex(Color color) { return fmt::format("#{:02x}{:02x}{:02x}", color.red, color.green, color.blue); }
+std::string hex(Color color) {
+  return fmt::format("#{:02x}{:02x}{:02x}", color.red, color.green, color.blue);
+}
 
 std::string escaped(std::string_view text) {
   std::string result;
@@ -85,8 +88,8 @@ struct SvgElement {
     static constexpr std::string_view kAnchors[] = {"start", "middle", "end"};
     const std::string x = short_number(text.at.x);
     const std::string y = short_number(text.at.y);
-    std::string element = fmt::format("<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\"", x, y, short_number(text.size),
-                                      hex(text.color));
+    std::string element = fmt::format("<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\"", x, y,
+                                      short_number(text.size), hex(text.color));
     if (text.anchor != Anchor::begin) {
       element += fmt::format(" text-anchor=\"{}\"", kAnchors[static_cast<std::size_t>(text.anchor)]);
     }
@@ -98,7 +101,8 @@ struct SvgElement {
 /// Named by what it is: pictures that share a page may share names, and then mean the same.
 std::string clip_name(const CanvasBox& box) {
   std::string name = "clip";
-  for (const double value : {box.left, box.top, box.width(), box.height()}) name.append("_").append(short_number(value));
+  for (const double value : {box.left, box.top, box.width(), box.height()})
+    name.append("_").append(short_number(value));
   return name;
 }
 
@@ -122,10 +126,11 @@ std::string svg_of(const Drawing& drawing) {
       if (clip) svg += "</g>\n";
       clip = mark.clip;
       if (clip) {
-        svg += fmt::format("<clipPath id=\"{0}\"><rect x=\"{1}\" y=\"{2}\" width=\"{3}\" height=\"{4}\"/></clipPath>\n"
-                           "<g clip-path=\"url(#{0})\">\n",
-                           clip_name(*clip), short_number(clip->left), short_number(clip->top), short_number(clip->width()),
-                           short_number(clip->height()));
+        svg += fmt::format(
+            "<clipPath id=\"{0}\"><rect x=\"{1}\" y=\"{2}\" width=\"{3}\" height=\"{4}\"/></clipPath>\n"
+            "<g clip-path=\"url(#{0})\">\n",
+            clip_name(*clip), short_number(clip->left), short_number(clip->top), short_number(clip->width()),
+            short_number(clip->height()));
       }
     }
     svg += std::visit(SvgElement{}, mark.shape) + "\n";

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/plotting/axes.h"
 #include "tools/plotting/error_scale.h"
 #include "tools/plotting/method_style.h"
 #include "tools/plotting/page.h"
-#include "tools/plotting/axes.h"
 
 namespace lodestone::figures {
 
@@ -60,10 +60,13 @@ void draw_error_distributions(const std::filesystem::path& path, const std::vect
   const std::size_t columns = count == 4 ? 2 : std::min<std::size_t>(3, count);
   const std::size_t rows = (count + columns - 1) / columns;
   const double page = columns == 1 ? kColumnWidth : kPageWidth;
-  const double width = (page - kDistributionLeft - kDistributionRight - kDistributionGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
+  const double width =
+      (page - kDistributionLeft - kDistributionRight - kDistributionGap * static_cast<double>(columns - 1)) /
+      static_cast<double>(columns);
 
   std::vector<LegendEntry> legend;
-  for (const MethodStyle& style : styles) legend.push_back({style.label, style.color, style.width + 0.5, false, style.stroke});
+  for (const MethodStyle& style : styles)
+    legend.push_back({style.label, style.color, style.width + 0.5, false, style.stroke});
   Canvas measure(page, 100.0);
   const double top = draw_legend(measure, {kDistributionLeft, 4.0}, page - kDistributionRight, legend) + 38.0;
   Canvas canvas(page, top + static_cast<double>(rows) * (kDistributionPanelHeight + kRowGap) - kRowGap + 62.0);
@@ -85,7 +88,8 @@ void draw_error_distributions(const std::filesystem::path& path, const std::vect
     canvas.text({middle, box.top - 9.0}, panels[i].title, ink::letter, ink::text, Anchor::middle, Anchor::end);
     const bool lowest = i + columns >= panels.size();
     if (lowest) {
-      canvas.text({middle, box.bottom + 34.0}, "position error, m", ink::letter, ink::text, Anchor::middle, Anchor::begin);
+      canvas.text({middle, box.bottom + 34.0}, "position error, m", ink::letter, ink::text, Anchor::middle,
+                  Anchor::begin);
     }
     if (column == 0) {
       canvas.vertical_text({14.0, 0.5 * (box.top + box.bottom)}, "share of scans", ink::letter, ink::text);

@@ -11,8 +11,8 @@ namespace lodestone::figures {
 struct MethodErrors {
   std::string method;
   std::vector<double> error_m;
-  std::size_t expected = 0;  ///< scans that there should have been: what a lost run did not reach counts as beyond every
-                             ///< error; 0 where none is missing
+  std::size_t expected = 0;  ///< scans that there should have been: what a lost run did not reach counts as beyond
+                             ///< every error; 0 where none is missing
 };
 
 struct DistributionPanel {

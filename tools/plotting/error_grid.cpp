@@ -5,11 +5,11 @@
 #include <map>
 #include <stdexcept>
 
+#include "tools/plotting/axes.h"
 #include "tools/plotting/error_scale.h"
 #include "tools/plotting/method_style.h"
 #include "tools/plotting/page.h"
 #include "tools/plotting/window_statistics.h"
-#include "tools/plotting/axes.h"
 
 namespace lodestone::figures {
 
@@ -71,7 +71,8 @@ void draw_error_grid(const std::filesystem::path& path, const ErrorGrid& grid) {
   const double right = kPageWidth - kStrip;
   const double width = (right - kGridLeft - kGridGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
   std::vector<LegendEntry> legend;
-  for (const MethodStyle& style : styles) legend.push_back({style.label, style.color, style.width + 0.5, false, style.stroke});
+  for (const MethodStyle& style : styles)
+    legend.push_back({style.label, style.color, style.width + 0.5, false, style.stroke});
   if (!styles.empty()) legend.push_back({"± 1 σ in the window", {200, 213, 228}, 0.0, true});
   if (shaded) legend.push_back({"LiDAR degenerate", {230, 230, 230}, 0.0, true});
 
@@ -95,7 +96,8 @@ void draw_error_grid(const std::filesystem::path& path, const ErrorGrid& grid) {
         for (const SmoothSeries& one : panels[i]) {
           if (one.method != methods[k]) continue;
           if (band) draw_band(axes, one.statistics, styles[k].color);
-          if (!band) axes.curve(one.statistics.time_s, one.statistics.mean, styles[k].color, styles[k].width, styles[k].stroke);
+          if (!band)
+            axes.curve(one.statistics.time_s, one.statistics.mean, styles[k].color, styles[k].width, styles[k].stroke);
         }
       }
     }
@@ -105,8 +107,8 @@ void draw_error_grid(const std::filesystem::path& path, const ErrorGrid& grid) {
     }
     axes.ticks(row + 1 == rows, column == 0, kTimeTicks, kErrorTicks);
     if (row == 0) {
-      canvas.text({0.5 * (box.left + box.right), box.top - 10.0}, grid.columns[column], ink::letter, ink::text, Anchor::middle,
-                  Anchor::end);
+      canvas.text({0.5 * (box.left + box.right), box.top - 10.0}, grid.columns[column], ink::letter, ink::text,
+                  Anchor::middle, Anchor::end);
     }
     if (row + 1 == rows) {
       canvas.text({0.5 * (box.left + box.right), box.bottom + 34.0}, "time, s", ink::letter, ink::text, Anchor::middle,

@@ -14,7 +14,8 @@ constexpr double kLeft = 100.0;
 constexpr double kRight = kWidth - 40.0;
 
 double value_at(std::vector<double> values, double share) {
-  values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }), values.end());
+  values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }),
+               values.end());
   if (values.empty()) return 0.0;
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * (static_cast<double>(values.size()) - 1.0));
   std::nth_element(values.begin(), place, values.end());
@@ -137,7 +138,8 @@ void draw_distribution_picture(const std::filesystem::path& path, const std::vec
   std::vector<LegendEntry> legend;
   from_last_to_first(series, [&](std::size_t i, const PictureSeries& one) {
     std::vector<double> sorted = one.error_m;
-    sorted.erase(std::remove_if(sorted.begin(), sorted.end(), [](double value) { return !std::isfinite(value); }), sorted.end());
+    sorted.erase(std::remove_if(sorted.begin(), sorted.end(), [](double value) { return !std::isfinite(value); }),
+                 sorted.end());
     std::sort(sorted.begin(), sorted.end());
     std::vector<double> x{error.low};
     std::vector<double> y{0.0};

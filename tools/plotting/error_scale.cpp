@@ -28,15 +28,16 @@ double round_up(double value) {
 }
 
 struct Spread {
-  double low = 0.0;              ///< of all methods, the smallest 2 % quantile
+  double low = 0.0;  ///< of all methods, the smallest 2 % quantile
   double smallest_median = 0.0;
-  double high = 0.0;             ///< the largest error; 0 where there are no errors
+  double high = 0.0;  ///< the largest error; 0 where there are no errors
 };
 
 Spread spread_of(const std::vector<std::vector<double>>& errors) {
   Spread spread;
   for (std::vector<double> values : errors) {
-    values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }), values.end());
+    values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }),
+                 values.end());
     if (values.empty()) continue;
     std::sort(values.begin(), values.end());
     const auto quantile = [&](double share) {

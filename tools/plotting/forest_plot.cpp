@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/plotting/page.h"
 #include "tools/plotting/axes.h"
+#include "tools/plotting/page.h"
 
 namespace lodestone::figures {
 
@@ -23,11 +23,13 @@ constexpr double kSpread = 11.0;     // half height over which single pairs lie
 std::string row_text(const ForestRow& row) {
   std::string text;
   if (row.estimate) text = fmt::format("{:.3f}", row.estimate->ratio);
-  if (row.estimate && row.estimate->low) text += fmt::format("  [{:.3f}, {:.3f}]", *row.estimate->low, *row.estimate->high);
+  if (row.estimate && row.estimate->low)
+    text += fmt::format("  [{:.3f}, {:.3f}]", *row.estimate->low, *row.estimate->high);
   return text + (text.empty() || row.note.empty() ? "" : "  ") + row.note;
 }
 
-/// Holds every ratio and every estimate; of intervals, which from two pairs reach anywhere, no more than that and as much again.
+/// Holds every ratio and every estimate; of intervals, which from two pairs reach anywhere, no more than that and as
+/// much again.
 Scale axis_of(const std::vector<ForestRow>& rows) {
   double least = 0.0;  // logarithms
   double most = 0.0;
@@ -47,7 +49,8 @@ Scale axis_of(const std::vector<ForestRow>& rows) {
   const double begin = std::clamp(std::min(least, std::max(low, least - span)), -bound, bound);
   const double end = std::clamp(std::max(most, std::min(high, most + span)), -bound, bound);
   const double margin = 0.06 * std::max(end - begin, 2.0 * std::log(kLeastSpan));
-  return {std::exp(std::min(begin, -std::log(kLeastSpan)) - margin), std::exp(std::max(end, std::log(kLeastSpan)) + margin), true};
+  return {std::exp(std::min(begin, -std::log(kLeastSpan)) - margin),
+          std::exp(std::max(end, std::log(kLeastSpan)) + margin), true};
 }
 
 class ForestDrawing {
@@ -62,7 +65,8 @@ class ForestDrawing {
     for (const double tick : ratio_ticks(scale_.low, scale_.high)) {
       canvas_.line({at(tick), box_.top}, {at(tick), box_.bottom}, ink::grid, 1.0);
       canvas_.line({at(tick), box_.bottom}, {at(tick), box_.bottom + 5.0}, ink::frame, 1.0);
-      canvas_.text({at(tick), box_.bottom + 10.0}, tick_text(tick), ink::letter, ink::text, Anchor::middle, Anchor::begin);
+      canvas_.text({at(tick), box_.bottom + 10.0}, tick_text(tick), ink::letter, ink::text, Anchor::middle,
+                   Anchor::begin);
     }
     canvas_.line({at(1.0), box_.top}, {at(1.0), box_.bottom}, ink::text, 1.5);
     canvas_.text({at(1.0) - 10.0, box_.top - 8.0}, "better", ink::letter, ink::frame, Anchor::end, Anchor::end);

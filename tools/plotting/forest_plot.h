@@ -22,8 +22,8 @@ struct ForestPlot {
   std::vector<ForestRow> rows;
 };
 
-/// Ratios with their confidence intervals, a row each, on a logarithmic axis with a line at 1: left of it is better. The
-/// numbers stand at the right. What lies beyond the axis is marked by an arrow at its end.
+/// Ratios with their confidence intervals, a row each, on a logarithmic axis with a line at 1: left of it is better.
+/// The numbers stand at the right. What lies beyond the axis is marked by an arrow at its end.
 void draw_forest_plot(const std::filesystem::path& path, const ForestPlot& plot);
 
 /// Round ratios within `low` to `high`, both above 0, 1 among them where it is: close ones where the range is narrow.

@@ -20,7 +20,7 @@ PlanStretch stretch_of(const MagneticMap* map, const Trajectory& truth, const st
     const FieldGrid& grid = map->grid();
     stretch.include(grid.origin.x(), grid.origin.y());
     stretch.include(grid.origin.x() + grid.resolution_m * (grid.columns - 1),
-                   grid.origin.y() + grid.resolution_m * (grid.rows - 1));
+                    grid.origin.y() + grid.resolution_m * (grid.rows - 1));
   }
   if (truth.empty() && map == nullptr) {
     for (const PictureSeries& one : series) {
@@ -81,8 +81,11 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
   const CanvasBox& box = sheet.box;
   const PlanStretch& stretch = sheet.stretch;
   Canvas canvas(sheet.width, sheet.height);
-  canvas.text({box.left, 14.0}, map == nullptr ? "Trajectories" : tracks ? "Magnetic map and trajectories" : "Magnetic map", ink::title, ink::text,
-              Anchor::begin, Anchor::begin);
+  canvas.text({box.left, 14.0},
+              map == nullptr ? "Trajectories"
+              : tracks       ? "Magnetic map and trajectories"
+                             : "Magnetic map",
+              ink::title, ink::text, Anchor::begin, Anchor::begin);
 
   Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
   if (map != nullptr) {

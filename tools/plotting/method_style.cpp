@@ -20,7 +20,8 @@ constexpr std::array<Known, 4> kKnown{{{"smoother", 0, Stroke::solid},
                                        {"magnetic", 3, Stroke::dotted}}};
 
 const Known* find_known(const std::string& method) {
-  const auto* found = std::find_if(kKnown.begin(), kKnown.end(), [&](const Known& known) { return known.name == method; });
+  const auto* found =
+      std::find_if(kKnown.begin(), kKnown.end(), [&](const Known& known) { return known.name == method; });
   return found == kKnown.end() ? nullptr : found;
 }
 

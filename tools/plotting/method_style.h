@@ -15,8 +15,8 @@ struct MethodStyle {
   double width = 2.0;
 };
 
-/// A style a method, in the order of `methods`. Well-known estimators look the same whoever is with them; others take the
-/// colours that are left.
+/// A style a method, in the order of `methods`. Well-known estimators look the same whoever is with them; others take
+/// the colours that are left.
 std::vector<MethodStyle> method_styles(const std::vector<std::string>& methods);
 
 /// The names in the order in which they should stand in a legend, each once.

@@ -12,12 +12,12 @@ namespace lodestone {
 /// One estimator's part of the pictures.
 struct PictureSeries {
   std::string name;
-  Trajectory trajectory;                      ///< T_map_imu
-  std::vector<double> error_time_s;           ///< since the log's begin
-  std::vector<double> error_m;                ///< position error at these times
-  std::vector<double> step_time_s;            ///< since the log's begin, one a scan
-  std::vector<int> degenerate_directions;     ///< one a scan
-  std::vector<double> magnetic_weight;        ///< one a scan, 0 to 1; empty for an estimator without magnetometers
+  Trajectory trajectory;                   ///< T_map_imu
+  std::vector<double> error_time_s;        ///< since the log's begin
+  std::vector<double> error_m;             ///< position error at these times
+  std::vector<double> step_time_s;         ///< since the log's begin, one a scan
+  std::vector<int> degenerate_directions;  ///< one a scan
+  std::vector<double> magnetic_weight;     ///< one a scan, 0 to 1; empty for an estimator without magnetometers
 };
 
 /// The magnetic map's |B| in colour (none where `map` is null) with the truth and every estimate over it, to one scale.

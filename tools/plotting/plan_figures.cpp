@@ -15,7 +15,7 @@ namespace {
 constexpr double kLeft = 66.0;
 constexpr double kBarSpace = 92.0;  // a colour bar with its numbers and title
 constexpr double kBarWidth = 16.0;
-constexpr double kTitle = 28.0;     // above a panel
+constexpr double kTitle = 28.0;  // above a panel
 constexpr double kLeastHeight = 84.0;
 constexpr double kTallest = 900.0;  // two thirds of a page
 
@@ -40,7 +40,9 @@ Layout layout_of(std::size_t panels, double ratio, double gap, double a_row) {
 }
 
 /// From 0 to a value that all but the strongest points stay below: one point at a bolt must not take the whole scale.
-Scale difference_scale(double high) { return {0.0, high > 0.5 ? high : 0.5}; }
+Scale difference_scale(double high) {
+  return {0.0, high > 0.5 ? high : 0.5};
+}
 
 }  // namespace
 
@@ -75,8 +77,8 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
     canvas.text({box.left, box.top - 8.0}, panel.title, ink::letter, ink::text, Anchor::begin, Anchor::end);
     const double largest = quantile(panel.difference_ut.values, 1.0);
     if (std::isfinite(largest)) {
-      canvas.text({box.right, box.top - 8.0}, fmt::format("largest {:.1f} µT", largest), ink::letter, ink::text, Anchor::end,
-                  Anchor::end);
+      canvas.text({box.right, box.top - 8.0}, fmt::format("largest {:.1f} µT", largest), ink::letter, ink::text,
+                  Anchor::end, Anchor::end);
     }
     const double middle = 0.5 * (box.top + box.bottom);
     if (lowest) {
@@ -93,7 +95,8 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
 void draw_residuals_over_difference(const std::filesystem::path& path, const PlanRaster& difference_ut,
                                     const std::vector<ResidualPanel>& panels) {
   const std::size_t count = std::max<std::size_t>(1, panels.size());
-  const PlanStretch whole = extent_of(difference_ut, panels.empty() ? std::vector<Vector3>{} : panels.front().track.position);
+  const PlanStretch whole =
+      extent_of(difference_ut, panels.empty() ? std::vector<Vector3>{} : panels.front().track.position);
   constexpr double kRow = kTitle + 10.0;
   constexpr double kTwoBars = 2.0 * kBarSpace;
   const double width = kPageWidth - kLeft - kTwoBars;
@@ -108,7 +111,8 @@ void draw_residuals_over_difference(const std::filesystem::path& path, const Pla
   }
   std::sort(residuals.begin(), residuals.end());
   const double strong =
-      residuals.empty() ? 0.0 : residuals[static_cast<std::size_t>(0.995 * (static_cast<double>(residuals.size()) - 1.0))];
+      residuals.empty() ? 0.0
+                        : residuals[static_cast<std::size_t>(0.995 * (static_cast<double>(residuals.size()) - 1.0))];
   const Scale residual = difference_scale(strong);
   const Scale background = difference_scale(quantile(difference_ut.values, 0.998));
 
@@ -123,7 +127,9 @@ void draw_residuals_over_difference(const std::filesystem::path& path, const Pla
     draw_track(canvas, axes, track.position, ink::white, 6.0);
     canvas.clip(box);
     for (std::size_t k = 1; k < std::min(track.position.size(), track.difference_ut.size()); ++k) {
-      if (!std::isfinite(track.difference_ut[k]) || !track.position[k].allFinite() || !track.position[k - 1].allFinite()) continue;
+      if (!std::isfinite(track.difference_ut[k]) || !track.position[k].allFinite() ||
+          !track.position[k - 1].allFinite())
+        continue;
       canvas.line(axes.at(track.position[k - 1].x(), track.position[k - 1].y()),
                   axes.at(track.position[k].x(), track.position[k].y()),
                   color_of(ColorRamp::vivid, residual.share(track.difference_ut[k])), 5.0);

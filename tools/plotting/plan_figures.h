@@ -12,11 +12,12 @@ namespace lodestone::figures {
 
 struct DifferencePanel {
   std::string title;
-  PlanRaster difference_ut;       ///< |ΔB|
-  std::vector<Vector3> track;     ///< drawn over it; may be empty
+  PlanRaster difference_ut;    ///< |ΔB|
+  std::vector<Vector3> track;  ///< drawn over it; may be empty
 };
 
-/// Differences of magnetic maps from a reference: a panel a map, all in one scale of colours, each with its largest value.
+/// Differences of magnetic maps from a reference: a panel a map, all in one scale of colours, each with its largest
+/// value.
 void draw_map_differences(const std::filesystem::path& path, const std::vector<DifferencePanel>& panels);
 
 struct ResidualPanel {
@@ -24,8 +25,8 @@ struct ResidualPanel {
   ResidualTrack track;
 };
 
-/// |measured − map| along trajectories, a panel a trajectory one above the other, over |ΔB| of two maps as background. Both
-/// have their own scale of colours, each one bar.
+/// |measured − map| along trajectories, a panel a trajectory one above the other, over |ΔB| of two maps as background.
+/// Both have their own scale of colours, each one bar.
 void draw_residuals_over_difference(const std::filesystem::path& path, const PlanRaster& difference_ut,
                                     const std::vector<ResidualPanel>& panels);
 

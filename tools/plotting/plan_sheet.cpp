@@ -47,7 +47,8 @@ PlanSheet plan_sheet(const PlanStretch& stretch, double top) {
   const double spare_y = 0.5 * (height / pixels_a_metre - high);
 
   PlanSheet sheet;
-  sheet.stretch = {stretch.x_low - spare_x, stretch.x_high + spare_x, stretch.y_low - spare_y, stretch.y_high + spare_y};
+  sheet.stretch = {stretch.x_low - spare_x, stretch.x_high + spare_x, stretch.y_low - spare_y,
+                   stretch.y_high + spare_y};
   sheet.box = {100.0, top, 100.0 + width, top + height};
   sheet.width = sheet.box.right + 120.0;
   sheet.height = sheet.box.bottom + 70.0;

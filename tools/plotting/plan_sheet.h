@@ -20,7 +20,8 @@ struct PlanStretch {
 
   void include(double x, double y);
 
-  /// Adds surroundings: `share` of the longer side, at least `least_m`. What is empty becomes two metres about the origin.
+  /// Adds surroundings: `share` of the longer side, at least `least_m`. What is empty becomes two metres about the
+  /// origin.
   void widen(double least_m, double share);
 
   /// As wide and high as a box of this ratio, about the same middle: metres stay metres both ways.
@@ -32,7 +33,7 @@ struct PlanStretch {
 struct PlanSheet {
   PlanStretch stretch;
   CanvasBox box;
-  double width = 0.0;   ///< of the whole sheet, with room for axes and a colour bar
+  double width = 0.0;  ///< of the whole sheet, with room for axes and a colour bar
   double height = 0.0;
   int x_ticks = 0;
   int y_ticks = 0;

@@ -8,15 +8,15 @@
 #include "core/geometry/trajectory.h"
 
 /// The figures of a paper, drawn from what runs leave in their folders: logs and maps may be gone by then. Every figure
-/// takes plain data and the path it is saved under, with the extension .png, .pdf or .svg, or without for all three. Sizes
-/// are those of a two-column page. docs/user/figures.md shows them.
+/// takes plain data and the path it is saved under, with the extension .png, .pdf or .svg, or without for all three.
+/// Sizes are those of a two-column page. docs/user/figures.md shows them.
 namespace lodestone::figures {
 
 /// The errors of one method over one log.
 struct ErrorSeries {
-  std::string method;            ///< as `run --estimator` calls it
-  std::vector<double> time_s;    ///< since the series' first scan, or what the caller counts from
-  std::vector<double> error_m;   ///< of the position, one a time
+  std::string method;           ///< as `run --estimator` calls it
+  std::vector<double> time_s;   ///< since the series' first scan, or what the caller counts from
+  std::vector<double> error_m;  ///< of the position, one a time
 };
 
 /// From one time to another, seconds.

@@ -51,7 +51,8 @@ void draw_pale_map(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& ma
       ColorRamp::pale_grey);
 }
 
-void draw_drive(Canvas& canvas, const Axes& axes, const std::vector<DifferencePoint>& drive, const Scale& scale, double width) {
+void draw_drive(Canvas& canvas, const Axes& axes, const std::vector<DifferencePoint>& drive, const Scale& scale,
+                double width) {
   for (std::size_t i = 1; i < drive.size(); ++i) {
     const Vector3& from = drive[i - 1].position;
     const Vector3& to = drive[i].position;
@@ -65,8 +66,9 @@ void draw_drive(Canvas& canvas, const Axes& axes, const std::vector<DifferencePo
 void draw_outlines(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
   const double side = stale.options.cell_m;
   const auto place_at = [&](CellKey key) {
-    const auto found = std::lower_bound(stale.cells.begin(), stale.cells.end(), key,
-                                        [](const FieldCellTest& cell, const CellKey& wanted) { return cell.key < wanted; });
+    const auto found =
+        std::lower_bound(stale.cells.begin(), stale.cells.end(), key,
+                         [](const FieldCellTest& cell, const CellKey& wanted) { return cell.key < wanted; });
     return found != stale.cells.end() && found->key == key ? found->place : 0;
   };
   for (const FieldCellTest& cell : stale.cells) {
@@ -115,11 +117,12 @@ void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap
   Canvas canvas(sheet.width, sheet.height);
   canvas.text({box.left, 14.0}, "Measured field less the map's, along the drive", ink::title, ink::text, Anchor::begin,
               Anchor::begin);
-  canvas.text({box.left, 44.0},
-              fmt::format("{} stale place{} in {} cells of {:g} m driven through; probability of false alarm {:g} a cell",
-                          stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.cells.size(), stale.options.cell_m,
-                          stale.options.false_alarm_probability),
-              ink::letter, ink::text, Anchor::begin, Anchor::begin);
+  canvas.text(
+      {box.left, 44.0},
+      fmt::format("{} stale place{} in {} cells of {:g} m driven through; probability of false alarm {:g} a cell",
+                  stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.cells.size(), stale.options.cell_m,
+                  stale.options.false_alarm_probability),
+      ink::letter, ink::text, Anchor::begin, Anchor::begin);
 
   const PlanStretch& stretch = sheet.stretch;
   Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});

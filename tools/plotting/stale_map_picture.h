@@ -14,8 +14,8 @@ struct DifferencePoint {
   double size_ut = 0.0;                ///< |measured − map|
 };
 
-/// The map's |B| in pale grey, the drive over it coloured by |measured − map|, cells that are stale hatched with a frame
-/// and each stale place's number beside it. `drive` in order of time.
+/// The map's |B| in pale grey, the drive over it coloured by |measured − map|, cells that are stale hatched with a
+/// frame and each stale place's number beside it. `drive` in order of time.
 void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap& map,
                             const std::vector<DifferencePoint>& drive, const StaleMap& stale);
 

@@ -6,7 +6,8 @@
 
 namespace lodestone::figures {
 
-WindowStatistics window_statistics(const std::vector<double>& time_s, const std::vector<double>& values, double window_s) {
+WindowStatistics window_statistics(const std::vector<double>& time_s, const std::vector<double>& values,
+                                   double window_s) {
   if (time_s.size() != values.size()) throw std::invalid_argument("window_statistics: one value a time");
   if (!(window_s > 0.0)) throw std::invalid_argument("window_statistics: expected a window above 0");
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();

@@ -9,20 +9,20 @@ namespace lodestone::figures {
 
 namespace {
 
-constexpr double kWorldLeft = 58.0;       // of a cell: numbers and title of the y axis
-constexpr double kWorldRight = 88.0;      // of a cell: colour bar
+constexpr double kWorldLeft = 58.0;   // of a cell: numbers and title of the y axis
+constexpr double kWorldRight = 88.0;  // of a cell: colour bar
 constexpr double kWorldTitle = 30.0;
 constexpr double kBelow = 62.0;
 constexpr double kWorldLeastHeight = 84.0;
 constexpr double kMostHeight = 300.0;
-constexpr double kLong = 2.5;        // width over height from which on a world takes half a page
-constexpr int kUnits = 6;            // of a shelf: a long world takes 3, another 2
+constexpr double kLong = 2.5;  // width over height from which on a world takes half a page
+constexpr int kUnits = 6;      // of a shelf: a long world takes 3, another 2
 
 struct Cell {
   const WorldPanel* panel = nullptr;
   double left = 0.0;
   double top = 0.0;
-  double width = 0.0;   // of the plan's box
+  double width = 0.0;  // of the plan's box
   double height = 0.0;
 };
 
@@ -68,7 +68,8 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
   Canvas canvas(kPageWidth, std::max(60.0, height));
   for (const Cell& cell : cells) {
     const WorldPanel& panel = *cell.panel;
-    const CanvasBox box{cell.left + kWorldLeft, cell.top + kWorldTitle, cell.left + kWorldLeft + cell.width, cell.top + kWorldTitle + cell.height};
+    const CanvasBox box{cell.left + kWorldLeft, cell.top + kWorldTitle, cell.left + kWorldLeft + cell.width,
+                        cell.top + kWorldTitle + cell.height};
     const PlanStretch extent = extent_of_world(panel).filling(cell.width / cell.height);
     double low = quantile(panel.strength_ut.values, 0.01);
     double high = quantile(panel.strength_ut.values, 0.99);
@@ -90,7 +91,8 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
     axes.ticks(true, true, tick_count(cell.width, 62.0), tick_count(cell.height, 36.0));
     const double middle = 0.5 * (box.top + box.bottom);
     canvas.vertical_text({cell.left + 10.0, middle}, "y, m", ink::letter, ink::text);
-    canvas.text({0.5 * (box.left + box.right), box.bottom + 32.0}, "x, m", ink::letter, ink::text, Anchor::middle, Anchor::begin);
+    canvas.text({0.5 * (box.left + box.right), box.bottom + 32.0}, "x, m", ink::letter, ink::text, Anchor::middle,
+                Anchor::begin);
     canvas.text({box.left, box.top - 9.0}, panel.title, ink::letter, ink::text, Anchor::begin, Anchor::end);
     const double after = box.left + canvas.text_width(panel.title, ink::letter) + 18.0;
     draw_legend(canvas, {after, box.top - 27.0}, kPageWidth, legend);

@@ -11,9 +11,9 @@
 
 namespace lodestone {
 
-/// Thins a cloud of any size to at most `limit` points as it streams by: one point a voxel, the first that came. The voxels
-/// grow whenever more are taken than wanted, so memory is bounded by `limit`. The same points in the same order give the
-/// same result.
+/// Thins a cloud of any size to at most `limit` points as it streams by: one point a voxel, the first that came. The
+/// voxels grow whenever more are taken than wanted, so memory is bounded by `limit`. The same points in the same order
+/// give the same result.
 class CloudThinning {
  public:
   /// Points outside `box` are left out. `voxel_m`: the finest spacing worth keeping.

@@ -90,7 +90,8 @@ void add_diagnostics(Json& json, const EstimatorFiles& files, const TimeBuckets&
   };
   const CsvTable& table = files.diagnostics;
   for (int i = 1; i <= 6; ++i) {
-    add(fmt::format("direction_{}", i).c_str(), table.numbers(fmt::format("direction_{}_sigma_m", i)), Summary::largest);
+    add(fmt::format("direction_{}", i).c_str(), table.numbers(fmt::format("direction_{}_sigma_m", i)),
+        Summary::largest);
   }
   add("degenerate", table.numbers("degenerate_directions"), Summary::largest);
   const std::vector<double> samples = table.numbers("magnetic_samples");

@@ -6,9 +6,9 @@
 #include <system_error>
 
 #include "core/evaluation/association.h"
-#include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/point_cloud_file.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
 #include "tools/writers/output_file.h"
@@ -26,9 +26,11 @@ constexpr double kSurroundings = 40.0;  // metres round the drive
 Trajectory truth_at_scans(const OverviewInput& input) {
   Trajectory result;
   for (const Trajectory* estimate : input.estimates) {
-    for (const PosePair& pair : associate_interpolated(*estimate, *input.truth)) result.push_back({pair.time, pair.truth});
+    for (const PosePair& pair : associate_interpolated(*estimate, *input.truth))
+      result.push_back({pair.time, pair.truth});
   }
-  std::stable_sort(result.begin(), result.end(), [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
+  std::stable_sort(result.begin(), result.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
   const auto same = [](const StampedPose& a, const StampedPose& b) { return a.time == b.time; };
   result.erase(std::unique(result.begin(), result.end(), same), result.end());
   return result;
@@ -63,7 +65,8 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
   Trajectory drive;
   if (input.truth != nullptr) {
     drive = truth_at_scans(input);
-    if (!drive.empty()) write_tum((folder / "truth.tum").string(), drive, "the truth at scan ends: t_s x_m y_m z_m qx qy qz qw");
+    if (!drive.empty())
+      write_tum((folder / "truth.tum").string(), drive, "the truth at scan ends: t_s x_m y_m z_m qx qy qz qw");
   }
   if (drive.empty() && !input.estimates.empty()) drive = *input.estimates.front();
   if (!drive.empty()) {
@@ -75,7 +78,8 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
     if (!input.cloud.empty()) {
       WarningLog told_by_the_run;
       CloudThinning thinning(box, kCloudLimit, kFinestVoxel);
-      stream_point_cloud(input.cloud, told_by_the_run, [&](std::span<const Eigen::Vector3f> points) { thinning.add(points); });
+      stream_point_cloud(input.cloud, told_by_the_run,
+                         [&](std::span<const Eigen::Vector3f> points) { thinning.add(points); });
       if (!thinning.points().empty()) {
         write_point_cloud((folder / "cloud.pcd").string(), thinning.points());
         json["cloud_voxel_m"] = thinning.voxel_m();

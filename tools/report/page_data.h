@@ -7,8 +7,8 @@
 
 namespace lodestone {
 
-/// Values as a JSON array, to `digits` significant ones; null where a value is not finite. Infinity, which JSON does not
-/// know either, becomes `infinite` when that is not 0.
+/// Values as a JSON array, to `digits` significant ones; null where a value is not finite. Infinity, which JSON does
+/// not know either, becomes `infinite` when that is not 0.
 nlohmann::ordered_json rounded(const std::vector<double>& values, int digits, double infinite = 0.0);
 
 /// To `decimals` behind the point.

@@ -50,7 +50,8 @@ void refuse_what_is_no_page(const std::filesystem::path& out) {
   std::ifstream(out, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size()));
   std::transform(begin.begin(), begin.end(), begin.begin(), [](unsigned char letter) { return std::tolower(letter); });
   if (std::filesystem::file_size(out) == 0 || begin == kBegin) return;
-  throw InputError(out.string() + ": is there and is no HTML page, which the report would overwrite; choose another --out");
+  throw InputError(out.string() +
+                   ": is there and is no HTML page, which the report would overwrite; choose another --out");
 }
 
 }  // namespace
@@ -58,8 +59,8 @@ void refuse_what_is_no_page(const std::filesystem::path& out) {
 std::size_t write_report(const std::filesystem::path& folder, const std::filesystem::path& out) {
   refuse_what_is_no_page(out);
   if (!std::filesystem::is_directory(folder)) {
-    throw InputError(fmt::format("{}: there is no such folder; name one that `lodestone run` or `lodestone reproduce` wrote",
-                                 folder.string()));
+    throw InputError(fmt::format(
+        "{}: there is no such folder; name one that `lodestone run` or `lodestone reproduce` wrote", folder.string()));
   }
   Json data;
   data["version"] = LODESTONE_VERSION;
@@ -69,9 +70,10 @@ std::size_t write_report(const std::filesystem::path& folder, const std::filesys
   } else if (is_run_folder(folder)) {
     data["run"] = read_run(folder, {});
   } else {
-    throw InputError(fmt::format("{}: expected summary.json or reproduce.json in it, found neither; name the folder given to "
-                                 "--out of `lodestone run` or `lodestone reproduce`",
-                                 folder.string()));
+    throw InputError(
+        fmt::format("{}: expected summary.json or reproduce.json in it, found neither; name the folder given to "
+                    "--out of `lodestone run` or `lodestone reproduce`",
+                    folder.string()));
   }
   const std::string text = page("Lodestone report: " + name_of(folder), data);
   write_text_file(out.string(), text);

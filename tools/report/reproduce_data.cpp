@@ -54,8 +54,8 @@ Json figure_json(const fs::path& folder, const Json& figure, Json& missing) {
   return json;
 }
 
-/// Of the runs that are on disk, one of those that differ in nothing but their seed: the one of the smallest. What is said
-/// to be done and is not there is listed in `missing`.
+/// Of the runs that are on disk, one of those that differ in nothing but their seed: the one of the smallest. What is
+/// said to be done and is not there is listed in `missing`.
 std::vector<Json> one_seed_each(const fs::path& folder, const Json& runs, Json& missing) {
   std::map<std::string, std::size_t> places;
   std::vector<Json> chosen;
@@ -86,7 +86,9 @@ DetailLimits limits_for(const std::vector<Json>& runs) {
     const auto found = run.find("estimators");
     estimators += found != run.end() && found->is_array() ? found->size() : 1;
   }
-  const auto share = [](double total, std::size_t count) { return static_cast<std::size_t>(total / std::max<std::size_t>(1, count)); };
+  const auto share = [](double total, std::size_t count) {
+    return static_cast<std::size_t>(total / std::max<std::size_t>(1, count));
+  };
   DetailLimits limits;
   limits.points_a_series = std::clamp<std::size_t>(share(kCharacters / kCharactersAPoint, estimators), 200, 2000);
   limits.field_values = std::clamp<std::size_t>(share(3e6, runs.size()), 40'000, 1'000'000);
@@ -118,14 +120,17 @@ Json reproduce_json(const fs::path& folder, const Json& source) {
 
 }  // namespace
 
-bool is_reproduce_folder(const fs::path& folder) { return fs::exists(folder / "reproduce.json"); }
+bool is_reproduce_folder(const fs::path& folder) {
+  return fs::exists(folder / "reproduce.json");
+}
 
 Json read_reproduce(const fs::path& folder) {
   const fs::path path = folder / "reproduce.json";
   const Json source = read_json(path);
   for (const char* key : {"runs", "tables", "figures"}) {
     if (!source.is_object() || !source.contains(key) || !source[key].is_array()) {
-      throw InputError(fmt::format("{}: expected a list under '{}'; run `lodestone reproduce` again", path.string(), key));
+      throw InputError(
+          fmt::format("{}: expected a list under '{}'; run `lodestone reproduce` again", path.string(), key));
     }
   }
   return values_of(path, [&]() { return reproduce_json(folder, source); });

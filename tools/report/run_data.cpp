@@ -9,9 +9,9 @@
 #include "core/error.h"
 #include "core/warnings.h"
 #include "frontends/configuration/configuration_node.h"
-#include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/point_cloud_file.h"
 #include "tools/base64.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/estimator_data.h"
@@ -38,7 +38,8 @@ std::vector<Time> all_stamps(const std::vector<EstimatorFiles>& estimators) {
   return stamps;
 }
 
-/// The limit beyond which that estimator calls a direction degenerate, metres: its own where the configuration names one.
+/// The limit beyond which that estimator calls a direction degenerate, metres: its own where the configuration names
+/// one.
 Json degeneracy_limit(const ConfigurationNode& configuration, const std::string& estimator) {
   const ConfigurationNode* own = configuration.find(estimator);
   for (const ConfigurationNode* scope : {own, &configuration}) {
@@ -119,7 +120,8 @@ Json shown(const Json& list) {
   if (list.is_boolean()) return list.get<bool>() ? "yes" : "no";
   if (!list.is_array()) return list;
   std::string text;
-  for (const Json& value : list) text += (text.empty() ? "" : ", ") + (value.is_string() ? value.get<std::string>() : value.dump());
+  for (const Json& value : list)
+    text += (text.empty() ? "" : ", ") + (value.is_string() ? value.get<std::string>() : value.dump());
   return text.empty() ? Json(nullptr) : Json(text);
 }
 
@@ -152,7 +154,8 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
   std::vector<EstimatorFiles> estimators;
   for (const auto& [name, figures] : summary["estimators"].items()) estimators.push_back(read_estimator(folder / name));
   const TimeBuckets buckets(all_stamps(estimators), limits.points_a_series);
-  if (buckets.size() == 0) throw InputError(fmt::format("{}: no estimator gave a scan; there is nothing to show", folder.string()));
+  if (buckets.size() == 0)
+    throw InputError(fmt::format("{}: no estimator gave a scan; there is nothing to show", folder.string()));
 
   const fs::path overview = folder / "overview";
   const OverviewNotes notes = overview_notes(overview, buckets.times().front());
@@ -200,14 +203,17 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
 
 }  // namespace
 
-bool is_run_folder(const fs::path& folder) { return fs::exists(folder / "summary.json"); }
+bool is_run_folder(const fs::path& folder) {
+  return fs::exists(folder / "summary.json");
+}
 
 Json read_run(const fs::path& folder, const DetailLimits& limits) {
   const fs::path path = folder / "summary.json";
   const Json summary = read_json(path);
   if (!summary.is_object() || !summary.contains("estimators") || !summary["estimators"].is_object()) {
-    throw InputError(fmt::format("{}: expected the summary of a run with 'estimators'; name a folder that `lodestone run` wrote",
-                                 path.string()));
+    throw InputError(
+        fmt::format("{}: expected the summary of a run with 'estimators'; name a folder that `lodestone run` wrote",
+                    path.string()));
   }
   return values_of(path, [&]() { return run_json(folder, limits, summary); });
 }

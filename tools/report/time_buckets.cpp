@@ -28,7 +28,8 @@ TimeBuckets::TimeBuckets(std::vector<Time> stamps, std::size_t limit)
 
 std::vector<Time> TimeBuckets::times() const {
   std::vector<Time> result;
-  for (std::size_t i = 0; i < stamps_.size(); i += width_) result.push_back(stamps_[std::min(i + width_, stamps_.size()) - 1]);
+  for (std::size_t i = 0; i < stamps_.size(); i += width_)
+    result.push_back(stamps_[std::min(i + width_, stamps_.size()) - 1]);
   return result;
 }
 

@@ -29,9 +29,10 @@ class TimeBuckets {
   /// The last stamp of every bucket.
   std::vector<Time> times() const;
 
-  /// One value a bucket; NaN where none of its scans has a value that is a number. Stamps that are not on the axis are left
-  /// out.
-  std::vector<double> summarize(const std::vector<Time>& times, const std::vector<double>& values, Summary summary) const;
+  /// One value a bucket; NaN where none of its scans has a value that is a number. Stamps that are not on the axis are
+  /// left out.
+  std::vector<double> summarize(const std::vector<Time>& times, const std::vector<double>& values,
+                                Summary summary) const;
 
  private:
   std::vector<Time> stamps_;

@@ -40,10 +40,12 @@ AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput
   std::vector<ScanBundle> bundles;
   ScanBundle bundle;
   while (next(bundle)) {
-    if (!bundles.empty() && to_seconds(bundle.scan.end - bundles.front().scan.start) > input.options.search.data_s) break;
+    if (!bundles.empty() && to_seconds(bundle.scan.end - bundles.front().scan.start) > input.options.search.data_s)
+      break;
     bundles.push_back(bundle);
   }
-  if (bundles.empty()) throw InputError(log + ": no scan between its first and last IMU sample; --initial-pose auto needs one");
+  if (bundles.empty())
+    throw InputError(log + ": no scan between its first and last IMU sample; --initial-pose auto needs one");
   const FoundStart found = StartFinder(input).find(bundles);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!found.sure) {
@@ -55,11 +57,11 @@ AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput
   }
   const StartHypothesis& best = found.best.front();
   const Vector3& p = best.T_map_imu.position;
-  const std::string line =
-      fmt::format("start: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} s of "
-                  "data, found in {:.1f} s",
-                  p.x(), p.y(), p.z(), heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability,
-                  found.candidates, found.data_s, wall_s);
+  const std::string line = fmt::format(
+      "start: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} s of "
+      "data, found in {:.1f} s",
+      p.x(), p.y(), p.z(), heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability,
+      found.candidates, found.data_s, wall_s);
   std::printf("%s\n", line.c_str());
   if (best.probability < PlaceSearchOptions{}.min_probability) {
     warnings.add("run.initial_pose",

@@ -13,9 +13,9 @@ struct AutomaticStart {
   Vector3 velocity = Vector3::Zero();  ///< map axes, m/s
 };
 
-/// `--initial-pose auto`: finds where a log begins from its first input.options.search.data_s. `next`: its bundles from the
-/// first on. Prints what was found. Throws InputError, with the best candidates ready for --initial-pose, where it is not
-/// sure: a run from a wrong place costs more than asking. `log` is named in messages.
+/// `--initial-pose auto`: finds where a log begins from its first input.options.search.data_s. `next`: its bundles from
+/// the first on. Prints what was found. Throws InputError, with the best candidates ready for --initial-pose, where it
+/// is not sure: a run from a wrong place costs more than asking. `log` is named in messages.
 AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput& input,
                                     const std::function<bool(ScanBundle&)>& next, WarningLog& warnings);
 

@@ -35,8 +35,8 @@ const Bound::Stage* Bound::find(const std::string& name) const {
 }
 
 Bound run_bound(const std::function<OpenedLog()>& open,
-                const std::function<std::unique_ptr<Estimator>(const ScanBundle&)>& make_estimator, const Trajectory& truth,
-                const std::filesystem::path& file) {
+                const std::function<std::unique_ptr<Estimator>(const ScanBundle&)>& make_estimator,
+                const Trajectory& truth, const std::filesystem::path& file) {
   const OpenedLog log = open();
   EstimateRecord record;
   std::unique_ptr<Estimator> estimator;
@@ -70,7 +70,8 @@ Bound run_bound(const std::function<OpenedLog()>& open,
       const Predicted one = predicted(stamped.pose, stages[i].second->covariances[k]);
       sums[i].position_m2 += one.position_m2;
       sums[i].heading_rad2 += one.heading_rad2;
-      text += fmt::format(",{:.6g},{:.6g}", std::sqrt(one.position_m2), std::sqrt(one.heading_rad2) * 180.0 / std::numbers::pi);
+      text += fmt::format(",{:.6g},{:.6g}", std::sqrt(one.position_m2),
+                          std::sqrt(one.heading_rad2) * 180.0 / std::numbers::pi);
     }
     text += "\n";
   }

@@ -23,10 +23,10 @@ struct Bound {
   const Stage* find(const std::string& name) const;
 };
 
-/// A pass over the log with an estimator made of bound_input. Writes `file`: one row a scan, the predicted sigmas of each
-/// stage. Throws InputError where the log holds no scan or the file cannot be written.
+/// A pass over the log with an estimator made of bound_input. Writes `file`: one row a scan, the predicted sigmas of
+/// each stage. Throws InputError where the log holds no scan or the file cannot be written.
 Bound run_bound(const std::function<OpenedLog()>& open,
-                const std::function<std::unique_ptr<Estimator>(const ScanBundle&)>& make_estimator, const Trajectory& truth,
-                const std::filesystem::path& file);
+                const std::function<std::unique_ptr<Estimator>(const ScanBundle&)>& make_estimator,
+                const Trajectory& truth, const std::filesystem::path& file);
 
 }  // namespace lodestone

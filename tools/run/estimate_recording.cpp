@@ -28,7 +28,10 @@ void read_bytes(std::string_view bytes, Plain& value) {
 }
 
 std::string text_of(const PassRecord& pass) {
-  nlohmann::json json{{"wall_s", pass.wall_s}, {"refine_s", pass.refine_s}, {"peak_rss_mb", pass.peak_rss_mb}, {"warnings", nlohmann::json::array()}};
+  nlohmann::json json{{"wall_s", pass.wall_s},
+                      {"refine_s", pass.refine_s},
+                      {"peak_rss_mb", pass.peak_rss_mb},
+                      {"warnings", nlohmann::json::array()}};
   for (const auto& [kind, entry] : pass.warnings.entries()) {
     json["warnings"].push_back({kind, entry.count, entry.first_detail, entry.first_time, entry.last_time});
   }
@@ -39,8 +42,10 @@ PassRecord pass_of(std::string_view text) {
   const nlohmann::json json = nlohmann::json::parse(text);
   PassRecord pass{json["wall_s"], json["refine_s"], json["peak_rss_mb"], {}};
   for (const nlohmann::json& entry : json["warnings"]) {
-    pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[3].get<Time>(), entry[1].get<std::int64_t>());
-    pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[4].get<Time>(), 0);  // its last time
+    pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[3].get<Time>(),
+                      entry[1].get<std::int64_t>());
+    pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[4].get<Time>(),
+                      0);  // its last time
   }
   return pass;
 }

@@ -20,8 +20,9 @@ struct PassRecord {
   WarningLog warnings;
 };
 
-/// Writes all estimates of one estimator to a file, so that `run --resume` need not estimate them again. The file appears when
-/// the estimator has ended. The file holds numbers as they lie in memory: only the program that wrote the file may read it.
+/// Writes all estimates of one estimator to a file, so that `run --resume` need not estimate them again. The file
+/// appears when the estimator has ended. The file holds numbers as they lie in memory: only the program that wrote the
+/// file may read it.
 class EstimateRecorder final : public EstimateSink {
  public:
   /// Throws InputError if the folder of `path` cannot be written.

@@ -11,9 +11,9 @@
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "tools/progress.h"
 #include "tools/run/bound_run.h"
 #include "tools/run/estimate_recording.h"
-#include "tools/progress.h"
 #include "tools/run/resources.h"
 #include "tools/writers/error_file.h"
 #include "tools/writers/estimate_files.h"
@@ -42,7 +42,9 @@ class ManySinks : public EstimateSink {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
   double innovations = 0.0;
@@ -62,12 +64,17 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
     summary.saw_lidar = summary.saw_lidar || (step.diagnostics.direction_sigma_m.array() != 0.0).any();
     summary.saw_field = summary.saw_field || step.diagnostics.magnetic_samples > 0;
     summary.magnetic_rejected += step.diagnostics.magnetic_rejected;
-    if (step.diagnostics.magnetic_samples > 0 && step.diagnostics.magnetic_set_aside >= step.diagnostics.magnetic_samples) {
-      warnings.add("magnetometer.contradicted", "a magnetometer or several read what the rest of the array contradicts, and were "
-                   "set aside, from " + format_stamp(step.time) + " s", step.time);
+    if (step.diagnostics.magnetic_samples > 0 &&
+        step.diagnostics.magnetic_set_aside >= step.diagnostics.magnetic_samples) {
+      warnings.add("magnetometer.contradicted",
+                   "a magnetometer or several read what the rest of the array contradicts, and were "
+                   "set aside, from " +
+                       format_stamp(step.time) + " s",
+                   step.time);
     }
     if (step.health == Health::lost) {
-      warnings.add("run.lost", "the estimator no longer trusts its pose from " + format_stamp(step.time) + " s", step.time);
+      warnings.add("run.lost", "the estimator no longer trusts its pose from " + format_stamp(step.time) + " s",
+                   step.time);
     }
   }
   if (samples > 0) summary.magnetic_nis = innovations / samples;
@@ -84,9 +91,11 @@ void tell_clock(const EstimateRecord& record, RunSummary& summary, WarningLog& w
   summary.clock_sigma_s = last.diagnostics.clock_sigma_s;
   const double late_s = std::abs(summary.clock_offset_s);
   if (summary.clock_sigma_s <= 0.0 || late_s < kSigmas * summary.clock_sigma_s || late_s < kNotable_s) return;
-  warnings.add("magnetometer.clock", fmt::format("the magnetometers' stamps are {:.1f} ms too {} (one sigma {:.1f} ms), which was "
-                                                 "estimated and taken into account", 1e3 * late_s,
-                                                 summary.clock_offset_s > 0.0 ? "late" : "early", 1e3 * summary.clock_sigma_s), last.time);
+  warnings.add("magnetometer.clock",
+               fmt::format("the magnetometers' stamps are {:.1f} ms too {} (one sigma {:.1f} ms), which was "
+                           "estimated and taken into account",
+                           1e3 * late_s, summary.clock_offset_s > 0.0 ? "late" : "early", 1e3 * summary.clock_sigma_s),
+               last.time);
 }
 
 /// Stretches in which the position is known to worse than half a metre, of the best estimate.
@@ -96,8 +105,10 @@ void warn_of_uncertainty(const EstimateRecord& record, WarningLog& warnings) {
     const double variance = record.covariances()[i].diagonal().tail<3>().maxCoeff();
     if (variance < kUncertain_m * kUncertain_m) continue;
     const Time time = record.best()[i].time;
-    warnings.add("run.uncertain", fmt::format("the position is known to worse than {} m (one sigma) from {} s", kUncertain_m,
-                                              format_stamp(time)), time);
+    warnings.add(
+        "run.uncertain",
+        fmt::format("the position is known to worse than {} m (one sigma) from {} s", kUncertain_m, format_stamp(time)),
+        time);
   }
 }
 
@@ -136,7 +147,8 @@ class Pass {
       progress.update(last_end_);
       if (interrupt_requested()) return true;
     }
-    if (!estimator_) throw InputError("the log holds no scan between its first and last IMU sample; nothing to estimate");
+    if (!estimator_)
+      throw InputError("the log holds no scan between its first and last IMU sample; nothing to estimate");
     return false;
   }
 
@@ -242,7 +254,8 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   pass.finish();
   summary.refine_s = pass.record_of_pass().refine_s;
   // A signal ends a refinement, too.
-  if (summary.status == RunStatus::done && run.refines && interrupt_requested()) summary.status = RunStatus::interrupted;
+  if (summary.status == RunStatus::done && run.refines && interrupt_requested())
+    summary.status = RunStatus::interrupted;
   if (summary.status == RunStatus::done) pass.keep();
   summary.scans = pass.scans();
   summary.solver = pass.solver();
@@ -259,7 +272,8 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   if (summary.status != RunStatus::done) {
     mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(log_end));
     if (failure) mark += fmt::format(": {}", failure->what());
-    if (summary.status != RunStatus::lost) warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
+    if (summary.status != RunStatus::lost)
+      warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
   }
   files.finish(mark);
   if (run.field.map != nullptr) {
@@ -278,7 +292,8 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   if (summary.truth) write_errors_of(outcome.record, summary.truth->pairs, run.folder / "errors.csv");
   if (summary.truth && summary.truth->pairs.empty()) {
-    warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock", last_end);
+    warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock",
+                 last_end);
   }
   summary.warnings = warnings;
   write_text_file((run.folder / "summary.json").string(), to_json(summary));

@@ -22,8 +22,8 @@ struct OpenedLog {
 /// One estimator's pass over a log.
 struct EstimatorRun {
   std::string name;
-  std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, summary.json;
-                                 ///< with a field field_residuals.csv, stale_places.csv, field_cells.csv
+  std::filesystem::path folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv,
+                                 ///< summary.json; with a field field_residuals.csv, stale_places.csv, field_cells.csv
   const Trajectory* truth = nullptr;  ///< null: no figures against the truth
   const Bound* bound = nullptr;       ///< null: none was asked for
   FieldMaterial field;                ///< its map null: no stale-map report
@@ -43,9 +43,9 @@ struct EstimatorOutcome {
 };
 
 /// Works off the log. A signal (interrupt_requested) or an InputError of the source ends it early: what there is is
-/// written and marked; the InputError is thrown on. A replayed pass reads the log again and ends with the same bytes. Throws
-/// Interrupted if a signal comes during a replay. `warnings`: the log that source and estimator write to.
-/// Throws InputError where the log holds no scan.
+/// written and marked; the InputError is thrown on. A replayed pass reads the log again and ends with the same bytes.
+/// Throws Interrupted if a signal comes during a replay. `warnings`: the log that source and estimator write to. Throws
+/// InputError where the log holds no scan.
 EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings);
 
 }  // namespace lodestone

@@ -6,15 +6,15 @@
 #include <cmath>
 
 #include "frontends/configuration/trajectory_file.h"
-#include "tools/writers/output_file.h"
 #include "tools/table.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr double kTellingOffset_ut = 0.5;   // smaller ones are taken off without a word
-constexpr double kTooMuchStale = 0.5;       // share of the cells from which on the map need not be what is wrong
+constexpr double kTellingOffset_ut = 0.5;  // smaller ones are taken off without a word
+constexpr double kTooMuchStale = 0.5;      // share of the cells from which on the map need not be what is wrong
 
 /// Sums over one scan's readings.
 struct RowSums {
@@ -39,7 +39,8 @@ struct RowSums {
 /// The estimator's weight of magnetic samples at `time`; `next` is where to look from on.
 double weight_at(const std::vector<EstimateRecord::Step>& steps, Time time, std::size_t& next) {
   while (next < steps.size() && steps[next].time < time) ++next;
-  if (next == steps.size() || steps[next].time != time || steps[next].diagnostics.magnetic_samples == 0) return std::nan("");
+  if (next == steps.size() || steps[next].time != time || steps[next].diagnostics.magnetic_samples == 0)
+    return std::nan("");
   return steps[next].diagnostics.magnetic_weight;
 }
 
@@ -77,17 +78,19 @@ void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog
     const MagnetometerOffset& offset = stale.offsets[j];
     const std::string& name = suite.magnetometers[j].name;
     if (offset.odd) {
-      warnings.add("field.odd_magnetometer",
-                   fmt::format("{} differs from the map by {:.1f} uT from place to place, far more than the others: stuck, "
-                               "drifting or loose; left out of the stale-map report",
-                               name, offset.spread_ut),
-                   time);
+      warnings.add(
+          "field.odd_magnetometer",
+          fmt::format("{} differs from the map by {:.1f} uT from place to place, far more than the others: stuck, "
+                      "drifting or loose; left out of the stale-map report",
+                      name, offset.spread_ut),
+          time);
     } else if (offset.offset_ut.norm() > kTellingOffset_ut) {
-      warnings.add("field.offset",
-                   fmt::format("{} reads ({:.2f} {:.2f} {:.2f}) uT beside the map all along the drive: hard iron, drift or a "
-                               "map made with it; taken off in the stale-map report",
-                               name, offset.offset_ut.x(), offset.offset_ut.y(), offset.offset_ut.z()),
-                   time);
+      warnings.add(
+          "field.offset",
+          fmt::format("{} reads ({:.2f} {:.2f} {:.2f}) uT beside the map all along the drive: hard iron, drift or a "
+                      "map made with it; taken off in the stale-map report",
+                      name, offset.offset_ut.x(), offset.offset_ut.y(), offset.offset_ut.z()),
+          time);
     }
   }
   const std::size_t count = stale.stale_cells();
@@ -125,28 +128,34 @@ FieldReport report_field(const FieldMaterial& material, const ArrayLog& readings
 
 void write_field_report(const std::filesystem::path& folder, const FieldReport& report) {
   OutputFile rows(folder / "field_residuals.csv");
-  rows.write("t_s,x_m,y_m,z_m,mean_difference_ut,difference_x_ut,difference_y_ut,difference_z_ut,sigma_ut,magnetic_weight\n");
+  rows.write(
+      "t_s,x_m,y_m,z_m,mean_difference_ut,difference_x_ut,difference_y_ut,difference_z_ut,sigma_ut,magnetic_weight\n");
   for (const FieldRow& row : report.rows) {
-    rows.write(fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", format_stamp(row.time),
-                           row.position.x(), row.position.y(), row.position.z(), row.mean_size_ut, row.difference_ut.x(),
-                           row.difference_ut.y(), row.difference_ut.z(), row.sigma_ut, row.weight));
+    rows.write(fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n",
+                           format_stamp(row.time), row.position.x(), row.position.y(), row.position.z(),
+                           row.mean_size_ut, row.difference_ut.x(), row.difference_ut.y(), row.difference_ut.z(),
+                           row.sigma_ut, row.weight));
   }
   OutputFile places(folder / "stale_places.csv");
-  places.write("place,x_m,y_m,z_m,extent_m,cells,largest_difference_ut,mean_difference_ut,difference_x_ut,difference_y_ut,"
-               "difference_z_ut,sigma_ut,chi_square,p_value,first_t_s,last_t_s\n");
+  places.write(
+      "place,x_m,y_m,z_m,extent_m,cells,largest_difference_ut,mean_difference_ut,difference_x_ut,difference_y_ut,"
+      "difference_z_ut,sigma_ut,chi_square,p_value,first_t_s,last_t_s\n");
   for (const StalePlace& place : report.stale.places) {
-    places.write(fmt::format("{},{:.3f},{:.3f},{:.3f},{:.2f},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.6g},{:.3g},{},{}\n",
-                             place.number, place.center.x(), place.center.y(), place.center.z(), place.extent_m, place.cells,
-                             place.largest_difference_ut, place.mean_difference_ut, place.difference_ut.x(),
-                             place.difference_ut.y(), place.difference_ut.z(), place.sigma_ut, place.chi_square,
-                             place.p_value, format_stamp(place.first_time), format_stamp(place.last_time)));
+    places.write(
+        fmt::format("{},{:.3f},{:.3f},{:.3f},{:.2f},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.6g},{:.3g},{},{}\n",
+                    place.number, place.center.x(), place.center.y(), place.center.z(), place.extent_m, place.cells,
+                    place.largest_difference_ut, place.mean_difference_ut, place.difference_ut.x(),
+                    place.difference_ut.y(), place.difference_ut.z(), place.sigma_ut, place.chi_square, place.p_value,
+                    format_stamp(place.first_time), format_stamp(place.last_time)));
   }
   OutputFile cells(folder / "field_cells.csv");
-  cells.write("x_m,y_m,z_m,readings,difference_x_ut,difference_y_ut,difference_z_ut,sigma_ut,chi_square,p_value,place\n");
+  cells.write(
+      "x_m,y_m,z_m,readings,difference_x_ut,difference_y_ut,difference_z_ut,sigma_ut,chi_square,p_value,place\n");
   for (const FieldCellTest& cell : report.stale.cells) {
     cells.write(fmt::format("{:.3f},{:.3f},{:.3f},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.6g},{:.3g},{}\n", cell.center.x(),
-                            cell.center.y(), cell.center.z(), cell.readings, cell.difference_ut.x(), cell.difference_ut.y(),
-                            cell.difference_ut.z(), cell.sigma_ut, cell.chi_square, cell.p_value, cell.place));
+                            cell.center.y(), cell.center.z(), cell.readings, cell.difference_ut.x(),
+                            cell.difference_ut.y(), cell.difference_ut.z(), cell.sigma_ut, cell.chi_square,
+                            cell.p_value, cell.place));
   }
   for (OutputFile* file : {&rows, &places, &cells}) file->commit();
 }

@@ -39,7 +39,8 @@ struct FieldReport {
 FieldReport report_field(const FieldMaterial& material, const ArrayLog& readings, const EstimateRecord& record,
                          WarningLog& warnings);
 
-/// Writes field_residuals.csv, stale_places.csv and field_cells.csv (every cell driven through) into `folder`. Throws InputError where that fails.
+/// Writes field_residuals.csv, stale_places.csv and field_cells.csv (every cell driven through) into `folder`. Throws
+/// InputError where that fails.
 void write_field_report(const std::filesystem::path& folder, const FieldReport& report);
 
 /// For the terminal: how many places, what was to be expected by chance, the worst three.

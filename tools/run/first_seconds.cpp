@@ -7,25 +7,33 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "tools/check/log_checks.h"
 #include "tools/check/start_checks.h"
-#include "frontends/synchronizer/bag_source.h"
 
 namespace lodestone {
 
 namespace {
 
-/// Errors that a run may survive all the same: it drops, weighs down or bridges what they tell of, a start that is off is
-/// drawn in, and a few seconds of motion say less of a direction than a map does.
+/// Errors that a run may survive all the same: it drops, weighs down or bridges what they tell of, a start that is off
+/// is drawn in, and a few seconds of motion say less of a direction than a map does.
 constexpr std::array<std::string_view, 9> kSurvived{
-    "imu.stamp_zero",     "lidar.stamp_zero",  "magnetometer.stamp_zero", "magnetometer.zero", "extrinsic.rotation",
-    "extrinsic.heading", "start.no_overlap", "start.tilt",              "start.wrong"};
+    "imu.stamp_zero",    "lidar.stamp_zero",   "magnetometer.stamp_zero",
+    "magnetometer.zero", "extrinsic.rotation", "extrinsic.heading",
+    "start.no_overlap",  "start.tilt",         "start.wrong"};
 
 /// What the reader, the synchronizer and the estimators count themselves, along the whole log.
-constexpr std::array<std::string_view, 11> kCounted{
-    "imu.stamp_order",  "lidar.stamp_order", "magnetometer.stamp_order", "imu.not_finite",     "magnetometer.not_finite",
-    "imu.gap",          "lidar.outage",      "lidar.empty",              "magnetometer.stuck", "magnetometer.limit",
-    "magnetometer.spike"};
+constexpr std::array<std::string_view, 11> kCounted{"imu.stamp_order",
+                                                    "lidar.stamp_order",
+                                                    "magnetometer.stamp_order",
+                                                    "imu.not_finite",
+                                                    "magnetometer.not_finite",
+                                                    "imu.gap",
+                                                    "lidar.outage",
+                                                    "lidar.empty",
+                                                    "magnetometer.stuck",
+                                                    "magnetometer.limit",
+                                                    "magnetometer.spike"};
 
 template <class Kinds>
 bool is_among(const Kinds& kinds, const std::string& kind) {

@@ -12,7 +12,8 @@ PictureSeries picture_series(const EstimatorOutcome& outcome);
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<PictureSeries>& series);
 
-/// Writes stale_map as .png, .pdf and .svg into `folder`: of the first pass with a stale-map report; of others stale_map_NAME.
+/// Writes stale_map as .png, .pdf and .svg into `folder`: of the first pass with a stale-map report; of others
+/// stale_map_NAME.
 void write_stale_map_pictures(const std::filesystem::path& folder, const MagneticMap& map,
                               const std::vector<EstimatorOutcome>& outcomes);
 

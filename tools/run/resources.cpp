@@ -16,7 +16,9 @@ extern "C" void bli_thread_set_num_threads(long) __attribute__((weak));
 
 namespace lodestone {
 
-void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+void reset_peak_memory() {
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
 
 double peak_memory_mb() {
   std::ifstream status("/proc/self/status");

@@ -31,14 +31,18 @@ bool is_written_by_a_run(const fs::path& in_out) {
 
 void check_results_apart(const RunCall& call) {
   if (fs::is_directory(call.log) && !path_below(call.out, call.log).empty()) {
-    throw InputError(fmt::format("--out {}: is in the folder of the log {}, so that the results would be read as parts of it; choose "
-                                 "another folder", call.out, call.log));
+    throw InputError(fmt::format(
+        "--out {}: is in the folder of the log {}, so that the results would be read as parts of it; choose "
+        "another folder",
+        call.out, call.log));
   }
-  for (const std::string& input : {call.log, call.platform, call.cloud, call.magnetic, call.truth, call.initial_pose_from}) {
+  for (const std::string& input :
+       {call.log, call.platform, call.cloud, call.magnetic, call.truth, call.initial_pose_from}) {
     if (input.empty()) continue;
     const fs::path in_out = path_below(input, call.out);
     if (in_out.empty() || in_out == "." || !is_written_by_a_run(in_out)) continue;
-    throw InputError(fmt::format("{}: is among the results that --out {} would replace; choose another folder for them", input, call.out));
+    throw InputError(fmt::format("{}: is among the results that --out {} would replace; choose another folder for them",
+                                 input, call.out));
   }
 }
 

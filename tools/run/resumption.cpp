@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "frontends/configuration/aside.h"
 #include "core/error.h"
 #include "estimators/factory.h"
+#include "frontends/configuration/aside.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/run/estimate_recording.h"
@@ -20,17 +20,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path checkpoint_folder(const RunCall& call) { return fs::path(call.out) / "checkpoint"; }
+fs::path checkpoint_folder(const RunCall& call) {
+  return fs::path(call.out) / "checkpoint";
+}
 
 /// What the recordings beside it were made from.
-fs::path identity_file(const RunCall& call) { return checkpoint_folder(call) / "call.json"; }
+fs::path identity_file(const RunCall& call) {
+  return checkpoint_folder(call) / "call.json";
+}
 
 /// The exit code of a call of this identity that ended whole.
 std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity& identity) {
   const fs::path summary = fs::path(call.out) / "summary.json";
   if (fs::exists(checkpoint_folder(call)) || !fs::exists(summary)) return std::nullopt;
   const auto json = nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
-  if (!json.is_object() || !json.contains("identity") || json["identity"] != digest(identity) || !json.contains("status")) {
+  if (!json.is_object() || !json.contains("identity") || json["identity"] != digest(identity) ||
+      !json.contains("status")) {
     return std::nullopt;
   }
   if (json["status"] == "done") return exit_code::done;
@@ -91,7 +96,8 @@ std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& ident
     }
     if (const auto written = unfinished_identity(call)) {
       if (const std::string difference = difference_between(*written, identity); !difference.empty()) {
-        throw InputError(fmt::format("{}: this call cannot be resumed: {}; run without --resume to begin anew", call.out, difference));
+        throw InputError(fmt::format("{}: this call cannot be resumed: {}; run without --resume to begin anew",
+                                     call.out, difference));
       }
       say_what_is_kept(call);
     } else {
@@ -103,7 +109,8 @@ std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& ident
   }
   remove_leftovers(call);
   made_folder(checkpoint_folder(call));
-  write_text_file(identity_file(call).string(), nlohmann::json(identity).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+  write_text_file(identity_file(call).string(),
+                  nlohmann::json(identity).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
   return std::nullopt;
 }
 
@@ -114,11 +121,13 @@ void remove_recordings(const RunCall& call) {
   std::vector<fs::path> ours;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    const bool recording = entry.path().extension() == ".estimates" &&
-                           std::find(estimators.begin(), estimators.end(), entry.path().stem().string()) != estimators.end();
+    const bool recording =
+        entry.path().extension() == ".estimates" &&
+        std::find(estimators.begin(), estimators.end(), entry.path().stem().string()) != estimators.end();
     if (!recording && entry.path() != identity_file(call) && !is_aside_name(name)) {
-      throw InputError(fmt::format("{}: this file is not of a run, and the run empties its folder; move the file, or choose another --out",
-                                   entry.path().string()));
+      throw InputError(fmt::format(
+          "{}: this file is not of a run, and the run empties its folder; move the file, or choose another --out",
+          entry.path().string()));
     }
     ours.push_back(entry.path());
   }

@@ -8,17 +8,17 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "estimators/factory.h"
 #include "estimators/smoother/bound.h"
-#include "core/nearest_name.h"
-#include "frontends/configuration/options.h"
-#include "frontends/maps/plane_map_loader.h"
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/magnetometer_choice.h"
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/maps/plane_map_loader.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
@@ -51,7 +51,9 @@ struct RunMaterial {
   std::optional<AutomaticStart> found;  ///< with --initial-pose auto
 };
 
-bool is_automatic(const RunCall& call) { return call.initial_pose == "auto"; }
+bool is_automatic(const RunCall& call) {
+  return call.initial_pose == "auto";
+}
 
 void check_call(const RunCall& call) {
   const std::vector<std::string> known = estimator_names();
@@ -77,8 +79,9 @@ void check_call(const RunCall& call) {
   }
   if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
   if (is_automatic(call) && call.cloud.empty()) {
-    throw InputError("--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; "
-                     "add the cloud map or give the start's pose");
+    throw InputError(
+        "--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; "
+        "add the cloud map or give the start's pose");
   }
   if (!call.initial_pose.empty() && !is_automatic(call)) parse_initial_pose(call.initial_pose);
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
@@ -95,7 +98,8 @@ RunMaterial load_small_files(const RunCall& call) {
   material.platform = load_platform(call.platform);
   if (!call.magnetic.empty()) choose_magnetometers(material.options.magnetic.magnetometers, material.platform);
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
-    throw InputError("--refine: none of the estimators chosen can be refined; expected smoother or magnetic among them");
+    throw InputError(
+        "--refine: none of the estimators chosen can be refined; expected smoother or magnetic among them");
   }
   if (call.max_range_m) material.platform.suite.lidar.max_range_m = *call.max_range_m;
   if (!call.truth.empty()) material.truth = read_trajectory(call.truth);
@@ -115,11 +119,13 @@ void load_maps(const RunCall& call, RunMaterial& material, WarningLog& warnings)
     std::printf("no --cloud: LiDAR is left out, the run is magnetic-inertial\n");
   }
   if (!call.magnetic.empty()) {
-    material.field = std::make_shared<MagneticMap>(
-        read_magnetic_map(call.magnetic, material.options.magnetic.map.max_bytes()));
+    material.field =
+        std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, material.options.magnetic.map.max_bytes()));
     if (material.platform.magnetometers.empty()) {
-      throw InputError(fmt::format("{}: it has no magnetometers, which --magnetic is for; add them under 'magnetometers', or leave "
-                                   "--magnetic out", material.platform.file_name()));
+      throw InputError(
+          fmt::format("{}: it has no magnetometers, which --magnetic is for; add them under 'magnetometers', or leave "
+                      "--magnetic out",
+                      material.platform.file_name()));
     }
     const FieldGrid& grid = material.field->grid();
     std::printf("%s: %d x %d nodes of %g m, %zu layer%s\n", call.magnetic.c_str(), grid.columns, grid.rows,
@@ -137,7 +143,8 @@ void check_begin(const RunCall& call, const RunMaterial& material, WarningLog& w
     if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
     return initial_pose_from(material.start, call.initial_pose_from, time);
   };
-  check_first_seconds({call.log, material.platform, material.sensors, call.check_seconds, material.planes, start_at}, warnings);
+  check_first_seconds({call.log, material.platform, material.sensors, call.check_seconds, material.planes, start_at},
+                      warnings);
 }
 
 /// A start that no map reaches can only fail: better said at once.
@@ -150,14 +157,16 @@ void check_start(const RunCall& call, const RunMaterial& material, const Pose& p
       return (plane.center.cast<double>() - p).squaredNorm() < reach * reach;
     });
     if (!seen) {
-      throw InputError(fmt::format("{}: no plane of this map within the LiDAR's {} m of the start ({:.2f} {:.2f} {:.2f}); "
-                                   "check --initial-pose and the map's frame",
-                                   call.cloud, reach, p.x(), p.y(), p.z()));
+      throw InputError(
+          fmt::format("{}: no plane of this map within the LiDAR's {} m of the start ({:.2f} {:.2f} {:.2f}); "
+                      "check --initial-pose and the map's frame",
+                      call.cloud, reach, p.x(), p.y(), p.z()));
     }
   }
   if (material.field != nullptr && !material.field->query(p, FieldInterpolation::bilinear)) {
     warnings.add("run.start_off_field",
-                 fmt::format("the start ({:.2f} {:.2f} {:.2f}) has no field in {}", p.x(), p.y(), p.z(), call.magnetic), time);
+                 fmt::format("the start ({:.2f} {:.2f} {:.2f}) has no field in {}", p.x(), p.y(), p.z(), call.magnetic),
+                 time);
   }
 }
 
@@ -165,8 +174,8 @@ Pose find_start(const RunCall& call, const RunMaterial& material, Time time, War
   if (material.found) return material.found->T_map_imu;
   if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
   if (!call.initial_pose_from.empty()) return initial_pose_from(material.start, call.initial_pose_from, time);
-  warnings.add("run.initial_pose", "none given: the map's origin is taken; --initial-pose or --initial-pose-from says better",
-               time);
+  warnings.add("run.initial_pose",
+               "none given: the map's origin is taken; --initial-pose or --initial-pose-from says better", time);
   return {};
 }
 
@@ -214,7 +223,8 @@ std::optional<Bound> find_bound(const RunCall& call, const RunMaterial& material
   const auto make = [&](const ScanBundle& first) {
     const Pose start = initial_pose_from(material.truth, call.truth, first.scan.start);
     return make_estimator("smoother", bound_input({material.platform.suite, material.planes, material.field, start,
-                                                   Vector3::Zero(), material.options, &unheard, nullptr, nullptr}, material.truth));
+                                                   Vector3::Zero(), material.options, &unheard, nullptr, nullptr},
+                                                  material.truth));
   };
   return run_bound(open, make, material.truth, std::filesystem::path(call.out) / "bound.csv");
 }
@@ -241,8 +251,8 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
     const Pose start = find_start(call, material, first.scan.start, warnings);
     check_start(call, material, start, first.scan.start, warnings);
     const Vector3 velocity = material.found ? material.found->velocity : Vector3::Zero();
-    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, velocity, material.options,
-                                 &warnings, nullptr, refining_progress(name, span)});
+    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, velocity,
+                                 material.options, &warnings, nullptr, refining_progress(name, span)});
   };
   return run_estimator(run, warnings);
 }
@@ -251,15 +261,20 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
 void find_start_anywhere(const RunCall& call, RunMaterial& material, WarningLog& warnings) {
   WarningLog unheard;  // what is odd in these seconds is counted by the runs themselves
   const OpenedLog log = open_log(call, material, unheard);
-  const EstimatorInput input{material.platform.suite, material.planes,  material.field, {},
-                             Vector3::Zero(),         material.options, nullptr, nullptr, {}};
+  const EstimatorInput input{material.platform.suite, material.planes, material.field, {}, Vector3::Zero(),
+                             material.options,        nullptr,         nullptr,        {}};
   material.found = find_automatic_start(call.log, input, log.next, warnings);
 }
 
 std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunMaterial& material,
                                                            const RunIdentity& identity) {
-  return {{"lodestone", LODESTONE_VERSION}, {"log", call.log},     {"platform", call.platform}, {"cloud", call.cloud},
-          {"magnetic", call.magnetic},      {"truth", call.truth}, {"initial_pose", call.initial_pose},
+  return {{"lodestone", LODESTONE_VERSION},
+          {"log", call.log},
+          {"platform", call.platform},
+          {"cloud", call.cloud},
+          {"magnetic", call.magnetic},
+          {"truth", call.truth},
+          {"initial_pose", call.initial_pose},
           {"initial_pose_from", call.initial_pose_from},
           {"initial_pose_found", material.found ? pose_text(material.found->T_map_imu) : ""},
           {"identity", digest(identity)}};
@@ -281,7 +296,8 @@ int exit_code_of(const std::vector<RunSummary>& runs) {
 }
 
 /// Keeps what a report needs of log and maps.
-void keep_overview(const RunCall& call, const RunMaterial& material, Time log_begin, const std::vector<PictureSeries>& series) {
+void keep_overview(const RunCall& call, const RunMaterial& material, Time log_begin,
+                   const std::vector<PictureSeries>& series) {
   OverviewInput input{log_begin, call.truth.empty() ? nullptr : &material.truth, material.field.get(), call.cloud, {}};
   for (const PictureSeries& one : series) input.estimates.push_back(&one.trajectory);
   write_overview(std::filesystem::path(call.out) / "overview", input);
@@ -302,9 +318,10 @@ int execute(const RunCall& call) {
   const std::filesystem::path out = made_folder(call.out);
   const RunIdentity identity = identify(call, material.options);
   if (const auto code = begin_or_resume(call, identity)) return *code;
-  write_text_file((out / "config.yaml").string(),
-                  "# Every option of this run; --config takes it again. What else the call said is in summary.json: call.\n" +
-                      save_options(material.options));
+  write_text_file(
+      (out / "config.yaml").string(),
+      "# Every option of this run; --config takes it again. What else the call said is in summary.json: call.\n" +
+          save_options(material.options));
   const StaleResults stale(out, estimator_names());
 
   if (is_automatic(call)) find_start_anywhere(call, material, shared);
@@ -319,7 +336,8 @@ int execute(const RunCall& call) {
     log_begin = outcome.log_begin;
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
-    write_text_file((out / "summary.json").string(), to_json(inputs_of(call, material, identity), record_of(call, material), summaries, bound));
+    write_text_file((out / "summary.json").string(),
+                    to_json(inputs_of(call, material, identity), record_of(call, material), summaries, bound));
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());

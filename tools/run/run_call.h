@@ -21,10 +21,10 @@ struct RunCall {
   std::optional<double> max_range_m;  ///< nothing: as the platform says
   std::optional<int> threads;         ///< nothing: as many as the machine has
   std::string truth;
-  bool bound = false;  ///< what accuracy the sensors allow, too
+  bool bound = false;          ///< what accuracy the sensors allow, too
   double check_seconds = 5.0;  ///< of the log's begin are looked at beforehand; 0: none
   bool resume = false;         ///< keep the estimators that had ended
-  std::string refine;  ///< none or batch; empty: as the configuration says
+  std::string refine;          ///< none or batch; empty: as the configuration says
 };
 
 /// Runs every estimator over the log and writes everything (docs/design/architecture.md). Returns the exit code. Throws

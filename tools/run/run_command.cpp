@@ -31,7 +31,8 @@ If a call was killed or interrupted, give the same words again and --resume: est
 }  // namespace
 
 void add_run_command(CLI::App& app, int* code) {
-  CLI::App* command = app.add_subcommand("run", "Localize a log in prior maps with one estimator, or several side by side");
+  CLI::App* command =
+      app.add_subcommand("run", "Localize a log in prior maps with one estimator, or several side by side");
   command->footer(kRunExamples);
   const auto call = std::make_shared<RunCall>();
   CommandFiles files(*command);
@@ -50,9 +51,10 @@ void add_run_command(CLI::App& app, int* code) {
   command->add_option("--estimator", call->estimators, "one or several with commas: " + join_names(estimator_names()))
       ->delimiter(',')
       ->capture_default_str();
-  auto* pose = command->add_option("--initial-pose", call->initial_pose,
-                                   "T_map_imu at the log's begin, \"x y z qx qy qz qw\", or auto: found anywhere on the maps "
-                                   "(default: the map's origin)");
+  auto* pose =
+      command->add_option("--initial-pose", call->initial_pose,
+                          "T_map_imu at the log's begin, \"x y z qx qy qz qw\", or auto: found anywhere on the maps "
+                          "(default: the map's origin)");
   files.input(command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) to take it from"))
       ->excludes(pose);
   files.input(
@@ -61,14 +63,18 @@ void add_run_command(CLI::App& app, int* code) {
   command->add_option("--max-range", call->max_range_m, "use LiDAR points up to this many metres only");
   command->add_option("--refine", call->refine, "batch: solve the whole log together at its end (smoother, magnetic)")
       ->check(CLI::IsMember({"none", "batch"}));
-  command->add_flag("--bound", call->bound, "with --truth: the least error that the sensors allow (Cramér-Rao), and ATE / bound");
-  command->add_option("--check-seconds", call->check_seconds,
-                      "look at so many seconds of the log's begin first, as `lodestone check` does; refuse what makes the run "
-                      "wrong (0: do not look)")
+  command->add_flag("--bound", call->bound,
+                    "with --truth: the least error that the sensors allow (Cramér-Rao), and ATE / bound");
+  command
+      ->add_option(
+          "--check-seconds", call->check_seconds,
+          "look at so many seconds of the log's begin first, as `lodestone check` does; refuse what makes the run "
+          "wrong (0: do not look)")
       ->capture_default_str();
-  command->add_flag("--resume", call->resume,
-                    "after a killed or interrupted call of the same words: keep the estimators that had ended, run the others "
-                    "again; ends with the same bytes");
+  command->add_flag(
+      "--resume", call->resume,
+      "after a killed or interrupted call of the same words: keep the estimators that had ended, run the others "
+      "again; ends with the same bytes");
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   files.input(
       command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures"));

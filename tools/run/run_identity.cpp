@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "frontends/configuration/options.h"
+#include "frontends/configuration/text_file.h"
 #include "frontends/logs/folder_files.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "frontends/configuration/text_file.h"
 
 namespace lodestone {
 
@@ -38,7 +38,8 @@ class Flattener {
 };
 
 std::string mark_of_file(const fs::path& path) {
-  return fmt::format("{} bytes changed at {}", fs::file_size(path), fs::last_write_time(path).time_since_epoch().count());
+  return fmt::format("{} bytes changed at {}", fs::file_size(path),
+                     fs::last_write_time(path).time_since_epoch().count());
 }
 
 /// Of a file, or of all in a folder.
@@ -89,7 +90,8 @@ RunIdentity identify(const RunCall& call, const RunOptions& options) {
 
 std::string digest(const RunIdentity& identity) {
   std::uint64_t hash = kHashOfNothing;
-  for (const auto& [name, value] : identity) hash = hash_of(fmt::format("{}:{}{}:{}", name.size(), name, value.size(), value), hash);
+  for (const auto& [name, value] : identity)
+    hash = hash_of(fmt::format("{}:{}{}:{}", name.size(), name, value.size(), value), hash);
   return fmt::format("{:016x}", hash);
 }
 

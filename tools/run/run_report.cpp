@@ -17,8 +17,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// JSON knows no NaN.
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+Json number(const std::optional<double>& value) {
+  return value ? number(*value) : Json(nullptr);
+}
 
 Json json_of(const RunSummary& summary) {
   Json json;
@@ -40,7 +44,8 @@ Json json_of(const RunSummary& summary) {
   }
   json["warnings"] = Json::object();
   for (const auto& [kind, entry] : summary.warnings.entries()) {
-    json["warnings"][kind] = {{"count", entry.count}, {"first", entry.first_detail}, {"at_s", format_stamp(entry.first_time)}};
+    json["warnings"][kind] = {
+        {"count", entry.count}, {"first", entry.first_detail}, {"at_s", format_stamp(entry.first_time)}};
   }
   if (summary.truth) {
     json["ate_m"] = number(summary.truth->ate_m);
@@ -87,7 +92,9 @@ RunStatus overall(const std::vector<RunSummary>& runs) {
   return status;
 }
 
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+Json text_or_null(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
 
 Json json_of(const CallRecord& record) {
   const RunCall& call = record.call;
@@ -115,7 +122,9 @@ std::string optional_fixed(const std::optional<double>& value, int digits) {
 
 }  // namespace
 
-std::string to_json(const RunSummary& summary) { return json_of(summary).dump(2) + "\n"; }
+std::string to_json(const RunSummary& summary) {
+  return json_of(summary).dump(2) + "\n";
+}
 
 std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const CallRecord& call,
                     const std::vector<RunSummary>& runs, const std::optional<Bound>& bound) {
@@ -125,7 +134,8 @@ std::string to_json(const std::vector<std::pair<std::string, std::string>>& inpu
   json["status"] = status_name(overall(runs));
   if (bound) {
     for (const Bound::Stage& stage : bound->stages) {
-      json["bound"][stage.name] = {{"position_m", number(stage.position_m)}, {"heading_deg", number(stage.heading_deg)}};
+      json["bound"][stage.name] = {{"position_m", number(stage.position_m)},
+                                   {"heading_deg", number(stage.heading_deg)}};
     }
   }
   json["estimators"] = Json::object();
@@ -145,12 +155,13 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
   for (const RunSummary& run : runs) {
     // What a batch began with stands below what it made of it.
     const bool refined = run.stages.size() == 3;
-    std::vector<std::string> row{refined ? run.estimator + " (batch)" : run.estimator, status_name(run.status), std::to_string(run.scans)};
+    std::vector<std::string> row{refined ? run.estimator + " (batch)" : run.estimator, status_name(run.status),
+                                 std::to_string(run.scans)};
     if (with_truth) {
       const TruthFigures figures = run.truth.value_or(TruthFigures{});
-      row.insert(row.end(), {fixed(figures.ate_m, 4), optional_fixed(figures.ate_se3_m, 4), fixed(figures.max_error_m, 3),
-                             fixed(figures.heading_rmse_deg, 3), optional_fixed(figures.nees_pose, 2),
-                             figures.success ? "yes" : "no"});
+      row.insert(row.end(), {fixed(figures.ate_m, 4), optional_fixed(figures.ate_se3_m, 4),
+                             fixed(figures.max_error_m, 3), fixed(figures.heading_rmse_deg, 3),
+                             optional_fixed(figures.nees_pose, 2), figures.success ? "yes" : "no"});
     }
     row.insert(row.end(), {run.saw_lidar ? std::to_string(run.degenerate_scans) : "-",
                            run.saw_field ? std::to_string(run.magnetic_rejected) : "-",
@@ -158,7 +169,12 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
     table.add(row);
     for (std::size_t i = 0; refined && i + 1 < run.stages.size(); ++i) {
       const StageFigures& stage = run.stages[i];
-      std::vector<std::string> below{"  " + stage.name, "", "", fixed(stage.ate_m, 4), "", fixed(stage.max_error_m, 3),
+      std::vector<std::string> below{"  " + stage.name,
+                                     "",
+                                     "",
+                                     fixed(stage.ate_m, 4),
+                                     "",
+                                     fixed(stage.max_error_m, 3),
                                      fixed(stage.heading_rmse_deg, 3),
                                      stage.consistency ? fixed(stage.consistency->nees, 2) : "-"};
       below.resize(header.size());

@@ -94,7 +94,8 @@ std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Tra
     if (!held.pairs.empty()) result.push_back(std::move(held.figures));
   };
   const auto same = [](const StampedPose& a, const StampedPose& b) {
-    return a.time == b.time && a.pose.position == b.pose.position && a.pose.rotation.coeffs() == b.pose.rotation.coeffs();
+    return a.time == b.time && a.pose.position == b.pose.position &&
+           a.pose.rotation.coeffs() == b.pose.rotation.coeffs();
   };
   add("causal", record.causal_poses());
   if (!record.smoothed_poses().trajectory.empty()) {

@@ -29,12 +29,12 @@ const char* status_name(RunStatus status);
 /// A run held against the truth (interpolated at the estimate's stamps). Of the best estimate.
 struct TruthFigures {
   PosePairs pairs;
-  double ate_m = 0.0;                    ///< unaligned rmse
-  std::optional<double> ate_se3_m;       ///< nothing where the path fixes no alignment
+  double ate_m = 0.0;               ///< unaligned rmse
+  std::optional<double> ate_se3_m;  ///< nothing where the path fixes no alignment
   double max_error_m = 0.0;
   double heading_rmse_deg = 0.0;
-  std::optional<double> nees_pose;       ///< per degree of freedom; nothing without usable covariances
-  bool success = false;                  ///< never more than 1 m off, and at the end of the log
+  std::optional<double> nees_pose;  ///< per degree of freedom; nothing without usable covariances
+  bool success = false;             ///< never more than 1 m off, and at the end of the log
 };
 
 /// One kind of estimate of a run held against the truth.
@@ -42,7 +42,7 @@ struct StageFigures {
   std::string name;  ///< causal: the newest states; smoothed: those that leave the window; batch: of the whole log
   double ate_m = 0.0;
   double max_error_m = 0.0;
-  std::optional<double> largest_jump_m;    ///< between neighbouring poses, against the truth's step; nothing for one pose
+  std::optional<double> largest_jump_m;  ///< between neighbouring poses, against the truth's step; nothing for one pose
   double heading_rmse_deg = 0.0;
   std::optional<Consistency> consistency;  ///< nothing without usable covariances
   std::optional<double> ate_over_bound;    ///< nothing where no bound was asked for
@@ -57,14 +57,15 @@ struct RunSummary {
   double wall_s = 0.0;      ///< reading, estimating and writing
   double peak_rss_mb = 0.0;
   std::int64_t degenerate_scans = 0;
-  bool saw_lidar = false;  ///< in at least one scan directions were analysed; else there are no degenerate ones to count
+  bool saw_lidar =
+      false;  ///< in at least one scan directions were analysed; else there are no degenerate ones to count
   bool saw_field = false;  ///< in at least one scan a sample of the array met the map
   std::int64_t magnetic_rejected = 0;
-  double refine_s = 0.0;    ///< of it what came after the log's end: the batch refinement
+  double refine_s = 0.0;               ///< of it what came after the log's end: the batch refinement
   std::optional<double> lidar_nis;     ///< mean over the scans, a point; 1 is consistent
   std::optional<double> magnetic_nis;  ///< mean over the scans' array samples, per component; 1 is consistent
-  double clock_offset_s = 0.0;  ///< how late the magnetometers' stamps are, as estimated at the end
-  double clock_sigma_s = 0.0;   ///< of it; 0: not estimated
+  double clock_offset_s = 0.0;         ///< how late the magnetometers' stamps are, as estimated at the end
+  double clock_sigma_s = 0.0;          ///< of it; 0: not estimated
   WarningLog warnings;
   std::optional<TruthFigures> truth;
   std::vector<StageFigures> stages;   ///< against the truth, where there is one

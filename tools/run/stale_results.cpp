@@ -10,8 +10,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kOfAnEstimator[] = {"trajectory.tum",  "causal.tum", "smoothed.tum",        "covariance.csv",
-                                          "diagnostics.csv", "errors.csv", "field_residuals.csv", "field_cells.csv",
+constexpr const char* kOfAnEstimator[] = {"trajectory.tum",   "causal.tum",  "smoothed.tum",        "covariance.csv",
+                                          "diagnostics.csv",  "errors.csv",  "field_residuals.csv", "field_cells.csv",
                                           "stale_places.csv", "summary.json"};
 constexpr const char* kPictures[] = {"map", "error", "distribution", "stale_map"};
 constexpr const char* kEndings[] = {".png", ".pdf", ".svg"};

@@ -8,15 +8,15 @@
 
 namespace lodestone {
 
-/// What an earlier run left in a result folder, so that nothing of it stays beside the new results. Looks at the files alone
-/// that `lodestone run` itself names; everything else in the folder is left as it is.
+/// What an earlier run left in a result folder, so that nothing of it stays beside the new results. Looks at the files
+/// alone that `lodestone run` itself names; everything else in the folder is left as it is.
 class StaleResults {
  public:
   /// Notes what is there. `estimators`: every name that a run's folder may have.
   StaleResults(std::filesystem::path folder, const std::vector<std::string>& estimators);
 
-  /// Removes what has not been written anew since, and the folders of estimators that are empty then. Called when the new
-  /// results are in place: who is killed before has both.
+  /// Removes what has not been written anew since, and the folders of estimators that are empty then. Called when the
+  /// new results are in place: who is killed before has both.
   void remove() const;
 
  private:

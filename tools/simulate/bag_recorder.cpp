@@ -40,7 +40,7 @@ std::vector<Field> ouster_fields() {
 }
 
 std::vector<Field> livox_fields() {
-  return {{"x", 0, Field::float32},          {"y", 4, Field::float32}, {"z", 8, Field::float32},
+  return {{"x", 0, Field::float32},          {"y", 4, Field::float32},  {"z", 8, Field::float32},
           {"intensity", 12, Field::float32}, {"tag", 16, Field::uint8}, {"line", 17, Field::uint8},
           {"timestamp", 18, Field::float64}};
 }
@@ -68,20 +68,34 @@ struct BagRecorder::Implementation {
     switch (format) {
       case ScanFormat::ouster:
         pack<OusterPoint>(scan, [](const LidarPoint& p) {
-          return OusterPoint{p.position.x(), p.position.y(), p.position.z(), p.intensity,
-                             static_cast<std::uint32_t>(p.offset_ns), p.ring, 0};
+          return OusterPoint{p.position.x(),
+                             p.position.y(),
+                             p.position.z(),
+                             p.intensity,
+                             static_cast<std::uint32_t>(p.offset_ns),
+                             p.ring,
+                             0};
         });
         return write_cloud(scan, ouster_fields(), sizeof(OusterPoint));
       case ScanFormat::livox:
         pack<LivoxCloudPoint>(scan, [&scan](const LidarPoint& p) {
-          return LivoxCloudPoint{p.position.x(), p.position.y(), p.position.z(), p.intensity, 0,
-                                 static_cast<std::uint8_t>(p.ring), static_cast<double>(scan.start + p.offset_ns)};
+          return LivoxCloudPoint{p.position.x(),
+                                 p.position.y(),
+                                 p.position.z(),
+                                 p.intensity,
+                                 0,
+                                 static_cast<std::uint8_t>(p.ring),
+                                 static_cast<double>(scan.start + p.offset_ns)};
         });
         return write_cloud(scan, livox_fields(), sizeof(LivoxCloudPoint));
       case ScanFormat::livox_custom:
         pack<LivoxCustomPoint>(scan, [](const LidarPoint& p) {
-          return LivoxCustomPoint{static_cast<std::uint32_t>(p.offset_ns), p.position.x(), p.position.y(),
-                                  p.position.z(), static_cast<std::uint8_t>(p.intensity), 0,
+          return LivoxCustomPoint{static_cast<std::uint32_t>(p.offset_ns),
+                                  p.position.x(),
+                                  p.position.y(),
+                                  p.position.z(),
+                                  static_cast<std::uint8_t>(p.intensity),
+                                  0,
                                   static_cast<std::uint8_t>(p.ring)};
         });
         return write_custom(scan);

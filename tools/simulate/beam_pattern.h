@@ -13,7 +13,8 @@ namespace lodestone::simulation {
 ///
 /// - `rotating`: a column of `rows` beams, evenly spread over the vertical field of view (line 0 is the uppermost); the
 ///   head turns clockwise from behind once a scan.
-/// - `rosette`: the Livox Mid-360's. Four beams that rise along the axis, a small fan fixed in the housing, meet a mirror
+/// - `rosette`: the Livox Mid-360's. Four beams that rise along the axis, a small fan fixed in the housing, meet a
+/// mirror
 ///   that turns fast and nods slowly; being reflected, the fan rolls once a turn. Neither rate divides the other or
 ///   the scan's, so that no scan repeats the one before it and coverage grows with time.
 class BeamPattern {

@@ -179,12 +179,15 @@ void FaultInjector::push(Measurement&& measurement) {
   self.waiting.emplace(stamp, std::move(measurement));
 }
 
-void FaultInjector::end() { implementation_->ended = true; }
+void FaultInjector::end() {
+  implementation_->ended = true;
+}
 
 bool FaultInjector::pop(Measurement& measurement) {
   Implementation& self = *implementation_;
   // Whatever comes may be stamped as early as this; at this very time what waits came first.
-  if (self.waiting.empty() || (!self.ended && self.waiting.begin()->first > self.reached + self.earliest_offset)) return false;
+  if (self.waiting.empty() || (!self.ended && self.waiting.begin()->first > self.reached + self.earliest_offset))
+    return false;
   measurement = std::move(self.waiting.begin()->second);
   self.waiting.erase(self.waiting.begin());
   return true;

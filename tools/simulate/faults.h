@@ -16,8 +16,8 @@ namespace lodestone {
 class ConfigurationNode;
 }
 
-/// What goes wrong with a robot's sensors on a drive, or passes it. Maps, survey and platform file know nothing of it: they are those of
-/// the healthy robot.
+/// What goes wrong with a robot's sensors on a drive, or passes it. Maps, survey and platform file know nothing of it:
+/// they are those of the healthy robot.
 namespace lodestone::simulation {
 
 enum class FaultKind {
@@ -57,31 +57,32 @@ struct Fault {
   FaultKind kind = FaultKind::hard_iron;
   double begin_s = 0.0;
   double end_s = std::numeric_limits<double>::infinity();
-  std::vector<int> magnetometers;            ///< which ones; of a clock offset: those whose stamps are off
-  Vector3 offset_ut = Vector3::Zero();       ///< hard_iron
-  Matrix3 matrix = Matrix3::Identity();      ///< soft_iron: of the reading; misalignment: Rᵀ of the sensor's turn R
-  Vector3 rate_ut_s = Vector3::Zero();       ///< bias_drift
-  double random_walk_ut_sqrt_s = 0.0;        ///< bias_drift: one sigma a component after 1 s
-  double limit_ut = 0.0;                     ///< saturated: components stay within ± this
-  double rate_per_s = 0.0;                   ///< spikes: so many on average
-  double size_ut = 0.0;                      ///< spikes: length of each, in a random direction
-  bool empty_scans = false;                  ///< lidar_outage: scans without points instead of none
-  Vector3 gyroscope_rad_s = Vector3::Zero();      ///< imu_bias_jump
-  Vector3 accelerometer_m_s2 = Vector3::Zero();   ///< imu_bias_jump
-  bool imu_clock = false;                    ///< clock_offset: the IMU's stamps are off
-  bool lidar_clock = false;                  ///< clock_offset: the scans' stamps are off
-  Time clock_offset = 0;                     ///< added to stamps
-  Vector3 from_m = Vector3::Zero();          ///< passing_steel: where it is at begin_s (map); it moves evenly
-  Vector3 to_m = Vector3::Zero();            ///< and at end_s
-  Vector3 moment_a_m2 = Vector3::Zero();     ///< passing_steel: map axes
+  std::vector<int> magnetometers;             ///< which ones; of a clock offset: those whose stamps are off
+  Vector3 offset_ut = Vector3::Zero();        ///< hard_iron
+  Matrix3 matrix = Matrix3::Identity();       ///< soft_iron: of the reading; misalignment: Rᵀ of the sensor's turn R
+  Vector3 rate_ut_s = Vector3::Zero();        ///< bias_drift
+  double random_walk_ut_sqrt_s = 0.0;         ///< bias_drift: one sigma a component after 1 s
+  double limit_ut = 0.0;                      ///< saturated: components stay within ± this
+  double rate_per_s = 0.0;                    ///< spikes: so many on average
+  double size_ut = 0.0;                       ///< spikes: length of each, in a random direction
+  bool empty_scans = false;                   ///< lidar_outage: scans without points instead of none
+  Vector3 gyroscope_rad_s = Vector3::Zero();  ///< imu_bias_jump
+  Vector3 accelerometer_m_s2 = Vector3::Zero();  ///< imu_bias_jump
+  bool imu_clock = false;                        ///< clock_offset: the IMU's stamps are off
+  bool lidar_clock = false;                      ///< clock_offset: the scans' stamps are off
+  Time clock_offset = 0;                         ///< added to stamps
+  Vector3 from_m = Vector3::Zero();              ///< passing_steel: where it is at begin_s (map); it moves evenly
+  Vector3 to_m = Vector3::Zero();                ///< and at end_s
+  Vector3 moment_a_m2 = Vector3::Zero();         ///< passing_steel: map axes
 };
 
-/// Reads a list of faults. `magnetometers`: their names, in the order of the suite. Throws InputError with file, line, key
-/// and what to change.
+/// Reads a list of faults. `magnetometers`: their names, in the order of the suite. Throws InputError with file, line,
+/// key and what to change.
 std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers);
 
-/// Puts faults into a stream of measurements. What no fault touches stays as it was, to the bit; faults act in the order of
-/// their list, stamps are shifted last. Passing steel has no body: LiDAR does not see it. The same faults, seed and stream give the same bits.
+/// Puts faults into a stream of measurements. What no fault touches stays as it was, to the bit; faults act in the
+/// order of their list, stamps are shifted last. Passing steel has no body: LiDAR does not see it. The same faults,
+/// seed and stream give the same bits.
 class FaultInjector {
  public:
   /// T_map_mag of a magnetometer so many seconds after the log's begin.
@@ -97,7 +98,8 @@ class FaultInjector {
   /// No more will be pushed.
   void end();
 
-  /// The next measurement as it is recorded, in order of completion by the stamps; false where the stream must go on first.
+  /// The next measurement as it is recorded, in order of completion by the stamps; false where the stream must go on
+  /// first.
   bool pop(Measurement& measurement);
 
  private:

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontends/configuration/configuration_node.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/configuration_node.h"
 #include "frontends/configuration/options.h"
 #include "tools/simulate/faults.h"
 #include "tools/simulate/sensor_options.h"
@@ -78,7 +78,8 @@ class Entry {
         break;
       case FaultKind::misalignment:
         fault_.matrix = mounting_pose({0.0, 0.0, 0.0}, node_.at("rotation_rpy_deg").as_doubles(3))
-                            .rotation.conjugate().toRotationMatrix();
+                            .rotation.conjugate()
+                            .toRotationMatrix();
         break;
       case FaultKind::bias_drift:
         read_drift();
@@ -219,8 +220,8 @@ class Entry {
     } else {
       std::vector<std::string> names{"imu", "lidar", "magnetometers"};
       names.insert(names.end(), magnetometers_.begin(), magnetometers_.end());
-      sensor.fail(fmt::format("there is no sensor '{}'{} (known: {})", text, suggestion(text, names),
-                              join_names(names)));
+      sensor.fail(
+          fmt::format("there is no sensor '{}'{} (known: {})", text, suggestion(text, names), join_names(names)));
     }
     const ConfigurationNode& offset = node_.at("offset_s");
     const double offset_s = offset.as_double();

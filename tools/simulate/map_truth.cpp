@@ -69,7 +69,8 @@ void map_truth(const MapTruthCall& call) {
 void add_map_truth(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapTruthCall>();
   CLI::App* command = map.add_subcommand(
-      "truth", "Write a simulated world's true field at the nodes where a map has field: `map diff` then gives the map's error");
+      "truth",
+      "Write a simulated world's true field at the nodes where a map has field: `map diff` then gives the map's error");
   CommandFiles files(*command);
   files.input(command->add_option("WORLD", call->world, "world file (config/worlds/)"))->required();
   files

@@ -9,15 +9,16 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr double path_m = 6.0;          // of a robot under way: longer than what five seconds take
+constexpr double path_m = 6.0;  // of a robot under way: longer than what five seconds take
 constexpr double path_check_m = 0.3;
-constexpr double rest_s = 60.0;         // of a robot that stands
+constexpr double rest_s = 60.0;  // of a robot that stands
 constexpr int tries_a_start = 2000;
-constexpr double under_way_s = 2.5;     // after which a robot has its speed
+constexpr double under_way_s = 2.5;  // after which a robot has its speed
 
 class FreeFloor {
  public:
-  FreeFloor(const Environment& environment, const RandomStarts& options) : caster_(environment.caster), options_(options) {
+  FreeFloor(const Environment& environment, const RandomStarts& options)
+      : caster_(environment.caster), options_(options) {
     for (const Eigen::Vector3f& vertex : environment.scene.mesh.vertices) {
       low_ = low_.cwiseMin(vertex.head<2>().cast<double>());
       high_ = high_.cwiseMax(vertex.head<2>().cast<double>());

@@ -132,8 +132,12 @@ double RayCaster::transmission(const Eigen::Vector3f& from, const Eigen::Vector3
   return share;
 }
 
-const Surface& RayCaster::surface(const RayHit& hit) const { return implementation_->surfaces[hit.surface]; }
+const Surface& RayCaster::surface(const RayHit& hit) const {
+  return implementation_->surfaces[hit.surface];
+}
 
-bool RayCaster::has_glass() const { return implementation_->surfaces.size() > 1; }
+bool RayCaster::has_glass() const {
+  return implementation_->surfaces.size() > 1;
+}
 
 }  // namespace lodestone::simulation

@@ -67,7 +67,8 @@ struct LidarOptions {
     visitor.field("min_range_m", min_range_m, "nearer returns are dropped");
     visitor.field("max_range_m", max_range_m, "farther surfaces are not seen");
     visitor.field("range_noise_m", range_noise_m, "one sigma along the beam");
-    visitor.field("direction_noise_rad", direction_noise_rad, "one sigma of where a beam goes against where it is told to have gone");
+    visitor.field("direction_noise_rad", direction_noise_rad,
+                  "one sigma of where a beam goes against where it is told to have gone");
     visitor.field("max_incidence_deg", max_incidence_deg, "a beam that grazes a surface more than this is lost");
     visitor.field("dropout_probability", dropout_probability, "of losing any other return");
     visitor.field("position_m", position_m, "of the lidar in imu axes");

@@ -179,10 +179,12 @@ void add_simulate_command(CLI::App& app, int* code) {
       ->required()
       ->type_name("WORLD.yaml");
   files
-      .output(command->add_option("--out", options->out,
-                                  "Folder for log.bag, truth.tum, reality.yaml, platform.yaml, cloud.pcd, survey.bag and "
-                                  "survey.tum"),
-              CommandFiles::within({"platform.yaml", "log.bag", "truth.tum", "reality.yaml", "cloud.pcd", "survey.bag", "survey.tum"}))
+      .output(
+          command->add_option("--out", options->out,
+                              "Folder for log.bag, truth.tum, reality.yaml, platform.yaml, cloud.pcd, survey.bag and "
+                              "survey.tum"),
+          CommandFiles::within(
+              {"platform.yaml", "log.bag", "truth.tum", "reality.yaml", "cloud.pcd", "survey.bag", "survey.tum"}))
       ->required()
       ->type_name("DIR");
   command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")

@@ -58,7 +58,8 @@ std::string covariance_row(Time time, const Matrix6& covariance) {
 
 std::vector<StampedCovariance> read_covariances(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) throw InputError(fmt::format("{}: no such file; --covariance takes the covariance.csv of a run", path.string()));
+  if (!file)
+    throw InputError(fmt::format("{}: no such file; --covariance takes the covariance.csv of a run", path.string()));
   std::vector<StampedCovariance> result;
   int number = 0;
   for (std::string line; std::getline(file, line);) {

@@ -41,8 +41,8 @@ CsvTable::CsvTable(const std::filesystem::path& path) : path_(path.string()) {
       continue;
     }
     if (cells.size() != header_.size()) {
-      throw InputError(fmt::format("{}:{}: expected {} values as in the header row, found {}", path_, number, header_.size(),
-                                   cells.size()));
+      throw InputError(fmt::format("{}:{}: expected {} values as in the header row, found {}", path_, number,
+                                   header_.size(), cells.size()));
     }
     cells_.push_back(std::move(cells));
     lines_.push_back(number);
@@ -57,8 +57,8 @@ bool CsvTable::has(const std::string& column) const {
 std::size_t CsvTable::index_of(const std::string& column) const {
   const auto found = std::find(header_.begin(), header_.end(), column);
   if (found == header_.end()) {
-    throw InputError(fmt::format("{}: expected a column '{}' in the header row, found {}; write the run again", path_, column,
-                                 join_names(header_)));
+    throw InputError(fmt::format("{}: expected a column '{}' in the header row, found {}; write the run again", path_,
+                                 column, join_names(header_)));
   }
   return static_cast<std::size_t>(found - header_.begin());
 }
@@ -93,7 +93,8 @@ std::vector<Time> CsvTable::stamps(const std::string& column) const {
   for (std::size_t row = 0; row < cells_.size(); ++row) {
     Time time = 0;
     if (!parse_stamp(cells_[row][index], time)) {
-      throw InputError(fmt::format("{}:{}: {}: expected seconds, found '{}'", path_, lines_[row], column, cells_[row][index]));
+      throw InputError(
+          fmt::format("{}:{}: {}: expected seconds, found '{}'", path_, lines_[row], column, cells_[row][index]));
     }
     values.push_back(time);
   }

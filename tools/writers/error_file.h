@@ -10,11 +10,11 @@ namespace lodestone {
 
 /// One scan's error against the truth.
 struct ErrorRow {
-  Time time = 0;                             ///< the scan's end
-  Vector3 position_m = Vector3::Zero();      ///< estimate − truth, map axes
+  Time time = 0;                         ///< the scan's end
+  Vector3 position_m = Vector3::Zero();  ///< estimate − truth, map axes
   double norm_m = 0.0;
-  double heading_deg = 0.0;                  ///< −180 to 180, about the map's z
-  double position_sigma_m = 0.0;             ///< √ of the trace of the position covariance
+  double heading_deg = 0.0;       ///< −180 to 180, about the map's z
+  double position_sigma_m = 0.0;  ///< √ of the trace of the position covariance
 };
 
 /// The rows of `pairs`. `covariances`: 6×6, one a pair, order φ, p; rad² and m².

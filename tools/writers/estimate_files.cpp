@@ -21,19 +21,23 @@ std::string diagnostics_header() {
 }
 
 /// A figure, or nan where nothing was measured: a zero would pass for a very good one.
-std::string figure(bool measured, double value) { return measured ? fmt::format(",{:.6g}", value) : ",nan"; }
+std::string figure(bool measured, double value) {
+  return measured ? fmt::format(",{:.6g}", value) : ",nan";
+}
 
 std::string diagnostics_row(const Estimate& estimate) {
   const Diagnostics& d = estimate.diagnostics;
   const bool analysed = (d.direction_sigma_m.array() != 0.0).any();
   const bool field = d.magnetic_samples > 0;
   const bool clock = d.clock_sigma_s > 0.0;
-  std::string text = fmt::format("{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health), d.points, d.correspondences);
+  std::string text = fmt::format("{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health), d.points,
+                                 d.correspondences);
   text += figure(d.points > 0, d.inlier_share) + figure(d.correspondences > 0, d.lidar_rmse_m);
   text += figure(d.lidar_nis > 0.0, d.lidar_nis);
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_weight(i));
-  text += fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);
+  text +=
+      fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);
   text += figure(field, d.magnetic_weight) + figure(field, d.magnetic_shrink) + figure(field, d.magnetic_residual_ut);
   text += figure(d.magnetic_nis > 0.0, d.magnetic_nis) + fmt::format(",{}", d.magnetic_set_aside);
   text += figure(clock, d.clock_offset_s) + figure(clock, d.clock_sigma_s);

@@ -9,8 +9,8 @@
 
 namespace lodestone {
 
-/// Writes trajectory.tum (best), causal.tum, smoothed.tum (where a batch refines it), covariance.csv (of the best) and diagnostics.csv (one row a scan, as the
-/// causal step saw it) into a folder. The files appear with `finish`.
+/// Writes trajectory.tum (best), causal.tum, smoothed.tum (where a batch refines it), covariance.csv (of the best) and
+/// diagnostics.csv (one row a scan, as the causal step saw it) into a folder. The files appear with `finish`.
 class EstimateFiles : public EstimateSink {
  public:
   /// Makes the folder. Throws InputError where that cannot be.

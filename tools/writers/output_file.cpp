@@ -8,8 +8,8 @@
 #include <system_error>
 #include <utility>
 
-#include "frontends/configuration/aside.h"
 #include "core/error.h"
+#include "frontends/configuration/aside.h"
 
 namespace lodestone {
 
@@ -17,7 +17,8 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
   aside_ = aside_name(path_.string());
   file_ = std::fopen(aside_.c_str(), "wb");
   if (file_ == nullptr) {
-    throw InputError(fmt::format("{}: cannot be written: {}; choose another --out", path_.string(), std::strerror(errno)));
+    throw InputError(
+        fmt::format("{}: cannot be written: {}; choose another --out", path_.string(), std::strerror(errno)));
   }
 }
 
@@ -28,7 +29,9 @@ OutputFile::~OutputFile() {
   std::filesystem::remove(aside_, ignored);
 }
 
-void OutputFile::write(std::string_view text) { std::fwrite(text.data(), 1, text.size(), file_); }
+void OutputFile::write(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), file_);
+}
 
 void OutputFile::commit() {
   const bool broken = std::ferror(file_) != 0;
@@ -48,7 +51,8 @@ void check_folder(const std::filesystem::path& folder) {
   std::filesystem::path there = std::filesystem::absolute(folder, ignored);
   while (!std::filesystem::exists(there, ignored) && there != there.parent_path()) there = there.parent_path();
   if (!std::filesystem::is_directory(there, ignored)) {
-    throw InputError(fmt::format("{}: cannot make the folder: {} is no folder; choose another --out", folder.string(), there.string()));
+    throw InputError(fmt::format("{}: cannot make the folder: {} is no folder; choose another --out", folder.string(),
+                                 there.string()));
   }
   if (access(there.c_str(), W_OK | X_OK) != 0) {
     throw InputError(fmt::format("{}: cannot be written: {}: {}; choose another --out", folder.string(), there.string(),
@@ -60,7 +64,8 @@ std::filesystem::path made_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
-    throw InputError(fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
+    throw InputError(
+        fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
   }
   return folder;
 }
@@ -68,7 +73,8 @@ std::filesystem::path made_folder(const std::filesystem::path& folder) {
 std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::remove_all(folder, error);
-  if (error) throw InputError(fmt::format("{}: cannot be emptied: {}; choose another --out", folder.string(), error.message()));
+  if (error)
+    throw InputError(fmt::format("{}: cannot be emptied: {}; choose another --out", folder.string(), error.message()));
   return made_folder(folder);
 }
 

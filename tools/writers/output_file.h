@@ -27,7 +27,8 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
-/// Throws InputError where a folder of results cannot be made or written there, before any time is spent on them. Makes nothing.
+/// Throws InputError where a folder of results cannot be made or written there, before any time is spent on them. Makes
+/// nothing.
 void check_folder(const std::filesystem::path& folder);
 
 /// The folder, made where it is not there. Throws InputError where that cannot be.

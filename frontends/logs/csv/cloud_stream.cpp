@@ -7,10 +7,10 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "frontends/logs/csv/csv_log.h"
 #include "frontends/maps/pcd_check.h"
 #include "frontends/messages/wire_ros1.h"
-#include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
 namespace {

@@ -19,7 +19,8 @@ std::set<fs::path> parts_of(const fs::path& folder) {
   std::set<fs::path> parts;
   for (const fs::path& file : files_below(folder)) {
     if (file.extension() == ".csv") parts.insert(file);
-    if (file.extension() == ".pcd" && file.lexically_relative(folder).has_parent_path()) parts.insert(file.parent_path());
+    if (file.extension() == ".pcd" && file.lexically_relative(folder).has_parent_path())
+      parts.insert(file.parent_path());
   }
   return parts;
 }
@@ -39,7 +40,8 @@ CsvLog::CsvLog(const std::string& folder, WarningLog& warnings) : folder_(folder
   for (const fs::path& part : parts_of(folder)) {
     const std::string topic = "/" + fs::path(part).replace_extension().lexically_relative(folder).generic_string();
     if (found.count(topic) > 0) throw InputError(part.string() + ": a CSV and a folder of clouds have the same name");
-    found[topic] = fs::is_directory(part) ? open_cloud_stream(part.string(), topic) : open_csv_stream(part.string(), topic);
+    found[topic] =
+        fs::is_directory(part) ? open_cloud_stream(part.string(), topic) : open_csv_stream(part.string(), topic);
   }
   for (auto& [topic, stream] : found) {
     topics_.push_back(stream->inspect(warnings));
@@ -49,7 +51,9 @@ CsvLog::CsvLog(const std::string& folder, WarningLog& warnings) : folder_(folder
 
 CsvLog::~CsvLog() = default;
 
-bool CsvLog::is_in(const std::string& folder) { return !parts_of(folder).empty(); }
+bool CsvLog::is_in(const std::string& folder) {
+  return !parts_of(folder).empty();
+}
 
 void CsvLog::select(const std::vector<std::string>& names) {
   const std::vector<int> selection = selection_of(topics_, names, folder_);

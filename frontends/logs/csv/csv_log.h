@@ -15,9 +15,9 @@ namespace lodestone {
 ///   magnetometer_0.csv   topic /magnetometer_0   time_s, field_{x,y,z}_ut
 ///   points/TIME.pcd      topic /points           one cloud a file, stamped TIME (seconds)
 ///
-/// and a/b.csv is /a/b, also where a is a link to a folder. A CSV's first line names its columns, in any order, further ones
-/// are not looked at; time_ns (integer) may stand for time_s. Messages come as ROS 1's, the field in tesla, so that the
-/// platform file says what it says for a bag. The record time is the stamp.
+/// and a/b.csv is /a/b, also where a is a link to a folder. A CSV's first line names its columns, in any order, further
+/// ones are not looked at; time_ns (integer) may stand for time_s. Messages come as ROS 1's, the field in tesla, so
+/// that the platform file says what it says for a bag. The record time is the stamp.
 class CsvLog : public MessageSource {
  public:
   /// Throws InputError where a CSV has neither set of columns, a number cannot be read (with its line), or nothing is

@@ -16,7 +16,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-const Names imu_columns{"gyroscope_x_rad_s",     "gyroscope_y_rad_s",     "gyroscope_z_rad_s",
+const Names imu_columns{"gyroscope_x_rad_s",    "gyroscope_y_rad_s",    "gyroscope_z_rad_s",
                         "accelerometer_x_m_s2", "accelerometer_y_m_s2", "accelerometer_z_m_s2"};
 const Names field_columns{"field_x_ut", "field_y_ut", "field_z_ut"};
 
@@ -45,9 +45,12 @@ class CsvStream : public CsvLog::Stream {
       if (file_.eof()) {
         // The last line has no end: its recorder was stopped, and where a number was cut in two it still reads as one.
         if (warnings_ == nullptr) return false;
-        warnings_->add("log.cut_off",
-                       fmt::format("{}:{}: the last line does not end with a newline, so that it may be cut off; it is left out; "
-                                   "where it is whole, add a newline", path_, number_), time_);
+        warnings_->add(
+            "log.cut_off",
+            fmt::format("{}:{}: the last line does not end with a newline, so that it may be cut off; it is left out; "
+                        "where it is whole, add a newline",
+                        path_, number_),
+            time_);
         return false;
       }
       const std::string wrong = parse(text);
@@ -86,7 +89,8 @@ class CsvStream : public CsvLog::Stream {
     if (!file_) throw InputError(path_ + ": cannot be opened for reading; check its permissions");
     do {
       ++number_;
-      if (!std::getline(file_, line_)) throw InputError(path_ + ": the file is empty; expected a line that names the columns");
+      if (!std::getline(file_, line_))
+        throw InputError(path_ + ": the file is empty; expected a line that names the columns");
     } while (trimmed(line_).empty());
     std::string_view text = trimmed(line_);
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as some spreadsheets begin a file
@@ -104,10 +108,11 @@ class CsvStream : public CsvLog::Stream {
     const Names& names = is_imu_ ? imu_columns : field_columns;
     for (const std::string& name : names) columns_.push_back(place_of(name));
     if (std::find(columns_.begin(), columns_.end(), -1) == columns_.end()) return;
-    throw InputError(fmt::format("{}:{}: found the columns {}; expected time_s (or time_ns) and either {}, or {}; name them so, or "
-                                 "take the file out of the folder", path_,
-                                 number_, join_names(Names(found.begin(), found.end())), join_names(field_columns),
-                                 join_names(imu_columns)));
+    throw InputError(
+        fmt::format("{}:{}: found the columns {}; expected time_s (or time_ns) and either {}, or {}; name them so, or "
+                    "take the file out of the folder",
+                    path_, number_, join_names(Names(found.begin(), found.end())), join_names(field_columns),
+                    join_names(imu_columns)));
   }
 
   /// Fills time and values; what is wrong with the line, if anything.

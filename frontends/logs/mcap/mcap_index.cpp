@@ -11,7 +11,7 @@
 namespace lodestone::mcap {
 namespace {
 
-constexpr std::uint64_t largest_chunk = 1ULL << 29;       // bytes, packed or not; writers make them of about one megabyte
+constexpr std::uint64_t largest_chunk = 1ULL << 29;  // bytes, packed or not; writers make them of about one megabyte
 constexpr std::uint64_t largest_definition = 1ULL << 24;  // bytes of a schema or channel
 constexpr std::uint64_t largest_index = 1ULL << 28;       // bytes of one chunk's index of one channel
 constexpr std::uint64_t run_bytes = 4ULL << 20;           // of messages in no chunk that are loaded together
@@ -21,12 +21,14 @@ constexpr std::uint64_t chunk_header_bytes = 128;         // enough for the fiel
 
 McapIndex::McapIndex(const std::string& path, WarningLog& warnings) : file_(path), warnings_(warnings) {
   file_.read(0, std::min<std::size_t>(magic.size(), file_.size()), buffer_);
-  if (buffer_.size() < magic.size() || !std::equal(magic.begin(), magic.end(), reinterpret_cast<const char*>(buffer_.data()))) {
+  if (buffer_.size() < magic.size() ||
+      !std::equal(magic.begin(), magic.end(), reinterpret_cast<const char*>(buffer_.data()))) {
     throw InputError(path + ": is no MCAP file (it does not start with its eight magic bytes)");
   }
   walk();
   name_topics();
-  std::stable_sort(segments_.begin(), segments_.end(), [](const Segment& a, const Segment& b) { return a.begin < b.begin; });
+  std::stable_sort(segments_.begin(), segments_.end(),
+                   [](const Segment& a, const Segment& b) { return a.begin < b.begin; });
 }
 
 void McapIndex::walk() {
@@ -55,7 +57,8 @@ void McapIndex::walk() {
   if (!whole) chunk_counts_.clear();  // some of its indexes may be missing
   close_chunk();
   if (whole) return;
-  const std::string what = fmt::format("{}: the file is cut off or damaged at byte {} of {}", path(), offset, file_.size());
+  const std::string what =
+      fmt::format("{}: the file is cut off or damaged at byte {} of {}", path(), offset, file_.size());
   if (segments_.empty()) throw InputError(what + ", before the first message; record it again");
   warnings_.add("log.cut_off", what + "; what lies before is read", segments_.back().end);
 }
@@ -87,7 +90,8 @@ void McapIndex::take_record(std::uint8_t opcode, std::uint64_t offset, std::uint
 
 /// A message in no chunk.
 void McapIndex::take_message(std::uint64_t record, std::uint64_t size) {
-  if (size < MessageHeader::bytes || size > largest_chunk) throw RecordError(fmt::format("a message of {} bytes", size));
+  if (size < MessageHeader::bytes || size > largest_chunk)
+    throw RecordError(fmt::format("a message of {} bytes", size));
   file_.read(record + record_prefix, MessageHeader::bytes, buffer_);
   const MessageHeader header = parse_message_header(buffer_);
   counts_[header.channel].add(header.log_time);
@@ -114,8 +118,8 @@ void McapIndex::take_message_index(std::uint64_t offset, std::uint64_t size) {
   }
 }
 
-/// The last chunk's indexes have all been read: they count its messages, and say when it begins. A chunk without them, or
-/// with messages of a channel that nothing has defined yet, is unpacked instead.
+/// The last chunk's indexes have all been read: they count its messages, and say when it begins. A chunk without them,
+/// or with messages of a channel that nothing has defined yet, is unpacked instead.
 void McapIndex::close_chunk() {
   if (!open_chunk_) return;
   open_chunk_ = false;
@@ -176,7 +180,8 @@ int McapIndex::topic_of(std::uint32_t channel) const {
 void McapIndex::lose(const Segment& segment, const std::string& what) {
   if (!lost_.insert(segment.offset).second) return;
   warnings_.add("log.damaged_chunk",
-                fmt::format("{}: the chunk at byte {}: {}; its messages from there on are left out", path(), segment.offset, what),
+                fmt::format("{}: the chunk at byte {}: {}; its messages from there on are left out", path(),
+                            segment.offset, what),
                 segment.begin);
 }
 
@@ -201,7 +206,8 @@ void McapIndex::read_segment(const Segment& segment, LoadedSegment& loaded) {
   file_.read(segment.offset, static_cast<std::size_t>(segment.size), buffer_);
   const ChunkHeader header = parse_chunk_header(buffer_);
   RecordCursor cursor(std::span<const std::uint8_t>(buffer_).subspan(header.records_offset));
-  const auto packed = cursor.bytes(segment.cut ? std::min<std::uint64_t>(header.packed_size, cursor.left()) : header.packed_size);
+  const auto packed =
+      cursor.bytes(segment.cut ? std::min<std::uint64_t>(header.packed_size, cursor.left()) : header.packed_size);
   if (header.size > largest_chunk) throw RecordError(fmt::format("a chunk that unpacks to {} bytes", header.size));
   unpack(header.codec, packed, header.size, segment.cut ? UnpackedSize::cut_off : UnpackedSize::exact, loaded.bytes);
   if (segment.cut || header.crc == 0) return;

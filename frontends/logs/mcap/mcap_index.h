@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/warnings.h"
-#include "frontends/logs/segment_index.h"
 #include "frontends/logs/mcap/mcap_records.h"
+#include "frontends/logs/segment_index.h"
 
 namespace lodestone::mcap {
 
@@ -22,8 +22,8 @@ struct Segment {
 };
 
 /// What a walk over a file's records finds: channels, segments, counts. The walk reads the records' prefixes, message
-/// indexes, schemas and channels, not the messages; only chunks without an index, as a crash leaves them behind, are unpacked.
-/// So it needs no summary section, and believes none.
+/// indexes, schemas and channels, not the messages; only chunks without an index, as a crash leaves them behind, are
+/// unpacked. So it needs no summary section, and believes none.
 class McapIndex : public SegmentIndex {
  public:
   /// Throws InputError where the file is missing, no MCAP file, or holds nothing readable. What is lost is counted in
@@ -58,8 +58,8 @@ class McapIndex : public SegmentIndex {
   std::map<std::uint32_t, MessageCount> counts_;
   std::map<std::uint32_t, MessageCount> chunk_counts_;  ///< of the chunk whose indexes are being read
   ChannelTopics topics_;
-  bool open_chunk_ = false;  ///< the last segment is a chunk whose indexes may follow
-  bool open_run_ = false;    ///< the last segment is a run of messages in no chunk
+  bool open_chunk_ = false;       ///< the last segment is a chunk whose indexes may follow
+  bool open_run_ = false;         ///< the last segment is a run of messages in no chunk
   std::set<std::uint64_t> lost_;  ///< segments that were found damaged: a second reading does not count them again
   std::vector<std::uint8_t> buffer_;
 };

@@ -12,8 +12,8 @@
 #include "frontends/logs/compression.h"
 #include "frontends/logs/file_bytes.h"
 
-/// The records of an MCAP file (mcap.dev/spec): a byte that says the kind, eight for the length, content. All numbers are
-/// little-endian; texts and lists stand behind their length in bytes.
+/// The records of an MCAP file (mcap.dev/spec): a byte that says the kind, eight for the length, content. All numbers
+/// are little-endian; texts and lists stand behind their length in bytes.
 namespace lodestone::mcap {
 
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
@@ -57,7 +57,8 @@ class RecordCursor {
   Number number() {
     return little_endian<Number>(bytes(sizeof(Number)).data());
   }
-  /// Times are unsigned in the file; those beyond the year 2262 are no times, and what is further than `farthest_time` is that far.
+  /// Times are unsigned in the file; those beyond the year 2262 are no times, and what is further than `farthest_time`
+  /// is that far.
   Time time() {
     const auto value = number<std::uint64_t>();
     if (value > 0x7FFFFFFFFFFFFFFFULL) throw RecordError("a time of " + std::to_string(value) + " ns");

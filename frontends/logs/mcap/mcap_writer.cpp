@@ -11,11 +11,11 @@
 #include <filesystem>
 #include <map>
 
-#include "frontends/configuration/aside.h"
 #include "core/error.h"
-#include "frontends/messages/known_types.h"
-#include "frontends/logs/topic_list.h"
+#include "frontends/configuration/aside.h"
 #include "frontends/logs/mcap/mcap_records.h"
+#include "frontends/logs/topic_list.h"
+#include "frontends/messages/known_types.h"
 
 namespace lodestone {
 namespace {
@@ -80,7 +80,10 @@ struct McapWriter::Implementation {
   Content chunk_indexes;
   std::uint32_t chunks = 0;
 
-  [[noreturn]] void fail() const { throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", path, std::strerror(errno))); }
+  [[noreturn]] void fail() const {
+    throw InputError(
+        fmt::format("{}: cannot be written: {}; make room or choose another --out", path, std::strerror(errno)));
+  }
   void put(std::span<const std::uint8_t> bytes) {
     if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
     offset += bytes.size();
@@ -107,15 +110,22 @@ WrittenChannel& McapWriter::Implementation::channel_of(const TopicInfo& topic) {
   const auto [schema, is_new_type] = schemas.try_emplace(topic.type, static_cast<std::uint16_t>(schemas.size() + 1));
   if (is_new_type) {
     const TypeDefinition definition = ros2_definition(topic);
-    define(mcap::Opcode::schema,
-           Content().number(schema->second).text(ros2_type_name(topic.type)).text(definition.encoding).text(definition.text));
+    define(mcap::Opcode::schema, Content()
+                                     .number(schema->second)
+                                     .text(ros2_type_name(topic.type))
+                                     .text(definition.encoding)
+                                     .text(definition.text));
   }
   channel.id = static_cast<std::uint16_t>(channels.size() - 1);
   Content metadata;
   for (const auto& [key, value] : topic.metadata) metadata.text(key).text(value);
-  define(mcap::Opcode::channel,
-         Content().number(channel.id).number(schema->second).text(topic.name).text("cdr")
-             .number(static_cast<std::uint32_t>(metadata.size())).raw(metadata.bytes()));
+  define(mcap::Opcode::channel, Content()
+                                    .number(channel.id)
+                                    .number(schema->second)
+                                    .text(topic.name)
+                                    .text("cdr")
+                                    .number(static_cast<std::uint32_t>(metadata.size()))
+                                    .raw(metadata.bytes()));
   return channel;
 }
 
@@ -141,7 +151,9 @@ void McapWriter::Implementation::end_chunk() {
   }
   Content summary;
   summary.number(chunk_begin).number(chunk_end).number(start).number(after_chunk - start);
-  summary.number(static_cast<std::uint32_t>(index_offsets.size())).raw(index_offsets.bytes()).number(offset - after_chunk);
+  summary.number(static_cast<std::uint32_t>(index_offsets.size()))
+      .raw(index_offsets.bytes())
+      .number(offset - after_chunk);
   summary.text(name).number(std::uint64_t{packed.size()}).number(std::uint64_t{chunk.size()});
   chunk_indexes.record(mcap::Opcode::chunk_index, summary);
   ++chunks;
@@ -189,7 +201,8 @@ void McapWriter::write(const TopicInfo& topic, const RawMessage& message) {
   WrittenChannel& channel = self.channel_of(topic);
   channel.index.push_back({time, self.chunk.size()});
   // prefix, channel, sequence, log and publish time, payload: not through a copy of the payload
-  self.chunk.number(std::uint8_t{mcap::Opcode::message}).number(std::uint64_t{mcap::MessageHeader::bytes + message.size});
+  self.chunk.number(std::uint8_t{mcap::Opcode::message})
+      .number(std::uint64_t{mcap::MessageHeader::bytes + message.size});
   self.chunk.number(channel.id).number(static_cast<std::uint32_t>(channel.messages)).number(time).number(time);
   self.chunk.raw({message.data, message.size});
   self.chunk_begin = new_chunk ? time : std::min(self.chunk_begin, time);
@@ -209,7 +222,9 @@ void McapWriter::close() {
   if (std::fflush(self.file.get()) != 0) self.fail();
   std::error_code error;
   std::filesystem::rename(self.aside, self.path, error);
-  if (error) throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", self.path, error.message()));
+  if (error)
+    throw InputError(
+        fmt::format("{}: cannot be written: {}; make room or choose another --out", self.path, error.message()));
   self.file.reset();
 }
 

@@ -69,8 +69,8 @@ struct LivoxMessage {
 
   /// uint32 offset_time (ns after the timebase), float32 x, y, z (m), uint8 reflectivity, tag, line.
   static std::vector<PointField> fields() {
-    return {{"offset_time", 0, PointField::uint32}, {"x", 4, PointField::float32},
-            {"y", 8, PointField::float32},          {"z", 12, PointField::float32},
+    return {{"offset_time", 0, PointField::uint32},  {"x", 4, PointField::float32},
+            {"y", 8, PointField::float32},           {"z", 12, PointField::float32},
             {"reflectivity", 16, PointField::uint8}, {"tag", 17, PointField::uint8},
             {"line", 18, PointField::uint8}};
   }

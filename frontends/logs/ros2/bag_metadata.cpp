@@ -18,11 +18,13 @@ std::vector<std::string> bag_files(const std::string& metadata) {
     const YAML::Node root = YAML::Load(read_text_file(metadata))["rosbag2_bagfile_information"];
     if (root) names = root["relative_file_paths"].as<std::vector<std::string>>();
   } catch (const YAML::Exception& error) {
-    throw InputError(metadata + ": is no description of a ROS 2 bag: " + error.msg + "; make it anew with 'ros2 bag reindex'");
+    throw InputError(metadata + ": is no description of a ROS 2 bag: " + error.msg +
+                     "; make it anew with 'ros2 bag reindex'");
   }
   if (names.empty()) {
-    throw InputError(metadata + ": lists no files (rosbag2_bagfile_information.relative_file_paths); make it anew with "
-                                "'ros2 bag reindex'");
+    throw InputError(metadata +
+                     ": lists no files (rosbag2_bagfile_information.relative_file_paths); make it anew with "
+                     "'ros2 bag reindex'");
   }
   std::vector<std::string> files;
   const fs::path folder = fs::path(metadata).parent_path();
@@ -30,14 +32,16 @@ std::vector<std::string> bag_files(const std::string& metadata) {
     // The oldest bags name their own folder too; a packed file may be listed without its ending, or unpacked since.
     const fs::path plain = fs::path(name).filename();
     const fs::path unpacked = plain.extension() == ".zstd" ? fs::path(plain).replace_extension() : plain;
-    const fs::path candidates[] = {folder / name, folder / plain, folder / (plain.string() + ".zstd"), folder / unpacked};
+    const fs::path candidates[] = {folder / name, folder / plain, folder / (plain.string() + ".zstd"),
+                                   folder / unpacked};
     std::error_code ignored;
     const fs::path* found = nullptr;
     for (const fs::path& candidate : candidates) {
       if (found == nullptr && fs::is_regular_file(candidate, ignored)) found = &candidate;
     }
     if (found == nullptr) {
-      throw InputError((folder / name).string() + ": there is no such file, but " + metadata + " lists it; bring it there, or "
+      throw InputError((folder / name).string() + ": there is no such file, but " + metadata +
+                       " lists it; bring it there, or "
                        "take it out of the list");
     }
     if (std::find(files.begin(), files.end(), found->string()) != files.end()) {

@@ -4,8 +4,12 @@
 
 namespace lodestone {
 
-void SqliteCloser::operator()(sqlite3* database) const { sqlite3_close(database); }
-void SqliteCloser::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+void SqliteCloser::operator()(sqlite3* database) const {
+  sqlite3_close(database);
+}
+void SqliteCloser::operator()(sqlite3_stmt* statement) const {
+  sqlite3_finalize(statement);
+}
 
 SqliteDatabase open_sqlite(const std::string& path, int flags) {
   sqlite3* raw = nullptr;
@@ -39,9 +43,13 @@ bool SqliteStatement::step() {
   return false;
 }
 
-void SqliteStatement::reset() { sqlite3_reset(handle_.get()); }
+void SqliteStatement::reset() {
+  sqlite3_reset(handle_.get());
+}
 
-std::int64_t SqliteStatement::integer(int column) { return sqlite3_column_int64(handle_.get(), column); }
+std::int64_t SqliteStatement::integer(int column) {
+  return sqlite3_column_int64(handle_.get(), column);
+}
 
 std::string SqliteStatement::text(int column) {
   const auto* value = reinterpret_cast<const char*>(sqlite3_column_text(handle_.get(), column));

@@ -31,7 +31,8 @@ SqliteDatabase open_sqlite(const std::string& path, int flags);
 /// Runs one statement to its end. Throws SqliteError.
 void execute_sqlite(sqlite3* database, const std::string& text);
 
-/// One statement. Columns are numbered from 0 and parameters from 1, as SQLite does it. All but the columns throw SqliteError.
+/// One statement. Columns are numbered from 0 and parameters from 1, as SQLite does it. All but the columns throw
+/// SqliteError.
 class SqliteStatement {
  public:
   SqliteStatement(sqlite3* database, const std::string& text);

@@ -12,8 +12,8 @@
 #include "core/error.h"
 #include "frontends/logs/compression.h"
 #include "frontends/logs/file_bytes.h"
-#include "frontends/logs/topic_list.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
+#include "frontends/logs/topic_list.h"
 
 namespace lodestone {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 struct Row {
   Time time = 0;
   std::int64_t number = 0;  ///< of the row in its table
-  std::int32_t topic = 0;  ///< index into the topics
+  std::int32_t topic = 0;   ///< index into the topics
 };
 
 /// How many bytes the database's header announces; 0 where it does not say.
@@ -62,7 +62,7 @@ struct SqliteSource::Implementation {
   SqliteDatabase database;
   std::vector<TopicInfo> topics;
   std::map<std::int64_t, std::int32_t> topic_of_id;
-  std::vector<Row> rows;  ///< of the whole file, in order of time
+  std::vector<Row> rows;   ///< of the whole file, in order of time
   std::string row_number;  ///< the column by which a row is found again without a search
   std::optional<SqliteStatement> content;
   std::vector<int> selection;
@@ -97,8 +97,11 @@ void SqliteSource::Implementation::open() {
   } catch (const SqliteError& error) {
     if (error.code != SQLITE_CANTOPEN && error.code != SQLITE_READONLY) throw;
     try_open("?immutable=1");  // a write-ahead log whose folder cannot be written
-    warnings.add("log.write_ahead", path + ": its folder cannot be written, so that the messages in its -wal file, if it has "
-                                           "one, are not read; copy the bag elsewhere", 0);
+    warnings.add("log.write_ahead",
+                 path +
+                     ": its folder cannot be written, so that the messages in its -wal file, if it has "
+                     "one, are not read; copy the bag elsewhere",
+                 0);
   }
   // No value is longer than the file.
   const std::uint64_t longest = std::clamp<std::uint64_t>(file_bytes, 1 << 20, largest_message);
@@ -107,17 +110,20 @@ void SqliteSource::Implementation::open() {
 
 /// A view may be a program that never ends: what is read must be tables.
 void SqliteSource::Implementation::check_tables() {
-  SqliteStatement statement(database.get(), "SELECT name, type, coalesce(sql, '') FROM sqlite_master WHERE lower(name) IN "
-                                            "('topics', 'messages', 'message_definitions')");
+  SqliteStatement statement(database.get(),
+                            "SELECT name, type, coalesce(sql, '') FROM sqlite_master WHERE lower(name) IN "
+                            "('topics', 'messages', 'message_definitions')");
   while (statement.step()) {
     if (statement.text(1) == "table" && statement.text(2).rfind("CREATE TABLE", 0) == 0) continue;
-    throw InputError(fmt::format("{}: is no bag of ROS 2: its '{}' is no table of rows but a {}", path, statement.text(0),
+    throw InputError(fmt::format("{}: is no bag of ROS 2: its '{}' is no table of rows but a {}", path,
+                                 statement.text(0),
                                  statement.text(1) == "table" ? "virtual table" : statement.text(1)));
   }
 }
 
 void SqliteSource::Implementation::read_topics() {
-  SqliteStatement statement(database.get(), "SELECT id, name, type, serialization_format FROM topics ORDER BY name, id");
+  SqliteStatement statement(database.get(),
+                            "SELECT id, name, type, serialization_format FROM topics ORDER BY name, id");
   while (statement.step()) {
     const std::string name = statement.text(1);
     const std::string type = ros1_type_name(statement.text(2));
@@ -167,8 +173,9 @@ bool SqliteSource::Implementation::read_definitions(const std::string& encoding)
   return false;
 }
 
-/// Every table has numbers of its own for its rows, whatever its columns are, but for those that were made WITHOUT ROWID: these
-/// are sorted by their primary key. An `id` that is no key would be searched for from the table's start, for every message.
+/// Every table has numbers of its own for its rows, whatever its columns are, but for those that were made WITHOUT
+/// ROWID: these are sorted by their primary key. An `id` that is no key would be searched for from the table's start,
+/// for every message.
 std::string SqliteSource::Implementation::find_row_number() {
   SqliteStatement(database.get(), "SELECT 1 FROM messages");  // there is such a table
   try {
@@ -177,14 +184,18 @@ std::string SqliteSource::Implementation::find_row_number() {
   } catch (const SqliteError& error) {
     if (error.code != SQLITE_ERROR) throw;
   }
-  SqliteStatement keys(database.get(), "SELECT count(*), sum(lower(name) = 'id') FROM pragma_table_info('messages') WHERE pk > 0");
+  SqliteStatement keys(database.get(),
+                       "SELECT count(*), sum(lower(name) = 'id') FROM pragma_table_info('messages') WHERE pk > 0");
   if (keys.step() && keys.integer(0) == 1 && keys.integer(1) == 1) return "id";
-  throw InputError(path + ": its table 'messages' cannot be read: it was made WITHOUT ROWID, and expected 'id' as its primary key, "
-                          "which it is not; write the bag anew with 'ros2 bag convert'");
+  throw InputError(
+      path +
+      ": its table 'messages' cannot be read: it was made WITHOUT ROWID, and expected 'id' as its primary key, "
+      "which it is not; write the bag anew with 'ros2 bag convert'");
 }
 
 void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
-  const Time time = std::clamp(Time{statement.integer(2)}, -farthest_time, farthest_time);  // sums of two must not overflow
+  const Time time =
+      std::clamp(Time{statement.integer(2)}, -farthest_time, farthest_time);  // sums of two must not overflow
   const auto topic = topic_of_id.find(statement.integer(1));
   if (topic == topic_of_id.end()) {
     warnings.add("log.unknown_channel", path + ": messages of a topic that the bag does not name are left out", time);
@@ -198,8 +209,9 @@ void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
 /// Goes through the table in the order in which it was written. Where a page is missing or damaged it looks further on,
 /// with steps that double until a page is readable: the rows of a cut-off file end somewhere.
 void SqliteSource::Implementation::read_rows() {
-  SqliteStatement statement(database.get(), fmt::format("SELECT {0}, topic_id, timestamp FROM messages WHERE {0} >= ? ORDER BY {0}",
-                                                        row_number));
+  SqliteStatement statement(
+      database.get(),
+      fmt::format("SELECT {0}, topic_id, timestamp FROM messages WHERE {0} >= ? ORDER BY {0}", row_number));
   std::int64_t from = std::numeric_limits<std::int64_t>::min();
   std::int64_t stride = 1;
   constexpr std::int64_t farthest = std::int64_t{1} << 40;
@@ -227,18 +239,22 @@ void SqliteSource::Implementation::read_rows() {
   }
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.time < b.time; });
   if (lost == 0 && announced <= file_bytes) return;
-  if (rows.empty()) throw InputError(path + ": the bag is cut off or damaged: no message can be read; copy it again, "
-                                           "or try what 'sqlite3 OLD.db3 .recover | sqlite3 NEW.db3' brings back");
-  warnings.add("log.cut_off",
-               fmt::format("{}: the bag is cut off or damaged: it has {} bytes and announces {}; {} messages can be found", path,
-                           file_bytes, announced, rows.size()),
-               rows.back().time);
+  if (rows.empty())
+    throw InputError(path +
+                     ": the bag is cut off or damaged: no message can be read; copy it again, "
+                     "or try what 'sqlite3 OLD.db3 .recover | sqlite3 NEW.db3' brings back");
+  warnings.add(
+      "log.cut_off",
+      fmt::format("{}: the bag is cut off or damaged: it has {} bytes and announces {}; {} messages can be found", path,
+                  file_bytes, announced, rows.size()),
+      rows.back().time);
 }
 
 bool SqliteSource::Implementation::read_content(const Row& row, RawMessage& message) {
   const auto lose = [&](const std::string& what) {
     if (lost_messages.insert(row.number).second) {  // a second reading does not count it again
-      warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.number, what), row.time);
+      warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.number, what),
+                   row.time);
     }
     return false;
   };
@@ -274,14 +290,18 @@ SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
     self.read_rows();
     self.content.emplace(self.database.get(), fmt::format("SELECT data FROM messages WHERE {} = ?", self.row_number));
   } catch (const SqliteError& error) {
-    throw InputError(fmt::format("{}: cannot be read as a ROS 2 bag ({}); copy it again, or try what 'sqlite3 OLD.db3 .recover | "
-                                 "sqlite3 NEW.db3' brings back", path, error.what()));
+    throw InputError(
+        fmt::format("{}: cannot be read as a ROS 2 bag ({}); copy it again, or try what 'sqlite3 OLD.db3 .recover | "
+                    "sqlite3 NEW.db3' brings back",
+                    path, error.what()));
   }
 }
 
 SqliteSource::~SqliteSource() = default;
 
-const std::vector<TopicInfo>& SqliteSource::topics() const { return implementation_->topics; }
+const std::vector<TopicInfo>& SqliteSource::topics() const {
+  return implementation_->topics;
+}
 
 void SqliteSource::select(const std::vector<std::string>& names) {
   implementation_->selection = selection_of(topics(), names, implementation_->path);

@@ -8,11 +8,11 @@
 
 namespace lodestone {
 
-/// Streams a ROS 2 bag in an SQLite file (.db3). Messages packed by zstd one by one are unpacked. In memory are one message
-/// and 24 bytes for each of the file's.
+/// Streams a ROS 2 bag in an SQLite file (.db3). Messages packed by zstd one by one are unpacked. In memory are one
+/// message and 24 bytes for each of the file's.
 ///
-/// Of a file that a crash cut off, or with damaged pages, it gives the rows that SQLite can still reach: log.cut_off and
-/// log.damaged_message in `warnings`, which must outlive this.
+/// Of a file that a crash cut off, or with damaged pages, it gives the rows that SQLite can still reach: log.cut_off
+/// and log.damaged_message in `warnings`, which must outlive this.
 class SqliteSource : public MessageSource {
  public:
   /// Throws InputError where the file is missing, no database, none of rosbag2's, or nothing of it can be read.

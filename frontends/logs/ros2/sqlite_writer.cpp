@@ -8,11 +8,11 @@
 #include <optional>
 #include <set>
 
-#include "frontends/configuration/aside.h"
 #include "core/error.h"
-#include "frontends/messages/known_types.h"
-#include "frontends/logs/topic_list.h"
+#include "frontends/configuration/aside.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
+#include "frontends/logs/topic_list.h"
+#include "frontends/messages/known_types.h"
 
 namespace lodestone {
 
@@ -39,11 +39,13 @@ void SqliteWriter::Implementation::open() {
        {"PRAGMA journal_mode=OFF", "PRAGMA synchronous=OFF", "BEGIN",
         "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL)",
         "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL)",
-        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT "
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT "
+        "NOT "
         "NULL, offered_qos_profiles TEXT NOT NULL, type_description_hash TEXT NOT NULL)",
         "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, encoding TEXT NOT NULL, "
         "encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL)",
-        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT "
+        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data "
+        "BLOB NOT "
         "NULL)",
         "CREATE INDEX timestamp_idx ON messages (timestamp ASC)", "INSERT INTO schema VALUES (4, '')"}) {
     execute_sqlite(database.get(), statement);
@@ -106,7 +108,8 @@ void SqliteWriter::write(const TopicInfo& topic, const RawMessage& message) {
   Implementation& self = *implementation_;
   const std::span<const std::uint8_t> bytes(message.data, message.size);
   try {
-    const std::vector<std::uint8_t> packed = self.codec == Codec::none ? std::vector<std::uint8_t>{} : pack(self.codec, bytes);
+    const std::vector<std::uint8_t> packed =
+        self.codec == Codec::none ? std::vector<std::uint8_t>{} : pack(self.codec, bytes);
     self.insert->reset();
     self.insert->bind(1, self.id_of(topic));
     self.insert->bind(2, message.record_time);

@@ -1,5 +1,5 @@
-// How often `--initial-pose auto` finds a start drawn at random from a world's floor, how often it is sure, and how long it
-// takes: short logs, simulated in memory.
+// How often `--initial-pose auto` finds a start drawn at random from a world's floor, how often it is sure, and how
+// long it takes: short logs, simulated in memory.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -12,12 +12,12 @@
 #include <numbers>
 #include <optional>
 
-#include "tests/benchmarks/kidnapped/site_maps.h"
 #include "core/error.h"
 #include "estimators/initialization/start_finder.h"
 #include "frontends/configuration/options.h"
-#include "tools/simulate/random_starts.h"
 #include "frontends/synchronizer/synchronizer.h"
+#include "tests/benchmarks/kidnapped/site_maps.h"
+#include "tools/simulate/random_starts.h"
 
 namespace lodestone {
 namespace {
@@ -88,19 +88,19 @@ void report(const std::string& name, const std::vector<Outcome>& outcomes) {
     angles.push_back(one.error_deg);
   }
   const auto percent = [&](int count) { return 100.0 * count / static_cast<double>(outcomes.size()); };
-  fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.3f} / {:.3f} | {:.2f} / {:.2f} | {:.1f} / {:.1f} |\n", name,
-             outcomes.size(), percent(counts[1][1]), percent(counts[1][0]), percent(counts[0][0]), percent(counts[0][1]),
-             quantile(errors, 0.5), quantile(errors, 0.95), quantile(angles, 0.5), quantile(angles, 0.95),
-             quantile(times, 0.5), quantile(times, 1.0));
+  fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.3f} / {:.3f} | {:.2f} / {:.2f} | {:.1f} / {:.1f} |\n",
+             name, outcomes.size(), percent(counts[1][1]), percent(counts[1][0]), percent(counts[0][0]),
+             percent(counts[0][1]), quantile(errors, 0.5), quantile(errors, 0.95), quantile(angles, 0.5),
+             quantile(angles, 0.95), quantile(times, 0.5), quantile(times, 1.0));
 }
 
 void run(const Call& call) {
   std::optional<tbb::global_control> limit;
-  if (call.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(call.threads));
+  if (call.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(call.threads));
   simulation::World world = simulation::load_world(call.world);
   const auto environment = std::make_shared<const simulation::Environment>(world);
-  const SiteMaps maps =
-      make_maps(world, environment, call.kind == "site" ? MapKind::site : MapKind::drives, call.maps);
+  const SiteMaps maps = make_maps(world, environment, call.kind == "site" ? MapKind::site : MapKind::drives, call.maps);
   EstimatorInput input;
   load_options(load_configuration({}, call.settings), input.options);
   input.suite = simulation::sensor_suite(world);
@@ -140,26 +140,29 @@ void run(const Call& call) {
     outcomes.push_back(outcome);
     const Vector3 forward = truth.rotation * Vector3::UnitX();
     const double yaw_deg = std::atan2(forward.y(), forward.x()) * 180.0 / std::numbers::pi;
-    fmt::print(stderr, "{:3d} ({:6.2f} {:6.2f} {:6.1f}°) {} {} {} {}: {:.3f} m {:.2f}°, p {:.4f}", i, truth.position.x(),
-               truth.position.y(), yaw_deg, outcome.moves ? "moves" : "stands", outcome.on_field ? "on field" : "off field",
-               outcome.right ? "right" : "WRONG", outcome.sure ? "sure" : "unsure", outcome.error_m, outcome.error_deg,
-               probability);
+    fmt::print(stderr, "{:3d} ({:6.2f} {:6.2f} {:6.1f}°) {} {} {} {}: {:.3f} m {:.2f}°, p {:.4f}", i,
+               truth.position.x(), truth.position.y(), yaw_deg, outcome.moves ? "moves" : "stands",
+               outcome.on_field ? "on field" : "off field", outcome.right ? "right" : "WRONG",
+               outcome.sure ? "sure" : "unsure", outcome.error_m, outcome.error_deg, probability);
     if (!found.best.empty()) {
       fmt::print(stderr, ", share {:.2f}, field {:.1f} uT", found.best.front().lidar.share,
                  found.best.front().field.residual_rms_ut);
     }
-    fmt::print(stderr, ", {} candidates, {:.1f} s of data, {:.2f} s{}{}\n", found.candidates, found.data_s, outcome.wall_s,
-               found.doubt.empty() ? "" : ": ", found.doubt);
+    fmt::print(stderr, ", {} candidates, {:.1f} s of data, {:.2f} s{}{}\n", found.candidates, found.data_s,
+               outcome.wall_s, found.doubt.empty() ? "" : ": ", found.doubt);
     if (call.only < 0) continue;
     for (const StartHypothesis& one : found.best) {
       const Vector3& p = one.T_map_imu.position;
-      fmt::print(stderr, "    {:.2f} {:.2f} {:.2f} p {:.5f} cost {:.3f} share {:.3f} field {:.1f} ({} on map, {:.2f} uT)\n",
+      fmt::print(stderr,
+                 "    {:.2f} {:.2f} {:.2f} p {:.5f} cost {:.3f} share {:.3f} field {:.1f} ({} on map, {:.2f} uT)\n",
                  p.x(), p.y(), p.z(), one.probability, one.lidar.cost, one.lidar.share, one.field.log_likelihood,
                  one.field.on_map, one.field.residual_rms_ut);
     }
   }
-  fmt::print("| starts | | right and sure % | right, not sure % | wrong, not sure % | wrong and sure % | error m, median / 95 % | "
-             "° | s, median / most |\n|---|---|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| starts | | right and sure % | right, not sure % | wrong, not sure % | wrong and sure % | error m, median / 95 "
+      "% | "
+      "° | s, median / most |\n|---|---|---|---|---|---|---|---|---|\n");
   report("all", outcomes);
   const auto those = [&](auto chosen) {
     std::vector<Outcome> some;

@@ -7,9 +7,9 @@
 #include "core/mapping/magnetic_map_builder.h"
 #include "core/parallel.h"
 #include "estimators/initialization/place_search.h"
-#include "frontends/synchronizer/survey.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/point_cloud_file.h"
+#include "frontends/synchronizer/survey.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/random.h"
 #include "tools/simulate/random_starts.h"
@@ -35,10 +35,12 @@ std::vector<Eigen::Vector3f> make_cloud(simulation::World world, const simulatio
   return sample_cloud(world, environment, map_seed);
 }
 
-MagneticMap survey_field(const simulation::World& world, const std::shared_ptr<const simulation::Environment>& environment) {
+MagneticMap survey_field(const simulation::World& world,
+                         const std::shared_ptr<const simulation::Environment>& environment) {
   std::vector<FieldObservation> observations;
   for (const auto& [name, sequence] : world.sequences) {
-    simulation::SimulationSource source(world, environment, name, simulation::SimulationSource::Drive::survey, map_seed, 1e9);
+    simulation::SimulationSource source(world, environment, name, simulation::SimulationSource::Drive::survey, map_seed,
+                                        1e9);
     const FieldSurvey survey =
         read_survey(source, source.trajectory(), simulation::sensor_suite(world), from_seconds(0.25));
     observations.insert(observations.end(), survey.observations.begin(), survey.observations.end());
@@ -47,7 +49,8 @@ MagneticMap survey_field(const simulation::World& world, const std::shared_ptr<c
 }
 
 /// The true field where a robot can stand, with a smooth error.
-MagneticMap site_field(const simulation::World& world, const simulation::Environment& environment, const PlaneMap& planes) {
+MagneticMap site_field(const simulation::World& world, const simulation::Environment& environment,
+                       const PlaneMap& planes) {
   constexpr double error_ut = 0.5;
   constexpr int error_nodes = 2;  // distance of independent errors, in nodes
   const std::vector<SiteLevel> levels = find_levels(planes, 4);
@@ -89,8 +92,8 @@ MagneticMap site_field(const simulation::World& world, const simulation::Environ
 
 }  // namespace
 
-SiteMaps make_maps(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment, MapKind kind,
-                   const std::string& folder) {
+SiteMaps make_maps(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment,
+                   MapKind kind, const std::string& folder) {
   const std::filesystem::path place = folder;
   const std::string cloud_file = folder.empty() ? "" : (place / "cloud.pcd").string();
   const std::string field_file = folder.empty() ? "" : (place / "field.yaml").string();
@@ -108,8 +111,8 @@ SiteMaps make_maps(const simulation::World& world, std::shared_ptr<const simulat
   if (!folder.empty() && std::filesystem::exists(field_file)) {
     maps.field = std::make_shared<const MagneticMap>(read_magnetic_map(field_file));
   } else {
-    maps.field = std::make_shared<const MagneticMap>(kind == MapKind::site ? site_field(world, *environment, *maps.planes)
-                                                                           : survey_field(world, environment));
+    maps.field = std::make_shared<const MagneticMap>(
+        kind == MapKind::site ? site_field(world, *environment, *maps.planes) : survey_field(world, environment));
     if (!folder.empty()) write_magnetic_map(*maps.field, {{"made_by", "lodestone_kidnapped"}}, field_file);
   }
   return maps;

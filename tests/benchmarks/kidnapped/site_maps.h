@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "core/magnetometer/magnetic_map.h"
 #include "core/lidar/plane_map.h"
+#include "core/magnetometer/magnetic_map.h"
 #include "tools/simulate/simulation_source.h"
 
 namespace lodestone {
@@ -16,13 +16,14 @@ struct SiteMaps {
 };
 
 enum class MapKind {
-  drives,  ///< as `lodestone simulate` and `lodestone map magnetic` make them: seen from, and surveyed along, the world's drives
+  drives,  ///< as `lodestone simulate` and `lodestone map magnetic` make them: seen from, and surveyed along, the
+           ///< world's drives
   site     ///< of the whole floor: seen from 300 places all over it, the field wherever a robot can stand
 };
 
-/// Made anew, or read from `folder` where they lie from an earlier call; an empty `folder` keeps nothing. The field of a site
-/// is the true one with an error of 0.5 µT that is one over 0.4 m; that of drives is regressed from surveys.
-SiteMaps make_maps(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment, MapKind kind,
-                   const std::string& folder);
+/// Made anew, or read from `folder` where they lie from an earlier call; an empty `folder` keeps nothing. The field of
+/// a site is the true one with an error of 0.5 µT that is one over 0.4 m; that of drives is regressed from surveys.
+SiteMaps make_maps(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment,
+                   MapKind kind, const std::string& folder);
 
 }  // namespace lodestone

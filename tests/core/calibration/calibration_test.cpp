@@ -30,10 +30,13 @@ TEST(Distortion, NineNumbersAreAnyMatrix) {
   matrix << 1.1, 0.2, -0.3, 0.4, 0.9, 0.6, -0.1, 0.05, 1.3;
   EXPECT_LT((distortion_matrix(distortion_of(matrix)) - matrix).norm(), 1e-15);
   const Vector3 v(1.0, 2.0, 3.0);
-  EXPECT_LT((distortion_jacobian(v) * some_distortion() - (distortion_matrix(some_distortion()) * v - v)).norm(), 1e-14);
+  EXPECT_LT((distortion_jacobian(v) * some_distortion() - (distortion_matrix(some_distortion()) * v - v)).norm(),
+            1e-14);
   const Matrix3 Q = so3::exp(Vector3(0.5, 1.0, -0.3)).toRotationMatrix();
   EXPECT_LT((distortion_matrix(turned_distortion(Q) * some_distortion()) -
-             Q * distortion_matrix(some_distortion()) * Q.transpose()).norm(), 1e-14);
+             Q * distortion_matrix(some_distortion()) * Q.transpose())
+                .norm(),
+            1e-14);
 }
 
 TEST(Distortion, MisalignmentIsTheTurnOfATurnedSensor) {

@@ -28,7 +28,9 @@ Trajectory winding_path(int count) {
   return trajectory;
 }
 
-PosePairs pairs_of(const Trajectory& estimate, const Trajectory& truth) { return associate_nearest(estimate, truth); }
+PosePairs pairs_of(const Trajectory& estimate, const Trajectory& truth) {
+  return associate_nearest(estimate, truth);
+}
 
 TEST(Association, TakesTheNearestStampWithinTheWindow) {
   const Trajectory truth = winding_path(50);
@@ -67,7 +69,8 @@ TEST(Association, InterpolationNeedsTruthOnBothSides) {
 TEST(Association, AGroundTruthOfOnePoseAScanIsPairedAtItsStamps) {
   Trajectory truth;
   for (int k = 0; k < 5; ++k) truth.push_back({from_seconds(0.5 * k), {Quaternion::Identity(), Vector3(k, 0.0, 0.0)}});
-  const Trajectory estimate{{from_seconds(0.0), {}}, {from_seconds(0.502), {}}, {from_seconds(0.75), {}}, {from_seconds(2.1), {}}};
+  const Trajectory estimate{
+      {from_seconds(0.0), {}}, {from_seconds(0.502), {}}, {from_seconds(0.75), {}}, {from_seconds(2.1), {}}};
   const PosePairs pairs = associate_interpolated(estimate, truth);
   ASSERT_EQ(pairs.size(), 2U);  // 0.75 s lies in a gap of half a second, 2.1 s beyond the end
   EXPECT_EQ(pairs[0].estimate_index, 0U);
@@ -240,10 +243,12 @@ TEST(Consistency, IntervalHoldsTheTruthThoughErrorsStayTheSameForAWhile) {
       pair.truth = pair.estimate.boxplus(error);
       pairs.push_back(pair);
     }
-    const Consistency found = evaluate_consistency(pairs, std::vector<Matrix6>(pairs.size(), 1e-4 * Matrix6::Identity()));
+    const Consistency found =
+        evaluate_consistency(pairs, std::vector<Matrix6>(pairs.size(), 1e-4 * Matrix6::Identity()));
     if (found.nees_low <= 1.0 && 1.0 <= found.nees_high) ++holds;
   }
-  // 95 % would hold of normal means; those of squares are skewed. As if poses were independent it would hold in 22 % alone.
+  // 95 % would hold of normal means; those of squares are skewed. As if poses were independent it would hold in 22 %
+  // alone.
   EXPECT_GT(holds, 0.9 * kDraws);
   EXPECT_LT(holds, 0.99 * kDraws);
 }

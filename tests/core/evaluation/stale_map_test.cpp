@@ -45,7 +45,9 @@ constexpr double kWidth_m = 6.0;
 constexpr double kHeight_m = 0.1;
 
 /// Good where the survey drove, poor at the sides.
-double map_sigma(double y) { return 0.15 + 1.5 * std::pow(std::abs(y - 0.5 * kWidth_m) / (0.5 * kWidth_m), 3); }
+double map_sigma(double y) {
+  return 0.15 + 1.5 * std::pow(std::abs(y - 0.5 * kWidth_m) / (0.5 * kWidth_m), 3);
+}
 
 /// How the field changed since the survey: dipole-like hills of a metre or so.
 using Change = std::function<Vector3(const Vector3&)>;
@@ -58,17 +60,22 @@ struct Drive {
   std::unique_ptr<MagneticMap> map;
 
   FieldComparison comparison() const {
-    return {readings, suite, estimate, covariances,
-            [this](const Vector3& position) { return map->query(position, FieldInterpolation::bicubic); }, kHeight_m, 0.0};
+    return {readings,
+            suite,
+            estimate,
+            covariances,
+            [this](const Vector3& position) { return map->query(position, FieldInterpolation::bicubic); },
+            kHeight_m,
+            0.0};
   }
 };
 
 struct DriveOptions {
   Change change = [](const Vector3&) { return Vector3::Zero(); };
-  std::vector<Vector3> offsets;   ///< of each magnetometer, in its axes
-  int stuck = -1;                 ///< a magnetometer that reads one value
+  std::vector<Vector3> offsets;  ///< of each magnetometer, in its axes
+  int stuck = -1;                ///< a magnetometer that reads one value
   double pose_sigma_m = 0.02;
-  double standstill_s = 0.0;      ///< at the drive's middle; a multiple of a lane's 36 s
+  double standstill_s = 0.0;  ///< at the drive's middle; a multiple of a lane's 36 s
 };
 
 Drive drive(unsigned seed, const DriveOptions& options = {}) {
@@ -89,7 +96,9 @@ Drive drive(unsigned seed, const DriveOptions& options = {}) {
 
   const PlaneWaves structure(generator, 0.6, 12);
   const PlaneWaves error(generator, 0.5, 60);
-  const auto truth = [&](const Vector3& p) -> Vector3 { return Vector3(18.0, -8.0, -40.0) + 6.0 * structure(p.x(), p.y()); };
+  const auto truth = [&](const Vector3& p) -> Vector3 {
+    return Vector3(18.0, -8.0, -40.0) + 6.0 * structure(p.x(), p.y());
+  };
   FieldGrid grid;
   grid.resolution_m = 0.1;
   grid.columns = static_cast<int>(kLength_m / grid.resolution_m) + 1;
@@ -106,7 +115,8 @@ Drive drive(unsigned seed, const DriveOptions& options = {}) {
   }
   result.map = std::make_unique<MagneticMap>(grid, nodes, 10.0);
 
-  // Up and down in three lanes, at 1 m/s; a second without pose or reading between the lanes. The pose's error is a first-order Gauss-Markov process of 3 s.
+  // Up and down in three lanes, at 1 m/s; a second without pose or reading between the lanes. The pose's error is a
+  // first-order Gauss-Markov process of 3 s.
   const Vector6 pose_sigma{0.002, 0.002, 0.004, options.pose_sigma_m, options.pose_sigma_m, 0.5 * options.pose_sigma_m};
   const double keep = std::exp(-0.1 / 3.0);
   Vector6 pose_error;
@@ -247,7 +257,8 @@ TEST(StaleMap, FindsWhatChangedByMoreThanTenMicrotesla) {
 
 TEST(StaleMap, TakesOffWhatMagnetometersCarryWithThem) {
   DriveOptions options;
-  for (int j = 0; j < 8; ++j) options.offsets.emplace_back(j == 2 ? Vector3(4.0, -3.0, 6.0) : Vector3(0.0, 0.3 * j, -1.0));
+  for (int j = 0; j < 8; ++j)
+    options.offsets.emplace_back(j == 2 ? Vector3(4.0, -3.0, 6.0) : Vector3(0.0, 0.3 * j, -1.0));
   const Drive made = drive(3, options);
   const StaleMap result = find_stale_places(made.comparison(), {});
   for (std::size_t j = 0; j < 8; ++j) {
@@ -262,7 +273,8 @@ TEST(StaleMap, AnOffsetIsNotTakenFromStalePlaces) {
   options.change = [](const Vector3& p) -> Vector3 { return p.x() < 16.0 ? Vector3(0.0, 0.0, 30.0) : Vector3::Zero(); };
   options.offsets.assign(8, Vector3(0.0, 0.0, 3.0));
   const StaleMap result = find_stale_places(drive(4, options).comparison(), {});
-  for (const MagnetometerOffset& offset : result.offsets) EXPECT_LT((offset.offset_ut - Vector3(0.0, 0.0, 3.0)).norm(), 0.5);
+  for (const MagnetometerOffset& offset : result.offsets)
+    EXPECT_LT((offset.offset_ut - Vector3(0.0, 0.0, 3.0)).norm(), 0.5);
   ASSERT_FALSE(result.places.empty());
   EXPECT_NEAR(result.places.front().mean_difference_ut, 30.0, 2.0);
   for (const FieldCellTest& cell : result.cells) {

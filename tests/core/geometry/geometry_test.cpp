@@ -40,7 +40,8 @@ TEST(So3, RightJacobianIsTheDerivativeOfExp) {
     for (int i = 0; i < 3; ++i) {
       const Vector3 delta = step * Vector3::Unit(i);
       const Quaternion inverse = so3::exp(phi).conjugate();
-      numeric.col(i) = (so3::log(inverse * so3::exp(phi + delta)) - so3::log(inverse * so3::exp(phi - delta))) / (2 * step);
+      numeric.col(i) =
+          (so3::log(inverse * so3::exp(phi + delta)) - so3::log(inverse * so3::exp(phi - delta))) / (2 * step);
     }
     EXPECT_LT((numeric - so3::right_jacobian(phi)).norm(), 1e-8) << scale;
     EXPECT_LT((so3::right_jacobian(phi) * so3::right_jacobian_inverse(phi) - Matrix3::Identity()).norm(), 1e-10);
@@ -110,8 +111,9 @@ TEST(Slide, ItsDifferenceIsTheTangentAtTheStartAndItsJacobianTheDerivative) {
     const double h = 1e-6;
     for (int i = 0; i < 6; ++i) {
       const Vector6 delta = h * Vector6::Unit(i);
-      const Vector6 numeric = (difference_along(slide, x.boxplus(delta), x0).value -
-                               difference_along(slide, x.boxplus(-delta), x0).value) / (2.0 * h);
+      const Vector6 numeric =
+          (difference_along(slide, x.boxplus(delta), x0).value - difference_along(slide, x.boxplus(-delta), x0).value) /
+          (2.0 * h);
       EXPECT_LT((numeric - difference.by_tangent.col(i)).norm(), 1e-7) << i;
     }
   }
@@ -160,7 +162,8 @@ TEST(S2, BoxminusJacobianMatchesDifferences) {
     for (int i = 0; i < 2; ++i) {
       const Vector2 delta = step * Vector2::Unit(i);
       numeric.col(i) =
-          (s2::boxminus(s2::boxplus(g, delta), reference) - s2::boxminus(s2::boxplus(g, -delta), reference)) / (2 * step);
+          (s2::boxminus(s2::boxplus(g, delta), reference) - s2::boxminus(s2::boxplus(g, -delta), reference)) /
+          (2 * step);
     }
     EXPECT_LT((numeric - s2::boxminus_jacobian(g, reference)).norm(), 1e-7) << away;
   }

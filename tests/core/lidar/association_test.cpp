@@ -1,3 +1,5 @@
+#include "core/lidar/association.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
@@ -5,7 +7,6 @@
 #include <vector>
 
 #include "core/lidar/plane_map.h"
-#include "core/lidar/association.h"
 
 namespace lodestone {
 namespace {
@@ -67,11 +68,14 @@ TEST_F(RoomAssociation, ATurnOpensTheGateByItsLever) {
 TEST_F(RoomAssociation, APlanesErrorCountsAsOftenAsScansAreAveragedAlongItsNormal) {
   const auto variance = [&](const Eigen::Vector3f& point, const ScanAveraging& averaging) {
     const std::vector<Eigen::Vector3f> points{point};
-    const auto matches = associate(points, pose_, 1e-6 * Matrix6::Identity(), *map_, LidarModel{}, AssociationOptions{}, {}, averaging);
+    const auto matches =
+        associate(points, pose_, 1e-6 * Matrix6::Identity(), *map_, LidarModel{}, AssociationOptions{}, {}, averaging);
     EXPECT_EQ(matches.size(), 1U);
-    return matches.empty() ? std::pair(0.0, 0.0)
-                           : std::pair(static_cast<double>(matches[0].variance),
-                                       static_cast<double>(matches[0].plane->variance_at((pose_ * point.cast<double>()).cast<float>())));
+    return matches.empty()
+               ? std::pair(0.0, 0.0)
+               : std::pair(
+                     static_cast<double>(matches[0].variance),
+                     static_cast<double>(matches[0].plane->variance_at((pose_ * point.cast<double>()).cast<float>())));
   };
   const Eigen::Vector3f floor(0.1F, 0.1F, -1.02F);
   const Eigen::Vector3f wall(0.1F, 4.96F, 0.1F);
@@ -90,10 +94,11 @@ TEST_F(RoomAssociation, APlanesErrorCountsAsOftenAsScansAreAveragedAlongItsNorma
   };
   EXPECT_NEAR(repeats(floor, averaging(1.0, 5.0)), 5.0, 0.2);
   EXPECT_NEAR(repeats(wall, averaging(6.0, 1.0)), 6.0, 0.2);
-  EXPECT_NEAR(repeats(floor, averaging(6.0, 1.0)), 2.0, 0.2);   // a scan meets its planes twice
+  EXPECT_NEAR(repeats(floor, averaging(6.0, 1.0)), 2.0, 0.2);  // a scan meets its planes twice
   EXPECT_NEAR(repeats(floor, averaging(1.0, 1e12)), most_repeats, 0.2);
-  EXPECT_NEAR(repeats(wall, averaging(1.0, 1e12)), 2.0, 0.2);   // what a scan does not see does not leak
-  // Within their bounds however wide a tunnel's axis is against what is across, 5 m against 10 um here, and however it lies.
+  EXPECT_NEAR(repeats(wall, averaging(1.0, 1e12)), 2.0, 0.2);  // what a scan does not see does not leak
+  // Within their bounds however wide a tunnel's axis is against what is across, 5 m against 10 um here, and however it
+  // lies.
   ScanAveraging tunnel = averaging(5.0, 5.0);
   const Vector3 axis = Vector3(0.6, 0.64, 0.48).normalized();
   tunnel.covariance = 1e-10 * Matrix6::Identity();

@@ -18,9 +18,9 @@ constexpr double kLeverM = 0.07;  // of points about the centres of their planes
 constexpr double kAway_m = 0.04;
 
 struct Errors {
-  double step_m = 0.0;           // of the estimate along the weak axis, from where it is linearized
+  double step_m = 0.0;  // of the estimate along the weak axis, from where it is linearized
   double corrected_m = 0.0;
-  double nees = 0.0;             // of the pose, per degree of freedom
+  double nees = 0.0;  // of the pose, per degree of freedom
   double corrected_nees = 0.0;
 };
 
@@ -60,7 +60,9 @@ Errors errors_of_one(std::uint64_t seed) {
   const Matrix6 corrected = share.transpose() * information * share;
   const Vector6 step = -information.ldlt().solve(gradient);
   const Vector6 corrected_step = -corrected.ldlt().solve(share.transpose() * gradient);
-  const auto nees = [&](const Vector6& estimate, const Matrix6& known) { return (estimate - truth).dot(known * (estimate - truth)) / 6.0; };
+  const auto nees = [&](const Vector6& estimate, const Matrix6& known) {
+    return (estimate - truth).dot(known * (estimate - truth)) / 6.0;
+  };
   return {step[3], corrected_step[3], nees(step, information), nees(corrected_step, corrected)};
 }
 
@@ -74,8 +76,8 @@ TEST(SeenShare, GivesBackTheStepAndTheInformationThatNoisyNormalsTake) {
     mean.nees += one.nees / kRuns;
     mean.corrected_nees += one.corrected_nees / kRuns;
   }
-  std::printf("step %.1f mm, corrected %.1f of %.1f mm; NEES %.2f, corrected %.2f\n", 1e3 * mean.step_m, 1e3 * mean.corrected_m,
-              1e3 * kAway_m, mean.nees, mean.corrected_nees);
+  std::printf("step %.1f mm, corrected %.1f of %.1f mm; NEES %.2f, corrected %.2f\n", 1e3 * mean.step_m,
+              1e3 * mean.corrected_m, 1e3 * kAway_m, mean.nees, mean.corrected_nees);
   // Drawn to where it is linearized without, and surer of that than it may be.
   EXPECT_LT(mean.step_m, 0.95 * kAway_m);
   EXPECT_NEAR(mean.corrected_m, kAway_m, 0.02 * kAway_m);
@@ -89,9 +91,11 @@ TEST(SeenShare, IsAllWhereNormalsAreExact) {
   std::vector<Correspondence> matches;
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const double angle = 0.7 * static_cast<double>(i);
-    planes[i].normal = Eigen::Vector3d(std::cos(angle), std::sin(angle), std::cos(3.0 * angle)).normalized().cast<float>();
+    planes[i].normal =
+        Eigen::Vector3d(std::cos(angle), std::sin(angle), std::cos(3.0 * angle)).normalized().cast<float>();
     planes[i].major = Eigen::Vector3f(planes[i].normal.unitOrthogonal());
-    matches.push_back({Eigen::Vector3d(5.0 * std::sin(angle), 2.0, 3.0 * std::cos(2.0 * angle)).cast<float>(), &planes[i], 1e-4F});
+    matches.push_back(
+        {Eigen::Vector3d(5.0 * std::sin(angle), 2.0, 3.0 * std::cos(2.0 * angle)).cast<float>(), &planes[i], 1e-4F});
   }
   EXPECT_LT((condense(matches, Pose{}).seen_share(Pose{}) - Matrix6::Identity()).norm(), 1e-6);
 }

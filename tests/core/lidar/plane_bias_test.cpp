@@ -58,8 +58,8 @@ TEST(PlaneMap, CornersDoNotLetWallsSeemNearer) {
   const PlaneMap map(pillars(0.08, 0.01, false, generator), PlaneMapOptions{});
   const Cloud scan = pillars(0.02, 0.02, true, generator);
   const Matched found = match_all(map, scan, [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.0F, -1.0F, 0.0F); });
-  // Each plane is off by some millimetres; their mean is not. At the corners, a third of the face, taking what stands in
-  // front alone makes it 16 mm.
+  // Each plane is off by some millimetres; their mean is not. At the corners, a third of the face, taking what stands
+  // in front alone makes it 16 mm.
   ASSERT_GT(found.count, 500);
   EXPECT_LT(std::abs(found.mean_m), 0.002);
 }
@@ -71,7 +71,8 @@ TEST(PlaneMap, ASmoothWallKeepsItsPoints) {
   Cloud wall;
   Cloud scan;
   for (int i = 0; i < 60000; ++i) wall.emplace_back(along(generator), 5.0 + noise(generator), along(generator));
-  for (int i = 0; i < 2000; ++i) scan.emplace_back(0.5 + 0.9 * along(generator), 5.0 + 2.0 * noise(generator), 0.5 + 0.9 * along(generator));
+  for (int i = 0; i < 2000; ++i)
+    scan.emplace_back(0.5 + 0.9 * along(generator), 5.0 + 2.0 * noise(generator), 0.5 + 0.9 * along(generator));
   const PlaneMap map(wall, PlaneMapOptions{});
   const Matched found = match_all(map, scan, [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.0F, -1.0F, 0.0F); });
   EXPECT_GT(found.count, 1950);
@@ -101,7 +102,8 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   options.height_from_within = false;
   const Matched with_margin = match_all(PlaneMap(surface, options), scan, inwards);
   ASSERT_GT(within.count, 30000);
-  // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r where the wall runs along an axis.
+  // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r where the wall runs along an
+  // axis.
   EXPECT_GT(std::abs(with_margin.mean_m), 5e-4);
   EXPECT_LT(std::abs(within.mean_m), 0.25 * std::abs(with_margin.mean_m));
 }

@@ -3,8 +3,8 @@
 #include <random>
 #include <vector>
 
-#include "core/lidar/plane_map.h"
 #include "core/lidar/condensed_cost.h"
+#include "core/lidar/plane_map.h"
 #include "core/lidar/square_root.h"
 
 namespace lodestone {
@@ -31,7 +31,8 @@ Scene random_scene(std::uint64_t seed, int count, double distance_from_origin_m)
     plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
     plane.center = (scene.pose * point + 0.05 * draw()).cast<float>();
     plane.major_tilt_variance = plane.minor_tilt_variance = 1e-4F;
-    scene.matches.push_back({point.cast<float>(), &plane, 4e-4F, static_cast<float>(0.2 + 0.8 * std::abs(std::sin(i)))});
+    scene.matches.push_back(
+        {point.cast<float>(), &plane, 4e-4F, static_cast<float>(0.2 + 0.8 * std::abs(std::sin(i)))});
   }
   return scene;
 }

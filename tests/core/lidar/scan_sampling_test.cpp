@@ -38,8 +38,8 @@ LidarScan scan_of_box(simulation::LidarPattern pattern, const Vector3& half) {
 
 class SampledScan : public ::testing::TestWithParam<simulation::LidarPattern> {};
 
-/// Both patterns are thinned to about one point a voxel, from all round and from all of the scan's time: a rosette looks
-/// everywhere twice a scan, on its way down and up.
+/// Both patterns are thinned to about one point a voxel, from all round and from all of the scan's time: a rosette
+/// looks everywhere twice a scan, on its way down and up.
 TEST_P(SampledScan, KeepsAboutOnePointAVoxelFromAllSidesAndTimes) {
   const LidarScan scan = scan_of_box(GetParam(), {12, 9, 2.5});
   const ScanSamplingOptions options;

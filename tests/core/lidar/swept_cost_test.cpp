@@ -71,7 +71,8 @@ TEST(Deskewing, TheStatesDepartureBringsPointsBackThatAWrongImuAndVelocityDispla
     const Vector3 untouched = truth.T_map_imu * (T_end_t * point);
     const Hermite basis(age_s, kStepS);
     const Vector3 corrected =
-        truth.T_map_imu * (so3::exp(basis.share * departure.head<3>()) * (T_end_t.rotation * point) + T_end_t.position) +
+        truth.T_map_imu *
+            (so3::exp(basis.share * departure.head<3>()) * (T_end_t.rotation * point) + T_end_t.position) +
         basis.near_slope * departure.segment<3>(3) + basis.far_position * departure.segment<3>(6) +
         basis.far_slope * departure.tail<3>();
     // A turning platform spreads the error unevenly; that is of second order.
@@ -139,8 +140,8 @@ struct Points {
   std::vector<Plane> planes;
   std::vector<Correspondence> matches;
   Pose pose;
-  Eigen::MatrixXd pose_jacobian;   // a row a point: φ, p
-  Eigen::MatrixXd turning;         // p × Rᵀn
+  Eigen::MatrixXd pose_jacobian;  // a row a point: φ, p
+  Eigen::MatrixXd turning;        // p × Rᵀn
   Eigen::MatrixXd normals;
   Eigen::VectorXd ages_s;
 };
@@ -157,7 +158,8 @@ Points points_round_the_robot(std::uint64_t seed, int count, double variance_m2 
   for (int i = 0; i < count; ++i) {
     // The beam goes round once in a scan: what lies ahead is seen at another time than what lies behind.
     const double share = (i + 0.5) / count;
-    const Vector3 point(10.0 * std::cos(2.0 * M_PI * share), 10.0 * std::sin(2.0 * M_PI * share), i % 2 == 0 ? -1.0 : 2.0);
+    const Vector3 point(10.0 * std::cos(2.0 * M_PI * share), 10.0 * std::sin(2.0 * M_PI * share),
+                        i % 2 == 0 ? -1.0 : 2.0);
     Plane& plane = result.planes[static_cast<std::size_t>(i)];
     const Vector3 facing = i % 3 == 0 ? Vector3::UnitX() : i % 3 == 1 ? Vector3::UnitY() : Vector3::UnitZ();
     plane.normal = (result.pose.rotation * facing).cast<float>();
@@ -258,7 +260,8 @@ TEST(SweptCost, KnowsWhatAPointByPointCovarianceOfTheNoiseKnows) {
     const Deskewing deskewing = deskewing_with(gyroscope, accelerometer);
     const SweptCost swept = sweep(cost, points.matches, points.pose, deskewing);
     for (const bool both : {true, false}) {
-      const auto found = ratios(information_by(swept, cost, points.pose, both), information_by_force(points, deskewing, both));
+      const auto found =
+          ratios(information_by(swept, cost, points.pose, both), information_by_force(points, deskewing, both));
       std::printf("gyroscope %.0e, accelerometer %.0e, %s: %.4f to %.4f\n", gyroscope, accelerometer,
                   both ? "both ends" : "the end", found.first, found.second);
       // The modes left out pass for knowledge. Points of a bin share their age, which moves the ratio both ways.

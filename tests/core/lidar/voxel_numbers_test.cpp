@@ -18,7 +18,8 @@ TEST(VoxelNumbers, PointsWithoutOneAreLeftOut) {
   options.voxel_m = 0.0625;
   options.margin_m = 0.02;
   std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 100; ++i) points.emplace_back(0.006F * static_cast<float>(i % 10), 0.006F * static_cast<float>(i / 10), 0.03F);
+  for (int i = 0; i < 100; ++i)
+    points.emplace_back(0.006F * static_cast<float>(i % 10), 0.006F * static_cast<float>(i / 10), 0.03F);
   const auto near = fit_voxel_planes(points, options);
   ASSERT_GT(near.size(), 0U);
   for (int axis = 0; axis < 3; ++axis) {

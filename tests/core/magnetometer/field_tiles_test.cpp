@@ -21,7 +21,8 @@ class Lanes final : public FieldNodes {
 
   static Eigen::Vector4f node(int layer, int row, int column) {
     const bool lane = column % 90 < 25 || row % 110 < 20;
-    const std::uint32_t hash = (static_cast<std::uint32_t>(row) * 2654435761U) ^ (static_cast<std::uint32_t>(column) * 40503U + 7U * static_cast<std::uint32_t>(layer));
+    const std::uint32_t hash = (static_cast<std::uint32_t>(row) * 2654435761U) ^
+                               (static_cast<std::uint32_t>(column) * 40503U + 7U * static_cast<std::uint32_t>(layer));
     if (!lane || hash % 97U == 0) return Eigen::Vector4f::Constant(std::numeric_limits<float>::quiet_NaN());
     const auto noise = [&](std::uint32_t shift) { return static_cast<float>((hash >> shift) % 1000U) * 1e-3F; };
     return {20.0F + noise(2), -3.0F + noise(5), -44.0F + noise(9), 0.2F + 0.3F * noise(12)};
@@ -55,15 +56,17 @@ std::vector<Eigen::Vector4f> all_nodes() {
 
 bool same(const std::optional<FieldValue>& a, const std::optional<FieldValue>& b) {
   if (a.has_value() != b.has_value()) return false;
-  return !a || (std::memcmp(a->field_ut.data(), b->field_ut.data(), sizeof(double) * 3) == 0 &&
-                std::memcmp(a->gradient.data(), b->gradient.data(), sizeof(double) * 9) == 0 && a->sigma_ut == b->sigma_ut);
+  return !a ||
+         (std::memcmp(a->field_ut.data(), b->field_ut.data(), sizeof(double) * 3) == 0 &&
+          std::memcmp(a->gradient.data(), b->gradient.data(), sizeof(double) * 9) == 0 && a->sigma_ut == b->sigma_ut);
 }
 
 std::vector<Vector3> tile_places(int count) {
   std::mt19937_64 generator(4);
   std::uniform_real_distribution<double> uniform(-0.02, 1.02);
   std::vector<Vector3> result;
-  for (int i = 0; i < count; ++i) result.emplace_back(-7.3 + 40.0 * uniform(generator), 4.1 + 33.0 * uniform(generator), 0.6 * uniform(generator));
+  for (int i = 0; i < count; ++i)
+    result.emplace_back(-7.3 + 40.0 * uniform(generator), 4.1 + 33.0 * uniform(generator), 0.6 * uniform(generator));
   return result;
 }
 
@@ -111,7 +114,8 @@ TEST(FieldTiles, TheSameOnAnyNumberOfThreads) {
   const std::vector<Vector3> all = tile_places(2000);
   std::atomic<int> different{0};
   parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
-    if (!same(some.query(all[i], FieldInterpolation::bicubic), whole.query(all[i], FieldInterpolation::bicubic))) ++different;
+    if (!same(some.query(all[i], FieldInterpolation::bicubic), whole.query(all[i], FieldInterpolation::bicubic)))
+      ++different;
   });
   EXPECT_EQ(different, 0);
 }
@@ -122,7 +126,8 @@ TEST(FieldTiles, MemoryIsBoundedAlongADriveAndEachTileIsReadOnce) {
   const auto source = std::make_shared<const Lanes>();
   const std::size_t bytes = 40 * FieldTile::bytes();
   const MagneticMap map(grid, source, 0.45, bytes);
-  for (double x = 0.0; x < 2000.0; x += 0.25) map.query({x + std::sin(10.0 * x), 0.5, 0.2}, FieldInterpolation::bicubic);
+  for (double x = 0.0; x < 2000.0; x += 0.25)
+    map.query({x + std::sin(10.0 * x), 0.5, 0.2}, FieldInterpolation::bicubic);
   EXPECT_LE(map.tiles().most_resident_bytes(), bytes);
   EXPECT_EQ(map.tiles().loads(), 2 * 313);
   EXPECT_EQ(source->reads, 2 * 313);

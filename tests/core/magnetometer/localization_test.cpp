@@ -15,7 +15,9 @@ Vector3 rich(const Vector3& p) {
           -3.0 + 7.0 * std::cos(1.4 * p.x() - 1.1 * p.y()), -42.0 + 6.0 * std::sin(2.1 * p.y() + 0.7 * p.x())};
 }
 
-Vector3 uniform(const Vector3&) { return {18.0, -3.0, -42.0}; }
+Vector3 uniform(const Vector3&) {
+  return {18.0, -3.0, -42.0};
+}
 
 /// Changes along y alone.
 Vector3 striped(const Vector3& p) {

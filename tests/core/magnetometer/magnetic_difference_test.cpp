@@ -20,21 +20,27 @@ Vector3 dipole(const Vector3& position, const Vector3& from, const Vector3& mome
 
 const Vector3 earth(18.0, -4.0, -44.0);
 
-Vector3 before(const Vector3& p) { return earth + dipole(p, {-2.0, 1.0, -0.7}, {20, -10, 60}); }
+Vector3 before(const Vector3& p) {
+  return earth + dipole(p, {-2.0, 1.0, -0.7}, {20, -10, 60});
+}
 
 /// What came: two more dipoles, the one at the right twice as strong.
 Vector3 change(const Vector3& p) {
   return dipole(p, {2.03, -0.51, -0.6}, {0, 0, 50}) + dipole(p, {-2.5, -1.0, -0.6}, {0, 0, 25});
 }
 
-Vector3 after(const Vector3& p) { return before(p) + change(p); }
-
-Vector3 place(const FieldGrid& grid, int layer, int row, int column) {
-  return {grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row, grid.heights_m[layer]};
+Vector3 after(const Vector3& p) {
+  return before(p) + change(p);
 }
 
-MagneticMap make_map(const FieldGrid& grid, const std::function<Vector3(const Vector3&)>& field, float sigma,
-                     const std::function<bool(const Vector3&)>& surveyed = [](const Vector3&) { return true; }) {
+Vector3 place(const FieldGrid& grid, int layer, int row, int column) {
+  return {grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row,
+          grid.heights_m[layer]};
+}
+
+MagneticMap make_map(
+    const FieldGrid& grid, const std::function<Vector3(const Vector3&)>& field, float sigma,
+    const std::function<bool(const Vector3&)>& surveyed = [](const Vector3&) { return true; }) {
   std::vector<Eigen::Vector4f> nodes;
   for (int layer = 0; layer < static_cast<int>(grid.heights_m.size()); ++layer) {
     for (int row = 0; row < grid.rows; ++row) {

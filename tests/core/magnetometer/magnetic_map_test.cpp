@@ -48,11 +48,12 @@ std::vector<Eigen::Vector4f> sample(const FieldGrid& grid, const std::function<V
 
 Vector3 wavy(const Vector3& p) {
   return {20.0 + 5.0 * std::sin(3.0 * p.x()) * std::cos(2.0 * p.y()) + 4.0 * p.z(),
-          -4.0 + 3.0 * std::cos(4.0 * p.x() + p.y()),
-          -45.0 + 6.0 * std::sin(2.0 * p.y()) * (1.0 + p.z() * p.z())};
+          -4.0 + 3.0 * std::cos(4.0 * p.x() + p.y()), -45.0 + 6.0 * std::sin(2.0 * p.y()) * (1.0 + p.z() * p.z())};
 }
 
-double half(const Vector3&) { return 0.5; }
+double half(const Vector3&) {
+  return 0.5;
+}
 
 /// A uniform position strictly inside the grid.
 Vector3 inside(const FieldGrid& grid, std::mt19937_64& generator) {
@@ -84,7 +85,8 @@ TEST(MagneticMapTest, GradientIsTheDerivativeOfTheInterpolation) {
         for (int axis = 0; axis < 3; ++axis) {
           const Vector3 delta = step * Vector3::Unit(axis);
           const Vector3 numeric = (map.query(position + delta, interpolation)->field_ut -
-                                   map.query(position - delta, interpolation)->field_ut) / (2.0 * step);
+                                   map.query(position - delta, interpolation)->field_ut) /
+                                  (2.0 * step);
           ASSERT_LT((numeric - value->gradient.col(axis)).norm(), 1e-5) << position.transpose() << " axis " << axis;
         }
       }
@@ -145,7 +147,8 @@ TEST(MagneticMapTest, BicubicHasAContinuousGradientAcrossCellsAlsoAtHoles) {
     Vector3 position = inside(grid, generator);
     const int axis = i % 2;  // move to an edge between two cells
     double& coordinate = position[axis];
-    coordinate = grid.origin[axis] + grid.resolution_m * std::round((coordinate - grid.origin[axis]) / grid.resolution_m);
+    coordinate =
+        grid.origin[axis] + grid.resolution_m * std::round((coordinate - grid.origin[axis]) / grid.resolution_m);
     const Vector3 step = 1e-9 * Vector3::Unit(axis);
     const auto before = map.query(position - step, FieldInterpolation::bicubic);
     const auto after = map.query(position + step, FieldInterpolation::bicubic);
@@ -220,9 +223,9 @@ TEST(FieldResidualTest, JacobianMatchesDifferences) {
     const double step = 1e-6;
     for (int k = 0; k < 6; ++k) {
       const Vector6 delta = step * Vector6::Unit(k);
-      const Vector3 numeric =
-          (residual(T_map_imu.boxplus(delta), FieldInterpolation::bicubic).residual_ut -
-           residual(T_map_imu.boxplus(-delta), FieldInterpolation::bicubic).residual_ut) / (2.0 * step);
+      const Vector3 numeric = (residual(T_map_imu.boxplus(delta), FieldInterpolation::bicubic).residual_ut -
+                               residual(T_map_imu.boxplus(-delta), FieldInterpolation::bicubic).residual_ut) /
+                              (2.0 * step);
       EXPECT_LT((numeric - at.jacobian.col(k)).norm(), 1e-6 * (1.0 + at.jacobian.norm())) << k;
     }
   }

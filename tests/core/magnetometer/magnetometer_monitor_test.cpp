@@ -21,13 +21,14 @@ SensorSuite suite_of_three(double noise_ut = 1.0) {
 /// The field along a drive that begins to move at 2 s, among steel: up to 40 µT/m at 1 m/s.
 Vector3 passing_field(double seconds) {
   const double way = std::max(0.0, seconds - 2.0);
-  return {20.0 + 15.0 * std::sin(2.0 * way), -5.0 + 10.0 * std::cos(3.0 * way), -40.0 + 12.0 * std::sin(2.5 * way + 1.0)};
+  return {20.0 + 15.0 * std::sin(2.0 * way), -5.0 + 10.0 * std::cos(3.0 * way),
+          -40.0 + 12.0 * std::sin(2.5 * way + 1.0)};
 }
 
-/// What is left of `seconds` of readings, by magnetometer and sample. `spoil` returns the reading of a magnetometer at a
-/// time from a healthy one; nothing: it is missing.
+/// What is left of `seconds` of readings, by magnetometer and sample. `spoil` returns the reading of a magnetometer at
+/// a time from a healthy one; nothing: it is missing.
 struct Filtered {
-  std::vector<std::vector<bool>> left;   // of the readings that were there
+  std::vector<std::vector<bool>> left;  // of the readings that were there
   std::vector<std::vector<double>> time;
   WarningLog warnings;
 
@@ -73,7 +74,9 @@ Filtered filter(double seconds, const std::function<std::optional<Vector3>(int, 
   return result;
 }
 
-std::optional<Vector3> healthy(int, double, const Vector3& reading) { return reading; }
+std::optional<Vector3> healthy(int, double, const Vector3& reading) {
+  return reading;
+}
 
 TEST(MagnetometerMonitor, LeavesHealthyReadingsAlone) {
   EXPECT_TRUE(filter(20.0, healthy).warnings.entries().empty());

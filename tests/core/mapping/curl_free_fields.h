@@ -48,8 +48,8 @@ std::vector<FieldObservation> survey_lanes(const Field& field, double length, in
     for (double x = 0.0; x < length; x += 0.0125) {
       FieldObservation observation;
       observation.position = Vector3(x, spacing * lane + 0.02 * std::sin(x), 0.4);
-      observation.field_ut = field(observation.position) +
-                             noise * Vector3(normal(generator), normal(generator), normal(generator));
+      observation.field_ut =
+          field(observation.position) + noise * Vector3(normal(generator), normal(generator), normal(generator));
       observation.noise_ut = noise;
       observation.time = static_cast<Time>(observations.size()) * 10'000'000;
       observations.push_back(observation);

@@ -88,7 +88,8 @@ void dense_posterior(const std::vector<FieldCell>& cells, const Vector3& point, 
       covariance.block<3, 3>(3 * i, 3 * j) =
           curl_free_covariance(kernel, cells[i].position - cells[j].position) + linear * Matrix3::Identity();
     }
-    covariance.diagonal().segment<3>(3 * i).array() += cells[i].variance_ut2 + kernel.noise_sigma_ut * kernel.noise_sigma_ut;
+    covariance.diagonal().segment<3>(3 * i).array() +=
+        cells[i].variance_ut2 + kernel.noise_sigma_ut * kernel.noise_sigma_ut;
     cross.middleRows<3>(3 * i) = curl_free_covariance(kernel, cells[i].position - point) + linear * Matrix3::Identity();
     values.segment<3>(3 * i) = cells[i].field_ut - kernel.mean_ut;
   }
@@ -124,8 +125,8 @@ Eigen::Vector2d error_of(double domain_margin, double cutoff) {
 TEST(CurlFreeRegressionTest, ComesToTheExactPosteriorAsTheBasisGrows) {
   const Eigen::Vector2d plain = error_of(1.5, 5.0);
   const Eigen::Vector2d rich = error_of(2.0, 6.0);
-  std::printf("mean and sigma against brute force: defaults %.4f %.4f uT, richer basis %.6f %.6f uT\n", plain[0], plain[1],
-              rich[0], rich[1]);
+  std::printf("mean and sigma against brute force: defaults %.4f %.4f uT, richer basis %.6f %.6f uT\n", plain[0],
+              plain[1], rich[0], rich[1]);
   EXPECT_LT(plain.maxCoeff(), 0.05);  // of a field of 6 µT
   EXPECT_LT(rich[0], 0.3 * plain[0]);
   EXPECT_LT(rich[1], 0.3 * plain[1]);
@@ -139,10 +140,8 @@ double circulation(const std::function<Eigen::MatrixX3d(const std::vector<Vector
   for (int k = 1; k < nodes; ++k) jacobi(k, k - 1) = jacobi(k - 1, k) = k / std::sqrt(4.0 * k * k - 1.0);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(jacobi);
   double sum = 0.0;
-  const std::array<std::pair<Vector3, Vector3>, 4> sides{{{corner, first},
-                                                          {corner + first, second},
-                                                          {corner + first + second, -first},
-                                                          {corner + second, -second}}};
+  const std::array<std::pair<Vector3, Vector3>, 4> sides{
+      {{corner, first}, {corner + first, second}, {corner + first + second, -first}, {corner + second, -second}}};
   for (const auto& [begin, along] : sides) {
     std::vector<Vector3> points;
     for (int k = 0; k < nodes; ++k) points.push_back(begin + 0.5 * (1.0 + solver.eigenvalues()[k]) * along);
@@ -164,21 +163,22 @@ TEST(CurlFreeRegressionTest, AWindowsFieldHasNoCirculationAndTheBlendNextToNone)
   const SlidingGpr plain(cells, {component, component, component}, options);
   const auto window = [&](const WindowedRegression& some) {
     const Eigen::Vector2d place = some.window_coordinates({2.5, 1.2, 0.4});
-    return [&some, row = std::llround(place.y()), column = std::llround(place.x())](const std::vector<Vector3>& points) {
-      return some.solve_window(row, column, points).mean;
-    };
+    return [&some, row = std::llround(place.y()), column = std::llround(place.x())](
+               const std::vector<Vector3>& points) { return some.solve_window(row, column, points).mean; };
   };
   const auto blend = [](const WindowedRegression& some) {
     return [&some](const std::vector<Vector3>& points) {
       Eigen::MatrixX3d values(static_cast<Eigen::Index>(points.size()), 3);
       const auto predictions = some.predict(points);
-      for (std::size_t i = 0; i < points.size(); ++i) values.row(static_cast<Eigen::Index>(i)) = predictions[i].field_ut;
+      for (std::size_t i = 0; i < points.size(); ++i)
+        values.row(static_cast<Eigen::Index>(i)) = predictions[i].field_ut;
       return values;
     };
   };
-  const std::array<std::array<Vector3, 3>, 3> loops{{{Vector3(2.2, 0.9, 0.4), Vector3(0.5, 0, 0), Vector3(0, 0.5, 0)},
-                                                     {Vector3(2.3, 1.0, 0.3), Vector3(0.4, 0, 0), Vector3(0, 0, 0.3)},
-                                                     {Vector3(2.4, 1.0, 0.3), Vector3(0, 0.4, 0), Vector3(0, 0.1, 0.3)}}};
+  const std::array<std::array<Vector3, 3>, 3> loops{
+      {{Vector3(2.2, 0.9, 0.4), Vector3(0.5, 0, 0), Vector3(0, 0.5, 0)},
+       {Vector3(2.3, 1.0, 0.3), Vector3(0.4, 0, 0), Vector3(0, 0, 0.3)},
+       {Vector3(2.4, 1.0, 0.3), Vector3(0, 0.4, 0), Vector3(0, 0.1, 0.3)}}};
   for (const auto& [corner, first, second] : loops) {
     EXPECT_LT(std::abs(circulation(window(regression), corner, first, second)), 1e-11);  // µT·m, of fields of 40 µT
   }
@@ -230,7 +230,8 @@ TEST(CurlFreeRegressionTest, OnAThinnedSurveyItErrsLessThanComponentsAloneAndIts
       }
     }
     std::printf("lanes %.1f m apart: rms error curl-free %.3f uT, s-GPR %.3f uT; over sigma %.2f, %.2f\n", spacing,
-                std::sqrt(together.rms), std::sqrt(alone.rms), std::sqrt(together.normalized), std::sqrt(alone.normalized));
+                std::sqrt(together.rms), std::sqrt(alone.rms), std::sqrt(together.normalized),
+                std::sqrt(alone.normalized));
     EXPECT_LT(together.rms, alone.rms);
     EXPECT_GT(std::sqrt(together.normalized), 0.8);
     EXPECT_LT(std::sqrt(together.normalized), 1.25);
@@ -260,14 +261,15 @@ TEST(CurlFreeRegressionTest, AboveTheSurveyItsSigmaIsTheExactOneAndBeyondTheReac
   const auto cells = thin_survey(survey_lanes(field, 3.0, 5, 0.3, 0.5, 13), 0.15);
   SlidingGprOptions options;
   options.scale_prior_points = 1e12;
-  const std::vector<Vector3> points{{1.5, 0.6, 0.4}, {1.5, 0.6, 0.7}, {1.5, 0.6, 1.1}, {1.5, 0.6, 9.0}, {1.5, 9.0, 0.4}};
+  const std::vector<Vector3> points{
+      {1.5, 0.6, 0.4}, {1.5, 0.6, 0.7}, {1.5, 0.6, 1.1}, {1.5, 0.6, 9.0}, {1.5, 9.0, 0.4}};
   const auto predictions = CurlFreeRegression(cells, kernel, options).predict(points);
   for (std::size_t i = 0; i < 3; ++i) {
     Vector3 mean, variance;
     dense_posterior(cells, points[i], mean, variance);
     const Vector3 ratio = predictions[i].sigma_ut.cwiseQuotient(variance.cwiseSqrt());
-    std::printf("%.1f m above the survey: sigma over the exact one %.3f %.3f %.3f\n", points[i].z() - 0.4, ratio.x(), ratio.y(),
-                ratio.z());
+    std::printf("%.1f m above the survey: sigma over the exact one %.3f %.3f %.3f\n", points[i].z() - 0.4, ratio.x(),
+                ratio.y(), ratio.z());
     EXPECT_GT(ratio.minCoeff(), 0.9);
     EXPECT_LT(ratio.maxCoeff(), 1.1);
   }

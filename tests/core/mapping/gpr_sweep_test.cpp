@@ -54,7 +54,8 @@ std::vector<Vector3> grid_points(const SlidingGpr& gpr) {
 }
 
 bool same_prediction(const FieldPrediction& a, const FieldPrediction& b) {
-  return std::memcmp(a.field_ut.data(), b.field_ut.data(), 24) == 0 && std::memcmp(a.sigma_ut.data(), b.sigma_ut.data(), 24) == 0;
+  return std::memcmp(a.field_ut.data(), b.field_ut.data(), 24) == 0 &&
+         std::memcmp(a.sigma_ut.data(), b.sigma_ut.data(), 24) == 0;
 }
 
 TEST(GprSweep, RowByRowGivesTheBitsOfAllAtOnceInLittleMemory) {

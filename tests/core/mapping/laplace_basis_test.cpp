@@ -26,7 +26,8 @@ TEST(LaplaceBasisTest, GradientsAreThoseOfTheValues) {
     const Eigen::MatrixXd gradient = basis().gradients({point});
     for (int d = 0; d < 3; ++d) {
       const Vector3 offset = step * Vector3::Unit(d);
-      const Eigen::VectorXd difference = (basis().values(point + offset) - basis().values(point - offset)) / (2.0 * step);
+      const Eigen::VectorXd difference =
+          (basis().values(point + offset) - basis().values(point - offset)) / (2.0 * step);
       EXPECT_LT((difference - gradient.col(d)).cwiseAbs().maxCoeff(), 1e-6 * gradient.cwiseAbs().maxCoeff());
     }
   }

@@ -65,7 +65,8 @@ TEST(MagneticMapBuilderTest, MapIsTheFieldWithinItsSigma) {
   EXPECT_LT(std::sqrt(normalized / answered), 1.4);
   // Outside the survey there is none.
   EXPECT_FALSE(result.map.query({6.0, 4.0, 0.3}, FieldInterpolation::bicubic));
-  EXPECT_EQ(std::remainder(result.map.grid().origin.x(), 0.1), std::remainder(std::round(result.map.grid().origin.x() * 10) * 0.1, 0.1));
+  EXPECT_EQ(std::remainder(result.map.grid().origin.x(), 0.1),
+            std::remainder(std::round(result.map.grid().origin.x() * 10) * 0.1, 0.1));
 }
 
 TEST(MagneticMapBuilderTest, HeldOutScoreIsHonest) {
@@ -75,7 +76,8 @@ TEST(MagneticMapBuilderTest, HeldOutScoreIsHonest) {
   for (std::size_t i = 0; i < all.size(); ++i) (in_block[i] ? held_out : training).push_back(all[i]);
   const SlidingGprOptions options;
   const FieldKernelFit fit = fit_field_kernels(training, 0.1, options);
-  const HeldOutScore score = score_held_out({thin_survey(training, fit.cell_m), thin_survey(held_out, fit.cell_m)}, fit, 5.0, options);
+  const HeldOutScore score =
+      score_held_out({thin_survey(training, fit.cell_m), thin_survey(held_out, fit.cell_m)}, fit, 5.0, options);
   EXPECT_GT(score.cells, 50U);
   for (int k = 0; k < 3; ++k) {
     EXPECT_GT(score.normalized_rms[k], 0.6);

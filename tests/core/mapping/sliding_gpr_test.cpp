@@ -45,7 +45,8 @@ class RandomField {
 };
 
 /// Lanes along x, 0.3 m apart, four readings every 5 cm.
-std::vector<FieldObservation> survey(const RandomField& field, double length, int lanes, double noise, std::uint64_t seed) {
+std::vector<FieldObservation> survey(const RandomField& field, double length, int lanes, double noise,
+                                     std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   std::vector<FieldObservation> observations;
@@ -53,8 +54,8 @@ std::vector<FieldObservation> survey(const RandomField& field, double length, in
     for (double x = 0.0; x < length; x += 0.0125) {
       FieldObservation observation;
       observation.position = Vector3(x, 0.3 * lane + 0.02 * std::sin(x), 0.4);
-      observation.field_ut = field(observation.position) +
-                             noise * Vector3(normal(generator), normal(generator), normal(generator));
+      observation.field_ut =
+          field(observation.position) + noise * Vector3(normal(generator), normal(generator), normal(generator));
       observation.noise_ut = noise;
       observations.push_back(observation);
     }
@@ -107,8 +108,8 @@ TEST(SlidingGprTest, SigmaIsHonestOnHeldOutPoints) {
       }
     }
     const double normalized = std::sqrt(squares / count);
-    std::printf("length scale %.1f m, noise %.1f uT: rms error %.3f uT, normalized %.3f\n", test.length_scale, test.noise,
-                std::sqrt(errors / count), normalized);
+    std::printf("length scale %.1f m, noise %.1f uT: rms error %.3f uT, normalized %.3f\n", test.length_scale,
+                test.noise, std::sqrt(errors / count), normalized);
     EXPECT_GT(normalized, 0.8) << test.length_scale << " " << test.noise;
     EXPECT_LT(normalized, 1.25) << test.length_scale << " " << test.noise;
   }

@@ -5,9 +5,9 @@
 #include <deque>
 #include <random>
 
+#include "core/lidar/condensed_cost.h"
 #include "core/observability/degeneracy.h"
 #include "core/observability/information_noise.h"
-#include "core/lidar/condensed_cost.h"
 
 namespace lodestone {
 namespace {
@@ -174,8 +174,8 @@ TEST(InformationNoise, VarianceIsThatOfManyDraws) {
       predicted += information_noise(scan.correspondences(), Pose{}, Matrix6::Identity()).variance[3] / draws;
     }
     const double variance = squares / draws - std::pow(sum / draws, 2);
-    std::printf("axis with %.0f / m2: sigma of its information over %d draws %.0f, predicted %.0f\n", information, draws,
-                std::sqrt(variance), std::sqrt(predicted));
+    std::printf("axis with %.0f / m2: sigma of its information over %d draws %.0f, predicted %.0f\n", information,
+                draws, std::sqrt(variance), std::sqrt(predicted));
     EXPECT_NEAR(std::sqrt(predicted / variance), 1.0, 0.1);
   }
 }
@@ -193,7 +193,8 @@ TEST(ProbabilisticDegeneracy, StatedProbabilityIsTheFrequency) {
   std::array<double, bins> stated{};
   for (int i = 0; i < 5000; ++i) {
     const double truth = 2.0 * level * (static_cast<double>(generator() >> 11) * 0x1.0p-53);
-    const Degeneracy degeneracy = short_corridor(std::max(truth, 1.0), 10000 + static_cast<std::uint64_t>(i)).analyse(options, 2.0);
+    const Degeneracy degeneracy =
+        short_corridor(std::max(truth, 1.0), 10000 + static_cast<std::uint64_t>(i)).analyse(options, 2.0);
     Eigen::Index axis = 0;
     degeneracy.directions.row(3).cwiseAbs().maxCoeff(&axis);
     const double p = degeneracy.kept[axis];

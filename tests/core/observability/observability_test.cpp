@@ -5,11 +5,11 @@
 #include <random>
 #include <vector>
 
+#include "core/lidar/condensed_cost.h"
 #include "core/lidar/plane_map.h"
 #include "core/observability/degeneracy.h"
 #include "core/observability/robust_weight.h"
 #include "core/observability/window_information.h"
-#include "core/lidar/condensed_cost.h"
 
 namespace lodestone {
 namespace {
@@ -165,12 +165,14 @@ TEST(WindowInformation, EqualsTheSchurComplementOfTheDenseMatrix) {
   const int count = 6;
   const Chain chain = random_chain(count, false);
   const auto marginals = marginal_pose_information(chain.poses, chain.links);
-  const Eigen::MatrixXd covariance = chain.dense.ldlt().solve(Eigen::MatrixXd::Identity(chain.dense.rows(), chain.dense.cols()));
+  const Eigen::MatrixXd covariance =
+      chain.dense.ldlt().solve(Eigen::MatrixXd::Identity(chain.dense.rows(), chain.dense.cols()));
   for (int k = 0; k < count; ++k) {
     const Matrix6 expected = covariance.block<6, 6>(15 * k, 15 * k).inverse();
     EXPECT_LT((marginals[static_cast<std::size_t>(k)] - expected).norm(), 1e-6 * expected.norm()) << k;
   }
-  EXPECT_LT((newest_pose_information(chain.poses, chain.links) - marginals.back()).norm(), 1e-9 * marginals.back().norm());
+  EXPECT_LT((newest_pose_information(chain.poses, chain.links) - marginals.back()).norm(),
+            1e-9 * marginals.back().norm());
 }
 
 TEST(WindowInformation, WhereTheWholeWindowIsBlindNothingIsInvented) {

@@ -17,7 +17,6 @@
 namespace lodestone {
 namespace {
 
-
 std::filesystem::path imu_folder() {
   const char* folder = std::getenv("LODESTONE_DATA");
   const std::filesystem::path source = LODESTONE_SOURCE_DIR;

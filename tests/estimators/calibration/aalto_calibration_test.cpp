@@ -1,5 +1,5 @@
-// Three magnetometers on a robot in a real room; one of them has drifted by run 5. Their readings come turned to the room's
-// axes: the way from one to another tells the heading, by which they are turned back.
+// Three magnetometers on a robot in a real room; one of them has drifted by run 5. Their readings come turned to the
+// room's axes: the way from one to another tells the heading, by which they are turned back.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -32,8 +32,10 @@ struct Track {
 };
 
 Track read_track(const std::string& sensor, int run) {
-  const std::string stem = (testing::real_data_folder() / "magnetic" / "aalto" / (sensor + "-" + std::to_string(run))).string();
-  const auto time = read_csv(stem + "-time.csv"), location = read_csv(stem + "-loc.csv"), field = read_csv(stem + "-mag.csv");
+  const std::string stem =
+      (testing::real_data_folder() / "magnetic" / "aalto" / (sensor + "-" + std::to_string(run))).string();
+  const auto time = read_csv(stem + "-time.csv"), location = read_csv(stem + "-loc.csv"),
+             field = read_csv(stem + "-mag.csv");
   Track track;
   for (std::size_t i = 0; i < std::min({time.size(), location.size(), field.size()}); ++i) {
     track.time_s.push_back(time[i].at(0));
@@ -46,7 +48,7 @@ Track read_track(const std::string& sensor, int run) {
 struct RealArray {
   SensorSuite suite;
   std::vector<MagneticArraySample> samples;
-  Trajectory trajectory;  ///< of invensense, x towards nexus
+  Trajectory trajectory;       ///< of invensense, x towards nexus
   std::vector<ImuSample> imu;  ///< of the headings
 
   ArrayLog readings(std::size_t begin, std::size_t end) const {
@@ -69,7 +71,8 @@ class AaltoCalibration : public ::testing::Test {
   static double trivisio_unit_ut() {
     double ours = 0.0, theirs = 0.0;
     const Track reference = read_track("invensense", 1), other = read_track("trivisio", 1);
-    for (const auto& value : reference.values) ours += value.tail<3>().norm() / static_cast<double>(reference.values.size());
+    for (const auto& value : reference.values)
+      ours += value.tail<3>().norm() / static_cast<double>(reference.values.size());
     for (const auto& value : other.values) theirs += value.tail<3>().norm() / static_cast<double>(other.values.size());
     return ours / theirs;
   }
@@ -131,11 +134,13 @@ double residual_ut(const CalibrationLog& log, int magnetometer, const Magnetomet
 void print(const MagnetometerCalibrationResult& result) {
   for (std::size_t j = 0; j < 3; ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
-    std::printf("%-10s before %.2f after %.2f uT; hard iron %.2f (%.2f) %.2f (%.2f) %.2f (%.2f); beside the usual field %.2f %.2f %.2f (%.2f %.2f %.2f); scale %.1f\n",
-                sensors[j].c_str(), one.before_ut, one.after_ut, one.calibration.hard_iron_ut.x(), one.sigma[0],
-                one.calibration.hard_iron_ut.y(), one.sigma[1], one.calibration.hard_iron_ut.z(), one.sigma[2],
-                one.usual_error_ut.x(), one.usual_error_ut.y(), one.usual_error_ut.z(), one.usual_error_sigma_ut.x(),
-                one.usual_error_sigma_ut.y(), one.usual_error_sigma_ut.z(), one.sigma_scale);
+    std::printf(
+        "%-10s before %.2f after %.2f uT; hard iron %.2f (%.2f) %.2f (%.2f) %.2f (%.2f); beside the usual field %.2f "
+        "%.2f %.2f (%.2f %.2f %.2f); scale %.1f\n",
+        sensors[j].c_str(), one.before_ut, one.after_ut, one.calibration.hard_iron_ut.x(), one.sigma[0],
+        one.calibration.hard_iron_ut.y(), one.sigma[1], one.calibration.hard_iron_ut.z(), one.sigma[2],
+        one.usual_error_ut.x(), one.usual_error_ut.y(), one.usual_error_ut.z(), one.usual_error_sigma_ut.x(),
+        one.usual_error_sigma_ut.y(), one.usual_error_sigma_ut.z(), one.sigma_scale);
   }
   for (const std::string& line : result.held) std::printf("  %s\n", line.c_str());
 }
@@ -145,7 +150,9 @@ TEST_F(AaltoCalibration, AgainstAMapOfEarlierRunsTheDriftedSensorComesBackToItsF
   for (int run = 1; run <= 3; ++run) {
     const Track track = read_track("invensense", run);
     for (std::size_t i = 0; i < track.values.size(); ++i) {
-      survey.push_back({{track.values[i][0], track.values[i][1], 0.0}, track.values[i].tail<3>(), 0.3,
+      survey.push_back({{track.values[i][0], track.values[i][1], 0.0},
+                        track.values[i].tail<3>(),
+                        0.3,
                         from_seconds(track.time_s[i]) + run * from_seconds(1000.0)});
     }
   }
@@ -157,15 +164,18 @@ TEST_F(AaltoCalibration, AgainstAMapOfEarlierRunsTheDriftedSensorComesBackToItsF
   options.max_moments = 500;  // each costs time
   const std::size_t half = array_.samples.size() / 2;
   const CalibrationLog first = mapped_log(array_.readings(0, half), array_.trajectory, map, array_.suite, options);
-  const CalibrationLog second = mapped_log(array_.readings(half, array_.samples.size()), array_.trajectory, map, array_.suite, options);
+  const CalibrationLog second =
+      mapped_log(array_.readings(half, array_.samples.size()), array_.trajectory, map, array_.suite, options);
   const MagnetometerCalibrationResult result = calibrate_magnetometers(first, options);
   print(result);
   std::array<double, 3> before, after;
   for (int j = 0; j < 3; ++j) {
     before[static_cast<std::size_t>(j)] = residual_ut(second, j, {});
-    after[static_cast<std::size_t>(j)] = residual_ut(second, j, result.magnetometers[static_cast<std::size_t>(j)].calibration);
-    std::printf("second half, not used: %-10s before %.2f after %.2f uT\n", sensors[static_cast<std::size_t>(j)].c_str(),
-                before[static_cast<std::size_t>(j)], after[static_cast<std::size_t>(j)]);
+    after[static_cast<std::size_t>(j)] =
+        residual_ut(second, j, result.magnetometers[static_cast<std::size_t>(j)].calibration);
+    std::printf("second half, not used: %-10s before %.2f after %.2f uT\n",
+                sensors[static_cast<std::size_t>(j)].c_str(), before[static_cast<std::size_t>(j)],
+                after[static_cast<std::size_t>(j)]);
   }
   EXPECT_GT(before[1], 1.7 * before[0]);  // it has drifted
   EXPECT_LT(after[1], 1.2 * std::max(after[0], after[2]));

@@ -30,7 +30,8 @@ MagnetometerCalibrationResult calibrate(const SimulatedArray& array, int moments
   return calibrate_magnetometers(turning_log(array.readings, array.imu, array.suite, options), options);
 }
 
-double hard_iron_error(const SimulatedArray& array, const MagnetometerCalibrationResult& result, std::size_t j, int axis) {
+double hard_iron_error(const SimulatedArray& array, const MagnetometerCalibrationResult& result, std::size_t j,
+                       int axis) {
   return result.magnetometers[j].calibration.hard_iron_ut[axis] - array.truth[j].hard_iron_ut[axis];
 }
 
@@ -54,13 +55,15 @@ double mean_square(const std::vector<double>& values) {
 }
 
 void print(const char* what, const SimulatedArray& array, const MagnetometerCalibrationResult& result) {
-  std::printf("%s: walk %.3f, slope %.2f, step %.2f, %d rounds, hidden %d, NEES %.2f\n", what, result.process.step_ut_sqrt_s,
-              result.process.slope_ut_m, result.process.slope_step_ut_m_sqrt_s, result.rounds, static_cast<int>(result.gain.hidden),
-              mean_square(normalized_errors(array, result)));
+  std::printf("%s: walk %.3f, slope %.2f, step %.2f, %d rounds, hidden %d, NEES %.2f\n", what,
+              result.process.step_ut_sqrt_s, result.process.slope_ut_m, result.process.slope_step_ut_m_sqrt_s,
+              result.rounds, static_cast<int>(result.gain.hidden), mean_square(normalized_errors(array, result)));
   for (std::size_t j = 0; j < array.truth.size(); ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
-    std::printf("  %zu: before %.2f after %.2f scale %.2f; hard iron error", j, one.before_ut, one.after_ut, one.sigma_scale);
-    for (int axis = 0; axis < 3; ++axis) std::printf(" %.3f (%.3f)", hard_iron_error(array, result, j, axis), one.sigma[axis]);
+    std::printf("  %zu: before %.2f after %.2f scale %.2f; hard iron error", j, one.before_ut, one.after_ut,
+                one.sigma_scale);
+    for (int axis = 0; axis < 3; ++axis)
+      std::printf(" %.3f (%.3f)", hard_iron_error(array, result, j, axis), one.sigma[axis]);
     std::printf("\n");
   }
   for (const std::string& line : result.held) std::printf("  %s\n", line.c_str());
@@ -80,7 +83,8 @@ TEST(CalibrateMagnetometers, TumblingShowsHardAndSoftIronWithoutAMap) {
   }
   // Nothing in the log tells a strong field from a large scale.
   ASSERT_EQ(result.held.size(), 1U);
-  EXPECT_THAT(result.held[0], HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
+  EXPECT_THAT(result.held[0],
+              HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
 }
 
 TEST(CalibrateMagnetometers, OneMagnetometerAloneTumbles) {
@@ -108,12 +112,14 @@ TEST(CalibrateMagnetometers, LevelTurnsShowWhatIsLevel) {
     EXPECT_LT(std::abs(hard_iron_error(array, result, j, 1)), 0.3);
     mean_truth += array.truth[j].hard_iron_ut / 3.0;
   }
-  EXPECT_THAT(result.held, Contains(HasSubstr("offset along z of the robot: not shown by this motion; held as given ± 20 µT")));
+  EXPECT_THAT(result.held,
+              Contains(HasSubstr("offset along z of the robot: not shown by this motion; held as given ± 20 µT")));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along x"))));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along y"))));
   // What is held together may still differ from one to the next, and that is shown.
   for (std::size_t j = 0; j < 3; ++j) {
-    EXPECT_NEAR(result.magnetometers[j].calibration.hard_iron_ut.z(), array.truth[j].hard_iron_ut.z() - mean_truth.z(), 0.3);
+    EXPECT_NEAR(result.magnetometers[j].calibration.hard_iron_ut.z(), array.truth[j].hard_iron_ut.z() - mean_truth.z(),
+                0.3);
     EXPECT_GT(result.magnetometers[j].sigma[2], 10.0);
   }
 }
@@ -127,7 +133,8 @@ TEST(CalibrateMagnetometers, AStraightLineShowsDifferencesAlone) {
   const MagnetometerCalibrationResult result = calibrate(array);
   print("straight", array, result);
   for (const char axis : {'x', 'y', 'z'}) {
-    EXPECT_THAT(result.held, Contains(HasSubstr(std::string("offset along ") + axis + " of the robot: not shown by this motion")));
+    EXPECT_THAT(result.held,
+                Contains(HasSubstr(std::string("offset along ") + axis + " of the robot: not shown by this motion")));
   }
   // What all share is unknown; no sigma pretends otherwise.
   for (std::size_t j = 0; j < 3; ++j) {
@@ -146,7 +153,8 @@ TEST(CalibrateMagnetometers, AMagnetometerWithoutReadingsIsNamed) {
   array.run();
   CalibrationOptions options;
   CalibrationLog log = turning_log(array.readings, array.imu, array.suite, options);
-  for (CalibrationMoment& moment : log.moments) std::erase_if(moment.readings, [](const MomentReading& one) { return one.magnetometer == 1; });
+  for (CalibrationMoment& moment : log.moments)
+    std::erase_if(moment.readings, [](const MomentReading& one) { return one.magnetometer == 1; });
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
   EXPECT_EQ(result.magnetometers[1].readings, 0U);
   EXPECT_EQ(result.magnetometers[1].calibration.distortion, Matrix3::Identity());
@@ -161,7 +169,8 @@ TEST(CalibrateMagnetometers, ErrorsAreWhatTheirSigmasSay) {
     const char* name;
     Pose (*motion)(double);
   };
-  for (const Case& one : {Case{"tumbling", testing::tumbling}, Case{"turning", testing::turning}, Case{"straight", testing::straight}}) {
+  for (const Case& one :
+       {Case{"tumbling", testing::tumbling}, Case{"turning", testing::turning}, Case{"straight", testing::straight}}) {
     std::vector<double> all;
     for (unsigned seed = 1; seed <= 4; ++seed) {
       SimulatedArray array(3);

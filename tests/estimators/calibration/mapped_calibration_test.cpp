@@ -34,7 +34,8 @@ MagneticMap erring_map(unsigned seed) {
     double phase;
   };
   std::vector<Wave> waves(3 * kWaves);
-  for (Wave& wave : waves) wave = {Eigen::Vector2d(normal(generator), normal(generator)) / kMapCorrelation_m, phase(generator)};
+  for (Wave& wave : waves)
+    wave = {Eigen::Vector2d(normal(generator), normal(generator)) / kMapCorrelation_m, phase(generator)};
   FieldGrid grid;
   grid.resolution_m = 0.1;
   grid.origin = Eigen::Vector2d(-2.5, -2.0);
@@ -65,7 +66,8 @@ SimulatedArray drive(unsigned seed) {
   return array;
 }
 
-MagnetometerCalibrationResult calibrate_in_map(const SimulatedArray& array, const MagneticMap& map, CalibrationOptions options = {}) {
+MagnetometerCalibrationResult calibrate_in_map(const SimulatedArray& array, const MagneticMap& map,
+                                               CalibrationOptions options = {}) {
   options.max_moments = 300;  // each costs time
   return calibrate_magnetometers(mapped_log(array.readings, array.trajectory, map, array.suite, options), options);
 }
@@ -87,16 +89,18 @@ class LevelDriveWithAMap : public ::testing::Test {
   SimulatedArray array_;
 };
 
-// An offset and a tilt in a field that hardly changes do the same. What they do together is shown, each alone is not, and
-// the sigmas say so.
+// An offset and a tilt in a field that hardly changes do the same. What they do together is shown, each alone is not,
+// and the sigmas say so.
 TEST_F(LevelDriveWithAMap, ShowsWhatEachReadsBesideTheField) {
   const MagnetometerCalibrationResult result = calibrate_in_map(array_, erring_map(7));
   for (std::size_t j = 0; j < 3; ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
-    std::printf("%zu: before %.2f after %.2f; hard iron error %.3f (%.3f) %.3f (%.3f) %.3f (%.3f); beside the usual field (%.3f %.3f %.3f)\n", j,
-                one.before_ut, one.after_ut, error(result, j).x(), one.sigma[0], error(result, j).y(), one.sigma[1],
-                error(result, j).z(), one.sigma[2], one.usual_error_sigma_ut.x(), one.usual_error_sigma_ut.y(),
-                one.usual_error_sigma_ut.z());
+    std::printf(
+        "%zu: before %.2f after %.2f; hard iron error %.3f (%.3f) %.3f (%.3f) %.3f (%.3f); beside the usual field "
+        "(%.3f %.3f %.3f)\n",
+        j, one.before_ut, one.after_ut, error(result, j).x(), one.sigma[0], error(result, j).y(), one.sigma[1],
+        error(result, j).z(), one.sigma[2], one.usual_error_sigma_ut.x(), one.usual_error_sigma_ut.y(),
+        one.usual_error_sigma_ut.z());
     EXPECT_LT((one.usual_error_ut - array_.truth[j].hard_iron_ut).cwiseAbs().maxCoeff(), 0.3);
     EXPECT_LT(one.usual_error_sigma_ut.maxCoeff(), 0.3);
     EXPECT_LT(error(result, j).cwiseQuotient(one.sigma.head<3>()).cwiseAbs().maxCoeff(), 3.0);
@@ -134,8 +138,8 @@ TEST(CalibrateAgainstAMap, ErrorsAreWhatTheirSigmasSay) {
       usual_count += 3;
     }
   }
-  std::printf("mean square of %d errors over their sigmas %.2f; of what is read beside the usual field %.2f\n", count, squares / count,
-              usual / usual_count);
+  std::printf("mean square of %d errors over their sigmas %.2f; of what is read beside the usual field %.2f\n", count,
+              squares / count, usual / usual_count);
   EXPECT_LT(squares / count, 1.5);
   EXPECT_GT(squares / count, 0.4);
   EXPECT_LT(usual / usual_count, 2.0);

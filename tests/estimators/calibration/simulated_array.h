@@ -17,9 +17,9 @@ namespace lodestone::testing {
 struct SimulatedArray {
   // What is to be.
   SensorSuite suite;
-  std::vector<MagnetometerCalibration> truth;  ///< one a magnetometer
-  std::function<Pose(double)> motion;          ///< T_map_imu, seconds
-  std::function<Vector3(const Vector3&)> field;  ///< µT at a place, map axes
+  std::vector<MagnetometerCalibration> truth;              ///< one a magnetometer
+  std::function<Pose(double)> motion;                      ///< T_map_imu, seconds
+  std::function<Vector3(const Vector3&)> field;            ///< µT at a place, map axes
   Vector3 gyroscope_bias = Vector3(0.002, -0.003, 0.004);  ///< rad/s
   double duration_s = 60.0;
   unsigned seed = 1;
@@ -56,7 +56,8 @@ struct SimulatedArray {
       const double t = i * kImuPeriod_s;
       const Quaternion before = motion(t - kDifference_s).rotation, after = motion(t + kDifference_s).rotation;
       const Vector3 rate = so3::log(before.conjugate() * after) / (2.0 * kDifference_s);
-      imu.push_back({from_seconds(t), rate + gyroscope_bias + noise(suite.imu.gyroscope_noise_density / std::sqrt(kImuPeriod_s)),
+      imu.push_back({from_seconds(t),
+                     rate + gyroscope_bias + noise(suite.imu.gyroscope_noise_density / std::sqrt(kImuPeriod_s)),
                      Vector3(0.0, 0.0, 9.8)});
       trajectory.push_back({from_seconds(t), motion(t)});
     }
@@ -83,7 +84,8 @@ struct SimulatedArray {
     for (MagnetometerCalibration& one : truth) {
       Distortion distortion;
       for (int i = 0; i < 3; ++i) one.hard_iron_ut[i] = hard_iron_sigma_ut * normal(generator);
-      for (int i = 0; i < 9; ++i) distortion[i] = (i < 6 ? soft_iron_sigma : misalignment_sigma_rad) * normal(generator);
+      for (int i = 0; i < 9; ++i)
+        distortion[i] = (i < 6 ? soft_iron_sigma : misalignment_sigma_rad) * normal(generator);
       one.distortion = distortion_matrix(distortion);
     }
   }
@@ -103,7 +105,9 @@ inline Pose turning(double t) {
 }
 
 /// A robot on its way along a corridor.
-inline Pose straight(double t) { return {Quaternion::Identity(), Vector3(0.5 * t, 0.0, 0.2)}; }
+inline Pose straight(double t) {
+  return {Quaternion::Identity(), Vector3(0.5 * t, 0.0, 0.2)};
+}
 
 /// The earth's field and that of some steel: dipoles (µT m³), none within a metre of the origin.
 inline Vector3 field_with_steel(const Vector3& place) {
@@ -122,6 +126,8 @@ inline Vector3 field_with_steel(const Vector3& place) {
   return field;
 }
 
-inline Vector3 uniform_field(const Vector3&) { return {18.0, 4.0, -42.0}; }
+inline Vector3 uniform_field(const Vector3&) {
+  return {18.0, 4.0, -42.0};
+}
 
 }  // namespace lodestone::testing

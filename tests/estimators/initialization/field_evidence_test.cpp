@@ -11,7 +11,8 @@ namespace {
 class FieldEvidenceOfAnArray : public ::testing::Test {
  protected:
   static Vector3 field_at(double x, double y) {
-    return {15.0 + 5.0 * std::sin(2.0 * x) * std::cos(1.7 * y), 3.0 + 6.0 * std::cos(1.3 * x + y), -35.0 + 4.0 * std::sin(y - x)};
+    return {15.0 + 5.0 * std::sin(2.0 * x) * std::cos(1.7 * y), 3.0 + 6.0 * std::cos(1.3 * x + y),
+            -35.0 + 4.0 * std::sin(y - x)};
   }
   FieldEvidenceOfAnArray() : map_(make_map()), background_(field_background(map_)) {
     for (const auto& [x, y] : {std::pair{0.3, 0.25}, {0.3, -0.25}, {-0.3, 0.25}, {-0.3, -0.25}}) {
@@ -40,7 +41,8 @@ class FieldEvidenceOfAnArray : public ::testing::Test {
     for (std::size_t j = 0; j < suite_.magnetometers.size(); ++j) {
       const Pose& mount = suite_.magnetometers[j].T_imu_mag;
       const Vector3 place = pose * mount.position;
-      array.readings.push_back({mount, pose.rotation.conjugate() * field_at(place.x(), place.y()), static_cast<int>(j), 10});
+      array.readings.push_back(
+          {mount, pose.rotation.conjugate() * field_at(place.x(), place.y()), static_cast<int>(j), 10});
     }
     return array;
   }
@@ -67,7 +69,8 @@ TEST_F(FieldEvidenceOfAnArray, IsHighestAtTheTruePlaceAndHigherThanAnywhereOffTh
 TEST_F(FieldEvidenceOfAnArray, OfAMapThatHasChangedIsBoundedByTheShareOfStaleMap) {
   const Pose truth{Quaternion::Identity(), {5.0, 4.0, 0.0}};
   ArrayReading array = read(truth);
-  for (MeanReading& reading : array.readings) reading.measured_ut += Vector3(60.0, -30.0, 20.0);  // a car is parked here now
+  for (MeanReading& reading : array.readings)
+    reading.measured_ut += Vector3(60.0, -30.0, 20.0);  // a car is parked here now
   const double off_map = evidence(array, {truth.rotation, {100.0, 0.0, 0.0}});
   EXPECT_GE(evidence(array, truth), off_map + options_.field_trust * std::log(options_.stale_share) - 1e-9);
   EXPECT_LE(evidence(array, truth), off_map);

@@ -25,7 +25,8 @@ SiteLevel random_level(std::uint64_t seed) {
   level.cells.assign(count, 0);
   for (int row = 0; row < 36; ++row) {
     for (int column = 0; column < 48; ++column) {
-      std::uint32_t& cell = level.cells[level.index(column + PlaceSearch::margin_cells, row + PlaceSearch::margin_cells)];
+      std::uint32_t& cell =
+          level.cells[level.index(column + PlaceSearch::margin_cells, row + PlaceSearch::margin_cells)];
       cell = SiteLevel::standable;
       if (generator() % 9 == 0) cell |= SiteLevel::band_mask(0.2, 0.2 + 0.3 * static_cast<double>(generator() % 9));
     }
@@ -98,8 +99,10 @@ TEST(PlaceSearch, FindsTheBestPlaceOfTheWholeGrid) {
   ASSERT_FALSE(result.places.empty());
   EXPECT_TRUE(result.complete);
   EXPECT_EQ(result.places.front().score, best);
-  EXPECT_LT((result.places.front().position_m -
-             level.center(PlaceSearch::margin_cells + 20, PlaceSearch::margin_cells + 15)).norm(), 0.3);
+  EXPECT_LT(
+      (result.places.front().position_m - level.center(PlaceSearch::margin_cells + 20, PlaceSearch::margin_cells + 15))
+          .norm(),
+      0.3);
   // No place that fits as well as the worst found was left out, but for neighbours of better ones.
   for (const Place& place : all) {
     if (place.score <= result.places.back().score) continue;
@@ -134,7 +137,8 @@ TEST(PlaceSearch, SaysWhenItEndedEarly) {
 }
 
 /// Points of a level surface every 5 cm, with the noise of a survey.
-void add_floor(std::vector<Eigen::Vector3f>& points, float x0, float x1, float y0, float y1, float z, float slope = 0.0F) {
+void add_floor(std::vector<Eigen::Vector3f>& points, float x0, float x1, float y0, float y1, float z,
+               float slope = 0.0F) {
   std::mt19937_64 generator(points.size());
   std::normal_distribution<float> noise(0.0F, 0.005F);
   for (float x = x0; x < x1; x += 0.05F) {
@@ -155,8 +159,8 @@ TEST(SiteLevels, AreTheStoreysARobotCanRollOnto) {
     EXPECT_TRUE(std::abs(floor) < 0.02F || std::abs(floor - 3.1F) < 0.02F) << floor;
     EXPECT_NE(level.cells[cell] & SiteLevel::standable, 0U);
     if (std::abs(floor) < 0.02F) {
-      EXPECT_NE(level.cells[cell] & SiteLevel::band_mask(0.7, 0.8), 0U);   // the table
-      EXPECT_NE(level.cells[cell] & SiteLevel::band_mask(3.0, 3.2), 0U);   // the ceiling
+      EXPECT_NE(level.cells[cell] & SiteLevel::band_mask(0.7, 0.8), 0U);  // the table
+      EXPECT_NE(level.cells[cell] & SiteLevel::band_mask(3.0, 3.2), 0U);  // the ceiling
       EXPECT_EQ(level.cells[cell] & SiteLevel::band_mask(1.6, 2.5), 0U);
     }
   }

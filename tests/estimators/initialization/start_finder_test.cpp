@@ -13,9 +13,9 @@
 
 #include "core/error.h"
 #include "frontends/maps/tiled_plane_map.h"
+#include "frontends/synchronizer/synchronizer.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/random_starts.h"
-#include "frontends/synchronizer/synchronizer.h"
 
 namespace lodestone {
 namespace {
@@ -42,8 +42,9 @@ sequences:
   loop: {waypoints_m: [[-6, -3.5], [6, -3.5], [6, 3.5], [-6, 3.5]], speed: [[0, 1.0]]}
 )";
 
-std::shared_ptr<const MagneticMap> true_field(const simulation::World& world, const simulation::Environment& environment,
-                                              const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+std::shared_ptr<const MagneticMap> true_field(const simulation::World& world,
+                                              const simulation::Environment& environment, const Eigen::Vector2d& low,
+                                              const Eigen::Vector2d& high) {
   FieldGrid grid;
   grid.resolution_m = 0.15;
   grid.origin = low;
@@ -53,8 +54,8 @@ std::shared_ptr<const MagneticMap> true_field(const simulation::World& world, co
   std::vector<Eigen::Vector4f> nodes;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
-      const Vector3 field = environment.field.field_ut(Vector3(low.x() + grid.resolution_m * column,
-                                                               low.y() + grid.resolution_m * row, grid.heights_m.front()));
+      const Vector3 field = environment.field.field_ut(
+          Vector3(low.x() + grid.resolution_m * column, low.y() + grid.resolution_m * row, grid.heights_m.front()));
       nodes.emplace_back(field.x(), field.y(), field.z(), 0.3F);
     }
   }
@@ -91,13 +92,18 @@ Beginning begin(const simulation::World& world, const std::shared_ptr<const simu
   return result;
 }
 
-double distance(const Pose& a, const Pose& b) { return a.boxminus(b).tail<3>().norm(); }
-double angle_deg(const Pose& a, const Pose& b) { return a.boxminus(b).head<3>().norm() * 180.0 / std::numbers::pi; }
+double distance(const Pose& a, const Pose& b) {
+  return a.boxminus(b).tail<3>().norm();
+}
+double angle_deg(const Pose& a, const Pose& b) {
+  return a.boxminus(b).head<3>().norm() * 180.0 / std::numbers::pi;
+}
 
 class StartInARoom : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const auto file = std::filesystem::temp_directory_path() / ("lodestone-room-" + std::to_string(::getpid()) + ".yaml");
+    const auto file =
+        std::filesystem::temp_directory_path() / ("lodestone-room-" + std::to_string(::getpid()) + ".yaml");
     std::ofstream(file) << kRoom;
     world_ = std::make_unique<simulation::World>(simulation::load_world(file.string()));
     std::filesystem::remove(file);

@@ -89,11 +89,13 @@ TEST(Options, ReadBackTheSameBits) {
 TEST(Options, SuggestTheNearestKeyForAMisspeltOne) {
   EXPECT_EQ(option_error("count: 2\ninner:\n  limt_m: 3\n"),
             "file.yaml:3: inner.limt_m: unknown key 'limt_m'; did you mean 'limit_m'?");
-  EXPECT_THAT(option_error("iner:\n  limit_m: 3\n"), HasSubstr("file.yaml:1: iner: unknown key 'iner'; did you mean 'inner'"));
+  EXPECT_THAT(option_error("iner:\n  limit_m: 3\n"),
+              HasSubstr("file.yaml:1: iner: unknown key 'iner'; did you mean 'inner'"));
 }
 
 TEST(Options, SuggestNothingThatIsFarFromWhatWasWritten) {
-  EXPECT_EQ(option_error("inner:\n  colour: 3\n"), "file.yaml:2: inner.colour: unknown key 'colour'; known: limit_m, shape");
+  EXPECT_EQ(option_error("inner:\n  colour: 3\n"),
+            "file.yaml:2: inner.colour: unknown key 'colour'; known: limit_m, shape");
   EXPECT_THAT(option_error("inner:\n  shape: triangle\n"), Not(HasSubstr("did you mean")));
   const std::vector<std::string> names{"tesla", "gauss", "limit_m"};
   EXPECT_EQ(suggestion("telsa", names), "; did you mean 'tesla'?");
@@ -139,7 +141,9 @@ TEST(Options, NameTheFileWhereTheCheckRefusesAValue) {
 
 TEST(Options, AFileOfBytesIsCalledOne) {
   const testing::TemporaryFolder folder;
-  testing::write_text(folder / "options.yaml", std::string("\x7f" "ELF\x02\x01\0\0\x1b[31m", 13));
+  testing::write_text(folder / "options.yaml", std::string("\x7f"
+                                                           "ELF\x02\x01\0\0\x1b[31m",
+                                                           13));
   EXPECT_THAT(testing::message_of<InputError>([&] { load_configuration({folder / "options.yaml"}, {}); }),
               HasSubstr("options.yaml: expected YAML, found a file of bytes that are no text"));
   testing::write_text(folder / "cloud.pcd", "# .PCD v0.7\nVERSION 0.7\n");

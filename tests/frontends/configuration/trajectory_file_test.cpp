@@ -31,8 +31,8 @@ TEST(Stamp, IsExactToTheNanosecond) {
   EXPECT_EQ(stamp("5e-9"), 5);
   Time time = 0;
   // The last ones: their digits' places, and the differences of two such, do not fit.
-  for (const char* wrong : {"", ".", "-", "1.2.3", "12s", "nan", "1e", "99999999999999999999", "1e2147483647", "1e-2147483648",
-                            "9223372036.8547758075", "9223372036", "-4000000000.000000001"}) {
+  for (const char* wrong : {"", ".", "-", "1.2.3", "12s", "nan", "1e", "99999999999999999999", "1e2147483647",
+                            "1e-2147483648", "9223372036.8547758075", "9223372036", "-4000000000.000000001"}) {
     EXPECT_FALSE(parse_stamp(wrong, time)) << wrong;
   }
   for (const Time exact : {Time{0}, Time{1}, Time{-1}, Time{1403715529112143517}, farthest_time, -farthest_time}) {
@@ -72,12 +72,15 @@ TEST(TrajectoryFile, NamesTheLineThatIsWrong) {
   EXPECT_THAT(error(good + "2.0 0 zero 0 0 0 0 1\n"), HasSubstr("a.tum:2: 'zero' is no finite number"));
   EXPECT_THAT(error(good + "2.0 0 nan 0 0 0 0 1\n"), HasSubstr("a.tum:2: 'nan' is no finite number"));
   EXPECT_THAT(error("2..0 0 0 0 0 0 0 1\n"), HasSubstr("a.tum:1: '2..0' is no stamp"));
-  EXPECT_THAT(error(good + "0.5 0 0 0 0 0 0 1\n"), HasSubstr("a.tum:2: the stamp 0.500000000 goes back from 1.000000000"));
+  EXPECT_THAT(error(good + "0.5 0 0 0 0 0 0 1\n"),
+              HasSubstr("a.tum:2: the stamp 0.500000000 goes back from 1.000000000"));
   EXPECT_THAT(error("1.0 0 0 0 0 0 0 0.5\n"), HasSubstr("quaternion"));
   EXPECT_THAT(error("# nothing\n\n"), HasSubstr("holds no poses"));
   EXPECT_THAT(error("#t,x\n1.5,0,0,0,1,0,0,0\n"), HasSubstr("a.tum:2: '1.5' is no stamp in whole nanoseconds"));
-  EXPECT_THAT(error("-9223372036 0 0 0 0 0 0 1\n"), HasSubstr("a.tum:1: '-9223372036' is no stamp in seconds within 127 years"));
-  EXPECT_THAT(error("-9223372036854775808,0,0,0,1,0,0,0\n"), HasSubstr("is no stamp in whole nanoseconds within 127 years"));
+  EXPECT_THAT(error("-9223372036 0 0 0 0 0 0 1\n"),
+              HasSubstr("a.tum:1: '-9223372036' is no stamp in seconds within 127 years"));
+  EXPECT_THAT(error("-9223372036854775808,0,0,0,1,0,0,0\n"),
+              HasSubstr("is no stamp in whole nanoseconds within 127 years"));
   EXPECT_THAT(message_of<InputError>([&] { read_tum(folder / "absent.tum"); }), HasSubstr("there is no such file"));
 }
 

@@ -4,10 +4,10 @@
 
 #include <fstream>
 
+#include "frontends/configuration/text_file.h"
 #include "frontends/logs/file_bytes.h"
 #include "frontends/logs/open_log.h"
 #include "frontends/logs/ros1/bag_writer.h"
-#include "frontends/configuration/text_file.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/frontends/logs/test_files.h"
 

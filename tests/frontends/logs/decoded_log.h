@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "frontends/messages/message_decoder.h"
 #include "frontends/logs/open_log.h"
+#include "frontends/messages/message_decoder.h"
 
 namespace lodestone::testing {
 

@@ -1,4 +1,6 @@
 // Logs that we write ourselves in every format: what goes in comes out, also of files that are cut off or altered.
+#include "frontends/logs/log_conversion.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,9 +9,8 @@
 #include <map>
 #include <random>
 
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/logs/log_conversion.h"
 #include "frontends/configuration/text_file.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/frontends/logs/test_files.h"
@@ -18,13 +19,13 @@ namespace lodestone {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::SyntheticLog;
-using testing::TemporaryFolder;
 using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 using testing::message_of;
+using ::testing::StartsWith;
+using testing::SyntheticLog;
+using testing::TemporaryFolder;
 
 void convert(const std::string& from, const std::string& to, LogFormat format, Codec codec) {
   WarningLog warnings;
@@ -44,9 +45,7 @@ struct Reading {
 Reading read(const std::string& path, const Platform& platform) {
   Reading reading;
   BagSource source(path, platform, reading.warnings);
-  const auto bits = [](const auto& value) {
-    return std::string(reinterpret_cast<const char*>(&value), sizeof(value));
-  };
+  const auto bits = [](const auto& value) { return std::string(reinterpret_cast<const char*>(&value), sizeof(value)); };
   for (Measurement measurement; source.next(measurement);) {
     std::string line;
     if (const auto* imu = std::get_if<ImuSample>(&measurement)) {
@@ -172,7 +171,8 @@ TEST_P(EachFormat, PartsOfOneRecordingAreOneLog) {
   const Reading both = read(folder / "split", log.platform());
   EXPECT_EQ(both.lines.size(), 2 * half);
   EXPECT_TRUE(both.warnings.entries().empty());
-  testing::write_text(folder / "split/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [b_first]\n");
+  testing::write_text(folder / "split/metadata.yaml",
+                      "rosbag2_bagfile_information:\n  relative_file_paths: [b_first]\n");
   EXPECT_EQ(read(folder / "split", log.platform()).lines.size(), half);
 }
 
@@ -188,7 +188,8 @@ TEST_P(EachFormat, RecordingsOfOneTimeAreNoOneLog) {
   EXPECT_THAT(refusal(), AllOf(StartsWith(two + ": log and survey both hold /"),
                                EndsWith("give one of them, " + two + "/log or " + two + "/survey")));
   // Who lists them answers for them.
-  testing::write_text(folder / "two/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [log, survey]\n");
+  testing::write_text(folder / "two/metadata.yaml",
+                      "rosbag2_bagfile_information:\n  relative_file_paths: [log, survey]\n");
   EXPECT_GT(read(folder / "two", log.platform()).lines.size(), read(path, log.platform()).lines.size());
   // Another kind of log with the same topics is refused whoever lists it.
   const bool is_bag = GetParam().format == LogFormat::rosbag;
@@ -206,15 +207,13 @@ TEST_P(EachFormat, IsReadWhenPackedAsAWhole) {
   EXPECT_TRUE(read(folder / "packed", log.platform()).lines == read(path, log.platform()).lines);
 }
 
-INSTANTIATE_TEST_SUITE_P(Logs, EachFormat,
-                         ::testing::Values(Kind{LogFormat::rosbag, Codec::none, "bag_none"},
-                                           Kind{LogFormat::rosbag, Codec::lz4, "bag_lz4"},
-                                           Kind{LogFormat::mcap, Codec::none, "mcap_none"},
-                                           Kind{LogFormat::mcap, Codec::lz4, "mcap_lz4"},
-                                           Kind{LogFormat::mcap, Codec::zstd, "mcap_zstd"},
-                                           Kind{LogFormat::db3, Codec::none, "db3_none"},
-                                           Kind{LogFormat::db3, Codec::zstd, "db3_zstd"}),
-                         [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Logs, EachFormat,
+    ::testing::Values(Kind{LogFormat::rosbag, Codec::none, "bag_none"}, Kind{LogFormat::rosbag, Codec::lz4, "bag_lz4"},
+                      Kind{LogFormat::mcap, Codec::none, "mcap_none"}, Kind{LogFormat::mcap, Codec::lz4, "mcap_lz4"},
+                      Kind{LogFormat::mcap, Codec::zstd, "mcap_zstd"}, Kind{LogFormat::db3, Codec::none, "db3_none"},
+                      Kind{LogFormat::db3, Codec::zstd, "db3_zstd"}),
+    [](const auto& info) { return std::string(info.param.name); });
 
 /// All fields go over and back, also those that Lodestone does not look at.
 TEST(Conversion, KeepsEveryByteOfRealMessages) {
@@ -279,8 +278,11 @@ TEST(CsvLog, GivesWhatItsFilesSay) {
   EXPECT_FALSE(log.next(message, topic, time));
 
   testing::write_text(folder / "log/imu.csv", "time_s,wx\n1,2\n");
-  const auto error = [&] { return testing::message_of<InputError>([&] { testing::DecodedLog again(folder / "log"); }); };
-  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:1"), HasSubstr("gyroscope_x_rad_s"), HasSubstr("take the file out of the folder")));
+  const auto error = [&] {
+    return testing::message_of<InputError>([&] { testing::DecodedLog again(folder / "log"); });
+  };
+  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:1"), HasSubstr("gyroscope_x_rad_s"),
+                                        HasSubstr("take the file out of the folder")));
   testing::write_text(folder / "log/imu.csv", "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n2,x,3,4\n3,4,5,6\n");
   EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:3"), HasSubstr("'x' is no number")));
 }
@@ -290,7 +292,8 @@ TEST(CsvLog, FollowsLinksToFolders) {
   const TemporaryFolder folder;
   const std::string field = "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n";
   const std::string cloud =
-      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\n"
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
+      "0\nPOINTS 1\n"
       "DATA ascii\n1 2 3\n";
   for (const char* name : {"log/own", "elsewhere/deeper", "clouds"}) fs::create_directories(folder.path() / name);
   testing::write_text(folder / "log/own/field.csv", field);
@@ -323,7 +326,8 @@ TEST(CsvLog, FollowsLinksToFolders) {
 TEST(CsvLog, LeavesOutALastLineWithoutAnEnd) {
   const TemporaryFolder folder;
   const std::string rows = "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n2,3,4,10.0";
-  for (const auto& [end, messages] : std::map<std::string, int>{{"", 1}, {"\r", 1}, {"\n", 2}, {"\r\n", 2}, {"\n\n  ", 2}}) {
+  for (const auto& [end, messages] :
+       std::map<std::string, int>{{"", 1}, {"\r", 1}, {"\n", 2}, {"\r\n", 2}, {"\n\n  ", 2}}) {
     std::ofstream(folder / "field.csv", std::ios::binary) << rows << end;
     testing::DecodedLog log(folder.path().string());
     EXPECT_EQ(log.topic("/field").messages, messages);
@@ -342,9 +346,11 @@ TEST(CsvLog, LeavesOutALastLineWithoutAnEnd) {
 TEST(CsvLog, SurvivesAlteredBytes) {
   const TemporaryFolder folder;
   fs::create_directories(folder.path() / "log/points");
-  std::string imu = "time_ns,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,"
-                    "accelerometer_y_m_s2,accelerometer_z_m_s2\n";
-  for (int i = 0; i < 20; ++i) imu += std::to_string(1'700'000'000'000'000'000 + i * 5'000'000) + ",0,0.25,-1e-3,0,0,9.8\n";
+  std::string imu =
+      "time_ns,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,"
+      "accelerometer_y_m_s2,accelerometer_z_m_s2\n";
+  for (int i = 0; i < 20; ++i)
+    imu += std::to_string(1'700'000'000'000'000'000 + i * 5'000'000) + ",0,0.25,-1e-3,0,0,9.8\n";
   const std::string header =
       "VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 64\nHEIGHT 1\n"
       "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 64\n";

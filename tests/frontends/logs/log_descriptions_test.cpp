@@ -1,24 +1,23 @@
 // What a log says of its topics beside their messages stays with them when it is converted within one ROS.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <sqlite3.h>
 
+#include "frontends/configuration/text_file.h"
 #include "frontends/logs/ros1/bag_writer.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
-#include "frontends/configuration/text_file.h"
 #include "tests/frontends/logs/stored_messages.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
 namespace {
 
+using ::testing::HasSubstr;
 using testing::raw_message;
 using testing::store_as;
 using testing::stored_messages;
 using testing::StoredMessage;
 using testing::TemporaryFolder;
-using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
 constexpr Time described_start = 1'700'000'000'000'000'000;
@@ -83,12 +82,13 @@ TEST(LogDescriptions, MayBeMissingInAnSqliteBag) {
   const TemporaryFolder folder;
   {
     const SqliteDatabase database = open_sqlite(folder / "log.db3", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
-    for (const char* each : {"CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)",
-                             "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)",
-                             "CREATE TABLE message_definitions(topic_type TEXT, encoded_message_definition TEXT)",
-                             "INSERT INTO topics VALUES (1, '/a', 'a_msgs/msg/A', 'cdr')",
-                             "INSERT INTO message_definitions VALUES ('a_msgs/msg/A', 'float64 x')",
-                             "INSERT INTO messages VALUES (1, 1, 5, x'0001')"}) {
+    for (const char* each :
+         {"CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)",
+          "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)",
+          "CREATE TABLE message_definitions(topic_type TEXT, encoded_message_definition TEXT)",
+          "INSERT INTO topics VALUES (1, '/a', 'a_msgs/msg/A', 'cdr')",
+          "INSERT INTO message_definitions VALUES ('a_msgs/msg/A', 'float64 x')",
+          "INSERT INTO messages VALUES (1, 1, 5, x'0001')"}) {
       execute_sqlite(database.get(), each);
     }
   }
@@ -116,7 +116,8 @@ TEST(LogDescriptions, OfRos1KeepEachPublisher) {
     ros1::BagWriter writer(folder / "log.bag", Codec::none);
     const std::vector<std::uint8_t> bytes(4);
     Time time = described_start;
-    for (const Publisher* publisher : {&first, &second, &first}) writer.write(topic, ++time, bytes.data(), bytes.size(), publisher);
+    for (const Publisher* publisher : {&first, &second, &first})
+      writer.write(topic, ++time, bytes.data(), bytes.size(), publisher);
     writer.write(other, ++time, bytes.data(), bytes.size(), &plain);
     writer.write(other, ++time, bytes.data(), bytes.size());
     writer.close();
@@ -175,13 +176,15 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
     const Publisher* publisher;
     std::string bytes;
   };
-  const std::vector<Sent> sent{{&fixed, &first, "old1"}, {&fixed, &second, "two_"}, {&moving, &plain, "away"}, {&fixed, &first, "one_"},
-                               {&fixed, &plain, "away"}, {&moving, &plain, "here"}, {&fixed, &first, "new1"}};
+  const std::vector<Sent> sent{{&fixed, &first, "old1"}, {&fixed, &second, "two_"}, {&moving, &plain, "away"},
+                               {&fixed, &first, "one_"}, {&fixed, &plain, "away"},  {&moving, &plain, "here"},
+                               {&fixed, &first, "new1"}};
   {
     ros1::BagWriter writer(folder / "log.bag", Codec::none);
     Time time = described_start;
     for (const Sent& each : sent) {
-      writer.write(*each.topic, ++time, reinterpret_cast<const std::uint8_t*>(each.bytes.data()), each.bytes.size(), each.publisher);
+      writer.write(*each.topic, ++time, reinterpret_cast<const std::uint8_t*>(each.bytes.data()), each.bytes.size(),
+                   each.publisher);
     }
     writer.close();
   }
@@ -217,7 +220,8 @@ TEST(LogDescriptions, APartOfRos2BeginsWithWhatWasLatched) {
       SCOPED_TRACE(durability);
       const bool latches = durability == "transient_local" || durability == "1";
       TopicInfo topic = latched_topic(), map = latched_topic(), other = latched_topic();
-      topic.metadata["offered_qos_profiles"] = "- history: keep_last\n  durability: volatile\n- depth: 1\n  durability: " + durability + "\n  x: 1\n";
+      topic.metadata["offered_qos_profiles"] =
+          "- history: keep_last\n  durability: volatile\n- depth: 1\n  durability: " + durability + "\n  x: 1\n";
       map.name = "/map";
       map.type = "sensor_msgs/PointCloud2";
       map.metadata = topic.metadata;
@@ -254,7 +258,8 @@ TEST(LogDescriptions, APartBeginsWithSoMuchOfWhatWasLatched) {
   for (int i = 130; i < 133; ++i) writer->write(large, raw_message(described_start + i, megabytes));
   writer->write(latched_topic(), raw_message(described_start + 200, small));
   writer->close();
-  const Conversion conversion = store_part(folder / "log.mcap", folder / "part.mcap", LogFormat::mcap, described_start + 200);
+  const Conversion conversion =
+      store_part(folder / "log.mcap", folder / "part.mcap", LogFormat::mcap, described_start + 200);
   EXPECT_EQ(conversion.latched, 100 + 2);
   EXPECT_EQ(conversion.messages, 100 + 2 + 1);
   EXPECT_EQ(conversion.warnings.count("log.latched_left_out"), 30 + 1);

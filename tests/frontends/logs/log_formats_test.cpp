@@ -1,8 +1,7 @@
 // Logs written by others: counts against what their own descriptions say, values against each other.
+#include <fastcdr/Cdr.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <fastcdr/Cdr.h>
 #include <sqlite3.h>
 
 #include <cstring>
@@ -16,9 +15,9 @@ namespace lodestone {
 namespace {
 
 using testing::DecodedLog;
+using ::testing::HasSubstr;
 using testing::message_of;
 using testing::TemporaryFolder;
-using ::testing::HasSubstr;
 
 /// Every message of every topic, by its bytes: how many, and their sum over a simple hash.
 struct FormatContents {
@@ -59,7 +58,8 @@ Measured measured_in(const std::string& path) {
   DecodedLog log(path);
   std::vector<std::string> names;
   for (const TopicInfo& topic : log.topics()) {
-    if (topic.type == "sensor_msgs/PointCloud2" || topic.type == "sensor_msgs/Imu" || topic.type == "sensor_msgs/MagneticField") {
+    if (topic.type == "sensor_msgs/PointCloud2" || topic.type == "sensor_msgs/Imu" ||
+        topic.type == "sensor_msgs/MagneticField") {
       names.push_back(topic.name);
     }
   }
@@ -81,25 +81,29 @@ Measured measured_in(const std::string& path) {
 }
 
 TEST(CraftedLog, AViewInATablesPlaceIsRefusedAndNotRun) {
-  const std::string topics = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)";
-  const std::string endless = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x AS id, 1 AS topic_id, x AS timestamp, "
-                              "zeroblob(900000000) AS data FROM c";
+  const std::string topics =
+      "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)";
+  const std::string endless =
+      "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x AS id, 1 AS topic_id, x AS timestamp, "
+      "zeroblob(900000000) AS data FROM c";
   const TemporaryFolder folder;
-  for (const auto& [name, statement] : std::map<std::string, std::string>{{"messages", "CREATE VIEW messages AS " + endless},
-                                                                          {"Messages", "CREATE VIEW Messages AS " + endless}}) {
+  for (const auto& [name, statement] : std::map<std::string, std::string>{
+           {"messages", "CREATE VIEW messages AS " + endless}, {"Messages", "CREATE VIEW Messages AS " + endless}}) {
     const std::string path = folder / (name + ".db3");
     {
       const SqliteDatabase database = open_sqlite(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
       for (const std::string& each : {topics, statement}) execute_sqlite(database.get(), each);
     }
     WarningLog warnings;
-    EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }), HasSubstr("is no bag of ROS 2: its '" + name + "' is no table of rows but a view"));
+    EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }),
+                HasSubstr("is no bag of ROS 2: its '" + name + "' is no table of rows but a view"));
   }
 }
 
 TEST(RealLogs, AnMcapFileOfLibmcapHoldsWhatItsStatisticsSay) {
   LODESTONE_REAL_DATA(path, "bags/nav2_turtlebot.mcap");
-  const std::map<std::string, std::int64_t> expected{{"/odom", 2639}, {"/tf", 5422}, {"/tf_static", 1}, {"/amcl_pose", 135}};
+  const std::map<std::string, std::int64_t> expected{
+      {"/odom", 2639}, {"/tf", 5422}, {"/tf_static", 1}, {"/amcl_pose", 135}};
   EXPECT_EQ(contents_of(path).counts, expected);
   DecodedLog log(path);
   EXPECT_EQ(log.topic("/odom").type, "nav_msgs/Odometry");
@@ -173,9 +177,11 @@ TEST(Cdr, EitherByteOrderIsRead) {
     eprosima::fastcdr::FastBuffer buffer;
     Cdr cdr(buffer, order, Cdr::DDS_CDR);
     cdr.serialize_encapsulation();
-    cdr << std::int32_t{1'700'000'000} << std::uint32_t{123'456'789} << std::string("imu_12");  // a size that needs padding
+    cdr << std::int32_t{1'700'000'000} << std::uint32_t{123'456'789}
+        << std::string("imu_12");  // a size that needs padding
     for (int i = 0; i < 37; ++i) cdr << 0.5 * i;
-    const RawMessage raw{5, 0, reinterpret_cast<const std::uint8_t*>(buffer.getBuffer()), cdr.getSerializedDataLength()};
+    const RawMessage raw{5, 0, reinterpret_cast<const std::uint8_t*>(buffer.getBuffer()),
+                         cdr.getSerializedDataLength()};
     const TopicInfo topic{"/imu", "sensor_msgs/Imu", Encoding::cdr, 1, 5, 5, "", ""};
     ros1::Message message;
     MessageDecoder("log").decode(topic, raw, message);
@@ -204,7 +210,8 @@ TEST(Cdr, PointsOfALivoxAreUnpacked) {
       cdr << static_cast<std::uint32_t>(1000 + i) << 1.5F << -2.5F << static_cast<float>(i);
       cdr << std::uint8_t{200} << std::uint8_t{16} << static_cast<std::uint8_t>(i);
     }
-    const RawMessage raw{5, 0, reinterpret_cast<const std::uint8_t*>(buffer.getBuffer()), cdr.getSerializedDataLength()};
+    const RawMessage raw{5, 0, reinterpret_cast<const std::uint8_t*>(buffer.getBuffer()),
+                         cdr.getSerializedDataLength()};
     const TopicInfo topic{"/livox", "livox_ros_driver2/CustomMsg", Encoding::cdr, 1, 5, 5, "", ""};
     MessageDecoder decoder("log");
     ros1::Message message;

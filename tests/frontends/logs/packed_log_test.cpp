@@ -1,8 +1,7 @@
 // Logs that are packed by zstd, as a whole or message by message.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <fcntl.h>
 #include <sys/stat.h>
 
 #include <chrono>
@@ -18,23 +17,25 @@ namespace lodestone {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 using testing::message_of;
+using ::testing::Not;
 using testing::raw_message;
+using ::testing::StartsWith;
 using testing::store_as;
 using testing::stored_messages;
 using testing::SyntheticLog;
 using testing::TemporaryFolder;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 std::string zstd_of(const std::string& bytes) {
   const auto packed = pack(Codec::zstd, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   return {packed.begin(), packed.end()};
 }
 
-void store_bytes(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+void store_bytes(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
 
 /// The folder of temporary files, while this lives.
 class TemporaryFilesIn {
@@ -128,7 +129,8 @@ TEST_F(PackedLog, IsRefusedBeforeAnythingElseIsUnpacked) {
   EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }),
               AllOf(StartsWith(path + ": holds no log under its zstd compression"), Not(HasSubstr("lodestone-"))));
   store_bytes(path, zstd_of(zstd_of(read_text_file(plain_))));
-  EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }), StartsWith(path + ": is packed by zstd twice"));
+  EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }),
+              StartsWith(path + ": is packed by zstd twice"));
 }
 
 TEST_F(PackedLog, TakesNoMoreOfTheDiskThanThereIsRoomFor) {
@@ -150,7 +152,8 @@ TEST_F(PackedLog, IsNamedAsItWasGiven) {
   ASSERT_EQ(warnings_.count("log.cut_off"), 1);
   EXPECT_THAT(warnings_.entries().at("log.cut_off").first_detail, StartsWith(path + ": "));
   store_bytes(path, zstd_of(bytes.substr(0, 8)));
-  EXPECT_THAT(message_of<InputError>([&] { messages_in(path); }), StartsWith(path + ": the file is cut off or damaged at byte 8"));
+  EXPECT_THAT(message_of<InputError>([&] { messages_in(path); }),
+              StartsWith(path + ": the file is cut off or damaged at byte 8"));
 }
 
 TEST_F(PackedLog, ClearsAwayOnlyWhatAKilledProcessOfOursHasLeft) {
@@ -162,11 +165,17 @@ TEST_F(PackedLog, ClearsAwayOnlyWhatAKilledProcessOfOursHasLeft) {
     if (old) fs::last_write_time(temporary + "/" + name, fs::file_time_type::clock::now() - std::chrono::hours(72));
   };
   // No process has such a number: Linux gives at most 4194304.
-  const std::string leftover = "lodestone-4999999-AbCd12", young = "lodestone-4999999-AbCd13", link = "lodestone-4999999-AbCd14";
-  const std::vector<std::string> strangers{
-      "lodestone-2025.txt",       "lodestone-2026-01-05.mcap.zstd", "lodestone-4999999-reports",
-      "lodestone-4999999-AbCd1",  "lodestone-4999999-AbCd12.mcap",  "lodestone-4999999-Ab.d12",
-      "lodestone-4999999x-AbCd1", "lodestone--AbCd12",              "my-lodestone-4999999-AbCd12"};
+  const std::string leftover = "lodestone-4999999-AbCd12", young = "lodestone-4999999-AbCd13",
+                    link = "lodestone-4999999-AbCd14";
+  const std::vector<std::string> strangers{"lodestone-2025.txt",
+                                           "lodestone-2026-01-05.mcap.zstd",
+                                           "lodestone-4999999-reports",
+                                           "lodestone-4999999-AbCd1",
+                                           "lodestone-4999999-AbCd12.mcap",
+                                           "lodestone-4999999-Ab.d12",
+                                           "lodestone-4999999x-AbCd1",
+                                           "lodestone--AbCd12",
+                                           "my-lodestone-4999999-AbCd12"};
   put(leftover, true);
   put(young, false);
   for (const std::string& name : strangers) put(name, true);

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <limits>
 
-#include "frontends/logs/open_log.h"
 #include "frontends/logs/mcap/mcap_records.h"
+#include "frontends/logs/open_log.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
 #include "tests/frontends/logs/test_files.h"
 
@@ -31,7 +31,8 @@ TEST(RecordTimes, OfSqliteAreAtMostTheFarthest) {
     for (const char* statement :
          {"CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)",
           "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)",
-          "INSERT INTO topics VALUES(1, '/imu', 'sensor_msgs/msg/Imu', 'cdr')", "INSERT INTO messages VALUES(1, 1, 5, x'00010000')",
+          "INSERT INTO topics VALUES(1, '/imu', 'sensor_msgs/msg/Imu', 'cdr')",
+          "INSERT INTO messages VALUES(1, 1, 5, x'00010000')",
           "INSERT INTO messages VALUES(2, 1, 9223372036854775807, x'00010000')",
           "INSERT INTO messages VALUES(3, 1, -9223372036854775808, x'00010000')"}) {
       execute_sqlite(database.get(), statement);

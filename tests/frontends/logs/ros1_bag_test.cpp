@@ -126,7 +126,9 @@ TEST(BagWriterTest, RefusesWhatItCannotWrite) {
   EXPECT_THAT(message_of<BagError>([&] { BagWriter(folder / "absent/log.bag", Codec::none); }),
               HasSubstr("absent/log.bag"));
   BagWriter writer(folder / "log.bag", Codec::none);
-  EXPECT_THAT(message_of<BagError>([&] { writer.write("/imu", start, ImuMessage{-5, "imu", {}, {}}); }),
+  EXPECT_THAT(message_of<BagError>([&] {
+                writer.write("/imu", start, ImuMessage{-5, "imu", {}, {}});
+              }),
               HasSubstr("does not fit ROS time"));
 }
 

@@ -28,7 +28,8 @@ inline std::vector<StoredMessage> stored_messages(MessageSource& source) {
     message.topic = names[raw.topic];
     message.time = raw.record_time;
     message.bytes.assign(reinterpret_cast<const char*>(raw.data), raw.size);
-    if (raw.publisher != nullptr) message.publisher = raw.publisher->name + (raw.publisher->latching ? " latching" : "");
+    if (raw.publisher != nullptr)
+      message.publisher = raw.publisher->name + (raw.publisher->latching ? " latching" : "");
   }
   return messages;
 }

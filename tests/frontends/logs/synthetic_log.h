@@ -53,8 +53,8 @@ struct SyntheticLog {
     ros1::PointCloudMessage cloud;
     cloud.stamp = start + scan * period;
     cloud.frame = "lidar";
-    cloud.fields = {{"x", 0, 7, 1}, {"y", 4, 7, 1}, {"z", 8, 7, 1}, {"intensity", 16, 7, 1}, {"t", 20, 6, 1},
-                    {"ring", 24, 4, 1}};
+    cloud.fields = {{"x", 0, 7, 1},          {"y", 4, 7, 1},  {"z", 8, 7, 1},
+                    {"intensity", 16, 7, 1}, {"t", 20, 6, 1}, {"ring", 24, 4, 1}};
     cloud.point_step = point_step;
     cloud.height = 32;
     cloud.width = static_cast<std::uint32_t>(points_per_scan / 32);

@@ -24,8 +24,8 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string("lodestone_") + test->test_suite_name() + "_" + test->name() + "_" +
-                       std::to_string(::getpid());
+    std::string name =
+        std::string("lodestone_") + test->test_suite_name() + "_" + test->name() + "_" + std::to_string(::getpid());
     for (char& character : name) {
       if (character == '/') character = '_';
     }
@@ -46,7 +46,9 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-inline void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+inline void write_text(const std::string& path, const std::string& text) {
+  std::ofstream(path) << text;
+}
 
 /// The numbers of a file without a header, row by row; lines that begin with '#' are comments.
 inline std::vector<std::vector<double>> read_csv(const std::filesystem::path& path) {
@@ -78,6 +80,6 @@ std::string message_of(const Call& call) {
 }  // namespace lodestone::testing
 
 /// Skips the test, with the reason, where the file of the real data set is absent; else defines `path`.
-#define LODESTONE_REAL_DATA(path, name)                                                              \
-  const std::string path = (::lodestone::testing::real_data_folder() / (name)).string();             \
+#define LODESTONE_REAL_DATA(path, name)                                                  \
+  const std::string path = (::lodestone::testing::real_data_folder() / (name)).string(); \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent; set LODESTONE_DATA to the real data"

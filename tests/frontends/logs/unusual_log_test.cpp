@@ -13,11 +13,11 @@
 namespace lodestone {
 namespace {
 
+using ::testing::HasSubstr;
 using testing::message_of;
 using testing::stored_messages;
 using testing::StoredMessage;
 using testing::TemporaryFolder;
-using ::testing::HasSubstr;
 
 constexpr Time unusual_start = 1'700'000'000'000'000'000;
 
@@ -82,7 +82,8 @@ TEST(UnusualBag, OfTwoTypesOnOneTopicTheFirstIsRead) {
 std::string write_sqlite(const std::string& path, const std::vector<std::string>& messages) {
   std::filesystem::remove(path);
   const SqliteDatabase database = open_sqlite(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
-  execute_sqlite(database.get(), "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)");
+  execute_sqlite(database.get(),
+                 "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)");
   execute_sqlite(database.get(), "INSERT INTO topics VALUES (1, '/a', 'a_msgs/msg/A', 'cdr')");
   for (const std::string& each : messages) execute_sqlite(database.get(), each);
   return path;
@@ -99,25 +100,26 @@ std::vector<std::string> contents_in(const std::string& path) {
 
 const std::string three_rows = " VALUES (1, 1, 5, 'first'), (1, 1, 6, 'second'), (1, 1, 7, 'third')";
 
-/// As CREATE TABLE ... AS SELECT makes it: `id` is a column like any other then, is not looked up by an index, and may repeat.
+/// As CREATE TABLE ... AS SELECT makes it: `id` is a column like any other then, is not looked up by an index, and may
+/// repeat.
 TEST(UnusualSqlite, MessagesAreFoundByTheirRowsAndNotByTheirId) {
   const TemporaryFolder folder;
-  const std::string path = write_sqlite(folder / "log.db3",
-                                        {"CREATE TABLE messages(id INT, topic_id INT, timestamp INT, data BLOB)",
-                                         "INSERT INTO messages" + three_rows});
+  const std::string path = write_sqlite(
+      folder / "log.db3",
+      {"CREATE TABLE messages(id INT, topic_id INT, timestamp INT, data BLOB)", "INSERT INTO messages" + three_rows});
   EXPECT_EQ(contents_in(path), (std::vector<std::string>{"first", "second", "third"}));
 }
 
 TEST(UnusualSqlite, WithoutRowidIsReadByItsPrimaryKeyOrRefused) {
   const TemporaryFolder folder;
   const std::string columns = "id INTEGER, topic_id INT, timestamp INT, data BLOB";
-  const std::string keyed = write_sqlite(folder / "keyed.db3",
-                                         {"CREATE TABLE messages(" + columns + ", PRIMARY KEY(id)) WITHOUT ROWID",
+  const std::string keyed =
+      write_sqlite(folder / "keyed.db3", {"CREATE TABLE messages(" + columns + ", PRIMARY KEY(id)) WITHOUT ROWID",
                                           "INSERT INTO messages VALUES (3, 1, 5, 'a'), (4, 1, 6, 'b')"});
   EXPECT_EQ(contents_in(keyed), (std::vector<std::string>{"a", "b"}));
-  const std::string pair = write_sqlite(folder / "pair.db3",
-                                        {"CREATE TABLE messages(" + columns + ", PRIMARY KEY(timestamp, id)) WITHOUT ROWID",
-                                         "INSERT INTO messages" + three_rows});
+  const std::string pair = write_sqlite(
+      folder / "pair.db3", {"CREATE TABLE messages(" + columns + ", PRIMARY KEY(timestamp, id)) WITHOUT ROWID",
+                            "INSERT INTO messages" + three_rows});
   EXPECT_THAT(message_of<InputError>([&] { contents_in(pair); }), HasSubstr("WITHOUT ROWID"));
 }
 

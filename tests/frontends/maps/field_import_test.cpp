@@ -21,7 +21,9 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// A field in µT that no two places share.
-Vector3 field_at(double x, double y, double z) { return {20.0 + x, 5.0 * y - 1.0, -40.0 + 3.0 * z + 0.1 * x * y}; }
+Vector3 field_at(double x, double y, double z) {
+  return {20.0 + x, 5.0 * y - 1.0, -40.0 + 3.0 * z + 0.1 * x * y};
+}
 
 /// How a table is written.
 struct Style {
@@ -44,7 +46,8 @@ std::string table(const Style& style) {
         if (!style.has(row, column)) continue;
         const double x = 3.0 + style.step_m * column, y = -2.0 + style.step_m * row;
         const Vector3 field = field_at(x, y, z) * style.per_ut;
-        std::vector<std::string> cells{fmt::format("{:.{}f}", x, style.digits), fmt::format("{:.{}f}", y, style.digits)};
+        std::vector<std::string> cells{fmt::format("{:.{}f}", x, style.digits),
+                                       fmt::format("{:.{}f}", y, style.digits)};
         if (style.with_z) cells.push_back(fmt::format("{}", z));
         for (int axis = 0; axis < 3; ++axis) cells.push_back(fmt::format("{:.9g}", field[axis]));
         if (style.with_sigma) cells.push_back(fmt::format("{:.9g}", (0.1 + 0.01 * row) * style.per_ut));
@@ -80,7 +83,8 @@ class FieldImport : public ::testing::Test {
                            grid.origin.y() + grid.resolution_m * std::clamp<double>(row, 1e-6, 4 - 1e-6), z);
           const auto value = imported.map.query(at, FieldInterpolation::bilinear);
           ASSERT_TRUE(value.has_value());
-          EXPECT_LT((value->field_ut - field_at(3.0 + style.step_m * column, -2.0 + style.step_m * row, z)).norm(), 1e-4);
+          EXPECT_LT((value->field_ut - field_at(3.0 + style.step_m * column, -2.0 + style.step_m * row, z)).norm(),
+                    1e-4);
           EXPECT_NEAR(value->sigma_ut, style.with_sigma ? 0.1 + 0.01 * row : 1.0, 1e-5);
         }
       }
@@ -126,7 +130,8 @@ TEST_F(FieldImport, HeadersAsPeopleWriteThem) {
   for (int i = 0; i < 35; ++i) {
     const double x = 3.0 + 0.1 * (i % 7), y = -2.0 + 0.1 * (i / 7);
     const Vector3 field = field_at(x, y, 0.5);
-    text += fmt::format("{},{:.9g},{:.9g},{:.9g},{},{:.3f},{:.3f}\n", i, field.z(), field.y(), field.x(), 0.1 + 0.01 * (i / 7), y, x);
+    text += fmt::format("{},{:.9g},{:.9g},{:.9g},{},{:.3f},{:.3f}\n", i, field.z(), field.y(), field.x(),
+                        0.1 + 0.01 * (i / 7), y, x);
   }
   Style style;
   style.heights_m = {0.5};
@@ -158,8 +163,8 @@ TEST_F(FieldImport, PositionsThatWereMeasuredScatterAboutTheirNodes) {
       for (int i = 0; i < 35; ++i) {
         const double x = 3.0 + 0.2 * (i % 7), y = -2.0 + 0.2 * (i / 7);
         const Vector3 field = field_at(x, y, height);
-        text += fmt::format("{:.6f},{:.6f},{:.6f},{:.9g},{:.9g},{:.9g}\n", x + off(random), y + off(random), height + off(random),
-                            field.x(), field.y(), field.z());
+        text += fmt::format("{:.6f},{:.6f},{:.6f},{:.9g},{:.9g},{:.9g}\n", x + off(random), y + off(random),
+                            height + off(random), field.x(), field.y(), field.z());
       }
     }
     const ImportedField imported = import(text);
@@ -178,7 +183,8 @@ TEST_F(FieldImport, PositionsThatWereMeasuredScatterAboutTheirNodes) {
 TEST_F(FieldImport, PositionsInMillimetresAreDoubted) {
   const auto doubted = [&](const std::string& header, double step, double offset) {
     std::string text = header.empty() ? "" : header + "\n";
-    for (int i = 0; i < 35; ++i) text += fmt::format("{},{},120,20,{},-40\n", offset + step * (i % 7), step * (i / 7), i);
+    for (int i = 0; i < 35; ++i)
+      text += fmt::format("{},{},120,20,{},-40\n", offset + step * (i % 7), step * (i / 7), i);
     return import(text).metres_in_doubt;
   };
   for (const std::string header : {"", "x,y,z,Bx,By,Bz", "# of a robot\nx,y,z,Bx_uT,By_uT,Bz_uT"}) {
@@ -211,21 +217,29 @@ TEST_F(FieldImport, ScatteredReadingsAreForMapMagnetic) {
   std::uniform_real_distribution<double> place(0.0, 5.0);
   for (const int digits : {6, 2, 1}) {
     std::string text;
-    for (int i = 0; i < 300; ++i) text += fmt::format("{:.{}f},{:.{}f},0.1,20,1,-40\n", place(random), digits, place(random), digits);
+    for (int i = 0; i < 300; ++i)
+      text += fmt::format("{:.{}f},{:.{}f},0.1,20,1,-40\n", place(random), digits, place(random), digits);
     if (digits == 1) text = "0.0,0.0,0.1,20,1,-40\n0.1,4.9,0.1,20,1,-40\n2.5,2.4,0.1,20,1,-40\n4.9,0.1,0.1,20,1,-40\n";
-    EXPECT_THAT(error(text), AllOf(HasSubstr("field.csv: "), HasSubstr("make a map of the survey that they are from with `lodestone map magnetic`")));
+    EXPECT_THAT(error(text),
+                AllOf(HasSubstr("field.csv: "),
+                      HasSubstr("make a map of the survey that they are from with `lodestone map magnetic`")));
   }
 }
 
 TEST_F(FieldImport, SaysWhatIsWrong) {
   Style style;
-  EXPECT_THAT(error("#ROSBAG V2.0\n"), HasSubstr("expected a table of x, y, z, Bx, By, Bz in text; this looks like a log"));
-  EXPECT_THAT(error("a,b,c\n1,2,3\n"), HasSubstr("field.csv:1: found the columns a, b, c; expected x, y, z, Bx, By, Bz"));
-  EXPECT_THAT(error("x,y,z,Bx_nT,By_nT,Bz_nT,sigma_uT\n1,2,3,4,5,6,7\n"), HasSubstr("the columns 'Bz_nT' and 'sigma_uT' have different units"));
-  EXPECT_THAT(error("x,y,z,Bx,By,Bz,sigma_x,sigma_y,sigma_z\n1,2,3,4,5,6,7,8,9\n"), HasSubstr("'sigma_x' is the sigma of one axis"));
+  EXPECT_THAT(error("#ROSBAG V2.0\n"),
+              HasSubstr("expected a table of x, y, z, Bx, By, Bz in text; this looks like a log"));
+  EXPECT_THAT(error("a,b,c\n1,2,3\n"),
+              HasSubstr("field.csv:1: found the columns a, b, c; expected x, y, z, Bx, By, Bz"));
+  EXPECT_THAT(error("x,y,z,Bx_nT,By_nT,Bz_nT,sigma_uT\n1,2,3,4,5,6,7\n"),
+              HasSubstr("the columns 'Bz_nT' and 'sigma_uT' have different units"));
+  EXPECT_THAT(error("x,y,z,Bx,By,Bz,sigma_x,sigma_y,sigma_z\n1,2,3,4,5,6,7,8,9\n"),
+              HasSubstr("'sigma_x' is the sigma of one axis"));
   EXPECT_THAT(error("1,2,3\n"), HasSubstr("3 columns without names"));
   EXPECT_THAT(error("# nothing\n"), HasSubstr("has no line of numbers"));
-  EXPECT_THAT(error(table(style) + "3,4,five,1,2,3\n"), HasSubstr("field.csv:37: 'five' is no number, in the column 3"));
+  EXPECT_THAT(error(table(style) + "3,4,five,1,2,3\n"),
+              HasSubstr("field.csv:37: 'five' is no number, in the column 3"));
   EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,2,3\n"), HasSubstr("have one place, x 3, y -2"));
   EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,inf,3\n"), HasSubstr("field.csv:37: inf microtesla is no field"));
   EXPECT_THAT(error("x_mm,y_mm,z_mm,Bx,By,Bz\n1,2,3,4,5,6\n"), HasSubstr("'x_mm' is in mm; expected metres"));
@@ -244,7 +258,8 @@ TEST_F(FieldImport, SaysWhatIsWrong) {
   EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n0,2,0,20,0,-40\n1,2,0,20,0,-40\n"),
               HasSubstr("1 m apart along x and 2 m along y"));
   EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n"), HasSubstr("all positions have one y"));
-  EXPECT_THAT(message_of<InputError>([&] { import_field_table(folder_ / "absent.csv", {}); }), HasSubstr("no such file"));
+  EXPECT_THAT(message_of<InputError>([&] { import_field_table(folder_ / "absent.csv", {}); }),
+              HasSubstr("no such file"));
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ std::string cloud_error(const std::string& path) {
 TEST(PointCloudFile, ReadsBackWhatItWrote) {
   const TemporaryFolder folder;
   std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 1000; ++i) points.emplace_back(0.1F * static_cast<float>(i), -3.0F, 1e-3F * static_cast<float>(i));
+  for (int i = 0; i < 1000; ++i)
+    points.emplace_back(0.1F * static_cast<float>(i), -3.0F, 1e-3F * static_cast<float>(i));
   write_point_cloud(folder / "map.pcd", points);
   WarningLog warnings;
   EXPECT_EQ(read_point_cloud(folder / "map.pcd", warnings), points);
@@ -63,8 +64,10 @@ TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewFarOnesDropped) {
   const TemporaryFolder folder;
   const Eigen::Vector3f far(463012.0F, 5254871.0F, 480.0F);
   write_point_cloud(folder / "country.pcd", std::vector<Eigen::Vector3f>(10, far));
-  EXPECT_THAT(cloud_error(folder / "country.pcd"), ::testing::AllOf(HasSubstr("country.pcd: its origin is far away, a point lies at (463012, 5254871, 480) m"),
-                                                                  HasSubstr("subtract one shift")));
+  EXPECT_THAT(
+      cloud_error(folder / "country.pcd"),
+      ::testing::AllOf(HasSubstr("country.pcd: its origin is far away, a point lies at (463012, 5254871, 480) m"),
+                       HasSubstr("subtract one shift")));
   write_point_cloud(folder / "few.pcd", {{1, 2, 3}, {1e20F, 0, 0}, {0, -3e9F, 0}, {4, 5, 6}, far});
   WarningLog warnings;
   EXPECT_EQ(read_point_cloud(folder / "few.pcd", warnings), (std::vector<Eigen::Vector3f>{{1, 2, 3}, {4, 5, 6}}));
@@ -101,8 +104,9 @@ TEST(PointCloudFile, MoreTextThanPclCountsIsRefusedWithTheWayToBinary) {
   const TemporaryFolder folder;
   // 4 GiB and a point: it would be written over the first.
   write_text(folder / "map.pcd", pcd_header("x y z", 357'913'942) + "1 2 3\n");
-  EXPECT_THAT(cloud_error(folder / "map.pcd"), ::testing::AllOf(HasSubstr("map.pcd: 357913942 points of 12 bytes as text, of which at most 357913941"),
-                                                                HasSubstr("as binary PCD or as PLY")));
+  EXPECT_THAT(cloud_error(folder / "map.pcd"),
+              ::testing::AllOf(HasSubstr("map.pcd: 357913942 points of 12 bytes as text, of which at most 357913941"),
+                               HasSubstr("as binary PCD or as PLY")));
   write_text(folder / "map.pcd", pcd_header("x y z", 357'913'941) + "1 2 3\n");
   EXPECT_THAT(cloud_error(folder / "map.pcd"), HasSubstr("is cut off"));
 }
@@ -134,9 +138,10 @@ TEST(PointCloudFile, ReadsPlyByItsContentNotItsName) {
 template <class Number>
 std::string binary_ply(const std::string& kind, bool big_endian) {
   std::string text = std::string("ply\nformat binary_") + (big_endian ? "big" : "little") +
-                     "_endian 1.0\ncomment made elsewhere\nelement vertex 2\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar "
-                     "alpha\nproperty " + kind +
-                     " x\nproperty " + kind + " y\nproperty " + kind +
+                     "_endian 1.0\ncomment made elsewhere\nelement vertex 2\nproperty uchar red\nproperty uchar "
+                     "green\nproperty uchar blue\nproperty uchar "
+                     "alpha\nproperty " +
+                     kind + " x\nproperty " + kind + " y\nproperty " + kind +
                      " z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
   const auto put = [&](auto value) {
     std::string bytes(reinterpret_cast<const char*>(&value), sizeof(value));
@@ -158,7 +163,8 @@ TEST(PointCloudFile, ReadsBinaryPlyOfEitherByteOrderAndBothKindsOfNumbers) {
   for (const bool big_endian : {false, true}) {
     for (const bool doubles : {false, true}) {
       SCOPED_TRACE(std::string(big_endian ? "big" : "little") + (doubles ? " double" : " float"));
-      const std::string text = doubles ? binary_ply<double>("double", big_endian) : binary_ply<float>("float", big_endian);
+      const std::string text =
+          doubles ? binary_ply<double>("double", big_endian) : binary_ply<float>("float", big_endian);
       std::ofstream(folder / "map.ply", std::ios::binary) << text;
       WarningLog warnings;
       EXPECT_EQ(read_point_cloud(folder / "map.ply", warnings), expected);
@@ -191,15 +197,18 @@ TEST(PointCloudFile, SaysWhatIsWrong) {
   write_point_cloud(folder / "cut.pcd", std::vector<Eigen::Vector3f>(1000, Eigen::Vector3f::Ones()));
   const auto whole = std::filesystem::file_size(folder / "cut.pcd");
   std::filesystem::resize_file(folder / "cut.pcd", whole - 12 * 400 - 1);
-  EXPECT_THAT(cloud_error(folder / "cut.pcd"), HasSubstr("cut.pcd: is cut off: its header announces 1000 points of 12 bytes, and 599 "
-                                                         "points (7199 bytes) follow it; copy or write it again"));
+  EXPECT_THAT(cloud_error(folder / "cut.pcd"),
+              HasSubstr("cut.pcd: is cut off: its header announces 1000 points of 12 bytes, and 599 "
+                        "points (7199 bytes) follow it; copy or write it again"));
   write_text(folder / "cut_text.pcd", pcd_header("x y z", 5) + "1 2 3\n4 5 6\n\n7 8 9");
-  EXPECT_THAT(cloud_error(folder / "cut_text.pcd"), HasSubstr("its header announces 5 points, and 3 lines of values follow it"));
+  EXPECT_THAT(cloud_error(folder / "cut_text.pcd"),
+              HasSubstr("its header announces 5 points, and 3 lines of values follow it"));
   write_text(folder / "platform.yaml", "name: robot\nlidar: {topic: /points}\nimu: {topic: /imu}\nmagnetometers: []\n");
   EXPECT_THAT(cloud_error(folder / "platform.yaml"), HasSubstr("this looks like a platform file"));
   write_text(folder / "cut.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n");
   EXPECT_THAT(cloud_error(folder / "cut.ply"), HasSubstr("cannot be read"));
-  const std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty float x\nproperty float y\n";
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty float x\nproperty float y\n";
   write_text(folder / "huge.ply", header + "property float z\nend_header\n" + std::string(1200, '?'));
   EXPECT_THAT(cloud_error(folder / "huge.ply"), HasSubstr("ends too early"));
   write_text(folder / "flat.ply", header + "property uchar red\nend_header\n");

@@ -1,3 +1,5 @@
+#include "frontends/maps/raster_file.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tiffio.h>
@@ -9,7 +11,6 @@
 #include <random>
 
 #include "core/error.h"
-#include "frontends/maps/raster_file.h"
 #include "frontends/maps/raster_writer.h"
 #include "tests/frontends/logs/test_files.h"
 
@@ -21,7 +22,9 @@ class Raster : public ::testing::Test {
   Raster() : path_(folder_.path() / "raster.tif") {}
 
   static float value(int page, int row, int column) {
-    return (row + 2 * column + page) % 11 == 0 ? std::nanf("") : static_cast<float>(1000 * page + row) + 1e-3F * static_cast<float>(column);
+    return (row + 2 * column + page) % 11 == 0
+               ? std::nanf("")
+               : static_cast<float>(1000 * page + row) + 1e-3F * static_cast<float>(column);
   }
 
   void write(const RasterLayout& layout, int tile, int pages) const {
@@ -85,7 +88,7 @@ TEST_F(Raster, TheFirstRowOfTheFileHasTheLargestYAndItsPlaceIsThere) {
   const double* numbers = nullptr;
   ASSERT_EQ(TIFFGetField(file, 33922, &count, &numbers), 1);
   ASSERT_EQ(count, 6);
-  EXPECT_DOUBLE_EQ(numbers[3], 2.75);            // half a pixel left of the first node
+  EXPECT_DOUBLE_EQ(numbers[3], 2.75);               // half a pixel left of the first node
   EXPECT_DOUBLE_EQ(numbers[4], 4.0 + 14.5 + 0.25);  // half a pixel above the last
   ASSERT_EQ(TIFFGetField(file, 33550, &count, &numbers), 1);
   EXPECT_DOUBLE_EQ(numbers[0], 0.5);
@@ -111,18 +114,21 @@ TEST_F(Raster, SaysWhatIsWrong) {
   EXPECT_THAT(error(), HasSubstr("no readable TIFF"));
   write({{300, 300}, 0.1, {0, 0}}, 16, 2);
   EXPECT_EQ(error(), "no error");
-  // Wherever pixels are missing, the line says that it is cut off, how far it should reach and how many bytes there are.
+  // Wherever pixels are missing, the line says that it is cut off, how far it should reach and how many bytes there
+  // are.
   const auto whole = std::filesystem::file_size(path_);
   for (const std::uintmax_t kept : {whole - whole / 50, whole * 3 / 4, whole / 2, whole / 10}) {
     write({{300, 300}, 0.1, {0, 0}}, 16, 2);
     std::filesystem::resize_file(path_, kept);
     EXPECT_THAT(error(), HasSubstr("raster.tif: is cut off")) << kept << " of " << whole;
-    EXPECT_THAT(error(), HasSubstr(std::to_string(kept) + " bytes; copy it whole, or write it again")) << kept << " of " << whole;
+    EXPECT_THAT(error(), HasSubstr(std::to_string(kept) + " bytes; copy it whole, or write it again"))
+        << kept << " of " << whole;
   }
 
   TIFF* file = TIFFOpen(path_.c_str(), "w");
   std::uint8_t row[8] = {};
-  for (const int tag : {TIFFTAG_IMAGEWIDTH, TIFFTAG_IMAGELENGTH, TIFFTAG_BITSPERSAMPLE}) TIFFSetField(file, static_cast<std::uint32_t>(tag), 8);
+  for (const int tag : {TIFFTAG_IMAGEWIDTH, TIFFTAG_IMAGELENGTH, TIFFTAG_BITSPERSAMPLE})
+    TIFFSetField(file, static_cast<std::uint32_t>(tag), 8);
   TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
   for (std::uint32_t i = 0; i < 8; ++i) TIFFWriteScanline(file, row, i, 0);
   TIFFClose(file);

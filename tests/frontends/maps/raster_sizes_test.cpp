@@ -36,8 +36,8 @@ struct CraftedTiff {
     const auto put32 = [&text](std::uint32_t value) { text.append(reinterpret_cast<const char*>(&value), 4); };
     put32(8 + static_cast<std::uint32_t>(data.size()));
     text += data;
-    std::vector<std::array<std::uint32_t, 2>> tags{{256, columns}, {257, rows}, {258, 32}, {259, compression}, {262, 1}, {277, 1},
-                                                   {284, 1}, {339, SAMPLEFORMAT_IEEEFP}};
+    std::vector<std::array<std::uint32_t, 2>> tags{{256, columns}, {257, rows}, {258, 32}, {259, compression},
+                                                   {262, 1},       {277, 1},    {284, 1},  {339, SAMPLEFORMAT_IEEEFP}};
     if (tile > 0) {
       tags.insert(tags.end(), {{322, tile}, {323, tile}, {324, 8}, {325, announced}});
     } else {
@@ -78,20 +78,23 @@ TEST(RasterSizes, AnnouncedSizesAreNotBelieved) {
   EXPECT_THAT(error({1U << 22U, 1U << 22U, 0, COMPRESSION_ADOBE_DEFLATE, size}),
               AllOf(HasSubstr("raster.tif: is damaged: page 1 announces tiles of 4194304 x 4194304 pixels"),
                     HasSubstr("lies in " + std::to_string(size) + " bytes; copy it whole")));
-  EXPECT_THAT(error({40000, 40000, 40000, COMPRESSION_ADOBE_DEFLATE, size}), HasSubstr("tiles of 40000 x 40000 pixels (6400000000 bytes)"));
+  EXPECT_THAT(error({40000, 40000, 40000, COMPRESSION_ADOBE_DEFLATE, size}),
+              HasSubstr("tiles of 40000 x 40000 pixels (6400000000 bytes)"));
   EXPECT_THAT(error({128, 128, 128, COMPRESSION_NONE, size}), HasSubstr("(65536 bytes), one of which lies in"));
   EXPECT_THAT(error({2048, 2048, 2048, COMPRESSION_LZW, size}), HasSubstr("(16777216 bytes), one of which lies in"));
   // Whatever a tile is said to be packed by, and where it is absent, memory is bounded.
-  EXPECT_THAT(error({1U << 15U, 1U << 15U, 1U << 15U, COMPRESSION_ADOBE_DEFLATE, 0}), HasSubstr("save it in smaller tiles"));
-  EXPECT_THAT(error({4096, 4096, 16, COMPRESSION_ADOBE_DEFLATE, size}), HasSubstr("announce 65536 tiles, the file has"));
+  EXPECT_THAT(error({1U << 15U, 1U << 15U, 1U << 15U, COMPRESSION_ADOBE_DEFLATE, 0}),
+              HasSubstr("save it in smaller tiles"));
+  EXPECT_THAT(error({4096, 4096, 16, COMPRESSION_ADOBE_DEFLATE, size}),
+              HasSubstr("announce 65536 tiles, the file has"));
 
   CraftedTiff{16, 62, 0, COMPRESSION_ADOBE_DEFLATE, size}.write(path, data);  // 992 of the 1000 values
   EXPECT_EQ(RasterFile(path).read(0, {15, 61, 1, 1})(0), 1.0F);
 }
 
 /// Tiles, or strips, of which some are left out.
-void write_in_pieces(const std::string& path, std::uint32_t columns, std::uint32_t rows, std::uint32_t tile, std::uint32_t strip_rows,
-                     const std::vector<std::uint32_t>& pieces) {
+void write_in_pieces(const std::string& path, std::uint32_t columns, std::uint32_t rows, std::uint32_t tile,
+                     std::uint32_t strip_rows, const std::vector<std::uint32_t>& pieces) {
   TIFF* file = TIFFOpen(path.c_str(), "w");
   ASSERT_NE(file, nullptr);
   TIFFSetField(file, TIFFTAG_IMAGEWIDTH, columns);
@@ -109,7 +112,8 @@ void write_in_pieces(const std::string& path, std::uint32_t columns, std::uint32
   }
   for (const std::uint32_t piece : pieces) {
     const std::uint32_t piece_rows = tile > 0 ? tile : std::min(strip_rows, rows - piece * strip_rows);
-    std::vector<float> values(static_cast<std::size_t>(tile > 0 ? tile : columns) * piece_rows, static_cast<float>(10 + piece));
+    std::vector<float> values(static_cast<std::size_t>(tile > 0 ? tile : columns) * piece_rows,
+                              static_cast<float>(10 + piece));
     const auto bytes = static_cast<tmsize_t>(values.size() * sizeof(float));
     const auto write = tile > 0 ? TIFFWriteEncodedTile : TIFFWriteEncodedStrip;
     EXPECT_EQ(write(file, piece, values.data(), bytes), bytes);
@@ -137,7 +141,9 @@ TEST(RasterSizes, ManyPagesTakeFewFiles) {
   };
   const testing::TemporaryFolder folder;
   constexpr int pages = 1200;  // 300 heights
-  const auto value = [](int page, int row, int column) { return static_cast<float>(10000 * page + 100 * row + column); };
+  const auto value = [](int page, int row, int column) {
+    return static_cast<float>(10000 * page + 100 * row + column);
+  };
   write_raster(folder / "raster.tif", {{40, 20}, 0.1, {0.0, 0.0}}, 16, std::vector<std::string>(pages, "page"),
                [&](int page, const cv::Rect& window, cv::Mat1f& values) {
                  for (int row = 0; row < window.height; ++row) {

@@ -10,8 +10,8 @@
 
 #include "core/error.h"
 #include "frontends/maps/plane_map_loader.h"
-#include "frontends/maps/thickness_record.h"
 #include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/thickness_record.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
@@ -22,8 +22,8 @@ using ::lodestone::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A hall along x that begins at −20 m: floor, two walls, and clutter that is no plane; scattered order, as surveys merged
-/// by place and time have it.
+/// A hall along x that begins at −20 m: floor, two walls, and clutter that is no plane; scattered order, as surveys
+/// merged by place and time have it.
 std::vector<Eigen::Vector3f> hall(float length_m, int points_a_metre, std::uint32_t seed) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
@@ -35,11 +35,21 @@ std::vector<Eigen::Vector3f> hall(float length_m, int points_a_metre, std::uint3
     const float y = -3.0F + 6.0F * uniform(generator);
     const float z = 4.0F * uniform(generator);
     switch (i % 8) {
-      case 0: points.emplace_back(x, -3.02F + noise(generator), z); break;
-      case 1: points.emplace_back(x, 3.1F + noise(generator), z); break;
-      case 2: points.emplace_back(std::round(x), y, z); break;  // thin screens across
-      case 3: points.emplace_back(x, y, z); break;
-      default: points.emplace_back(x, y, 0.05F * std::sin(x) + noise(generator)); break;
+      case 0:
+        points.emplace_back(x, -3.02F + noise(generator), z);
+        break;
+      case 1:
+        points.emplace_back(x, 3.1F + noise(generator), z);
+        break;
+      case 2:
+        points.emplace_back(std::round(x), y, z);
+        break;  // thin screens across
+      case 3:
+        points.emplace_back(x, y, z);
+        break;
+      default:
+        points.emplace_back(x, y, 0.05F * std::sin(x) + noise(generator));
+        break;
     }
   }
   return points;
@@ -55,7 +65,8 @@ std::shared_ptr<const TiledPlaneMap> tiled(const std::vector<Eigen::Vector3f>& p
                                            const TemporaryFolder& folder, double reach_m) {
   TiledPlaneMapBuilder builder(options, folder.path().string(), 100000);  // a buffer that overflows many times
   const std::span<const Eigen::Vector3f> all(points);
-  for (std::size_t i = 0; i < points.size(); i += 5000) builder.add(all.subspan(i, std::min<std::size_t>(5000, points.size() - i)));
+  for (std::size_t i = 0; i < points.size(); i += 5000)
+    builder.add(all.subspan(i, std::min<std::size_t>(5000, points.size() - i)));
   return builder.build(reach_m);
 }
 
@@ -198,7 +209,8 @@ TEST_F(PlaneMapLoading, PointsBeyondTheVoxelsMakeNoPlanesElsewhere) {
     write_point_cloud(folder_ / "map.pcd", points);
     options.tile_above_points = tile_above_points;
     std::int64_t count = 0;
-    load(options).source->for_each_voxel([&count](const Eigen::Vector3i&, const Plane* plane) { count += plane != nullptr; });
+    load(options).source->for_each_voxel(
+        [&count](const Eigen::Vector3i&, const Plane* plane) { count += plane != nullptr; });
     return count;
   };
   std::vector<Eigen::Vector3f> points;  // a floor of 2 x 2 m
@@ -219,18 +231,19 @@ TEST_F(PlaneMapLoading, PointsBeyondTheVoxelsMakeNoPlanesElsewhere) {
   EXPECT_EQ(warnings_.count("cloud.far_points"), 1000);
   EXPECT_EQ(planes(points, 1000), expected);
   std::erase_if(points, [](const Eigen::Vector3f& point) { return point.x() < 1000.0F; });
-  EXPECT_THAT(message_of<InputError>([&] { planes(points, 1'000'000); }), HasSubstr("1000 of 1000 points lie further than 65536 m"));
+  EXPECT_THAT(message_of<InputError>([&] { planes(points, 1'000'000); }),
+              HasSubstr("1000 of 1000 points lie further than 65536 m"));
 }
 
 TEST_F(PlaneMapLoading, SaysWhatIsWrong) {
   PlaneMapOptions options = small_tiles();
   options.resident_radius_m = 50.0;
-  EXPECT_THAT(message_of<InputError>([&] { load(options); }), HasSubstr("resident_radius_m: expected at least 113.8 m"));
+  EXPECT_THAT(message_of<InputError>([&] { load(options); }),
+              HasSubstr("resident_radius_m: expected at least 113.8 m"));
   options.resident_radius_m = 0.0;
   options.tile_above_points = 0;
-  EXPECT_THAT(message_of<InputError>([&] {
-                load_planes(folder_ / "map.pcd", options, lidar_, folder_ / "map.pcd", warnings_);
-              }),
+  EXPECT_THAT(message_of<InputError>(
+                  [&] { load_planes(folder_ / "map.pcd", options, lidar_, folder_ / "map.pcd", warnings_); }),
               HasSubstr("no temporary file can be made"));
   options.tile_m = 0.1;
   EXPECT_THAT(message_of<InputError>([&] { options.check(); }), HasSubstr("tile_m: expected a number from 0.25"));

@@ -6,8 +6,8 @@
 
 #include "core/measurements.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/messages/point_times.h"
 #include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/point_times.h"
 
 namespace lodestone::testing {
 
@@ -18,7 +18,7 @@ struct CloudLayout {
   PointTimeUnit unit = PointTimeUnit::nanoseconds;
   PointTimeZero zero = PointTimeZero::scan_start;
   ScanStamp stamp = ScanStamp::start;
-  bool as_pair = false;  ///< 64 bits as two uint32
+  bool as_pair = false;   ///< 64 bits as two uint32
   Time clock_origin = 0;  ///< of the LiDAR's own clock
 
   static constexpr std::uint32_t point_step = 32;
@@ -71,12 +71,18 @@ struct CloudLayout {
                          static_cast<double>(value_ns % unit_ns) / static_cast<double>(unit_ns);
     const auto copy = [at](auto value) { std::memcpy(at, &value, sizeof(value)); };
     switch (datatype) {
-      case ros1::PointField::float32: return copy(static_cast<float>(exact));
-      case ros1::PointField::float64: return copy(exact);
-      case ros1::PointField::uint16: return copy(static_cast<std::uint16_t>(rounded));
-      case ros1::PointField::int32: return copy(static_cast<std::int32_t>(rounded));
-      case ros1::PointField::uint32: return copy(static_cast<std::uint32_t>(rounded));
-      default: return copy(static_cast<std::uint64_t>(rounded));
+      case ros1::PointField::float32:
+        return copy(static_cast<float>(exact));
+      case ros1::PointField::float64:
+        return copy(exact);
+      case ros1::PointField::uint16:
+        return copy(static_cast<std::uint16_t>(rounded));
+      case ros1::PointField::int32:
+        return copy(static_cast<std::int32_t>(rounded));
+      case ros1::PointField::uint32:
+        return copy(static_cast<std::uint32_t>(rounded));
+      default:
+        return copy(static_cast<std::uint64_t>(rounded));
     }
   }
 };

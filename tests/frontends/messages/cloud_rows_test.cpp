@@ -5,8 +5,8 @@
 
 #include "core/error.h"
 #include "frontends/messages/point_cloud_decoder.h"
-#include "tests/frontends/messages/cloud_layout.h"
 #include "tests/frontends/logs/test_files.h"
+#include "tests/frontends/messages/cloud_layout.h"
 
 namespace lodestone {
 namespace {

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "frontends/synchronizer/bag_source.h"
 #include "frontends/messages/wire_cdr.h"
 #include "frontends/messages/wire_ros1.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/frontends/logs/test_files.h"
 
@@ -117,19 +117,22 @@ TEST(MessagePaths, SayWhatIsWrong) {
     return message_of<InputError>([&] { read(topic, board_message<Ros1WireWriter>(readings), {path}); });
   };
   const TopicInfo topic = board_topic(Encoding::ros1);
-  EXPECT_THAT(error(topic, "reading[0].field", 3), AllOf(HasSubstr("the key: 'reading[0].field' is no vector of a board_msgs/Board"),
-                                                         HasSubstr("header, name, healthy[], readings[], temperature, rate")));
+  EXPECT_THAT(error(topic, "reading[0].field", 3),
+              AllOf(HasSubstr("the key: 'reading[0].field' is no vector of a board_msgs/Board"),
+                    HasSubstr("header, name, healthy[], readings[], temperature, rate")));
   EXPECT_THAT(error(topic, "temperature", 3), HasSubstr("it needs components x, y and z"));
   EXPECT_THAT(error(topic, "rate[1]", 3), HasSubstr("is no vector"));
   EXPECT_THAT(error(topic, "readings[", 3), HasSubstr("expected a path like data[0]"));
-  EXPECT_THAT(error(topic, "readings[5].field", 3), HasSubstr("topic /board, recorded at 0 s: a list in it is shorter"));
+  EXPECT_THAT(error(topic, "readings[5].field", 3),
+              HasSubstr("topic /board, recorded at 0 s: a list in it is shorter"));
   TopicInfo bare = topic;
   bare.definition.clear();
   EXPECT_THAT(error(bare, "rate", 3), HasSubstr("the log does not hold its definition"));
   bare.definition = "Other other\n";
   EXPECT_THAT(error(bare, "rate", 3), HasSubstr("does not say what 'board_msgs/Other' is"));
   bare.definition = "Board inner\n";
-  EXPECT_THAT(message_of<InputError>([&] { read(bare, board_message<Ros1WireWriter>(1), {"inner"}); }), HasSubstr("no vector"));
+  EXPECT_THAT(message_of<InputError>([&] { read(bare, board_message<Ros1WireWriter>(1), {"inner"}); }),
+              HasSubstr("no vector"));
   std::vector<std::uint8_t> cut = board_message<Ros1WireWriter>(3);
   cut.resize(cut.size() / 2);
   EXPECT_THAT(message_of<InputError>([&] { read(topic, cut, {"rate"}); }), HasSubstr("/board"));
@@ -153,7 +156,8 @@ TEST(MessagePaths, AnImuAndItsMagnetometersComeFromOneMessage) {
   platform.imu.topic = "/board";
   platform.imu.angular_velocity_path = "rate";
   platform.imu.linear_acceleration_path = "acceleration_and_more[2]";
-  platform.magnetometers = {{"/board", FieldUnit::tesla, "readings[0].field"}, {"/board", FieldUnit::tesla, "readings[1].field"}};
+  platform.magnetometers = {{"/board", FieldUnit::tesla, "readings[0].field"},
+                            {"/board", FieldUnit::tesla, "readings[1].field"}};
   platform.suite.magnetometers.resize(2);
   WarningLog warnings;
   BagSource source(path, platform, warnings, {.lidar = false});
@@ -184,8 +188,10 @@ TEST(MagnetometerUnits, AreToldApartByTheFieldsSize) {
   const TemporaryFolder folder;
   SyntheticLog log;
   log.scans = 10;
-  const std::pair<FieldUnit, const char*> units[] = {{FieldUnit::tesla, "tesla"},         {FieldUnit::microtesla, "microtesla"},
-                                                     {FieldUnit::nanotesla, "nanotesla"}, {FieldUnit::gauss, "gauss"},
+  const std::pair<FieldUnit, const char*> units[] = {{FieldUnit::tesla, "tesla"},
+                                                     {FieldUnit::microtesla, "microtesla"},
+                                                     {FieldUnit::nanotesla, "nanotesla"},
+                                                     {FieldUnit::gauss, "gauss"},
                                                      {FieldUnit::milligauss, "milligauss"}};
   for (const auto& [written, written_name] : units) {
     log.on_field = [written = written](int, int, ros1::MagneticFieldMessage& field) {
@@ -201,7 +207,8 @@ TEST(MagnetometerUnits, AreToldApartByTheFieldsSize) {
       const double ratio = microtesla_per(said) / microtesla_per(written);
       const auto open = [&] { BagSource(folder / "log.bag", platform, warnings); };
       if (ratio < 0.1 / 45.0 || ratio > 1000.0 / 45.0) {
-        EXPECT_THAT(message_of<InputError>(open), HasSubstr(std::string("it looks like ") + written_name + ": set magnetometers[0].unit: " + written_name));
+        EXPECT_THAT(message_of<InputError>(open), HasSubstr(std::string("it looks like ") + written_name +
+                                                            ": set magnetometers[0].unit: " + written_name));
         continue;
       }
       open();

@@ -5,9 +5,9 @@
 
 #include "core/error.h"
 #include "frontends/messages/point_cloud_decoder.h"
-#include "tools/simulate/simulation_source.h"
-#include "tests/frontends/messages/cloud_layout.h"
 #include "tests/frontends/logs/test_files.h"
+#include "tests/frontends/messages/cloud_layout.h"
+#include "tools/simulate/simulation_source.h"
 
 namespace lodestone {
 namespace {
@@ -84,12 +84,14 @@ void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout
   for (const LidarScan& scan : simulated_scans()) {
     ASSERT_GT(scan.points.size(), points_that_tell);
     CloudLayout written = cloud;
-    if (cloud.zero == PointTimeZero::lidar_clock) written.clock_origin = simulated_scans().front().start - 123'456'789'012;
+    if (cloud.zero == PointTimeZero::lidar_clock)
+      written.clock_origin = simulated_scans().front().start - 123'456'789'012;
     LidarScan read;
     decoder.decode(written.write(scan, data), read);
     ASSERT_EQ(read.points.size(), scan.points.size());
-    const Time largest = cloud.zero == PointTimeZero::epoch ? scan.end
-                         : cloud.zero == PointTimeZero::lidar_clock ? scan.end - written.clock_origin : scan.end - scan.start;
+    const Time largest = cloud.zero == PointTimeZero::epoch         ? scan.end
+                         : cloud.zero == PointTimeZero::lidar_clock ? scan.end - written.clock_origin
+                                                                    : scan.end - scan.start;
     // Twice: where the stamp is not the start's, the last point's time places the first.
     const double tolerance = 2.0 * cloud.quantum_ns(largest) + 2.0;
     double worst = 0.0;
@@ -124,8 +126,13 @@ int cross(PointTimeZero zero, const std::vector<Number>& numbers, const Check& c
   int count = 0;
   for (const ScanStamp stamp : stamps) {
     for (const Number& number : numbers) {
-      CloudLayout cloud{names[static_cast<std::size_t>(count++) % std::size(names)], number.datatype, number.unit, zero, stamp,
-                        number.as_pair, 0};
+      CloudLayout cloud{names[static_cast<std::size_t>(count++) % std::size(names)],
+                        number.datatype,
+                        number.unit,
+                        zero,
+                        stamp,
+                        number.as_pair,
+                        0};
       check(cloud);
     }
   }
@@ -133,10 +140,10 @@ int cross(PointTimeZero zero, const std::vector<Number>& numbers, const Check& c
 }
 
 TEST(PointLayouts, TimesFromTheScansStartInEveryTypeAndUnit) {
-  const std::vector<Number> numbers{{Field::uint32, ns}, {Field::uint32, us}, {Field::float32, s},  {Field::float32, ms},
-                                    {Field::float32, us}, {Field::float32, ns}, {Field::float64, s}, {Field::float64, ms},
-                                    {Field::float64, us}, {Field::float64, ns}, {Field::uint16, ms}, {Field::uint64, ns},
-                                    {Field::int32, us},   {Field::uint64, ns, true}};
+  const std::vector<Number> numbers{
+      {Field::uint32, ns},  {Field::uint32, us}, {Field::float32, s},  {Field::float32, ms},     {Field::float32, us},
+      {Field::float32, ns}, {Field::float64, s}, {Field::float64, ms}, {Field::float64, us},     {Field::float64, ns},
+      {Field::uint16, ms},  {Field::uint64, ns}, {Field::int32, us},   {Field::uint64, ns, true}};
   const int count = cross(PointTimeZero::scan_start, numbers, [](const CloudLayout& cloud) {
     expect_read_back(cloud, told(cloud), false);
     expect_read_back(cloud, untold(cloud.stamp), true);
@@ -146,8 +153,8 @@ TEST(PointLayouts, TimesFromTheScansStartInEveryTypeAndUnit) {
 }
 
 TEST(PointLayouts, TimesFromTheStampTellItsInstant) {
-  const std::vector<Number> numbers{{Field::float32, s}, {Field::float64, s}, {Field::float32, ms}, {Field::int32, ns},
-                                    {Field::int32, us},  {Field::float64, ns}};
+  const std::vector<Number> numbers{{Field::float32, s}, {Field::float64, s}, {Field::float32, ms},
+                                    {Field::int32, ns},  {Field::int32, us},  {Field::float64, ns}};
   cross(PointTimeZero::stamp, numbers, [](const CloudLayout& cloud) {
     expect_read_back(cloud, told(cloud), false);
     expect_read_back(cloud, untold(std::nullopt), true);
@@ -157,8 +164,9 @@ TEST(PointLayouts, TimesFromTheStampTellItsInstant) {
 }
 
 TEST(PointLayouts, AbsoluteTimesNeedNoStamp) {
-  const std::vector<Number> numbers{{Field::float64, s},  {Field::float64, ms}, {Field::float64, us},      {Field::float64, ns},
-                                    {Field::uint64, ns}, {Field::uint64, us},  {Field::uint64, ns, true}};
+  const std::vector<Number> numbers{{Field::float64, s},      {Field::float64, ms}, {Field::float64, us},
+                                    {Field::float64, ns},     {Field::uint64, ns},  {Field::uint64, us},
+                                    {Field::uint64, ns, true}};
   cross(PointTimeZero::epoch, numbers, [](const CloudLayout& cloud) {
     expect_read_back(cloud, told(cloud), false);
     for (const ScanStamp said : stamps) expect_read_back(cloud, untold(said), true);
@@ -167,8 +175,8 @@ TEST(PointLayouts, AbsoluteTimesNeedNoStamp) {
 }
 
 TEST(PointLayouts, TimesOfTheLidarsOwnClockArePlacedByTheStamp) {
-  const std::vector<Number> numbers{{Field::uint32, us}, {Field::float64, s}, {Field::uint64, ns}, {Field::float64, ns},
-                                    {Field::uint32, ms}};
+  const std::vector<Number> numbers{
+      {Field::uint32, us}, {Field::float64, s}, {Field::uint64, ns}, {Field::float64, ns}, {Field::uint32, ms}};
   cross(PointTimeZero::lidar_clock, numbers, [](const CloudLayout& cloud) {
     expect_read_back(cloud, told(cloud), false);
     expect_read_back(cloud, untold(cloud.stamp), true);
@@ -183,7 +191,8 @@ TEST(PointLayouts, TheWordSaysWhatIsTakenAndHowToSayItOtherwise) {
   LidarScan scan;
   decoder.decode(CloudLayout{"time", Field::float32, s}.write(simulated_scans()[0], data), scan);
   EXPECT_THAT(warnings.entries().at("lidar.told_from_content").first_detail,
-              AllOf(HasSubstr("/points"), HasSubstr("'time' (float32) as s since the scan's start; the stamp is that of its start"),
+              AllOf(HasSubstr("/points"),
+                    HasSubstr("'time' (float32) as s since the scan's start; the stamp is that of its start"),
                     HasSubstr("lidar.fields.time, time_unit, time_zero and stamp in robot.yaml")));
 }
 
@@ -214,7 +223,8 @@ TEST(PointLayouts, WhatFitsNoReadingIsOneLine) {
   LidarMessageLayout wrong = told({"t", Field::uint32, ns});
   wrong.time_zero.reset();
   wrong.time_unit = us;
-  EXPECT_THAT(layout_error({"t", Field::uint32, ns}, wrong), AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
+  EXPECT_THAT(layout_error({"t", Field::uint32, ns}, wrong),
+              AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
   // No field is called like a time.
   EXPECT_THAT(layout_error({"range", Field::uint32, ns}, untold(std::nullopt)),
               AllOf(HasSubstr("none is called like one; the message has x, y, z, intensity, ring, range"),
@@ -266,17 +276,23 @@ TEST(PointLayouts, APointWithoutATimeIsLeftOut) {
       LidarScan read;
       if (!first_scan) decoder.decode(cloud.write(simulated_scans()[0], data), read);
       const ros1::PointCloudMessage message = cloud.write(scan, data);
-      for (const std::size_t i : {std::size_t{7}, std::size_t{100}}) std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
-      if (first_scan && (time == 1e300 || time == -1e300 || time == 5e9)) continue;  // which of the times are wrong is not known yet
+      for (const std::size_t i : {std::size_t{7}, std::size_t{100}})
+        std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
+      if (first_scan && (time == 1e300 || time == -1e300 || time == 5e9))
+        continue;  // which of the times are wrong is not known yet
       decoder.decode(message, read);
       ASSERT_EQ(read.points.size(), scan.points.size() - 2) << time;
       EXPECT_EQ(warnings.count("lidar.untimed_points"), 2) << time;
       EXPECT_EQ(read.points[7].position, scan.points[8].position);
-      EXPECT_LT(std::abs(static_cast<double>(read.start + read.points[7].offset_ns - scan.start - scan.points[8].offset_ns)), 300.0);
+      EXPECT_LT(
+          std::abs(static_cast<double>(read.start + read.points[7].offset_ns - scan.start - scan.points[8].offset_ns)),
+          300.0);
       // Where most have none, it is another mistake.
-      for (std::size_t i = 0; 2 * i < scan.points.size() + 4; ++i) std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
+      for (std::size_t i = 0; 2 * i < scan.points.size() + 4; ++i)
+        std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
       EXPECT_THAT(message_of<InputError>([&] { decoder.decode(message, read); }),
-                  AllOf(HasSubstr("log.bag: /points at 1700000000."), HasSubstr("points have no time in 'timestamp'"), HasSubstr("in robot.yaml")))
+                  AllOf(HasSubstr("log.bag: /points at 1700000000."), HasSubstr("points have no time in 'timestamp'"),
+                        HasSubstr("in robot.yaml")))
           << time;
     }
   }
@@ -300,11 +316,14 @@ TEST(PointLayouts, SparseScansWaitForOneThatTells) {
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 0);
   // Few again, but a third of a scan: enough for this one's unit, not for all that follow.
   LidarScan part = simulated_scans()[0];
-  std::erase_if(part.points, [&](const LidarPoint& point) { return point.ring != 3 || part.start + point.offset_ns > third; });
+  std::erase_if(part.points,
+                [&](const LidarPoint& point) { return point.ring != 3 || part.start + point.offset_ns > third; });
   ASSERT_LT(part.points.size(), points_that_tell);
   decoder.decode(cloud.write(part, data), read);
   ASSERT_EQ(read.points.size(), part.points.size());
-  EXPECT_LT(std::abs(static_cast<double>(read.start + read.points[5].offset_ns - part.start - part.points[5].offset_ns)), 20.0);
+  EXPECT_LT(
+      std::abs(static_cast<double>(read.start + read.points[5].offset_ns - part.start - part.points[5].offset_ns)),
+      20.0);
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 0);
   decoder.decode(cloud.write(simulated_scans()[1], data), read);
   EXPECT_EQ(read.points.size(), simulated_scans()[1].points.size());
@@ -312,7 +331,12 @@ TEST(PointLayouts, SparseScansWaitForOneThatTells) {
 }
 
 TEST(PointLayouts, AClockThatJumpsWithinAScanCostsThatScanAlone) {
-  const CloudLayout cloud{"timestamp", Field::uint32, us, PointTimeZero::lidar_clock, ScanStamp::start, false,
+  const CloudLayout cloud{"timestamp",
+                          Field::uint32,
+                          us,
+                          PointTimeZero::lidar_clock,
+                          ScanStamp::start,
+                          false,
                           simulated_scans()[0].start - 123'000'000'000};
   WarningLog warnings;
   const Platform platform = platform_of(untold(ScanStamp::start));

@@ -6,8 +6,8 @@
 
 #include "core/error.h"
 #include "frontends/messages/point_cloud_decoder.h"
-#include "tests/frontends/messages/cloud_layout.h"
 #include "tests/frontends/logs/test_files.h"
+#include "tests/frontends/messages/cloud_layout.h"
 
 /// Which fields are taken for coordinates and times, by their names.
 namespace lodestone {
@@ -80,10 +80,17 @@ std::string line_refusing(const AlterableCloud& cloud, const Platform& platform)
 }
 
 TEST(PointLayouts, TimesInSecondsAndNanosecondsAreReadToTheNanosecond) {
-  const std::pair<const char*, const char*> names[] = {
-      {"timeSecond", "timeNanosecond"}, {"time_sec", "time_nsec"},       {"sec", "nsec"},        {"lidar_sec", "lidar_nsec"},
-      {"secs", "nsecs"},                {"seconds", "nanos"},            {"sec", "nanosec"},     {"t_s", "t_ns"},
-      {"time_s", "time_ns"},            {"SecondsOfGps", "NanosecondsOfGps"}, {"stamp_sec", "stamp_nanosec"}};
+  const std::pair<const char*, const char*> names[] = {{"timeSecond", "timeNanosecond"},
+                                                       {"time_sec", "time_nsec"},
+                                                       {"sec", "nsec"},
+                                                       {"lidar_sec", "lidar_nsec"},
+                                                       {"secs", "nsecs"},
+                                                       {"seconds", "nanos"},
+                                                       {"sec", "nanosec"},
+                                                       {"t_s", "t_ns"},
+                                                       {"time_s", "time_ns"},
+                                                       {"SecondsOfGps", "NanosecondsOfGps"},
+                                                       {"stamp_sec", "stamp_nanosec"}};
   const LidarScan scan = turn_about_a_second();
   for (const auto& [seconds, nanoseconds] : names) {
     for (const Time origin : {Time{0}, scan.start - 77'960'000'000}) {  // absolute, and of the LiDAR's own clock
@@ -105,7 +112,8 @@ TEST(PointLayouts, TimesInSecondsAndNanosecondsAreReadToTheNanosecond) {
           const Platform platform = platform_that_names(said);
           PointCloudDecoder("log.bag", platform, warnings).decode(cloud.message, read);
           EXPECT_LT(worst_ns(read, scan), 1.0);
-          EXPECT_THAT(warnings.entries().at("lidar.told_from_content").first_detail, HasSubstr(std::string(seconds) + " + " + nanoseconds));
+          EXPECT_THAT(warnings.entries().at("lidar.told_from_content").first_detail,
+                      HasSubstr(std::string(seconds) + " + " + nanoseconds));
         }
       }
     }
@@ -113,7 +121,8 @@ TEST(PointLayouts, TimesInSecondsAndNanosecondsAreReadToTheNanosecond) {
 }
 
 TEST(PointLayouts, SecondsAndMicrosecondsAreNoPairAndNeitherAreOtherStems) {
-  const std::pair<const char*, const char*> names[] = {{"sec", "usec"}, {"sec", "time_nsec"}, {"second_return", "nsec"}};
+  const std::pair<const char*, const char*> names[] = {
+      {"sec", "usec"}, {"sec", "time_nsec"}, {"second_return", "nsec"}};
   for (const auto& [seconds, fraction] : names) {
     AlterableCloud cloud(turn_about_a_second());
     cloud.message.fields.back() = {seconds, 24, Field::uint32, 1};
@@ -173,8 +182,9 @@ TEST(PointLayouts, TheCurvatureOfASurfaceIsNoTime) {
     EXPECT_EQ(worst_ns(read, scan), 0.0) << largest;
     // Without other times it does not stand in for them.
     cloud.message.fields.erase(cloud.message.fields.begin() + 5);
-    EXPECT_THAT(line_refusing(cloud, platform_that_names("")), AllOf(HasSubstr("no point field reads as each point's own time: 'curvature'"),
-                                                               HasSubstr("record the driver's full points")))
+    EXPECT_THAT(line_refusing(cloud, platform_that_names("")),
+                AllOf(HasSubstr("no point field reads as each point's own time: 'curvature'"),
+                      HasSubstr("record the driver's full points")))
         << largest;
     Platform with_unit = platform_that_names("");
     with_unit.lidar.time_unit = PointTimeUnit::seconds;

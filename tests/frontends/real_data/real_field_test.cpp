@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
-#include "core/mapping/magnetic_map_builder.h"
 #include "core/magnetometer/localization.h"
+#include "core/mapping/magnetic_map_builder.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
@@ -19,7 +19,8 @@ using testing::read_csv;
 /// One run of the AaltoML set: motion-capture position and field in map axes, sampled together. Runs are told apart in
 /// time, as passes of one survey.
 std::vector<FieldObservation> read_aalto(int run) {
-  const std::string stem = (testing::real_data_folder() / "magnetic" / "aalto" / ("invensense-" + std::to_string(run))).string();
+  const std::string stem =
+      (testing::real_data_folder() / "magnetic" / "aalto" / ("invensense-" + std::to_string(run))).string();
   const auto time = read_csv(stem + "-time.csv");
   const auto location = read_csv(stem + "-loc.csv");
   const auto field = read_csv(stem + "-mag.csv");
@@ -77,14 +78,14 @@ TEST_F(AaltoField, MapOfThreeRunsPredictsTheFourthAsWellAsTheBestKernelFit) {
       const Vector3 square = (observation.field_ut - value->field_ut).cwiseAbs2();
       squares += square;
       for (int k = 0; k < 3; ++k) {
-        normalized[k] += square[k] / (value->sigma_ut * value->sigma_ut + 0.09 +
-                                      std::pow(result.fit.kernels[k].noise_sigma, 2));
+        normalized[k] +=
+            square[k] / (value->sigma_ut * value->sigma_ut + 0.09 + std::pow(result.fit.kernels[k].noise_sigma, 2));
       }
     }
     const Vector3 rms = (squares / answered).cwiseSqrt();
     normalized = (normalized / answered).cwiseSqrt();
-    std::printf("map every %.2f m: rms %.2f %.2f %.2f uT over %d readings, over their sigma %.2f %.2f %.2f\n", resolution,
-                rms.x(), rms.y(), rms.z(), answered, normalized.x(), normalized.y(), normalized.z());
+    std::printf("map every %.2f m: rms %.2f %.2f %.2f uT over %d readings, over their sigma %.2f %.2f %.2f\n",
+                resolution, rms.x(), rms.y(), rms.z(), answered, normalized.x(), normalized.y(), normalized.z());
     EXPECT_EQ(answered, static_cast<int>(near_track_.size()));
     EXPECT_LT(rms.x(), 1.1 * 3.0);
     EXPECT_LT(rms.y(), 1.1 * 3.2);
@@ -95,10 +96,10 @@ TEST_F(AaltoField, MapOfThreeRunsPredictsTheFourthAsWellAsTheBestKernelFit) {
   }
 }
 
-// The data's README knows a fit that comes to 5.4 cm by a protocol that it does not spell out in full. Here: prior 10 cm an
-// axis (14 cm in the plane), error in the plane, every third reading near the track. Gauss-Newton comes to 10.2 cm (7.2 cm
-// an axis); exhaustive search for the same posterior's maximum to 8.5 to 9 cm (6.0 an axis), so most of the rest is the
-// map's and the survey's error, not the method's.
+// The data's README knows a fit that comes to 5.4 cm by a protocol that it does not spell out in full. Here: prior 10
+// cm an axis (14 cm in the plane), error in the plane, every third reading near the track. Gauss-Newton comes to 10.2
+// cm (7.2 cm an axis); exhaustive search for the same posterior's maximum to 8.5 to 9 cm (6.0 an axis), so most of the
+// rest is the map's and the survey's error, not the method's.
 TEST_F(AaltoField, OneReadingImprovesOnItsPrior) {
   MagneticMapOptions options;
   options.resolution_m = 0.05;
@@ -126,7 +127,8 @@ TEST_F(AaltoField, OneReadingImprovesOnItsPrior) {
     const Vector3 offset(prior_m * normal(generator), prior_m * normal(generator), 0.0);
     MagneticArraySample sample;
     sample.field_ut = {near_track_[i].field_ut};
-    const auto found = localize({Quaternion::Identity(), truth + offset}, prior, sample, suite, result.map, localization);
+    const auto found =
+        localize({Quaternion::Identity(), truth + offset}, prior, sample, suite, result.map, localization);
     if (found.used == 0) continue;
     ++count;
     const Eigen::Vector2d error = (found.T_map_imu.position - truth).head<2>();
@@ -134,8 +136,8 @@ TEST_F(AaltoField, OneReadingImprovesOnItsPrior) {
     after += error.squaredNorm();
     normalized += error.dot(found.covariance.block<2, 2>(3, 3).ldlt().solve(error)) / 2.0;
   }
-  std::printf("one reading: %.1f cm rms from a prior of %.1f cm, NEES %.2f, %d readings\n", 100 * std::sqrt(after / count),
-              100 * std::sqrt(before / count), normalized / count, count);
+  std::printf("one reading: %.1f cm rms from a prior of %.1f cm, NEES %.2f, %d readings\n",
+              100 * std::sqrt(after / count), 100 * std::sqrt(before / count), normalized / count, count);
   EXPECT_GT(count, 500);
   EXPECT_LT(std::sqrt(after / count), 0.8 * std::sqrt(before / count));
   EXPECT_LT(normalized / count, 3.0);
@@ -143,12 +145,13 @@ TEST_F(AaltoField, OneReadingImprovesOnItsPrior) {
 
 TEST(OsmanField, BlocksOfTimeHeldOutArePredictedToThirdsOfAMicrotesla) {
   const auto path = testing::real_data_folder() / "magnetic" / "osman_simple.csv";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no data in " << testing::real_data_folder() << "; set LODESTONE_DATA";
+  if (!std::filesystem::exists(path))
+    GTEST_SKIP() << "no data in " << testing::real_data_folder() << "; set LODESTONE_DATA";
   std::vector<FieldObservation> observations;
   for (const auto& row : read_csv(path)) {
     const Quaternion R_map_imu(row.at(16), row.at(13), row.at(14), row.at(15));
-    observations.push_back({{row[10], row[11], row[12]}, R_map_imu * Vector3(row[7], row[8], row[9]), 0.1,
-                            from_seconds(row[0])});
+    observations.push_back(
+        {{row[10], row[11], row[12]}, R_map_imu * Vector3(row[7], row[8], row[9]), 0.1, from_seconds(row[0])});
   }
   const HeldOutBlocks blocks(observations, from_seconds(1.0), 10);
   std::vector<FieldObservation> training, held_out;

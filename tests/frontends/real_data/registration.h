@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "core/lidar/condensed_cost.h"
 #include "core/lidar/association.h"
+#include "core/lidar/condensed_cost.h"
 
 namespace lodestone {
 

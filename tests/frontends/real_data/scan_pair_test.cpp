@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "core/lidar/condensed_cost.h"
 #include "core/lidar/association.h"
+#include "core/lidar/condensed_cost.h"
 #include "frontends/maps/point_cloud_file.h"
 #include "tests/frontends/logs/test_files.h"
 #include "tests/frontends/real_data/registration.h"

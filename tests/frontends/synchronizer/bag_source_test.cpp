@@ -75,7 +75,9 @@ TEST_F(BagSourceTest, TheCalibrationOfAMagnetometerIsTakenOff) {
   const Contents after = read_all(path, calibrated);
   EXPECT_EQ(first_field(after, 0), first_field(before, 0));
   const MagnetometerMessageLayout& layout = calibrated.magnetometers[1];
-  EXPECT_LT((first_field(after, 1) - layout.soft_iron_correction * (first_field(before, 1) - layout.hard_iron_ut)).norm(), 1e-12);
+  EXPECT_LT(
+      (first_field(after, 1) - layout.soft_iron_correction * (first_field(before, 1) - layout.hard_iron_ut)).norm(),
+      1e-12);
 }
 
 TEST_F(BagSourceTest, MissingAndCutOffFiles) {
@@ -284,7 +286,9 @@ TEST_F(BagSourceTest, TwoDrivesInOneLogEndWithTheFirst) {
   const auto later = [second](Time time) { return time < second ? time : time + 3'600'000'000'000; };
   log.on_record = later;
   log.on_imu = [later](int, ros1::ImuMessage& imu) { return imu.stamp = later(imu.stamp), true; };
-  log.on_field = [later](int, int, ros1::MagneticFieldMessage& field) { return field.stamp = later(field.stamp), true; };
+  log.on_field = [later](int, int, ros1::MagneticFieldMessage& field) {
+    return field.stamp = later(field.stamp), true;
+  };
   log.on_scan = [later](int, ros1::PointCloudMessage& cloud, std::vector<std::uint8_t>&) {
     return cloud.stamp = later(cloud.stamp), true;
   };
@@ -353,7 +357,8 @@ TEST_F(BagSourceTest, ScanStampsAtTheEndAndAbsolutePointTimesMeanTheSame) {
     cloud.fields[4] = {"t", 24, ros1::PointField::float64, 1};
     cloud.fields.pop_back();
     for (int i = 0; i < 2048; ++i) {
-      const double time = static_cast<double>(cloud.stamp) * 1e-9 + 1e-9 * static_cast<double>(SyntheticLog::period / 2048 * i);
+      const double time =
+          static_cast<double>(cloud.stamp) * 1e-9 + 1e-9 * static_cast<double>(SyntheticLog::period / 2048 * i);
       SyntheticLog::put(data, i, 24, &time, 8);
     }
     return true;

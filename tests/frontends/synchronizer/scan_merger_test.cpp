@@ -6,9 +6,9 @@
 #include <map>
 
 #include "frontends/synchronizer/bag_source.h"
-#include "tests/frontends/messages/cloud_layout.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/frontends/logs/test_files.h"
+#include "tests/frontends/messages/cloud_layout.h"
 
 namespace lodestone {
 namespace {
@@ -76,7 +76,8 @@ TEST_F(TwoLidars, EveryPointJoinsTheScanOfItsTimeOnce) {
   while (merger.take(scan)) merged.push_back(scan);
   ASSERT_EQ(merged.size(), 6U);
   for (std::size_t i = 0; i < merged.size(); ++i) {
-    EXPECT_EQ(merged[i].end, first_start + static_cast<Time>(i) * period + period - 40'000) << "the first LiDAR sets the pace";
+    EXPECT_EQ(merged[i].end, first_start + static_cast<Time>(i) * period + period - 40'000)
+        << "the first LiDAR sets the pace";
     expect_right(merged[i]);
   }
   std::size_t points = 0;
@@ -128,7 +129,9 @@ TEST_F(TwoLidars, LimitsOfRangeAreEachLidarsOwn) {
 TEST_F(TwoLidars, AreReadFromOneLogWithLayoutsOfTheirOwn) {
   const TemporaryFolder folder;
   const std::string path = folder / "log.bag";
-  const CloudLayout layouts[] = {{"t", ros1::PointField::uint32}, {"timestamp", ros1::PointField::uint64, PointTimeUnit::nanoseconds, PointTimeZero::epoch}};
+  const CloudLayout layouts[] = {
+      {"t", ros1::PointField::uint32},
+      {"timestamp", ros1::PointField::uint64, PointTimeUnit::nanoseconds, PointTimeZero::epoch}};
   {
     ros1::BagWriter writer(path, Codec::none);
     std::vector<std::uint8_t> data;
@@ -141,7 +144,8 @@ TEST_F(TwoLidars, AreReadFromOneLogWithLayoutsOfTheirOwn) {
         writer.write("/imu/data", imu.stamp, imu);
       }
       writer.write("/front", start + period, layouts[0].write(scan_at(start, front.T_imu_lidar), data));
-      writer.write("/rear", start + period + 20'000'000, layouts[1].write(scan_at(start + 20'000'000, rear.T_imu_lidar), data));
+      writer.write("/rear", start + period + 20'000'000,
+                   layouts[1].write(scan_at(start + 20'000'000, rear.T_imu_lidar), data));
     }
     writer.close();
   }

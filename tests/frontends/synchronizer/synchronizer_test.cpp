@@ -117,7 +117,8 @@ TEST_F(SynchronizerTest, InterpolatesTheImuExactlyAtScanEnds) {
 }
 
 TEST_F(SynchronizerTest, AnImuSampleExactlyAtTheEndIsNotRepeated) {
-  for (Time t = 0; t <= 400 * ms; t += 5 * ms) source.list.push_back(ImuSample{origin + t, Vector3::Zero(), Vector3::Zero()});
+  for (Time t = 0; t <= 400 * ms; t += 5 * ms)
+    source.list.push_back(ImuSample{origin + t, Vector3::Zero(), Vector3::Zero()});
   for (int k = 0; k < 3; ++k) {
     LidarScan scan;
     scan.start = origin + k * 100 * ms;
@@ -223,9 +224,9 @@ TEST_F(SynchronizerTest, ScansWithoutImuAtEitherEndAreDroppedAndCounted) {
   EXPECT_EQ(result.front().scan.start, origin + 300 * ms);
   EXPECT_EQ(warnings.count("lidar.before_imu"), 3);
   EXPECT_LE(result.back().scan.end, origin + 1550 * ms);
-  EXPECT_EQ(warnings.count("lidar.before_imu") + warnings.count("lidar.after_imu") +
-                static_cast<std::int64_t>(result.size()),
-            20);
+  EXPECT_EQ(
+      warnings.count("lidar.before_imu") + warnings.count("lidar.after_imu") + static_cast<std::int64_t>(result.size()),
+      20);
 }
 
 TEST_F(SynchronizerTest, AScanThatComesTooLateIsDroppedAndCounted) {

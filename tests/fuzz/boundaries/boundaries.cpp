@@ -5,20 +5,20 @@
 
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
-#include "frontends/maps/field_import.h"
-#include "frontends/logs/compression.h"
-#include "frontends/messages/known_types.h"
-#include "frontends/logs/log_conversion.h"
-#include "frontends/messages/message_decoder.h"
-#include "frontends/messages/message_paths.h"
-#include "frontends/logs/open_log.h"
-#include "frontends/maps/magnetic_map_file.h"
-#include "frontends/messages/point_cloud_decoder.h"
-#include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "tools/simulate/world.h"
+#include "frontends/logs/compression.h"
+#include "frontends/logs/log_conversion.h"
+#include "frontends/logs/open_log.h"
+#include "frontends/maps/field_import.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "frontends/messages/known_types.h"
+#include "frontends/messages/message_decoder.h"
+#include "frontends/messages/message_paths.h"
+#include "frontends/messages/point_cloud_decoder.h"
 #include "tests/frontends/logs/synthetic_log.h"
+#include "tools/simulate/world.h"
 
 namespace lodestone::testing {
 
@@ -88,8 +88,12 @@ void read_log(const fs::path& path) {
   for (RawMessage raw; source->next(raw);) decode(decoder, clouds, source->topics()[raw.topic], raw);
 }
 
-void read_log_file(const fs::path& folder) { read_log(folder / "log"); }
-void read_log_folder(const fs::path& folder) { read_log(folder); }
+void read_log_file(const fs::path& folder) {
+  read_log(folder / "log");
+}
+void read_log_folder(const fs::path& folder) {
+  read_log(folder);
+}
 
 void write_text(const fs::path& path, const std::string& text) {
   fs::create_directories(path.parent_path());
@@ -97,9 +101,11 @@ void write_text(const fs::path& path, const std::string& text) {
 }
 
 void write_csv_log(const fs::path& folder) {
-  std::string imu = "time_ns,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,"
-                    "accelerometer_y_m_s2,accelerometer_z_m_s2\n";
-  for (int i = 0; i < 20; ++i) imu += std::to_string(1'700'000'000'000'000'000 + i * 5'000'000) + ",0,0.25,-1e-3,0,0,9.8\n";
+  std::string imu =
+      "time_ns,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,"
+      "accelerometer_y_m_s2,accelerometer_z_m_s2\n";
+  for (int i = 0; i < 20; ++i)
+    imu += std::to_string(1'700'000'000'000'000'000 + i * 5'000'000) + ",0,0.25,-1e-3,0,0,9.8\n";
   write_text(folder / "imu.csv", imu);
 }
 
@@ -151,7 +157,8 @@ void read_message(const fs::path& folder) {
 }
 
 constexpr const char* kCloudHeader =
-    "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 16\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 16\n";
+    "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 16\nHEIGHT 1\nVIEWPOINT 0 0 0 "
+    "1 0 0 0\nPOINTS 16\n";
 
 void write_ascii_cloud(const fs::path& folder) {
   std::string text = std::string(kCloudHeader) + "DATA ascii\n";
@@ -175,9 +182,13 @@ void write_packed_cloud(const fs::path& folder) {
 
 /// A cloud of a log that is a folder of files.
 void write_cloud_of_log(const fs::path& folder) {
-  std::string text = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity ring t\nSIZE 4 4 4 4 2 4\nTYPE F F F F U U\nCOUNT 1 1 1 1 1 1\nWIDTH 16\nHEIGHT 1\n"
-                     "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 16\nDATA ascii\n";
-  for (int i = 0; i < 16; ++i) text += std::to_string(i + 1) + " 0.5 -1e-2 100 " + std::to_string(i % 2) + " " + std::to_string(i * 6'000'000) + "\n";
+  std::string text =
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity ring t\nSIZE 4 4 4 4 2 4\nTYPE F F F F U U\nCOUNT 1 1 1 1 1 "
+      "1\nWIDTH 16\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 16\nDATA ascii\n";
+  for (int i = 0; i < 16; ++i)
+    text +=
+        std::to_string(i + 1) + " 0.5 -1e-2 100 " + std::to_string(i % 2) + " " + std::to_string(i * 6'000'000) + "\n";
   write_text(folder / "points/1700000000.25.pcd", text);
 }
 
@@ -190,7 +201,8 @@ void read_cloud(const fs::path& folder) {
 std::string ply_header(const char* format) {
   return std::string("ply\nformat ") + format +
          " 1.0\ncomment of a map\nelement face 4\nproperty list uchar int vertex_index\nelement vertex 16\n"
-         "property uchar red\nproperty float x\nproperty double y\nproperty float z\nproperty list uchar short seen\nend_header\n";
+         "property uchar red\nproperty float x\nproperty double y\nproperty float z\nproperty list uchar short "
+         "seen\nend_header\n";
 }
 
 void write_ascii_ply(const fs::path& folder) {
@@ -245,11 +257,11 @@ void write_defined_message(const fs::path& folder) {
   write_text(folder / "definition",
              "std_msgs/Header header\nReading[] readings\nstring<=9 name \"none\"\nfloat32[3] rate\nuint8 A=1\n"
              "==========\nMSG: board_msgs/Reading\nuint16 raw\nfloat64[] field\n");
-  std::string bytes(12, '\1');                                       // seq, stamp
-  bytes += std::string("\1\0\0\0m", 5);                             // frame
-  bytes += std::string("\2\0\0\0", 4);                              // readings
+  std::string bytes(12, '\1');           // seq, stamp
+  bytes += std::string("\1\0\0\0m", 5);  // frame
+  bytes += std::string("\2\0\0\0", 4);   // readings
   for (int i = 0; i < 2; ++i) bytes += std::string("\7\0\3\0\0\0", 6) + std::string(24, '?');
-  bytes += std::string("\2\0\0\0ab", 6) + std::string(12, '?');    // name, rate
+  bytes += std::string("\2\0\0\0ab", 6) + std::string(12, '?');  // name, rate
   write_text(folder / "bytes", bytes);
 }
 void read_defined_message(const fs::path& folder) {
@@ -266,23 +278,33 @@ void read_defined_message(const fs::path& folder) {
   paths.read({0, 0, bytes.data(), bytes.size()}, vectors);
 }
 
-void write_platform(const fs::path& folder) { save_platform(small_log().platform(), (folder / "platform.yaml").string()); }
-void read_platform(const fs::path& folder) { load_platform((folder / "platform.yaml").string()); }
+void write_platform(const fs::path& folder) {
+  save_platform(small_log().platform(), (folder / "platform.yaml").string());
+}
+void read_platform(const fs::path& folder) {
+  load_platform((folder / "platform.yaml").string());
+}
 
 void write_world(const fs::path& folder) {
   const std::string world = read_text_file((fs::path(LODESTONE_SOURCE_DIR) / "config/worlds/corridor.yaml").string());
   // No shipped world has a section `reality`.
   write_text(folder / "world.yaml",
-             world + "\nreality:\n  grade: field\n  lidar_clock_offset_sigma_s: 0.003\n  mixed_points: true\n"
-                     "  cloud_displacement_rms_m: 0.02\n  cloud_displacement_length_m: 20\n"
-                     "  doubled_walls_share: 0.05\n  people: 2\n  noise_density_factor_max: 2\n");
+             world +
+                 "\nreality:\n  grade: field\n  lidar_clock_offset_sigma_s: 0.003\n  mixed_points: true\n"
+                 "  cloud_displacement_rms_m: 0.02\n  cloud_displacement_length_m: 20\n"
+                 "  doubled_walls_share: 0.05\n  people: 2\n  noise_density_factor_max: 2\n");
 }
-void read_world(const fs::path& folder) { simulation::load_world((folder / "world.yaml").string()); }
+void read_world(const fs::path& folder) {
+  simulation::load_world((folder / "world.yaml").string());
+}
 
 void write_configuration(const fs::path& folder) {
-  write_text(folder / "options.yaml", "smoother:\n  window_s: 3.0\n  solver: {max_iterations: 4}\nlidar: {map: {voxel_m: [0.5, 1]}}\n");
+  write_text(folder / "options.yaml",
+             "smoother:\n  window_s: 3.0\n  solver: {max_iterations: 4}\nlidar: {map: {voxel_m: [0.5, 1]}}\n");
 }
-void read_configuration(const fs::path& folder) { ConfigurationNode::load((folder / "options.yaml").string()); }
+void read_configuration(const fs::path& folder) {
+  ConfigurationNode::load((folder / "options.yaml").string());
+}
 
 template <bool euroc>
 void write_trajectory(const fs::path& folder) {
@@ -293,13 +315,16 @@ void write_trajectory(const fs::path& folder) {
   }
   write_text(folder / "truth", text);
 }
-void read_trajectory_file(const fs::path& folder) { read_trajectory((folder / "truth").string()); }
+void read_trajectory_file(const fs::path& folder) {
+  read_trajectory((folder / "truth").string());
+}
 
 void write_split_bag(const fs::path& folder) {
   write_converted<LogFormat::db3, Codec::none>(folder);
-  write_text(folder / "metadata.yaml",
-             "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n    - log\n"
-             "  compression_format: \"\"\n  compression_mode: \"\"\n");
+  write_text(
+      folder / "metadata.yaml",
+      "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n    - log\n"
+      "  compression_format: \"\"\n  compression_mode: \"\"\n");
 }
 
 }  // namespace

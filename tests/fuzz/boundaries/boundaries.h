@@ -10,7 +10,7 @@ namespace lodestone::testing {
 
 struct Boundary {
   std::string name;
-  std::string file;  ///< below the folder: the one whose bytes are altered
+  std::string file;                                    ///< below the folder: the one whose bytes are altered
   void (*write)(const std::filesystem::path& folder);  ///< a valid input, its companions included
   /// Reads all of it. Throws InputError where it is refused; anything else is a defect.
   void (*read)(const std::filesystem::path& folder);

@@ -1,11 +1,12 @@
 // Whatever bytes are altered or missing, an input is read or refused in one line; nothing else is thrown.
+#include "tests/fuzz/boundaries/boundaries.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
-#include "tests/fuzz/boundaries/boundaries.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
@@ -41,7 +42,8 @@ std::string altered(std::string bytes, std::mt19937_64& random) {
         if (length > 0) bytes[at] = static_cast<char>('0' + random() % 10);
         break;
       default: {
-        static const char* const words[] = {"-", "nan", "1e309", "99999999999999999999", "\n", ": [", "&a *a", "\0", "{}", "~", "..", "\t"};
+        static const char* const words[] = {
+            "-", "nan", "1e309", "99999999999999999999", "\n", ": [", "&a *a", "\0", "{}", "~", "..", "\t"};
         bytes.insert(at, words[random() % std::size(words)]);
       }
     }
@@ -86,11 +88,14 @@ TEST(FoundInputs, AreReadOrRefusedInOneLine) {
   empty_livox[0] = static_cast<char>(0x95);
   empty_livox[22] = static_cast<char>(0x80);
   // A header that goes on after its end, with more fields than memory was taken for.
-  const std::string twice = "VERSION 0.7\nFIELDS x y z intensity ring t\nSIZE 4 4 4 4 2 4\nTYPE F F F F U U\nCOUNT 1 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\n"
-                            "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\nFIELDS-1e\nWIDTH 90000\nDATA ascii\nFIELDS-1e-2001  0 0\n"
-                            "1 2 3 4 5 6\n1 2 3 4 5 6\n";
+  const std::string twice =
+      "VERSION 0.7\nFIELDS x y z intensity ring t\nSIZE 4 4 4 4 2 4\nTYPE F F F F U U\nCOUNT 1 1 1 1 1 1\nWIDTH "
+      "2\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\nFIELDS-1e\nWIDTH 90000\nDATA ascii\nFIELDS-1e-2001  0 0\n"
+      "1 2 3 4 5 6\n1 2 3 4 5 6\n";
   const std::string far_future = "name: late\nstart_time_s: 17400000000\n";  // whose nanoseconds no 64 bits hold
-  for (const Found& found : {Found{"world", far_future}, Found{"message_cdr", empty_livox}, Found{"csv_cloud", twice}, Found{"cloud_ascii", twice}}) {
+  for (const Found& found : {Found{"world", far_future}, Found{"message_cdr", empty_livox}, Found{"csv_cloud", twice},
+                             Found{"cloud_ascii", twice}}) {
     const TemporaryFolder folder;
     const Boundary& boundary = testing::boundary(found.boundary);
     boundary.write(folder.path());

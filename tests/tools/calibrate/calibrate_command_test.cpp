@@ -40,7 +40,8 @@ class CalibrateCommand : public ::testing::Test {
   void write_log() const {
     std::ofstream imu(log_ / "imu.csv");
     imu << "time_ns,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,accelerometer_y_m_s2,"
-           "accelerometer_z_m_s2\n" << std::setprecision(9);
+           "accelerometer_z_m_s2\n"
+        << std::setprecision(9);
     const Time begin = from_seconds(1000.0);
     for (const ImuSample& sample : array_.imu) {
       const Vector3& w = sample.angular_velocity;
@@ -69,7 +70,8 @@ TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
   const std::filesystem::path out = folder_ / "calibrated" / "platform.yaml";
   const ProgramResult first = run_lodestone(call("--set max_moments=300 --out " + out.string()));
   ASSERT_EQ(first.code, 0) << first.errors;
-  EXPECT_THAT(first.output, HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
+  EXPECT_THAT(first.output,
+              HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
   const Platform calibrated = load_platform(out.string());
   for (std::size_t j = 0; j < 2; ++j) {
     EXPECT_LT((calibrated.magnetometers[j].hard_iron_ut - array_.truth[j].hard_iron_ut).cwiseAbs().maxCoeff(), 0.3);
@@ -83,8 +85,8 @@ TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
 
   // The reader takes the calibration off: a second one, of the same log, begins where this one ended.
   const std::filesystem::path again = folder_ / "again" / "platform.yaml";
-  const ProgramResult second = run_lodestone("calibrate magnetometers " + log_.string() + " --platform " + out.string() +
-                                             " --set max_moments=300 --out " + again.string());
+  const ProgramResult second = run_lodestone("calibrate magnetometers " + log_.string() + " --platform " +
+                                             out.string() + " --set max_moments=300 --out " + again.string());
   ASSERT_EQ(second.code, 0) << second.errors;
   const nlohmann::ordered_json after = read_json(again.parent_path() / "calibration.json");
   EXPECT_NEAR(after["magnetometers"][0]["residual_before_ut"], json["magnetometers"][0]["residual_after_ut"], 0.05);
@@ -109,9 +111,11 @@ TEST_F(CalibrateCommand, EachMistakeIsOneLineAndCodeTwo) {
   expect_refused(call("--out platform.txt"), ".yaml");
   expect_refused(call("--set hard_iron_sigma_t=3"), "did you mean 'hard_iron_sigma_ut'");
   expect_refused(call("--set min_gain=2"), "min_gain");
-  expect_refused("calibrate magnetometers " + (folder_ / "absent").string() + " --platform " + platform_.string(), "absent");
-  expect_refused(call("--magnetic " + (folder_ / "absent.yaml").string() + " --trajectory " + (folder_ / "absent.tum").string()),
-                 "absent.tum");
+  expect_refused("calibrate magnetometers " + (folder_ / "absent").string() + " --platform " + platform_.string(),
+                 "absent");
+  expect_refused(
+      call("--magnetic " + (folder_ / "absent.yaml").string() + " --trajectory " + (folder_ / "absent.tum").string()),
+      "absent.tum");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "calibrated"));
 }
 

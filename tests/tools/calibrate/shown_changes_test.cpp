@@ -31,13 +31,15 @@ TEST(ShownChanges, KeepWhatExceedsTwoSigmasAndNothingElse) {
   EXPECT_EQ(changes.calibrations[0].distortion, Matrix3::Identity());
   EXPECT_TRUE(changes.taken[0][0] && !changes.taken[0][1] && changes.taken[0][2] && !changes.taken[0][3]);
   const std::vector<MagnetometerModel> suite = named({"front"});
-  EXPECT_EQ(left_as_given(changes, suite, result), "front: hard iron y, scale x, scale y, scale z, shear xy, shear xz, shear yz, turn x, "
-                                                   "turn y, turn z");
+  EXPECT_EQ(left_as_given(changes, suite, result),
+            "front: hard iron y, scale x, scale y, scale z, shear xy, shear xz, shear yz, turn x, "
+            "turn y, turn z");
   EXPECT_EQ(left_as_given(shown_changes(known()), suite, known()), "front: everything");
 }
 
 TEST(ShownChanges, ASumThatIsKnownIsKeptWholeWhereItsPartsAreNot) {
-  // In a field of 40 µT that hardly changes, an offset along x and a scale along x do the same: 10 µT in all, to 0.1 µT.
+  // In a field of 40 µT that hardly changes, an offset along x and a scale along x do the same: 10 µT in all, to 0.1
+  // µT.
   MagnetometerCalibrationResult result = known();
   constexpr double kField_ut = 40.0, kOffset_ut = 6.0, kScale = 0.1;
   Eigen::Matrix2d information = Eigen::Vector2d(1.0 / (20.0 * 20.0), 1.0 / (0.25 * 0.25)).asDiagonal();  // priors

@@ -1,5 +1,5 @@
-// `lodestone check` finds what is wrong, and nothing else: faults of the simulator's list and mistakes in platform file, maps
-// and start, on a drive of eight seconds.
+// `lodestone check` finds what is wrong, and nothing else: faults of the simulator's list and mistakes in platform
+// file, maps and start, on a drive of eight seconds.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,10 +44,11 @@ TEST(CheckFaults, ACleanLogRaisesNoAlarm) {
 }
 
 TEST(CheckFaults, CalibrationOfSingleMagnetometers) {
-  EXPECT_THAT(alarms(site().call("{kind: hard_iron, magnetometer: front_0, offset_ut: [12, -5, 8]}, "
-                                 "{kind: soft_iron, magnetometer: front_2, scale: [1.2, 0.85, 1.0], shear: [0.05, 0, 0]}, "
-                                 "{kind: misalignment, magnetometer: rear_1, rotation_rpy_deg: [0, 0, 20]}")),
-              UnorderedElementsAre("magnetometer.offset", "magnetometer.stretched", "magnetometer.turned"));
+  EXPECT_THAT(
+      alarms(site().call("{kind: hard_iron, magnetometer: front_0, offset_ut: [12, -5, 8]}, "
+                         "{kind: soft_iron, magnetometer: front_2, scale: [1.2, 0.85, 1.0], shear: [0.05, 0, 0]}, "
+                         "{kind: misalignment, magnetometer: rear_1, rotation_rpy_deg: [0, 0, 20]}")),
+      UnorderedElementsAre("magnetometer.offset", "magnetometer.stretched", "magnetometer.turned"));
 }
 
 TEST(CheckFaults, HealthOfSingleMagnetometers) {
@@ -56,14 +57,15 @@ TEST(CheckFaults, HealthOfSingleMagnetometers) {
                                  "{kind: saturated, magnetometer: rear_0, limit_ut: 30}, "
                                  "{kind: spikes, magnetometer: rear_1, rate_per_s: 2, size_ut: 50}, "
                                  "{kind: dead, magnetometer: rear_3, begin_s: 4}")),
-              UnorderedElementsAre("magnetometer.drift", "magnetometer.stuck", "magnetometer.limit", "magnetometer.spike",
-                                   "magnetometer.silent"));
+              UnorderedElementsAre("magnetometer.drift", "magnetometer.stuck", "magnetometer.limit",
+                                   "magnetometer.spike", "magnetometer.silent"));
 }
 
 TEST(CheckFaults, ExchangedMagnetometers) {
   const auto exchange = [](std::vector<std::size_t> ring) {
     return site().call_with([ring](Platform& platform) {
-      for (std::size_t i = 1; i < ring.size(); ++i) std::swap(platform.magnetometers[ring[0]].topic, platform.magnetometers[ring[i]].topic);
+      for (std::size_t i = 1; i < ring.size(); ++i)
+        std::swap(platform.magnetometers[ring[0]].topic, platform.magnetometers[ring[i]].topic);
     });
   };
   // Neighbours of one side; front and rear, which look the other way; three in a ring.
@@ -73,8 +75,8 @@ TEST(CheckFaults, ExchangedMagnetometers) {
   const CheckResult result = check_log(exchange({0, 6}));
   const Finding* finding = find(result, "magnetometer.exchanged");
   ASSERT_NE(finding, nullptr);
-  EXPECT_THAT(finding->change,
-              AllOf(HasSubstr("magnetometers[0].topic: /magnetometer_0/field"), HasSubstr("magnetometers[6].topic: /magnetometer_6/field")));
+  EXPECT_THAT(finding->change, AllOf(HasSubstr("magnetometers[0].topic: /magnetometer_0/field"),
+                                     HasSubstr("magnetometers[6].topic: /magnetometer_6/field")));
 }
 
 TEST(CheckFaults, ADeadMagnetometerHasNoTopic) {
@@ -82,10 +84,11 @@ TEST(CheckFaults, ADeadMagnetometerHasNoTopic) {
 }
 
 TEST(CheckFaults, GapsAndOneLateMagnetometer) {
-  EXPECT_THAT(alarms(site().call("{kind: lidar_outage, begin_s: 3, end_s: 3.6}, {kind: imu_gap, begin_s: 6, end_s: 6.1}, "
-                                 "{kind: lidar_outage, begin_s: 4, end_s: 4.3, scans: empty}, "
-                                 "{kind: clock_offset, sensor: rear_2, offset_s: -0.2}")),
-              UnorderedElementsAre("lidar.outage", "imu.gap", "lidar.empty", "clock.magnetometer"));
+  EXPECT_THAT(
+      alarms(site().call("{kind: lidar_outage, begin_s: 3, end_s: 3.6}, {kind: imu_gap, begin_s: 6, end_s: 6.1}, "
+                         "{kind: lidar_outage, begin_s: 4, end_s: 4.3, scans: empty}, "
+                         "{kind: clock_offset, sensor: rear_2, offset_s: -0.2}")),
+      UnorderedElementsAre("lidar.outage", "imu.gap", "lidar.empty", "clock.magnetometer"));
 }
 
 TEST(CheckFaults, StepsOfTheImusBiases) {
@@ -114,9 +117,10 @@ TEST(CheckFaults, ClocksOfMagnetometers) {
 }
 
 TEST(CheckFaults, SteelThatPasses) {
-  EXPECT_THAT(alarms(site().call("{kind: passing_steel, begin_s: 3, end_s: 8, from_m: [4, -1.7, 0.4], to_m: [-4, -1.7, 0.4], "
-                                 "moment_a_m2: [0, 100, 280]}")),
-              UnorderedElementsAre("field.passing"));
+  EXPECT_THAT(
+      alarms(site().call("{kind: passing_steel, begin_s: 3, end_s: 8, from_m: [4, -1.7, 0.4], to_m: [-4, -1.7, 0.4], "
+                         "moment_a_m2: [0, 100, 280]}")),
+      UnorderedElementsAre("field.passing"));
 }
 
 TEST(CheckFaults, WrongLinesOfThePlatformFile) {
@@ -125,7 +129,9 @@ TEST(CheckFaults, WrongLinesOfThePlatformFile) {
     call.seconds = 2.0;
     return alarms(call);
   };
-  const auto invert = [](Platform& platform) { platform.suite.lidar.T_imu_lidar = platform.suite.lidar.T_imu_lidar.inverse(); };
+  const auto invert = [](Platform& platform) {
+    platform.suite.lidar.T_imu_lidar = platform.suite.lidar.T_imu_lidar.inverse();
+  };
   EXPECT_THAT(at_begin(invert), UnorderedElementsAre("extrinsic.inverse"));
   EXPECT_THAT(at_begin([](Platform& platform) { platform.magnetometers[2].unit = FieldUnit::microtesla; }),
               UnorderedElementsAre("magnetometer.unit"));
@@ -152,11 +158,13 @@ TEST(CheckFaults, LinesOfThePlatformFileThatAreSuggested) {
   };
   EXPECT_THAT(change_of(site().call_with([](Platform& platform) { platform.imu.topic = "/imu/dat"; }), "topic.missing"),
               HasSubstr("imu.topic: /imu/data"));
-  EXPECT_THAT(change_of(site().call_with([](Platform& platform) { platform.lidar.time_unit = PointTimeUnit::microseconds; }),
-                        "lidar.point_time"),
-              HasSubstr("lidar.time_unit: ns"));
-  EXPECT_THAT(change_of(site().call_with([](Platform& platform) { platform.lidar.time_field = "ring"; }), "lidar.point_time"),
-              HasSubstr("lidar.fields.time: t, lidar.time_unit: ns"));
+  EXPECT_THAT(
+      change_of(site().call_with([](Platform& platform) { platform.lidar.time_unit = PointTimeUnit::microseconds; }),
+                "lidar.point_time"),
+      HasSubstr("lidar.time_unit: ns"));
+  EXPECT_THAT(
+      change_of(site().call_with([](Platform& platform) { platform.lidar.time_field = "ring"; }), "lidar.point_time"),
+      HasSubstr("lidar.fields.time: t, lidar.time_unit: ns"));
 }
 
 TEST(CheckFaults, ATurnedLidarIsToldWithoutAMap) {
@@ -172,7 +180,8 @@ TEST(CheckFaults, ATurnedLidarIsToldWithoutAMap) {
   };
   const double quarter = 1.5707963267948966;
   EXPECT_THAT(alone(site().call_with(turn(so3::exp(Vector3(quarter, 0, 0))))), Contains("extrinsic.rotation"));
-  EXPECT_THAT(alone(site().call_with(turn(so3::exp(Vector3(0, 0, 2 * quarter))))), UnorderedElementsAre("extrinsic.heading"));
+  EXPECT_THAT(alone(site().call_with(turn(so3::exp(Vector3(0, 0, 2 * quarter))))),
+              UnorderedElementsAre("extrinsic.heading"));
 
   // The same messages as those of a second LiDAR: right, and then rolled.
   const auto second = [&](double roll) {
@@ -207,7 +216,8 @@ TEST(CheckFaults, AWrongStartOrMap) {
     return alarms(call);
   };
   const Quaternion tilt = so3::exp(Vector3(0.0, 0.09, 0.0));
-  EXPECT_THAT(with_cloud("tilted.pcd", [&](const Vector3& point) -> Vector3 { return tilt * point; }), Contains("start.tilt"));
+  EXPECT_THAT(with_cloud("tilted.pcd", [&](const Vector3& point) -> Vector3 { return tilt * point; }),
+              Contains("start.tilt"));
   EXPECT_THAT(with_cloud("shifted.pcd", [](const Vector3& point) -> Vector3 { return point + Vector3(0.6, 0, 0); }),
               UnorderedElementsAre("start.off"));
   EXPECT_THAT(with_cloud("millimetres.pcd", [](const Vector3& point) -> Vector3 { return 1000.0 * point; }),
@@ -218,7 +228,8 @@ TEST(CheckCommand, ExitCodesAndReport) {
   const std::string log = site().log("");
   EXPECT_EQ(run_lodestone("check " + log).code, exit_code::done);
   const std::string json = site().file("check.json");
-  const ProgramResult good = run_lodestone("check " + log + " --seconds 3 --platform " + site().file("platform.yaml") + " --out " + json);
+  const ProgramResult good =
+      run_lodestone("check " + log + " --seconds 3 --platform " + site().file("platform.yaml") + " --out " + json);
   EXPECT_EQ(good.code, exit_code::done) << good.output << good.errors;
   EXPECT_THAT(good.output, HasSubstr("0 errors, 0 warnings"));
   const auto report = nlohmann::json::parse(content_of(json));

@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "tools/simulate/bag_recorder.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/maps/point_cloud_file.h"
 #include "tests/estimators/drive.h"
 #include "tests/tools/program_runner.h"
 #include "tools/check/check_call.h"
+#include "tools/simulate/bag_recorder.h"
 
 namespace lodestone {
 
@@ -33,7 +33,8 @@ class CheckSite {
     environment_ = std::make_shared<const simulation::Environment>(world);
     cloud_ = simulation::sample_cloud(world, *environment_, seed);
     write_point_cloud(file("cloud.pcd"), cloud_);
-    simulation::SimulationSource drive(world, environment_, "a", simulation::SimulationSource::Drive::sequence, seed, duration_s);
+    simulation::SimulationSource drive(world, environment_, "a", simulation::SimulationSource::Drive::sequence, seed,
+                                       duration_s);
     const Trajectory truth = drive.trajectory();
     write_tum(file("truth.tum"), truth);
     platform_.name = "hall";
@@ -56,7 +57,8 @@ class CheckSite {
     const auto [found, is_new] = logs_.try_emplace(faults, file(fmt::format("log{}.bag", logs_.size())));
     if (!is_new) return found->second;
     const simulation::World world = simulation::load_world(file("hall.yaml"), {"faults=[" + faults + "]"});
-    simulation::SimulationSource drive(world, environment_, "a", simulation::SimulationSource::Drive::sequence, seed, duration_s);
+    simulation::SimulationSource drive(world, environment_, "a", simulation::SimulationSource::Drive::sequence, seed,
+                                       duration_s);
     simulation::BagRecorder::Topics topics{platform_.lidar.topic, platform_.imu.topic, {}};
     for (const auto& magnetometer : platform_.magnetometers) topics.magnetometers.push_back(magnetometer.topic);
     simulation::BagRecorder recorder(found->second, topics, simulation::scan_format(world.lidar));

@@ -30,7 +30,8 @@ std::vector<FieldSeries> make_array(const std::vector<std::size_t>& read, double
       if (i % 50 == static_cast<int>(j)) continue;  // lost messages: not all have the same stamps
       all[j].times.push_back(from_seconds(0.02 * i));
       all[j].expected_ut.push_back(field_at(j, way_m));
-      all[j].measured_ut.push_back(field_at(read[j], way_m) + iron + Vector3(noise(random), noise(random), noise(random)));
+      all[j].measured_ut.push_back(field_at(read[j], way_m) + iron +
+                                   Vector3(noise(random), noise(random), noise(random)));
       all[j].variance_ut2.push_back(0.04);
       all[j].noise_ut2.push_back(0.09);
     }

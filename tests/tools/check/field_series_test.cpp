@@ -42,7 +42,8 @@ TEST(FieldModels, ExplainAHealthySensorByNothing) {
 
 TEST(FieldModels, FindWhatIsWrong) {
   const Vector3 offset(5, -7, 3);
-  const FieldModels shifted = fit_models(make_series([&](const Vector3& field, double) { return (field + offset).eval(); }));
+  const FieldModels shifted =
+      fit_models(make_series([&](const Vector3& field, double) { return (field + offset).eval(); }));
   EXPECT_LT((shifted.offset_ut - offset).norm(), 0.3);
   EXPECT_LT(shifted.rms_offset_ut, 0.1 * shifted.rms_ut);
 
@@ -52,12 +53,14 @@ TEST(FieldModels, FindWhatIsWrong) {
   EXPECT_LT(turned.rms_turned_ut, 0.3 * turned.rms_offset_ut);
 
   const Vector3 scale(1.2, 0.9, 1.0);
-  const FieldModels stretched = fit_models(make_series([&](const Vector3& field, double) { return field.cwiseProduct(scale).eval(); }));
+  const FieldModels stretched =
+      fit_models(make_series([&](const Vector3& field, double) { return field.cwiseProduct(scale).eval(); }));
   EXPECT_NEAR(stretched.scale_error, 0.2, 0.02);
   EXPECT_LT(stretched.rms_linear_ut, 0.3 * stretched.rms_offset_ut);
 
   const Vector3 rate(1, -2, 0);
-  const FieldModels drifting = fit_models(make_series([&](const Vector3& field, double s) { return (field + s * rate).eval(); }));
+  const FieldModels drifting =
+      fit_models(make_series([&](const Vector3& field, double s) { return (field + s * rate).eval(); }));
   EXPECT_LT((drifting.drift_ut - 10.0 * 2.0 / 3.0 * rate).norm(), 0.5);
   EXPECT_LT(drifting.rms_drift_ut, 0.2 * drifting.rms_offset_ut);
 }
@@ -70,7 +73,9 @@ TEST(FieldModels, FindALateClockAndNoClockInNoise) {
   }
 }
 
-TEST(FieldModels, NeedReadings) { EXPECT_THROW(fit_models(FieldSeries{}), std::invalid_argument); }
+TEST(FieldModels, NeedReadings) {
+  EXPECT_THROW(fit_models(FieldSeries{}), std::invalid_argument);
+}
 
 }  // namespace
 }  // namespace lodestone

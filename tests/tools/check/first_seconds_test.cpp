@@ -1,16 +1,17 @@
 // What `lodestone run` sees of a log's first seconds before it begins.
+#include "tools/run/first_seconds.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "frontends/maps/plane_map_loader.h"
 #include "estimators/factory.h"
+#include "frontends/maps/plane_map_loader.h"
 #include "tests/frontends/logs/test_files.h"
 #include "tests/tools/check/check_site.h"
 #include "tools/commands.h"
-#include "tools/run/first_seconds.h"
 #include "tools/run/initial_pose.h"
 
 namespace lodestone {
@@ -38,7 +39,8 @@ struct Begin {
       return start * T_start;
     };
     static const std::shared_ptr<const PlaneMapSource> planes =
-        load_planes(site().file("cloud.pcd"), RunOptions{}.lidar.map, platform.suite.lidar, site().file(""), counted).source;
+        load_planes(site().file("cloud.pcd"), RunOptions{}.lidar.map, platform.suite.lidar, site().file(""), counted)
+            .source;
     check_first_seconds({log, platform, {}, 5.0, planes, start_at}, counted);
     std::vector<std::string> kinds;
     for (const auto& [kind, entry] : counted.entries()) kinds.push_back(kind + ": " + entry.first_detail);
@@ -49,13 +51,15 @@ struct Begin {
   }
 };
 
-TEST(CheckFirstSeconds, SayNothingOfACleanLog) { EXPECT_THAT(Begin{}.warnings(), IsEmpty()); }
+TEST(CheckFirstSeconds, SayNothingOfACleanLog) {
+  EXPECT_THAT(Begin{}.warnings(), IsEmpty());
+}
 
 TEST(CheckFirstSeconds, RefuseWhatMakesARunWrong) {
   Begin inverted;
   inverted.platform.suite.lidar.T_imu_lidar = inverted.platform.suite.lidar.T_imu_lidar.inverse();
-  EXPECT_THAT(inverted.error(), AllOf(HasSubstr("log0.bag: extrinsic.inverse: "), HasSubstr("invert lidar.T_imu_lidar in "),
-                                      HasSubstr("--check-seconds 0")));
+  EXPECT_THAT(inverted.error(), AllOf(HasSubstr("log0.bag: extrinsic.inverse: "),
+                                      HasSubstr("invert lidar.T_imu_lidar in "), HasSubstr("--check-seconds 0")));
   Begin silent;
   silent.platform.imu.topic = "/imu";
   EXPECT_THAT(silent.error(), AllOf(HasSubstr("there is no topic /imu"), Not(HasSubstr("--check-seconds"))))
@@ -69,8 +73,9 @@ TEST(CheckFirstSeconds, AnInverseIsToldByTheStart) {
   const Pose inverse{Quaternion::Identity(), Vector3(-0.3, 0.0, 0.0)};
   begin.T_start = T_imu_lidar * inverse;  // so that the true one would be the inverse of `inverse`
   T_imu_lidar = inverse;
-  EXPECT_THAT(begin.warnings(), ElementsAre(AllOf(HasSubstr("check.extrinsic.inverse: the scan fits 0.60 m"),
-                                                  HasSubstr("invert lidar.T_imu_lidar in "), HasSubstr("--initial-pose \""))));
+  EXPECT_THAT(begin.warnings(),
+              ElementsAre(AllOf(HasSubstr("check.extrinsic.inverse: the scan fits 0.60 m"),
+                                HasSubstr("invert lidar.T_imu_lidar in "), HasSubstr("--initial-pose \""))));
   T_imu_lidar = inverse.inverse();
   EXPECT_THAT(begin.warnings(), IsEmpty());
 }
@@ -90,8 +95,9 @@ TEST(CheckFirstSeconds, WarnOfWhatARunSurvives) {
 TEST(CheckCommand, ARunKeepsItsBitsAndListsWhatWasSeen) {
   const CheckCall call = site().call_with([](Platform& platform) { platform.suite.imu.rate_hz = 160.0; });
   const auto run = [&](const std::string& name, const std::string& options) {
-    return run_lodestone("run " + call.log + " --platform " + call.platform + " --cloud " + call.cloud + " --initial-pose-from " +
-                         call.initial_pose_from + " --out " + site().file(name) + " " + options);
+    return run_lodestone("run " + call.log + " --platform " + call.platform + " --cloud " + call.cloud +
+                         " --initial-pose-from " + call.initial_pose_from + " --out " + site().file(name) + " " +
+                         options);
   };
   const ProgramResult checked = run("checked", "");
   ASSERT_EQ(checked.code, exit_code::done) << checked.errors;
@@ -101,9 +107,10 @@ TEST(CheckCommand, ARunKeepsItsBitsAndListsWhatWasSeen) {
   const ProgramResult unchecked = run("unchecked", "--check-seconds 0");
   ASSERT_EQ(unchecked.code, exit_code::done) << unchecked.errors;
   EXPECT_THAT(unchecked.output, Not(HasSubstr("check.")));
-  EXPECT_EQ(content_of(site().file("checked/smoother/trajectory.tum")), content_of(site().file("unchecked/smoother/trajectory.tum")));
-  expect_refused("run " + call.log + " --platform " + call.platform + " --cloud " + call.cloud + " --out " + site().file("refused") +
-                     " --check-seconds -1",
+  EXPECT_EQ(content_of(site().file("checked/smoother/trajectory.tum")),
+            content_of(site().file("unchecked/smoother/trajectory.tum")));
+  expect_refused("run " + call.log + " --platform " + call.platform + " --cloud " + call.cloud + " --out " +
+                     site().file("refused") + " --check-seconds -1",
                  "--check-seconds");
 }
 

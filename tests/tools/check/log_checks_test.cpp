@@ -1,4 +1,6 @@
 // Checks of a log by itself, on a robot at rest with whatever a test wants to be wrong with it.
+#include "tools/check/log_checks.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,7 +8,6 @@
 #include <cstring>
 #include <limits>
 
-#include "tools/check/log_checks.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/frontends/logs/test_files.h"
 
@@ -45,7 +46,8 @@ class LogChecks : public ::testing::Test {
       return true;
     };
     log.on_field = [](int i, int k, ros1::MagneticFieldMessage& field) {
-      for (int axis = 0; axis < 3; ++axis) field.field_tesla[static_cast<std::size_t>(axis)] += 1e-6 * std::sin(12.9898 * i + 78.2 * axis + k);
+      for (int axis = 0; axis < 3; ++axis)
+        field.field_tesla[static_cast<std::size_t>(axis)] += 1e-6 * std::sin(12.9898 * i + 78.2 * axis + k);
       return true;
     };
     return log;
@@ -65,7 +67,9 @@ class LogChecks : public ::testing::Test {
   testing::TemporaryFolder folder_;
 };
 
-TEST_F(LogChecks, AHealthyLogRaisesNoAlarm) { EXPECT_THAT(alarms(still(), still().platform()), UnorderedElementsAre()); }
+TEST_F(LogChecks, AHealthyLogRaisesNoAlarm) {
+  EXPECT_THAT(alarms(still(), still().platform()), UnorderedElementsAre());
+}
 
 TEST_F(LogChecks, AWrongTopicNamesTheOneThatFits) {
   Platform platform = still().platform();
@@ -82,17 +86,20 @@ TEST_F(LogChecks, StampsThatAreNone) {
   EXPECT_THAT(alarms(with_imu([](int, ros1::ImuMessage& imu) {
                        imu.stamp = 0;
                        return true;
-                     }), still().platform()),
+                     }),
+                     still().platform()),
               UnorderedElementsAre("imu.stamp_zero"));
   EXPECT_THAT(alarms(with_imu([](int i, ros1::ImuMessage& imu) {
                        if (i == 100) imu.stamp -= 50'000'000;
                        return true;
-                     }), still().platform()),
+                     }),
+                     still().platform()),
               UnorderedElementsAre("imu.stamp_order"));
   EXPECT_THAT(alarms(with_imu([](int, ros1::ImuMessage& imu) {
                        imu.stamp -= 1'000'000'000'000;
                        return true;
-                     }), still().platform()),
+                     }),
+                     still().platform()),
               ::testing::Contains("clock.foreign"));
 }
 
@@ -100,21 +107,25 @@ TEST_F(LogChecks, UnitsOfTheImu) {
   EXPECT_THAT(alarms(with_imu([](int, ros1::ImuMessage& imu) {
                        imu.linear_acceleration[2] = 1.0;
                        return true;
-                     }), still().platform()),
+                     }),
+                     still().platform()),
               UnorderedElementsAre("imu.acceleration_unit"));
   // A tenth of a degree a second of noise, a bias of 0.2 °/s: as degrees they are 57 times as large.
   const auto in_degrees = [&](double bias) {
     return alarms(with_imu([bias](int i, ros1::ImuMessage& imu) {
-                    for (std::size_t axis = 0; axis < 3; ++axis) imu.angular_velocity[axis] = 57.3 * (0.02 * std::sin(91.7 * i) + bias);
+                    for (std::size_t axis = 0; axis < 3; ++axis)
+                      imu.angular_velocity[axis] = 57.3 * (0.02 * std::sin(91.7 * i) + bias);
                     return true;
-                  }), still().platform());
+                  }),
+                  still().platform());
   };
   EXPECT_THAT(in_degrees(0.004), UnorderedElementsAre("imu.gyroscope_unit"));
   EXPECT_THAT(in_degrees(0.0), UnorderedElementsAre("imu.gyroscope_noise")) << "a guess alone";
   EXPECT_THAT(alarms(with_imu([](int, ros1::ImuMessage& imu) {
                        imu.linear_acceleration[0] = std::numeric_limits<double>::quiet_NaN();
                        return true;
-                     }), still().platform()),
+                     }),
+                     still().platform()),
               UnorderedElementsAre("imu.not_finite"));
 }
 
@@ -153,7 +164,9 @@ TEST_F(LogChecks, MagnetometersThatReadNothingOrTheSame) {
     return k == 0 || noisy(i, k, field);
   };
   EXPECT_THAT(alarms(log, log.platform()), UnorderedElementsAre("magnetometer.zero"));
-  log.on_field = [noisy = healthy().on_field](int i, int k, ros1::MagneticFieldMessage& field) { return k == 0 || noisy(i, k, field); };
+  log.on_field = [noisy = healthy().on_field](int i, int k, ros1::MagneticFieldMessage& field) {
+    return k == 0 || noisy(i, k, field);
+  };
   EXPECT_THAT(alarms(log, log.platform()), UnorderedElementsAre("magnetometer.stuck"));
 }
 

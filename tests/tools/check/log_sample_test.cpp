@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "tools/check/log_checks.h"
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/messages/wire_ros1.h"
 #include "frontends/messages/stream_decoder.h"
+#include "frontends/messages/wire_ros1.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/frontends/logs/test_files.h"
+#include "tools/check/log_checks.h"
 
 namespace lodestone {
 namespace {
@@ -23,7 +23,8 @@ using testing::SyntheticLog;
 class LogSampleTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    TopicInfo array{"/array", "std_msgs/Float64MultiArray", Encoding::ros1, 0, 0, 0, "4b7d974086d4060e7db4613a7e6c3ba4", ""};
+    TopicInfo array{"/array", "std_msgs/Float64MultiArray", Encoding::ros1, 0, 0, 0, "4b7d974086d4060e7db4613a7e6c3ba4",
+                    ""};
     SyntheticLog log;
     log.on_imu = [](int, ros1::ImuMessage& imu) {
       imu.angular_velocity = {};
@@ -67,7 +68,8 @@ TEST_F(LogSampleTest, HoldsWhatARunReads) {
   for (Measurement measurement; source.next(measurement);) {
     if (auto* scan = std::get_if<LidarScan>(&measurement)) scans.push_back(*scan);
     if (auto* one = std::get_if<ImuSample>(&measurement)) imu.push_back(*one);
-    if (auto* field = std::get_if<MagneticSample>(&measurement)) fields[static_cast<std::size_t>(field->magnetometer)].push_back(*field);
+    if (auto* field = std::get_if<MagneticSample>(&measurement))
+      fields[static_cast<std::size_t>(field->magnetometer)].push_back(*field);
   }
   ASSERT_EQ(sample.imu.size(), imu.size());
   for (std::size_t i = 0; i < imu.size(); ++i) {
@@ -109,7 +111,8 @@ TEST_F(LogSampleTest, AWrongPathIsOneFindingAndHindersNoOther) {
   for (const Finding& one : check_sensors(sample, platform_)) {
     if (one.severity == Severity::error) errors.push_back(one.kind + ": " + one.seen + one.change);
   }
-  EXPECT_THAT(errors, ElementsAre(AllOf(HasSubstr("topic.message"), HasSubstr("magnetometers[0].values"), HasSubstr("data"))));
+  EXPECT_THAT(errors,
+              ElementsAre(AllOf(HasSubstr("topic.message"), HasSubstr("magnetometers[0].values"), HasSubstr("data"))));
   EXPECT_EQ(sample.fields[1].size(), 400U);
 }
 

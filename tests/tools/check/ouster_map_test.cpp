@@ -13,12 +13,12 @@
 #include <memory>
 #include <vector>
 
-#include "tools/check/scan_odometry.h"
 #include "core/lidar/scan_sampling.h"
-#include "frontends/synchronizer/bag_source.h"
 #include "frontends/maps/point_cloud_file.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/logs/test_files.h"
 #include "tests/frontends/real_data/registration.h"
+#include "tools/check/scan_odometry.h"
 
 namespace lodestone {
 namespace {

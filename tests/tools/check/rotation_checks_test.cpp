@@ -11,19 +11,23 @@ namespace lodestone {
 namespace {
 
 /// A turn rate about the robot's vertical that no shift repeats.
-double turn_rate(double seconds) { return 0.5 * std::sin(1.3 * seconds) + 0.3 * std::sin(2.9 * seconds + 1.0); }
+double turn_rate(double seconds) {
+  return 0.5 * std::sin(1.3 * seconds) + 0.3 * std::sin(2.9 * seconds + 1.0);
+}
 
 struct Motion {
   Trajectory lidar;
   std::vector<ImuSample> imu;
 };
 
-/// Twenty seconds; the IMU's stamps are late by `offset_s`, its readings `scale` times the truth, with a bias that steps.
-/// `sway_rad_s`: how fast it pitches and rolls.
-Motion make_motion(const Quaternion& R_imu_lidar, double offset_s, double scale, const Vector3& bias_step, double sway_rad_s = 0.0) {
+/// Twenty seconds; the IMU's stamps are late by `offset_s`, its readings `scale` times the truth, with a bias that
+/// steps. `sway_rad_s`: how fast it pitches and rolls.
+Motion make_motion(const Quaternion& R_imu_lidar, double offset_s, double scale, const Vector3& bias_step,
+                   double sway_rad_s = 0.0) {
   Motion motion;
   const auto rate_at = [&](double seconds) {
-    return Vector3(sway_rad_s * std::sin(5.1 * seconds), sway_rad_s * std::sin(7.3 * seconds + 0.4), turn_rate(seconds));
+    return Vector3(sway_rad_s * std::sin(5.1 * seconds), sway_rad_s * std::sin(7.3 * seconds + 0.4),
+                   turn_rate(seconds));
   };
   Quaternion R_map_imu = Quaternion::Identity();
   for (int i = 0; i < 4000; ++i) {
@@ -31,7 +35,8 @@ Motion make_motion(const Quaternion& R_imu_lidar, double offset_s, double scale,
     R_map_imu = R_map_imu * so3::exp(0.005 * rate_at(seconds + 0.0025));
     const Vector3 bias = Vector3(0.01, -0.02, 0.005) + (i > 2000 ? bias_step : Vector3(Vector3::Zero()));
     motion.imu.push_back({from_seconds(seconds + offset_s), scale * rate_at(seconds) + bias, Vector3::Zero()});
-    if (i % 20 == 19) motion.lidar.push_back({from_seconds(seconds + 0.005), {R_map_imu * R_imu_lidar, Vector3::Zero()}});
+    if (i % 20 == 19)
+      motion.lidar.push_back({from_seconds(seconds + 0.005), {R_map_imu * R_imu_lidar, Vector3::Zero()}});
   }
   return motion;
 }
@@ -87,7 +92,7 @@ TEST(RotationFit, TellsTheTurnAboutTheAxisByTheSwayAlone) {
       squares += std::pow(std::abs(fit->turn_about_axis_rad) - half_turn, 2) / runs;
       sigma += fit->turn_sigma_rad / runs;
       const double off_rad = so3::log(fit->R_imu_lidar * kMount.conjugate()).norm();
-      EXPECT_EQ(off_rad < 0.1, sway_rad_s > 0.0);
+      EXPECT_EQ(off_rad<0.1, sway_rad_s> 0.0);
     }
     if (sway_rad_s == 0.0) continue;
     EXPECT_NEAR(std::sqrt(squares) / sigma, 1.0, 0.4) << "of a sigma of " << sigma;
@@ -96,7 +101,8 @@ TEST(RotationFit, TellsTheTurnAboutTheAxisByTheSwayAlone) {
 
 TEST(RotationFit, FindsAStepOfTheBias) {
   const Vector3 step(0.01, 0.03, -0.02);
-  const auto fit = fit_rotation(make_motion(kMount, 0.0, 1.0, step).lidar, make_motion(kMount, 0.0, 1.0, step).imu, kMount);
+  const auto fit =
+      fit_rotation(make_motion(kMount, 0.0, 1.0, step).lidar, make_motion(kMount, 0.0, 1.0, step).imu, kMount);
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->bias_step_rad_s, step.norm(), 0.005);
   EXPECT_NEAR(to_seconds(fit->bias_step_time), 10.0, 0.3);

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "core/lidar/scan_sampling.h"
-#include "tools/simulate/world.h"
 #include "tools/simulate/simulation_source.h"
+#include "tools/simulate/world.h"
 
 namespace lodestone {
 namespace {
@@ -23,7 +23,8 @@ Drive drive_through(const std::string& name, double seconds) {
   const simulation::World world = simulation::load_world(LODESTONE_SOURCE_DIR "/config/worlds/" + name + ".yaml", {});
   const auto& [sequence_name, sequence] = *world.sequences.begin();
   const auto environment = std::make_shared<const simulation::Environment>(world, sequence.scene);
-  simulation::SimulationSource source(world, environment, sequence_name, simulation::SimulationSource::Drive::sequence, 3, seconds);
+  simulation::SimulationSource source(world, environment, sequence_name, simulation::SimulationSource::Drive::sequence,
+                                      3, seconds);
   Drive drive;
   drive.lidar = simulation::sensor_suite(world).lidar;
   drive.truth = source.trajectory();
@@ -38,8 +39,9 @@ Drive drive_through(const std::string& name, double seconds) {
 
 class ScanOdometryIn : public ::testing::TestWithParam<const char*> {};
 
-/// In a tunnel, between racks and on a quay few points of one scan make planes, and along the first nothing is seen: the turns are
-/// followed all the same, and are those of the scans' middles, not late by a quarter of a scan as at their ends.
+/// In a tunnel, between racks and on a quay few points of one scan make planes, and along the first nothing is seen:
+/// the turns are followed all the same, and are those of the scans' middles, not late by a quarter of a scan as at
+/// their ends.
 TEST_P(ScanOdometryIn, FollowsTheTurnsToTheEndAndInTime) {
   const Drive drive = drive_through(GetParam(), 12.0);
   const ScanOdometry odometry = follow_scans(drive.scans, drive.lidar);
@@ -58,7 +60,8 @@ TEST_P(ScanOdometryIn, FollowsTheTurnsToTheEndAndInTime) {
     const StampedPose& b = odometry.poses[i];
     const Vector3 rate = so3::log(a.pose.rotation.conjugate() * b.pose.rotation) / to_seconds(b.time - a.time);
     const Vector3 error = rate - turn_rate(a.time, b.time);
-    const Vector3 change = (turn_rate(a.time + shift, b.time + shift) - turn_rate(a.time - shift, b.time - shift)) / 0.02;
+    const Vector3 change =
+        (turn_rate(a.time + shift, b.time + shift) - turn_rate(a.time - shift, b.time - shift)) / 0.02;
     sum += error.squaredNorm();
     cross -= error.dot(change);
     power += change.squaredNorm();

@@ -39,8 +39,10 @@ class ConvertCommand : public testing::Test {
 };
 
 TEST_F(ConvertCommand, ARunGivesTheSameBytesFromEveryKindOfLog) {
-  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log,cloud --duration 4 "
-              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " + path(""));
+  expect_done("simulate " LODESTONE_SOURCE_DIR
+              "/config/worlds/tunnel.yaml --only log,cloud --duration 4 "
+              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " +
+              path(""));
   const std::vector<std::string> expected = run("log.bag");
   ASSERT_GT(expected.front().size(), 1000U);
   expect_done("convert " + path("log.bag") + " --out " + path("log.mcap"));
@@ -54,26 +56,32 @@ TEST_F(ConvertCommand, RefusesInOneLine) {
   expect_refused("convert " + path("absent.bag") + " --out " + path("a.mcap"), "there is no such file");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.mcap"), "is no log");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.txt"), "expected bag, db3, mcap");
-  expect_refused("convert " + path("text.bag") + " --out " + path("a.db3") + " --compression lz4", "this format knows none, zstd");
+  expect_refused("convert " + path("text.bag") + " --out " + path("a.db3") + " --compression lz4",
+                 "this format knows none, zstd");
   expect_refused("convert " + path("text.bag") + " --out " + path("text.bag"), "which the results would overwrite");
   EXPECT_FALSE(std::filesystem::exists(path("a.mcap")));
 }
 
 TEST_F(ConvertCommand, TwoPartsOfALogAreTheWhole) {
-  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 3 "
-              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " + path(""));
+  expect_done("simulate " LODESTONE_SOURCE_DIR
+              "/config/worlds/tunnel.yaml --only log --duration 3 "
+              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " +
+              path(""));
   const auto messages = [this](const std::string& options, const std::string& out) {
     const ProgramResult result = run_lodestone("convert " + path("log.bag") + " --out " + path(out) + options);
     EXPECT_EQ(result.code, 0) << result.errors;
     return std::stoi(result.output.substr(result.output.find(": ") + 2));
   };
-  const int whole = messages("", "whole.mcap"), first = messages(" --to 1.5", "first.mcap"), second = messages(" --from 1.5", "second.mcap");
+  const int whole = messages("", "whole.mcap"), first = messages(" --to 1.5", "first.mcap"),
+            second = messages(" --from 1.5", "second.mcap");
   EXPECT_EQ(first + second, whole);
   EXPECT_NEAR(first, whole / 2, whole / 20);
   EXPECT_LT(messages(" --from 1 --to 1.1", "short.mcap"), whole / 10);
-  expect_refused("convert " + path("log.bag") + " --from 99 --out " + path("a.mcap"), "--from 99: is after the log's end");
+  expect_refused("convert " + path("log.bag") + " --from 99 --out " + path("a.mcap"),
+                 "--from 99: is after the log's end");
   expect_refused("convert " + path("log.bag") + " --from -1 --out " + path("a.mcap"), "--from: expected seconds");
-  expect_refused("convert " + path("log.bag") + " --from 2 --to 1 --out " + path("a.mcap"), "--to: expected seconds, more than --from");
+  expect_refused("convert " + path("log.bag") + " --from 2 --to 1 --out " + path("a.mcap"),
+                 "--to: expected seconds, more than --from");
 }
 
 TEST_F(ConvertCommand, APartSaysWhatWasLatchedBeforeIt) {
@@ -103,18 +111,21 @@ TEST_F(ConvertCommand, APartSaysWhatWasLatchedBeforeIt) {
 }
 
 TEST_F(ConvertCommand, ManyPartsAreReadWhereTheShellAllowsFewFiles) {
-  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 2 "
-              "--set sensors.lidar.rows=8 --set sensors.lidar.columns=64 --out " + path(""));
+  expect_done("simulate " LODESTONE_SOURCE_DIR
+              "/config/worlds/tunnel.yaml --only log --duration 2 "
+              "--set sensors.lidar.rows=8 --set sensors.lidar.columns=64 --out " +
+              path(""));
   std::filesystem::create_directory(path("parts"));
   for (int i = 0; i < 20; ++i) {
-    expect_done("convert " + path("log.bag") + " --from " + std::to_string(0.1 * i) + " --to " + std::to_string(0.1 * (i + 1)) + " --out " +
-                path("parts/" + std::to_string(i) + ".bag"));
+    expect_done("convert " + path("log.bag") + " --from " + std::to_string(0.1 * i) + " --to " +
+                std::to_string(0.1 * (i + 1)) + " --out " + path("parts/" + std::to_string(i) + ".bag"));
   }
-  const std::string call = "bash -c 'ulimit -S -n 16; exec " LODESTONE_PROGRAM " convert " + path("parts") + " --out " + path("whole.bag") + " >/dev/null'";
+  const std::string call = "bash -c 'ulimit -S -n 16; exec " LODESTONE_PROGRAM " convert " + path("parts") + " --out " +
+                           path("whole.bag") + " >/dev/null'";
   EXPECT_EQ(std::system(call.c_str()), 0);
   for (const int files : {12, 17, 18, 19, 20, 21, 30}) {
-    const std::string few = "bash -c 'ulimit -n " + std::to_string(files) + "; exec " LODESTONE_PROGRAM " convert " + path("parts") +
-                            " --out " + path("a.bag") + " 2>" + path("err") + "'";
+    const std::string few = "bash -c 'ulimit -n " + std::to_string(files) + "; exec " LODESTONE_PROGRAM " convert " +
+                            path("parts") + " --out " + path("a.bag") + " 2>" + path("err") + "'";
     EXPECT_NE(std::system(few.c_str()), 0) << files;
     const std::string line = content_of(path("err"));
     EXPECT_THAT(line, ::testing::HasSubstr("raise the limit (ulimit -n)")) << files;
@@ -124,14 +135,17 @@ TEST_F(ConvertCommand, ManyPartsAreReadWhereTheShellAllowsFewFiles) {
 }
 
 TEST_F(ConvertCommand, AFullDiskIsOneLineAndLeavesNothing) {
-  expect_done("simulate " LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml --only log --duration 2 "
-              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " + path(""));
+  expect_done("simulate " LODESTONE_SOURCE_DIR
+              "/config/worlds/tunnel.yaml --only log --duration 2 "
+              "--set sensors.lidar.rows=16 --set sensors.lidar.columns=256 --out " +
+              path(""));
   ASSERT_GT(std::filesystem::file_size(path("log.bag")), 100'000U);
   std::filesystem::create_directory(path("full"));
-  for (const char* out : {"full/a.bag --compression none", "full/b.bag --compression lz4", "full/c.mcap", "full/d.mcap --compression none",
-                          "full/e.db3", "full/f.db3 --compression zstd"}) {
+  for (const char* out : {"full/a.bag --compression none", "full/b.bag --compression lz4", "full/c.mcap",
+                          "full/d.mcap --compression none", "full/e.db3", "full/f.db3 --compression zstd"}) {
     // A limit on the size of files stands for the disk: 48 KiB.
-    const std::string command = "ulimit -f 48; exec " LODESTONE_PROGRAM " convert " + path("log.bag") + " --out " + path(out) + " >/dev/null 2>" + path("err");
+    const std::string command = "ulimit -f 48; exec " LODESTONE_PROGRAM " convert " + path("log.bag") + " --out " +
+                                path(out) + " >/dev/null 2>" + path("err");
     const int status = std::system(("bash -c \"" + command + "\"").c_str());
     ASSERT_TRUE(WIFEXITED(status)) << out;
     EXPECT_EQ(WEXITSTATUS(status), 2) << out;

@@ -36,7 +36,8 @@ class EvaluateOracle : public testing::Test {
 TEST_F(EvaluateOracle, AbsoluteErrors) {
   const auto plain = evaluate("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt", "");
   EXPECT_NEAR(rmse(plain, "translation"), 3.173994, 1e-6);
-  const auto aligned = evaluate("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt", "--align se3 --relation translation,angle");
+  const auto aligned =
+      evaluate("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt", "--align se3 --relation translation,angle");
   EXPECT_EQ(aligned["pairs"], 2174);
   EXPECT_NEAR(rmse(aligned, "translation"), 0.008119, 1e-6);
   EXPECT_NEAR(rmse(aligned, "angle"), 0.989036, 1e-6);
@@ -50,7 +51,8 @@ TEST_F(EvaluateOracle, RelativeErrors) {
   const auto frame = evaluate("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt", "--relation rpe,rpe-angle");
   EXPECT_NEAR(rmse(frame, "rpe"), 0.003490, 1e-6);
   EXPECT_NEAR(rmse(frame, "rpe-angle"), 0.280519, 1e-6);
-  const auto metre = evaluate("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt", "--relation rpe --delta 1 --delta-unit metres");
+  const auto metre =
+      evaluate("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt", "--relation rpe --delta 1 --delta-unit metres");
   EXPECT_NEAR(rmse(metre, "rpe"), 0.011673, 1e-6);
 }
 

@@ -25,7 +25,8 @@ class AblateCommand : public testing::Test {
   }
   std::map<std::string, std::string> files(const std::string& folder) const {
     std::map<std::string, std::string> all;
-    for (const auto& entry : fs::directory_iterator(folder_ / "out" / folder)) all[entry.path().filename()] = content_of(entry.path());
+    for (const auto& entry : fs::directory_iterator(folder_ / "out" / folder))
+      all[entry.path().filename()] = content_of(entry.path());
     return all;
   }
   CsvTable runs() const { return CsvTable(folder_ / "out/tables/yard-runs.csv"); }
@@ -78,7 +79,8 @@ TEST_F(AblateCommand, RunsComparesGoesOnAndGivesTheSameBytes) {
 
   // Another ablation in the same folder has the runs that it shares.
   std::string other = changed("name: yard", "name: other");
-  other.replace(other.find("one magnetometer: {magnetic.magnetometers: 1}"), 45, "rear alone: {magnetic.magnetometers: rear}");
+  other.replace(other.find("one magnetometer: {magnetic.magnetometers: 1}"), 45,
+                "rear alone: {magnetic.magnetometers: rear}");
   write_yard(folder_, other);
   const ProgramResult shared = ablate(quick);
   EXPECT_EQ(shared.code, 0) << shared.errors;

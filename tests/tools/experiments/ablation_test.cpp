@@ -23,12 +23,14 @@ std::vector<std::string> names(const std::vector<Variant>& variants) {
   return all;
 }
 
-std::vector<Variant> grid(const std::string& yaml) { return expand_grid(ConfigurationNode::parse(yaml, "grid.yaml")); }
+std::vector<Variant> grid(const std::string& yaml) {
+  return expand_grid(ConfigurationNode::parse(yaml, "grid.yaml"));
+}
 
 TEST(AblationGrid, IsEveryCombinationInTheFilesOrder) {
   const std::vector<Variant> variants = grid("{magnetic.beta: [0, 0.5, 1], degeneracy.mask: [hard, soft]}");
-  EXPECT_THAT(names(variants), ElementsAre("beta=0 mask=hard", "beta=0 mask=soft", "beta=0.5 mask=hard", "beta=0.5 mask=soft",
-                                           "beta=1 mask=hard", "beta=1 mask=soft"));
+  EXPECT_THAT(names(variants), ElementsAre("beta=0 mask=hard", "beta=0 mask=soft", "beta=0.5 mask=hard",
+                                           "beta=0.5 mask=soft", "beta=1 mask=hard", "beta=1 mask=soft"));
   ASSERT_EQ(variants[3].switches.size(), 2U);
   EXPECT_EQ(variants[3].find("magnetic.beta")->value, "0.5");
   EXPECT_EQ(variants[3].find("degeneracy.mask")->value, "soft");
@@ -45,10 +47,12 @@ TEST(AblationGrid, NamesKeysWholeWhereTheirLastPartsAreAlike) {
 
 TEST(AblationFile, ReadsVariantsGridAndWhatAllHaveInCommon) {
   const TemporaryFolder folder;
-  std::string text = changed("drives:", "settings: {degeneracy.rule: paper, magnetic.huber: false}\ngrid: {magnetic.beta: [0.1]}\ndrives:");
+  std::string text = changed(
+      "drives:", "settings: {degeneracy.rule: paper, magnetic.huber: false}\ngrid: {magnetic.beta: [0.1]}\ndrives:");
   const Ablation ablation = load_ablation(write_yard(folder, text), false);
   EXPECT_THAT(names(ablation.variants), ElementsAre("as shipped", "no mask", "one magnetometer", "beta=0.1"));
-  EXPECT_THAT(ablation.keys(), ElementsAre("degeneracy.rule", "magnetic.huber", "magnetic.magnetometers", "magnetic.beta"));
+  EXPECT_THAT(ablation.keys(),
+              ElementsAre("degeneracy.rule", "magnetic.huber", "magnetic.magnetometers", "magnetic.beta"));
   EXPECT_EQ(ablation.variants[0].find("degeneracy.rule")->value, "paper");
   EXPECT_EQ(ablation.variants[1].find("degeneracy.rule")->value, "none") << "its own wins";
   EXPECT_EQ(ablation.baseline, 0U);
@@ -59,7 +63,9 @@ TEST(AblationFile, ReadsVariantsGridAndWhatAllHaveInCommon) {
 TEST(AblationFile, ValuesAreThoseInForce) {
   const TemporaryFolder folder;
   const Ablation ablation = load_ablation(write_yard(folder), false);
-  const auto value = [&](std::size_t variant, const char* key) { return effective_value(ablation, ablation.variants[variant], key); };
+  const auto value = [&](std::size_t variant, const char* key) {
+    return effective_value(ablation, ablation.variants[variant], key);
+  };
   EXPECT_EQ(value(1, "degeneracy.rule"), "none");
   EXPECT_EQ(value(0, "degeneracy.rule"), "marginal") << "the default";
   EXPECT_EQ(value(0, "magnetic.magnetometers"), "all");
@@ -75,24 +81,25 @@ TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
     std::string text;
     const char* said;
   };
-  for (const Case& wrong : {Case{changed("variants:", "variant:"), "unknown key 'variant'; did you mean 'variants'?"},
-                            Case{changed("degeneracy.rule: none", "degeneracy.rul: none"), "did you mean 'rule'?"},
-                            Case{changed("degeneracy.rule: none", "degeneracy.rule: nine"), "did you mean 'none'?"},
-                            Case{changed("degeneracy.rule: none", "magnetic.beta: 2"), "a number from 0 to 1"},
-                            Case{changed("degeneracy.rule: none", "map.resolution: 2"), "did you mean 'resolution_m'?"},
-                            Case{changed("degeneracy.rule: none", "noise_ut: -1"), "not be below 0"},
-                            Case{changed("degeneracy.rule: none", "noise_ut: loud"), "expected a number"},
-                            Case{changed("degeneracy.rule: none", "estimator: iesk"), "did you mean 'ieskf'?"},
-                            Case{changed("degeneracy.rule: none", "noise: 2"), "unknown key 'noise'"},
-                            Case{changed("{degeneracy.rule: none}", "{}"), "'as shipped' and 'no mask' set the same"},
-                            Case{changed("baseline: as shipped", "baseline: as shiped"), "did you mean 'as shipped'?"},
-                            Case{changed("baseline: as shipped\n", ""), "baseline"},
-                            Case{changed("no mask:", "\"no, mask\":"), "names a variant"},
-                            Case{changed("title:", "estimator: smother\ntitle:"), "did you mean 'smoother'?"},
-                            Case{changed("[30, 5]", "[30, 30]"), "two runs would be called"},
-                            Case{changed("duration_s: 3", "duration: 3"), "duration_s"},
-                            Case{"baseline: a\nvariants: {a: {}}\ndrives: [{world: yard.yaml, sequences: [out]}]\n", "two variants"},
-                            Case{"baseline: a\nvariants: {a: {}, b: {noise_ut: 2}}\ndrives: []\n", "at least one drive"}}) {
+  for (const Case& wrong :
+       {Case{changed("variants:", "variant:"), "unknown key 'variant'; did you mean 'variants'?"},
+        Case{changed("degeneracy.rule: none", "degeneracy.rul: none"), "did you mean 'rule'?"},
+        Case{changed("degeneracy.rule: none", "degeneracy.rule: nine"), "did you mean 'none'?"},
+        Case{changed("degeneracy.rule: none", "magnetic.beta: 2"), "a number from 0 to 1"},
+        Case{changed("degeneracy.rule: none", "map.resolution: 2"), "did you mean 'resolution_m'?"},
+        Case{changed("degeneracy.rule: none", "noise_ut: -1"), "not be below 0"},
+        Case{changed("degeneracy.rule: none", "noise_ut: loud"), "expected a number"},
+        Case{changed("degeneracy.rule: none", "estimator: iesk"), "did you mean 'ieskf'?"},
+        Case{changed("degeneracy.rule: none", "noise: 2"), "unknown key 'noise'"},
+        Case{changed("{degeneracy.rule: none}", "{}"), "'as shipped' and 'no mask' set the same"},
+        Case{changed("baseline: as shipped", "baseline: as shiped"), "did you mean 'as shipped'?"},
+        Case{changed("baseline: as shipped\n", ""), "baseline"},
+        Case{changed("no mask:", "\"no, mask\":"), "names a variant"},
+        Case{changed("title:", "estimator: smother\ntitle:"), "did you mean 'smoother'?"},
+        Case{changed("[30, 5]", "[30, 30]"), "two runs would be called"},
+        Case{changed("duration_s: 3", "duration: 3"), "duration_s"},
+        Case{"baseline: a\nvariants: {a: {}}\ndrives: [{world: yard.yaml, sequences: [out]}]\n", "two variants"},
+        Case{"baseline: a\nvariants: {a: {}, b: {noise_ut: 2}}\ndrives: []\n", "at least one drive"}}) {
     const TemporaryFolder folder;
     const std::string file = write_yard(folder, wrong.text);
     try {
@@ -108,7 +115,8 @@ TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
 
 TEST(AblationFile, TheShippedOnesAreReadInBothFormsAndTheirQuickOnesAreQuick) {
   int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(LODESTONE_SOURCE_DIR) + "/config/ablations")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(LODESTONE_SOURCE_DIR) + "/config/ablations")) {
     if (entry.path().extension() != ".yaml") continue;
     ++files;
     const Ablation whole = load_ablation(entry.path().string(), false);
@@ -175,9 +183,11 @@ TEST_F(AblationPlan, NoiseMakesItsOwnLogsAndOptionsOfTheMapTheirOwnMaps) {
 
 TEST_F(AblationPlan, RunsOfOneRecipeAreOneWhateverTheirVariantIsCalled) {
   const reproduce::Plan one = plan(kYardAblation);
-  std::string other = changed("no mask: {degeneracy.rule: none}", "unmasked: {degeneracy.mask: hard, degeneracy.rule: none}");
+  std::string other =
+      changed("no mask: {degeneracy.rule: none}", "unmasked: {degeneracy.mask: hard, degeneracy.rule: none}");
   other.replace(other.find("as shipped: {}"), 14, "as shipped: {magnetic.beta: 0.3, degeneracy.mask: soft}");
-  other.replace(other.find("one magnetometer: {magnetic.magnetometers: 1}"), 45, "unmasked again: {degeneracy.rule: none}");
+  other.replace(other.find("one magnetometer: {magnetic.magnetometers: 1}"), 45,
+                "unmasked again: {degeneracy.rule: none}");
   const reproduce::Plan two = plan(other);
   std::set<std::pair<std::string, std::string>> steps;
   for (const auto& step : one.steps) steps.emplace(step.folder, step.fingerprint);
@@ -211,7 +221,8 @@ TEST(AblationRecipe, IsSafeAsAFoldersName) {
   EXPECT_EQ(odd.find_first_of("/ ,"), std::string::npos) << odd;
   EXPECT_NE(odd, recipe_name(ablation, {"a", {{"k", "front_0_.._x"}}}));
   EXPECT_LT(recipe_name(ablation, {"a", {{"k", std::string(500, 'x')}}}).size(), 200U);
-  EXPECT_NE(recipe_name(ablation, {"a", {{"k", std::string(500, 'x')}}}), recipe_name(ablation, {"a", {{"k", std::string(501, 'x')}}}));
+  EXPECT_NE(recipe_name(ablation, {"a", {{"k", std::string(500, 'x')}}}),
+            recipe_name(ablation, {"a", {{"k", std::string(501, 'x')}}}));
 }
 
 }  // namespace

@@ -48,24 +48,24 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
     std::string text;
     const char* said;
   };
-  for (const Case& wrong : {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
-                            Case{changed("[1, 2]", "[1, 1]"), "twice"},
-                            Case{changed("[1, 2]", "[]"), "at least one seed"},
-                            Case{changed("[smoother,", "[smother,"), "did you mean 'smoother'?"},
-                            Case{changed("yard-out-5m: ", "yard-out-6m: "), "did you mean 'yard-out-5m'?"},
-                            Case{changed("[\"/\"]", "[1, 2]"), "expected 1 values"},
-                            Case{changed("[\"/\"]", "[lost]"), "expected a number, found 'lost'"},
-                            Case{changed("group: ways, columns", "group: way, columns"), "did you mean 'ways'?"},
-                            Case{changed("over: ieskf", "over: ieskg"), "did you mean 'ieskf'?"},
-                            Case{changed("{published: theirs}, {", "{published: their}, {"), "did you mean 'theirs'?"},
-                            Case{changed("figure: success}", "figure: sucess}"), "did you mean 'success'?"},
-                            Case{changed("kind: at_least", "kind: least"), "did you mean 'at_least'?"},
-                            Case{changed("limit: 0}", "limit: 0, published: theirs}"), "one bound"},
-                            Case{changed("ranges_m: [30, 5]", "ranges_m: [30, -5]"), "above 0 m"},
-                            Case{changed("ranges_m: [30, 5]", "ranges_m: [30, 30]"), "two runs would be called"},
-                            Case{changed("sequences: [out]", "sequences: [../out]"), "letters, digits"},
-                            Case{changed("  ways:", "  w/ays:"), "letters, digits"},
-                            Case{changed("duration_s: 3", "duration: 3"), "duration_s"}}) {
+  for (const Case& wrong :
+       {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
+        Case{changed("[1, 2]", "[1, 1]"), "twice"}, Case{changed("[1, 2]", "[]"), "at least one seed"},
+        Case{changed("[smoother,", "[smother,"), "did you mean 'smoother'?"},
+        Case{changed("yard-out-5m: ", "yard-out-6m: "), "did you mean 'yard-out-5m'?"},
+        Case{changed("[\"/\"]", "[1, 2]"), "expected 1 values"},
+        Case{changed("[\"/\"]", "[lost]"), "expected a number, found 'lost'"},
+        Case{changed("group: ways, columns", "group: way, columns"), "did you mean 'ways'?"},
+        Case{changed("over: ieskf", "over: ieskg"), "did you mean 'ieskf'?"},
+        Case{changed("{published: theirs}, {", "{published: their}, {"), "did you mean 'theirs'?"},
+        Case{changed("figure: success}", "figure: sucess}"), "did you mean 'success'?"},
+        Case{changed("kind: at_least", "kind: least"), "did you mean 'at_least'?"},
+        Case{changed("limit: 0}", "limit: 0, published: theirs}"), "one bound"},
+        Case{changed("ranges_m: [30, 5]", "ranges_m: [30, -5]"), "above 0 m"},
+        Case{changed("ranges_m: [30, 5]", "ranges_m: [30, 30]"), "two runs would be called"},
+        Case{changed("sequences: [out]", "sequences: [../out]"), "letters, digits"},
+        Case{changed("  ways:", "  w/ays:"), "letters, digits"},
+        Case{changed("duration_s: 3", "duration: 3"), "duration_s"}}) {
     const TemporaryFolder folder;
     const std::string file = write_yard(folder, wrong.text);
     try {
@@ -81,7 +81,8 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
 
 TEST(ReproduceExperiment, TheShippedOnesAreReadInBothForms) {
   int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(LODESTONE_SOURCE_DIR) + "/config/experiments")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(LODESTONE_SOURCE_DIR) + "/config/experiments")) {
     if (entry.path().extension() != ".yaml") continue;
     ++files;
     EXPECT_NO_THROW(load_experiment(entry.path().string(), false)) << entry.path();

@@ -66,8 +66,9 @@ TEST_F(AblationPairs, ArePairedByDriveRangeAndSeed) {
   const Comparison found = comparison(1);
   EXPECT_EQ(found.pairs, 4U);
   EXPECT_EQ(found.done, 4U);
-  EXPECT_THAT(found.ratios, testing::UnorderedElementsAre(testing::DoubleNear(1.1, 1e-12), testing::DoubleNear(0.8, 1e-12),
-                                                          testing::DoubleNear(1.2, 1e-12), 1.0));
+  EXPECT_THAT(found.ratios,
+              testing::UnorderedElementsAre(testing::DoubleNear(1.1, 1e-12), testing::DoubleNear(0.8, 1e-12),
+                                            testing::DoubleNear(1.2, 1e-12), 1.0));
   EXPECT_EQ(found.better, 1U);
   EXPECT_EQ(found.worse, 2U);
   EXPECT_EQ(found.equal, 1U);
@@ -126,15 +127,15 @@ TEST_F(AblationPairs, TablesSayItAll) {
   put(1, near_, 1, 2.0, false);
   const reproduce::ResultTable summary = summary_table(ablation_, results());
   ASSERT_EQ(summary.rows.size(), 3U);
-  EXPECT_THAT(summary.header, ElementsAre("variant", "pairs", "lost", "ATE m", "ATE ratio", "95 %", "95 % over drives", "better",
-                                          "worse", "equal", "largest error ratio", "largest jump ratio", "heading ratio", "nees_causal", "NEES",
-                                          "time ratio"));
-  EXPECT_THAT(summary.rows[0], ElementsAre("as shipped", "3 of 4", "0", "0.0100", "baseline", "", "", "", "", "", "", "", "", "2.50",
-                                           "1.50", ""));
-  EXPECT_THAT(summary.rows[1], ElementsAre("no mask", "3 of 4", "1", "0.0141", "1.414", "0.017 – 115.608", "-", "0", "2", "1",
-                                           "1.414", "-", "-", "2.50", "1.50", "1.000"));
-  EXPECT_THAT(summary.rows[2], ElementsAre("one magnetometer", "0 of 4", "0", "-", "…", "…", "…", "…", "…", "…", "…", "…", "…", "-", "-",
-                                           "…"));
+  EXPECT_THAT(summary.header, ElementsAre("variant", "pairs", "lost", "ATE m", "ATE ratio", "95 %", "95 % over drives",
+                                          "better", "worse", "equal", "largest error ratio", "largest jump ratio",
+                                          "heading ratio", "nees_causal", "NEES", "time ratio"));
+  EXPECT_THAT(summary.rows[0], ElementsAre("as shipped", "3 of 4", "0", "0.0100", "baseline", "", "", "", "", "", "",
+                                           "", "", "2.50", "1.50", ""));
+  EXPECT_THAT(summary.rows[1], ElementsAre("no mask", "3 of 4", "1", "0.0141", "1.414", "0.017 – 115.608", "-", "0",
+                                           "2", "1", "1.414", "-", "-", "2.50", "1.50", "1.000"));
+  EXPECT_THAT(summary.rows[2], ElementsAre("one magnetometer", "0 of 4", "0", "-", "…", "…", "…", "…", "…", "…", "…",
+                                           "…", "…", "-", "-", "…"));
   EXPECT_THAT(summary.note, HasSubstr("Baseline: as shipped."));
   const reproduce::ResultTable drives = drives_table(ablation_, results());
   EXPECT_THAT(drives.header, ElementsAre("variant", far_, near_));
@@ -148,9 +149,9 @@ TEST_F(AblationPairs, TheTidyTableHasARowARunWithEverySwitchAndFigure) {
   const reproduce::ResultTable tidy = tidy_table(ablation_, results(), status());
   EXPECT_EQ(tidy.rows.size(), plan_.runs.size());
   EXPECT_THAT(tidy.header,
-              ElementsAre("ablation", "variant", "baseline", "estimator", "degeneracy.rule", "magnetic.magnetometers", "world",
-                          "sequence", "scene", "range_m", "noise_ut", "seed", "status", "ate_m", "max_error_m", "nees_pose",
-                          "success", "wall_s", "nees_causal", "stale_map.places", "folder"));
+              ElementsAre("ablation", "variant", "baseline", "estimator", "degeneracy.rule", "magnetic.magnetometers",
+                          "world", "sequence", "scene", "range_m", "noise_ut", "seed", "status", "ate_m", "max_error_m",
+                          "nees_pose", "success", "wall_s", "nees_causal", "stale_map.places", "folder"));
   int done = 0;
   for (const auto& row : tidy.rows) {
     ASSERT_EQ(row.size(), tidy.header.size());
@@ -159,8 +160,9 @@ TEST_F(AblationPairs, TheTidyTableHasARowARunWithEverySwitchAndFigure) {
       continue;
     }
     ++done;
-    EXPECT_THAT(row, ElementsAre("yard", "no mask", "0", "smoother", "none", "all", "yard", "out", "", "30", "1", "2", "done", "0.02",
-                                 "0.04", "1.5", "1", "3", "2.5", "7", "runs/smoother+degeneracy.rule=none/yard-out-30m/seed2"));
+    EXPECT_THAT(row, ElementsAre("yard", "no mask", "0", "smoother", "none", "all", "yard", "out", "", "30", "1", "2",
+                                 "done", "0.02", "0.04", "1.5", "1", "3", "2.5", "7",
+                                 "runs/smoother+degeneracy.rule=none/yard-out-30m/seed2"));
   }
   EXPECT_EQ(done, 1);
 }

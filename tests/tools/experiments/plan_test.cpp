@@ -37,9 +37,9 @@ TEST_F(ReproducePlan, StepsThatRunsShareAreDoneOnce) {
   const Plan all = plan();
   EXPECT_EQ(all.runs.size(), 2U * 2U + 2U);
   EXPECT_EQ(count(all, StepKind::run), all.runs.size());
-  EXPECT_EQ(count(all, StepKind::cloud), 2U);      // one a seed
-  EXPECT_EQ(count(all, StepKind::log), 2U + 1U);   // one a drive and seed, for all ranges and maps
-  EXPECT_EQ(count(all, StepKind::field), 2U + 2U); // one a drive, seed and scene
+  EXPECT_EQ(count(all, StepKind::cloud), 2U);       // one a seed
+  EXPECT_EQ(count(all, StepKind::log), 2U + 1U);    // one a drive and seed, for all ranges and maps
+  EXPECT_EQ(count(all, StepKind::field), 2U + 2U);  // one a drive, seed and scene
   EXPECT_EQ(fingerprints(all).size(), all.steps.size());
 }
 
@@ -66,8 +66,9 @@ TEST_F(ReproducePlan, EstimatorsOfTheFirstSeedAloneRunWithItAlone) {
 
 TEST_F(ReproducePlan, OnlyTakesNamesGroupsRowsAndPatterns) {
   const std::vector<std::pair<std::string, std::size_t>> cases{
-      {"ways", 4},          {"ways/yard-out-5m", 2}, {"ways/yard-out-5m/seed2", 1}, {"*/seed2", 2},
-      {"yard-back-monday", 1}, {"back", 2},          {"yard", 6},                   {"ways/*-30m/*", 2}};
+      {"ways", 4},    {"ways/yard-out-5m", 2}, {"ways/yard-out-5m/seed2", 1},
+      {"*/seed2", 2}, {"yard-back-monday", 1}, {"back", 2},
+      {"yard", 6},    {"ways/*-30m/*", 2}};
   for (const auto& [pattern, runs] : cases) {
     experiment_.only = {pattern};
     const Plan some = plan();

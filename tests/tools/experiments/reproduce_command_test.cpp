@@ -65,7 +65,8 @@ class ReproduceCommand : public testing::Test {
     return result.errors.substr(begin + 1, end - begin - 1);
   }
 
-  /// Of logs and clouds nothing is left but the thinned cloud of a run's overview; magnetic maps that a figure shows may be.
+  /// Of logs and clouds nothing is left but the thinned cloud of a run's overview; magnetic maps that a figure shows
+  /// may be.
   void expect_no_logs(const std::string& out) const {
     for (const auto& entry : fs::recursive_directory_iterator(folder_ / out)) {
       if (entry.path().parent_path().filename() == "overview") continue;
@@ -102,7 +103,8 @@ TEST_F(ReproduceCommand, RunsWhatIsMissingSkipsWhatIsDoneAndGoesOnAfterAnInterru
   for (const auto& run : json["runs"]) {
     EXPECT_EQ(run["status"], "done");
     for (const auto& estimator : run["estimators"]) {
-      EXPECT_TRUE(fs::exists(folder_ / "out" / run["folder"].get<std::string>() / estimator.get<std::string>() / "summary.json"));
+      EXPECT_TRUE(fs::exists(folder_ / "out" / run["folder"].get<std::string>() / estimator.get<std::string>() /
+                             "summary.json"));
     }
   }
   EXPECT_EQ(json["tables"].size(), 3U);

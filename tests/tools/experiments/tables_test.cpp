@@ -13,7 +13,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 TEST(ReproduceTableFiles, EscapeWhatTheirFormatsReserve) {
-  const ResultTable table{"t", "100 % of a_b & c", {"a|b", "x, \"y\""}, {{"50 %", "1 µT ≤ 2"}, {"\\a{b}^~#$", "plain"}}, ""};
+  const ResultTable table{
+      "t", "100 % of a_b & c", {"a|b", "x, \"y\""}, {{"50 %", "1 µT ≤ 2"}, {"\\a{b}^~#$", "plain"}}, ""};
   EXPECT_EQ(to_csv(table), "a|b,\"x, \"\"y\"\"\"\n50 %,1 µT ≤ 2\n\\a{b}^~#$,plain\n");
   EXPECT_THAT(to_markdown(table), HasSubstr("| a\\|b | x, \"y\" |\n|---|---|\n| 50 % | 1 µT ≤ 2 |\n"));
   const std::string latex = to_latex(table);
@@ -35,8 +36,9 @@ class ReproduceTables : public testing::Test {
       if (!std::filesystem::exists(place / "summary.json")) std::ofstream(place / "summary.json") << "{}";
     }
     const std::filesystem::path folder = folder_ / "runs" / run / estimator;
-    std::ofstream(folder / "summary.json") << "{\"estimator\": \"" << estimator << "\", \"ate_m\": " << ate
-                                           << ", \"nees_pose\": null, \"success\": " << (success ? "true" : "false") << "}";
+    std::ofstream(folder / "summary.json")
+        << "{\"estimator\": \"" << estimator << "\", \"ate_m\": " << ate
+        << ", \"nees_pose\": null, \"success\": " << (success ? "true" : "false") << "}";
     for (std::size_t i = 0; i < plan_.runs.size(); ++i) done_[i] = done_[i] || plan_.runs[i].name == run;
   }
   Results results() const { return Results(plan_, folder_.path(), done_); }
@@ -58,8 +60,8 @@ TEST_F(ReproduceTables, ShowMeansRatiosLostAndMissing) {
   put("ways/yard-out-30m/seed1", "ieskf", 0.2);
   put("ways/yard-out-30m/seed2", "smoother", 0.3);
   const ResultTable table = make_table(experiment_.tables.front(), experiment_, results());
-  EXPECT_THAT(table.header, ElementsAre("world", "sequence", "range m", "theirs", "smoother ate_m mean", "ieskf ate_m mean",
-                                        "smoother / ieskf ate_m mean", "smoother success mean"));
+  EXPECT_THAT(table.header, ElementsAre("world", "sequence", "range m", "theirs", "smoother ate_m mean",
+                                        "ieskf ate_m mean", "smoother / ieskf ate_m mean", "smoother success mean"));
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_THAT(table.rows[0], ElementsAre("yard", "out", "30", "0.5", "0.2000", "0.2000", "0.50", "2/2"));
   EXPECT_THAT(table.rows[1], ElementsAre("yard", "out", "5", "/", "…", "…", "…", "…"));
@@ -129,7 +131,7 @@ TEST_F(ReproduceTables, MedianIsOfTheRowsMeantAndOfAnotherFigureToo) {
   experiment_.criteria[0].factor = 0.39;
   EXPECT_EQ(result("median"), "missed");
   experiment_.criteria[0].only = {"*-none"};
-  EXPECT_EQ(result("median"), "met");  // 0.1
+  EXPECT_EQ(result("median"), "met");                 // 0.1
   experiment_.criteria[0].over_figure = "nees_pose";  // of which nothing is known
   EXPECT_EQ(result("median"), "open: 0 of 1 rows ran");
 }

@@ -31,11 +31,15 @@ TEST(MapCommand, EachMistakeIsOneLineAndCodeTwo) {
   };
   expect(run_lodestone("map magnetic /absent.bag" + files + out), "/absent.yaml");
   expect(run_lodestone("map magnetic /absent.bag" + files + (folder / "field.txt").string()), ".yaml");
-  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution -1"), "--resolution: expected metres above 0, found -1");
-  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution 0"), "--resolution: expected metres above 0, found 0");
-  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --max-sigma-ut -2"), "--max-sigma-ut: expected microtesla above 0");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution -1"),
+         "--resolution: expected metres above 0, found -1");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution 0"),
+         "--resolution: expected metres above 0, found 0");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --max-sigma-ut -2"),
+         "--max-sigma-ut: expected microtesla above 0");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --method curl-fre"), "curl-free");
-  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --set regresion.seed=2"), "did you mean 'regression'");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --set regresion.seed=2"),
+         "did you mean 'regression'");
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "frontends/maps/raster_file.h"
 #include "frontends/maps/magnetic_map_file.h"
+#include "frontends/maps/raster_file.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
@@ -65,7 +65,8 @@ TEST(MapDiffCommand, EachMistakeIsOneLineAndCodeTwo) {
   expect_refused("map diff " + a + " /absent.yaml" + out, "/absent.yaml");
   expect_refused("map diff " + a + " " + a + out + " --threshold-ut 0", "--threshold-ut");
   std::string text = content_of(folder / "a.yaml");
-  for (const auto& [from, to] : {std::pair<std::string, std::string>{"unit: microtesla", "unit: gauss"}, {"frame: map", "frame: odom"}}) {
+  for (const auto& [from, to] :
+       {std::pair<std::string, std::string>{"unit: microtesla", "unit: gauss"}, {"frame: map", "frame: odom"}}) {
     std::string changed = text;
     changed.replace(changed.find(from), from.size(), to);
     std::ofstream(folder / "b.yaml") << changed;

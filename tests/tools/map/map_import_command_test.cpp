@@ -16,7 +16,8 @@ using ::testing::Not;
 TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
   const TemporaryFolder folder;
   const std::string table = (folder / "field.csv").string(), out = (folder / "new/field.yaml").string();
-  std::ofstream(table) << "x,y,z,Bx,By,Bz\n0,0,0.1,2e-5,0,-4e-5\n0.2,0,0.1,2.1e-5,0,-4e-5\n0,0.2,0.1,2.2e-5,0,-4e-5\n0.2,0.2,0.1,2.3e-5,0,-4e-5\n";
+  std::ofstream(table) << "x,y,z,Bx,By,Bz\n0,0,0.1,2e-5,0,-4e-5\n0.2,0,0.1,2.1e-5,0,-4e-5\n0,0.2,0.1,2.2e-5,0,-4e-5\n0."
+                          "2,0.2,0.1,2.3e-5,0,-4e-5\n";
   ProgramResult result = run_lodestone("map import " + table + " --out " + out + " --sigma-ut 0.5");
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr("4 nodes with field of 2 x 2 every 0.2 m, at 0.100 m height"));
@@ -32,7 +33,8 @@ TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
 
   result = run_lodestone("map import " + table + " --out " + out + " --unit telsa");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("--unit: expected one of tesla, microtesla, nanotesla, gauss, milligauss, found 'telsa'; did you mean 'tesla'?"));
+  EXPECT_THAT(result.errors, HasSubstr("--unit: expected one of tesla, microtesla, nanotesla, gauss, milligauss, found "
+                                       "'telsa'; did you mean 'tesla'?"));
   EXPECT_EQ(run_lodestone("map import " + table + " --out field.tif").code, 2);
   result = run_lodestone("map diff " + table + " " + out + " --out " + (folder / "d").string());
   EXPECT_EQ(result.code, 2);
@@ -41,12 +43,15 @@ TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
 
 TEST(MapImportCommand, SaysThatPositionsWereTakenForMetres) {
   const TemporaryFolder folder;
-  const std::string table = (folder / "field.csv").string(), call = "map import " + table + " --out " + (folder / "field.yaml").string();
+  const std::string table = (folder / "field.csv").string(),
+                    call = "map import " + table + " --out " + (folder / "field.yaml").string();
   const std::string rows = "0,0,120,20,0,-40\n200,0,120,21,0,-40\n0,200,120,22,0,-40\n200,200,120,23,0,-40\n";
   std::ofstream(table) << "x,y,z,Bx,By,Bz\n" << rows;
   ProgramResult result = run_lodestone(call);
   ASSERT_EQ(result.code, 0) << result.errors;
-  EXPECT_THAT(result.output, HasSubstr("warning: map.metres (1 times): the positions are taken for metres, 200 m along x and 200 m along y"));
+  EXPECT_THAT(
+      result.output,
+      HasSubstr("warning: map.metres (1 times): the positions are taken for metres, 200 m along x and 200 m along y"));
   EXPECT_THAT(result.output, HasSubstr("name the columns x_m, y_m and z_m"));
   std::ofstream(table) << "x_m,y_m,z_m,Bx,By,Bz\n" << rows;
   result = run_lodestone(call);

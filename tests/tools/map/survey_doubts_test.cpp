@@ -29,7 +29,8 @@ constexpr double kReading_ut = 1.0;
 
 TEST(SurveyDoubts, AreNoneWhereReadingsAgree) {
   EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, missed_by(1.0)), "");
-  EXPECT_EQ(survey_doubts(fit_with(0.16, 0.05), kReading_ut, missed_by(1.0)), "");  // errors of the survey, below the noise
+  EXPECT_EQ(survey_doubts(fit_with(0.16, 0.05), kReading_ut, missed_by(1.0)),
+            "");  // errors of the survey, below the noise
   EXPECT_EQ(survey_doubts(fit_with(2.5, 2.0), kReading_ut, missed_by(1.2)), "");
   EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, std::nullopt), "");
   EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, missed_by(9.0, 5)), "");  // five cells say nothing
@@ -52,11 +53,13 @@ TEST(SurveyDoubts, NameLayersThatNoReadingReaches) {
   const FieldGrid grid{0.5, {0.0, 0.0}, 5, 5, {0.1, 2.0}};
   std::vector<Eigen::Vector4f> nodes(50, Eigen::Vector4f(20.0F, 0.0F, -40.0F, 0.5F));
   std::vector<FieldObservation> readings(10);
-  for (std::size_t i = 0; i < readings.size(); ++i) readings[i].position = {0.5 + 0.1 * static_cast<double>(i), 1.0, 0.1};
+  for (std::size_t i = 0; i < readings.size(); ++i)
+    readings[i].position = {0.5 + 0.1 * static_cast<double>(i), 1.0, 0.1};
   EXPECT_EQ(unreached_heights(readings, MagneticMap(grid, nodes, 2.0)), "");
   std::fill(nodes.begin() + 25, nodes.end(), Eigen::Vector4f::Constant(nan));
-  EXPECT_THAT(unreached_heights(readings, MagneticMap(grid, nodes, 2.0)),
-              ::testing::AllOf(HasSubstr("no field at the height 2 m"), HasSubstr("at 0.100 to 0.100 m: change heights_m")));
+  EXPECT_THAT(
+      unreached_heights(readings, MagneticMap(grid, nodes, 2.0)),
+      ::testing::AllOf(HasSubstr("no field at the height 2 m"), HasSubstr("at 0.100 to 0.100 m: change heights_m")));
 }
 
 }  // namespace

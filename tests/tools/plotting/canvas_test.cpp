@@ -114,14 +114,18 @@ TEST_F(CanvasFiles, WithoutAnExtensionAllThreeAreWritten) {
 TEST_F(CanvasFiles, WhatIsNoLetterOrNoNumberSpoilsNothing) {
   const std::string svg = saved("a.svg", [](Canvas& canvas) {
     canvas.text({10.0, 10.0}, "run \xff\xc3\x01 µ", 15.0, ink::text, Anchor::begin, Anchor::begin);
-    canvas.polyline({{0.0, 0.0}, {NAN, 3.0}, {std::numeric_limits<double>::infinity(), 3.0}, {5.0, 5.0}}, ink::text, 1.0);
+    canvas.polyline({{0.0, 0.0}, {NAN, 3.0}, {std::numeric_limits<double>::infinity(), 3.0}, {5.0, 5.0}}, ink::text,
+                    1.0);
   });
   expect_well_formed(svg);
   EXPECT_THAT(svg, HasSubstr(">run ??? µ</text>"));
   EXPECT_THAT(svg, HasSubstr("M0 0L5 5\""));
-  EXPECT_EQ(saved("b.pdf", [](Canvas& canvas) {
-              canvas.text({10.0, 10.0}, "run \xff\xc3\x01 µ", 15.0, ink::text, Anchor::begin, Anchor::begin);
-            }).substr(0, 5), "%PDF-");
+  EXPECT_EQ(saved("b.pdf",
+                  [](Canvas& canvas) {
+                    canvas.text({10.0, 10.0}, "run \xff\xc3\x01 µ", 15.0, ink::text, Anchor::begin, Anchor::begin);
+                  })
+                .substr(0, 5),
+            "%PDF-");
 }
 
 TEST_F(CanvasFiles, AFolderThatIsNotThereIsNamed) {

@@ -25,8 +25,10 @@ ErrorSeries made_up_errors(const std::string& method, double noise_ut, bool dege
   for (int i = 0; i < 1400; ++i) {
     const double t = 0.1 * i;
     double error = 0.02 + 0.006 * std::abs(normal(random));
-    if (method == "lidar-inertial" && degenerate && t > 60.0) error += t < 80.0 ? 0.25 * (t - 60.0) : 5.0 * std::exp(80.0 - t);
-    if (method == "magnetic") error = noise_ut * 0.05 * (1.0 + 0.5 * std::sin(0.3 * t)) + 0.03 * noise_ut * std::abs(normal(random));
+    if (method == "lidar-inertial" && degenerate && t > 60.0)
+      error += t < 80.0 ? 0.25 * (t - 60.0) : 5.0 * std::exp(80.0 - t);
+    if (method == "magnetic")
+      error = noise_ut * 0.05 * (1.0 + 0.5 * std::sin(0.3 * t)) + 0.03 * noise_ut * std::abs(normal(random));
     if (method == "ieskf") error *= 1.4;
     if (degenerate && t > 60.0 && t < 80.0 && method != "lidar-inertial") error += 0.01 * noise_ut;
     series.time_s.push_back(t);
@@ -100,7 +102,8 @@ TEST_F(Figures, ErrorOverTimeInAGridOfCases) {
     }
   }
   const std::string svg = drawn("error_grid", [&](const auto& path) { draw_error_grid(path, grid); });
-  for (const char* text : {"noise 1 µT", "range 10 m", "lidar-inertial", "LiDAR degenerate", "time, s", "position error, m"}) {
+  for (const char* text :
+       {"noise 1 µT", "range 10 m", "lidar-inertial", "LiDAR degenerate", "time, s", "position error, m"}) {
     EXPECT_THAT(svg, HasSubstr(std::string(">") + text + "</text>"));
   }
   grid.panels.pop_back();
@@ -110,7 +113,9 @@ TEST_F(Figures, ErrorOverTimeInAGridOfCases) {
 }
 
 TEST_F(Figures, ErrorOverTimeOfErrorsOfOneSizeIsLinear) {
-  const ErrorGrid grid{{"seed 1"}, {"tunnel"}, {{{made_up_errors("smoother", 1.0, true, 1), made_up_errors("ieskf", 1.0, true, 2)}, {}}}};
+  const ErrorGrid grid{{"seed 1"},
+                       {"tunnel"},
+                       {{{made_up_errors("smoother", 1.0, true, 1), made_up_errors("ieskf", 1.0, true, 2)}, {}}}};
   const std::string svg = drawn("error_single", [&](const auto& path) { draw_error_grid(path, grid); });
   EXPECT_THAT(svg, HasSubstr(">0</text>"));
 }
@@ -121,7 +126,8 @@ TEST_F(Figures, DistributionsOfSeveralWorlds) {
     DistributionPanel panel{world, {}};
     for (const char* method : {"smoother", "ieskf", "lidar-inertial", "magnetic"}) {
       const auto seed = static_cast<unsigned>(panels.size() + 1);
-      panel.methods.push_back({method, made_up_errors(method, 1.0 + static_cast<double>(seed), seed != 3, seed).error_m, 0});
+      panel.methods.push_back(
+          {method, made_up_errors(method, 1.0 + static_cast<double>(seed), seed != 3, seed).error_m, 0});
     }
     panels.push_back(panel);
   }
@@ -133,11 +139,15 @@ TEST_F(Figures, DistributionsOfSeveralWorlds) {
 
 TEST_F(Figures, ALostRunsDistributionEndsWhereItWasLost) {
   const MethodErrors half{"ieskf", {0.1, 0.2, 0.3}, 6};
-  const std::string svg = drawn("distribution_lost", [&](const auto& path) { draw_error_distributions(path, {{"world", {half}}}); });
+  const std::string svg = drawn("distribution_lost", [&](const auto& path) {
+    draw_error_distributions(path, {{"world", {half}}});
+  });
   // Three of six scans: the curve's last stretch runs at half height, which is the middle of the panel.
   MethodErrors whole = half;
   whole.expected = 0;
-  EXPECT_NE(svg, drawn("distribution_whole", [&](const auto& path) { draw_error_distributions(path, {{"world", {whole}}}); }));
+  EXPECT_NE(svg, drawn("distribution_whole", [&](const auto& path) {
+              draw_error_distributions(path, {{"world", {whole}}});
+            }));
 }
 
 TEST_F(Figures, DifferencesOfMaps) {
@@ -155,7 +165,8 @@ TEST_F(Figures, DifferencesOfMaps) {
 
 TEST_F(Figures, ResidualsOverTheDifference) {
   const PlanRaster background = made_up_raster(56.0, 7.0, 50.0);
-  std::vector<ResidualPanel> panels{{"magnetic", {{}, loop(24.0, 2.0, 0.3), {}}}, {"smoother", {{}, loop(24.0, 2.0), {}}}};
+  std::vector<ResidualPanel> panels{{"magnetic", {{}, loop(24.0, 2.0, 0.3), {}}},
+                                    {"smoother", {{}, loop(24.0, 2.0), {}}}};
   for (ResidualPanel& panel : panels) {
     for (const Vector3& point : panel.track.position)
       panel.track.difference_ut.push_back(value_at(background, point.x(), point.y()));
@@ -167,12 +178,13 @@ TEST_F(Figures, ResidualsOverTheDifference) {
 }
 
 TEST_F(Figures, WorldsWithTheirDrives) {
-  std::vector<WorldPanel> panels{{"warehouse", made_up_raster(90.0, 80.0, 20.0), {{"1", loop(40.0, 30.0)}, {"2", loop(20.0, 25.0)}}},
-                                 {"tunnel", made_up_raster(200.0, 12.0, 20.0), {{"3", loop(95.0, 2.0)}, {"4", loop(90.0, 1.0)}}},
-                                 {"seaport", made_up_raster(300.0, 300.0, 20.0), {{"5", loop(100.0, 130.0)}}},
-                                 {"walkway", made_up_raster(181.0, 23.0, 20.0), {{"6", loop(85.0, 8.0)}, {"7", loop(80.0, 4.0)}}},
-                                 {"corridor", made_up_raster(15.0, 65.0, 20.0), {{"8", loop(5.0, 30.0)}, {"9", loop(3.0, 25.0)}}},
-                                 {"carpark", made_up_raster(56.0, 7.0, 20.0), {{"log", loop(24.0, 2.0)}}}};
+  std::vector<WorldPanel> panels{
+      {"warehouse", made_up_raster(90.0, 80.0, 20.0), {{"1", loop(40.0, 30.0)}, {"2", loop(20.0, 25.0)}}},
+      {"tunnel", made_up_raster(200.0, 12.0, 20.0), {{"3", loop(95.0, 2.0)}, {"4", loop(90.0, 1.0)}}},
+      {"seaport", made_up_raster(300.0, 300.0, 20.0), {{"5", loop(100.0, 130.0)}}},
+      {"walkway", made_up_raster(181.0, 23.0, 20.0), {{"6", loop(85.0, 8.0)}, {"7", loop(80.0, 4.0)}}},
+      {"corridor", made_up_raster(15.0, 65.0, 20.0), {{"8", loop(5.0, 30.0)}, {"9", loop(3.0, 25.0)}}},
+      {"carpark", made_up_raster(56.0, 7.0, 20.0), {{"log", loop(24.0, 2.0)}}}};
   const std::string svg = drawn("worlds", [&](const auto& path) { draw_worlds(path, panels); });
   for (const WorldPanel& panel : panels) EXPECT_THAT(svg, HasSubstr(">" + panel.title + "</text>"));
   drawn("worlds_none", [&](const auto& path) { draw_worlds(path, {{"nothing", {}, {}}}); });
@@ -232,7 +244,8 @@ TEST_F(RunFolder, GivesSeriesStretchesTracks) {
   std::string diagnostics = "t_s,health,degenerate_directions\n";
   for (int i = 0; i < 100; ++i) {
     const bool degenerate = (i >= 20 && i < 30) || (i >= 33 && i < 40) || i == 80;
-    diagnostics += std::to_string(1000 + i / 10) + "." + std::to_string(i % 10) + ",good," + (degenerate ? "1" : "0") + "\n";
+    diagnostics +=
+        std::to_string(1000 + i / 10) + "." + std::to_string(i % 10) + ",good," + (degenerate ? "1" : "0") + "\n";
   }
   write("diagnostics.csv", diagnostics);
   write("field_residuals.csv", "t_s,x_m,y_m,z_m,mean_difference_ut\n1000.5,1,2,0.3,7.5\n");

@@ -19,7 +19,8 @@ class ForestPlots : public testing::Test {
  protected:
   std::string drawn(const ForestPlot& plot) const {
     draw_forest_plot(folder_ / "plot", plot);
-    for (const char* ending : {".png", ".pdf"}) EXPECT_GT(content_of(folder_ / ("plot" + std::string(ending))).size(), 500U);
+    for (const char* ending : {".png", ".pdf"})
+      EXPECT_GT(content_of(folder_ / ("plot" + std::string(ending))).size(), 500U);
     return content_of(folder_ / "plot.svg");
   }
   TemporaryFolder folder_;
@@ -44,8 +45,10 @@ TEST_F(ForestPlots, OneIsAlwaysInSightAndNothingIsNoError) {
 }
 
 TEST(RatioTicks, AreRoundWithinTheRangeAndHoldOne) {
-  EXPECT_THAT(ratio_ticks(0.09, 11.0), ElementsAre(testing::DoubleEq(0.1), testing::DoubleEq(0.2), testing::DoubleEq(0.5), 1.0, 2.0, 5.0, 10.0));
-  for (const auto& [low, high] : {std::pair{0.97, 1.04}, {0.8, 1.2}, {0.7, 2.0}, {0.3, 3.1}, {0.1, 50.0}, {0.001, 1000.0}}) {
+  EXPECT_THAT(ratio_ticks(0.09, 11.0),
+              ElementsAre(testing::DoubleEq(0.1), testing::DoubleEq(0.2), testing::DoubleEq(0.5), 1.0, 2.0, 5.0, 10.0));
+  for (const auto& [low, high] :
+       {std::pair{0.97, 1.04}, {0.8, 1.2}, {0.7, 2.0}, {0.3, 3.1}, {0.1, 50.0}, {0.001, 1000.0}}) {
     const std::vector<double> ticks = ratio_ticks(low, high);
     EXPECT_GE(ticks.size(), 3U) << low;
     EXPECT_LE(ticks.size(), 12U) << low;

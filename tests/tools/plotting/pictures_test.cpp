@@ -1,5 +1,7 @@
-// Pictures of made-up runs: a tunnel drive that one method loses, and the corner cases. They are looked at by people: set
-// LODESTONE_KEEP_PICTURES to a folder to keep them.
+// Pictures of made-up runs: a tunnel drive that one method loses, and the corner cases. They are looked at by people:
+// set LODESTONE_KEEP_PICTURES to a folder to keep them.
+#include "tools/plotting/pictures.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +9,6 @@
 
 #include "tests/tools/program_runner.h"
 #include "tools/plotting/axes.h"
-#include "tools/plotting/pictures.h"
 
 namespace lodestone {
 namespace {
@@ -25,7 +26,8 @@ MagneticMap made_up_map(double width, double height) {
       const double x = 0.2 * column;
       const double y = 0.2 * row;
       const bool hole = std::hypot(x - 20.0, y - 1.0) < 0.7;
-      const auto value = static_cast<float>(48.0 + 12.0 * std::sin(0.9 * x) * std::cos(0.8 * y) + 6.0 * std::sin(2.1 * x));
+      const auto value =
+          static_cast<float>(48.0 + 12.0 * std::sin(0.9 * x) * std::cos(0.8 * y) + 6.0 * std::sin(2.1 * x));
       nodes.emplace_back(0.2F * value, 0.1F * value, hole ? NAN : 0.97F * value, 0.4F);
     }
   }
@@ -105,7 +107,8 @@ TEST_F(Pictures, AMapAloneIsCalledOneAndHasNoLegend) {
   const MagneticMap map = made_up_map(66.0, 4.0);
   draw_map_picture(file("alone"), &map, {}, {});
   draw_map_picture(file("driven"), &map, run.truth, run.series);
-  const std::string alone = content_of(file("alone").string() + ".svg"), driven = content_of(file("driven").string() + ".svg");
+  const std::string alone = content_of(file("alone").string() + ".svg"),
+                    driven = content_of(file("driven").string() + ".svg");
   EXPECT_THAT(alone, ::testing::HasSubstr(">Magnetic map<"));
   EXPECT_THAT(driven, ::testing::HasSubstr(">Magnetic map and trajectories<"));
   EXPECT_THAT(alone, ::testing::Not(::testing::HasSubstr("truth")));
@@ -117,7 +120,8 @@ TEST_F(Pictures, OfASquareSiteWithoutLostEstimates) {
   MadeUpRun run = made_up_run();
   run.series.pop_back();
   for (StampedPose& pose : run.truth) {
-    pose.pose.position = {10.0 + 8.0 * std::cos(0.1 * to_seconds(pose.time)), 8.0 * std::sin(0.1 * to_seconds(pose.time)), 0.3};
+    pose.pose.position = {10.0 + 8.0 * std::cos(0.1 * to_seconds(pose.time)),
+                          8.0 * std::sin(0.1 * to_seconds(pose.time)), 0.3};
   }
   for (PictureSeries& one : run.series) one.trajectory = run.truth;
   const MagneticMap map = made_up_map(24.0, 20.0);

@@ -1,5 +1,5 @@
-// `lodestone report` on a real short run, opened in Chromium as a reader would. LODESTONE_KEEP_REPORT names a file to keep
-// the page in, to look at.
+// `lodestone report` on a real short run, opened in Chromium as a reader would. LODESTONE_KEEP_REPORT names a file to
+// keep the page in, to look at.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,8 +47,8 @@ class ReportPage : public testing::Test {
     folder_ = std::make_unique<TemporaryFolder>();
     std::ofstream(*folder_ / "lane.yaml") << kLane;
     expect_done("simulate " + path("lane.yaml") + " --out " + path("lane") + " --duration 8");
-    expect_done("map magnetic " + path("lane/survey.bag") + " --trajectory " + path("lane/survey.tum") + " --platform " +
-                path("lane/platform.yaml") + " --out " + path("lane/field.yaml"));
+    expect_done("map magnetic " + path("lane/survey.bag") + " --trajectory " + path("lane/survey.tum") +
+                " --platform " + path("lane/platform.yaml") + " --out " + path("lane/field.yaml"));
     run("--truth " + path("lane/truth.tum") + " --estimator smoother,ieskf --out " + path("lane/run"));
     run("--out " + path("lane/alone"));
     fs::create_directories(*folder_ / "kept");
@@ -74,8 +74,8 @@ class ReportPage : public testing::Test {
 
   /// Opens the page; `options` of open_report.mjs.
   static Json open(const std::string& file, const std::string& options) {
-    const std::string command = "node " + std::string(LODESTONE_SOURCE_DIR) + "/tests/tools/report/open_report.mjs " + file + " " +
-                                options + " >" + path("seen.json") + " 2>" + path("seen.err");
+    const std::string command = "node " + std::string(LODESTONE_SOURCE_DIR) + "/tests/tools/report/open_report.mjs " +
+                                file + " " + options + " >" + path("seen.json") + " 2>" + path("seen.err");
     EXPECT_EQ(std::system(command.c_str()), 0) << content_of(path("seen.err"));
     const Json seen = Json::parse(content_of(path("seen.json")), nullptr, false);
     EXPECT_FALSE(seen.is_discarded());
@@ -116,7 +116,8 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   const std::string file = path("lane/run/report.html");
   EXPECT_THAT(result.output, HasSubstr(file));
   EXPECT_LT(fs::file_size(file), 15'000'000U);
-  if (const char* keep = std::getenv("LODESTONE_KEEP_REPORT")) fs::copy_file(file, keep, fs::copy_options::overwrite_existing);
+  if (const char* keep = std::getenv("LODESTONE_KEEP_REPORT"))
+    fs::copy_file(file, keep, fs::copy_options::overwrite_existing);
 
   Json seen = open(file, "--hover 0.5");
   expect_sound(seen);
@@ -161,14 +162,35 @@ TEST_F(ReportPage, ShowsSigmaWhereThereIsNoTruth) {
 }
 
 TEST_F(ReportPage, GathersAnExperiment) {
-  const Json experiment = {
-      {"experiment", "lanes"},
-      {"runs",
-       {{{"name", "short"}, {"group", "lane"}, {"seed", 0}, {"folder", "nowhere"}, {"estimators", {"smoother"}}, {"status", "done"}},
-        {{"name", "short"}, {"group", "lane"}, {"seed", 1}, {"folder", "run"}, {"estimators", {"smoother", "ieskf"}}, {"status", "done"}},
-        {{"name", "alone"}, {"group", "lane"}, {"range_m", 8}, {"seed", 1}, {"folder", "alone"}, {"estimators", {"smoother"}}, {"status", "done"}}}},
-      {"tables", {{{"title", "ATE, m"}, {"header", {"run", "here", "paper"}}, {"rows", {{"short", 0.004, "0.024"}, {"</script>", nullptr, "/"}}}, {"note", "metres"}}}},
-      {"figures", {{{"title", "Map"}, {"png", "run/pictures/map.png"}, {"caption", "of the lane"}}, {{"title", "Lost"}, {"svg", "gone.svg"}}}}};
+  const Json experiment = {{"experiment", "lanes"},
+                           {"runs",
+                            {{{"name", "short"},
+                              {"group", "lane"},
+                              {"seed", 0},
+                              {"folder", "nowhere"},
+                              {"estimators", {"smoother"}},
+                              {"status", "done"}},
+                             {{"name", "short"},
+                              {"group", "lane"},
+                              {"seed", 1},
+                              {"folder", "run"},
+                              {"estimators", {"smoother", "ieskf"}},
+                              {"status", "done"}},
+                             {{"name", "alone"},
+                              {"group", "lane"},
+                              {"range_m", 8},
+                              {"seed", 1},
+                              {"folder", "alone"},
+                              {"estimators", {"smoother"}},
+                              {"status", "done"}}}},
+                           {"tables",
+                            {{{"title", "ATE, m"},
+                              {"header", {"run", "here", "paper"}},
+                              {"rows", {{"short", 0.004, "0.024"}, {"</script>", nullptr, "/"}}},
+                              {"note", "metres"}}}},
+                           {"figures",
+                            {{{"title", "Map"}, {"png", "run/pictures/map.png"}, {"caption", "of the lane"}},
+                             {{"title", "Lost"}, {"svg", "gone.svg"}}}}};
   std::ofstream(*folder_ / "lane/reproduce.json") << experiment.dump();
   expect_done("report " + path("lane") + " --out " + path("lanes.html"));
   const Json seen = open(path("lanes.html"), "");
@@ -193,7 +215,8 @@ TEST_F(ReportPage, NamesTheFileWhoseValuesAreOfAnotherKind) {
   };
   for (const char* file : {"lane/run/summary.json", "lane/run/smoother/trajectory.tum"}) {
     const std::string before = content_of(path(file));
-    expect_refused("report " + path("lane/run") + " --out " + path(file), "is no HTML page, which the report would overwrite");
+    expect_refused("report " + path("lane/run") + " --out " + path(file),
+                   "is no HTML page, which the report would overwrite");
     EXPECT_EQ(content_of(path(file)), before);
   }
   expect_named("summary.json", "status", 3);

@@ -1,5 +1,4 @@
 // One estimator's pass over a log, with a stand-in that knows the truth and errs as told.
-#include "tools/run/bound_run.h"
 #include "tools/run/estimator_run.h"
 
 #include <gmock/gmock.h>
@@ -13,6 +12,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "tests/tools/program_runner.h"
 #include "tools/progress.h"
+#include "tools/run/bound_run.h"
 #include "tools/writers/covariance_file.h"
 #include "tools/writers/csv_table.h"
 #include "tools/writers/estimate_files.h"
@@ -31,7 +31,8 @@ Pose true_pose(Time time) {
 
 Trajectory true_path() {
   Trajectory truth;
-  for (Time time = 0; time <= from_seconds(0.1 * (kScans + 1)); time += from_seconds(0.005)) truth.push_back({time, true_pose(time)});
+  for (Time time = 0; time <= from_seconds(0.1 * (kScans + 1)); time += from_seconds(0.005))
+    truth.push_back({time, true_pose(time)});
   return truth;
 }
 
@@ -128,7 +129,8 @@ TEST_F(EstimatorRunTest, WritesEveryFileWhole) {
   const std::string diagnostics = content_of(folder_ / "stand-in/diagnostics.csv");
   EXPECT_EQ(std::count(diagnostics.begin(), diagnostics.end(), '\n'), kScans + 1);
   const std::string header = diagnostics.substr(0, diagnostics.find('\n'));
-  const std::string row = diagnostics.substr(header.size() + 1, diagnostics.find('\n', header.size() + 1) - header.size() - 1);
+  const std::string row =
+      diagnostics.substr(header.size() + 1, diagnostics.find('\n', header.size() + 1) - header.size() - 1);
   EXPECT_EQ(std::count(header.begin(), header.end(), ','), std::count(row.begin(), row.end(), ','));
   for (const auto& entry : std::filesystem::directory_iterator(folder_ / "stand-in")) {
     EXPECT_EQ(entry.path().string().find("partial"), std::string::npos);
@@ -152,7 +154,8 @@ TEST_F(EstimatorRunTest, AResumedRunReplaysWhatHadEnded) {
   warnings.add("of.the.maps", "made up", 3, 2);
   run_estimator(run, warnings);
   std::map<std::string, std::string> wanted;
-  for (const auto& entry : std::filesystem::directory_iterator(run.folder)) wanted[entry.path().filename()] = content_of(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(run.folder))
+    wanted[entry.path().filename()] = content_of(entry.path());
   ASSERT_EQ(wanted.size(), 6U);
   std::filesystem::remove_all(run.folder);
 
@@ -179,10 +182,10 @@ TEST_F(EstimatorRunTest, SummaryHasTheContractsKeys) {
   const nlohmann::json json = summary();
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_THAT(keys, testing::UnorderedElementsAre("estimator", "scans", "duration_s", "wall_s", "refine_s", "real_time_factor",
-                                                  "peak_rss_mb", "degenerate_scans", "magnetic_rejected", "warnings",
-                                                  "ate_m", "ate_se3_m", "max_error_m", "heading_rmse_deg", "nees_pose",
-                                                  "success", "stages"));
+  EXPECT_THAT(keys, testing::UnorderedElementsAre("estimator", "scans", "duration_s", "wall_s", "refine_s",
+                                                  "real_time_factor", "peak_rss_mb", "degenerate_scans",
+                                                  "magnetic_rejected", "warnings", "ate_m", "ate_se3_m", "max_error_m",
+                                                  "heading_rmse_deg", "nees_pose", "success", "stages"));
   EXPECT_EQ(json["scans"], kScans);
   EXPECT_NEAR(json["duration_s"].get<double>(), 10.0, 1e-9);
   EXPECT_EQ(json["degenerate_scans"], kScans / 4);
@@ -312,7 +315,8 @@ TEST(RunReport, TableAndWarningsNameEveryRun) {
   call.call.configurations = {"night.yaml"};
   call.max_range_m = 12.5;
   call.refines = true;
-  const auto json = nlohmann::json::parse(to_json({{"log", "a.bag"}, {"magnetic", ""}}, call, {smoother, ieskf}, std::nullopt));
+  const auto json =
+      nlohmann::json::parse(to_json({{"log", "a.bag"}, {"magnetic", ""}}, call, {smoother, ieskf}, std::nullopt));
   EXPECT_EQ(json["call"]["max_range_m"], 12.5);
   EXPECT_EQ(json["call"]["refine"], "batch");
   EXPECT_EQ(json["call"]["set"], nlohmann::json({"smoother.window_s=2"}));
@@ -330,7 +334,8 @@ TEST(RunReport, TheTableTellsWhatABatchBeganWithAndWhatNobodyLookedAt) {
   refined.truth = TruthFigures{{}, 0.01, 0.01, 0.04, 0.2, 1.1, true};
   refined.saw_lidar = true;
   refined.degenerate_scans = 17;
-  for (const char* name : {"causal", "smoothed", "batch"}) refined.stages.push_back({name, 0.02, 0.05, {}, 0.3, {}, {}});
+  for (const char* name : {"causal", "smoothed", "batch"})
+    refined.stages.push_back({name, 0.02, 0.05, {}, 0.3, {}, {}});
   const std::string table = ab_table({refined});
   EXPECT_THAT(table, HasSubstr("smoother (batch)"));
   EXPECT_THAT(table, HasSubstr("  smoothed"));
@@ -358,13 +363,15 @@ TEST(EstimateFiles, WriteNoFigureWhereNothingWasMeasured) {
   files.causal(estimate);
   files.finish("");
   const CsvTable table(folder / "diagnostics.csv");
-  for (const char* column : {"inlier_share", "lidar_rmse_m", "lidar_nis", "direction_1_sigma_m", "direction_6_weight", "magnetic_weight",
-                                    "magnetic_shrink", "magnetic_residual_ut", "magnetic_nis", "clock_offset_s", "clock_sigma_s"}) {
+  for (const char* column :
+       {"inlier_share", "lidar_rmse_m", "lidar_nis", "direction_1_sigma_m", "direction_6_weight", "magnetic_weight",
+        "magnetic_shrink", "magnetic_residual_ut", "magnetic_nis", "clock_offset_s", "clock_sigma_s"}) {
     EXPECT_EQ(table.texts(column)[0], "nan") << column;
     EXPECT_TRUE(std::isfinite(table.numbers(column)[1])) << column;
   }
   // What is counted is none, not unknown.
-  for (const char* column : {"points", "correspondences", "degenerate_directions", "magnetic_samples", "magnetic_rejected"}) {
+  for (const char* column :
+       {"points", "correspondences", "degenerate_directions", "magnetic_samples", "magnetic_rejected"}) {
     EXPECT_EQ(table.numbers(column)[0], 0.0) << column;
   }
 }

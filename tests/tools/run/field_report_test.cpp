@@ -22,7 +22,9 @@ using testing::HasSubstr;
 constexpr double kHeight_m = 0.2;
 constexpr int kFieldScans = 600;
 
-Vector3 field_at(const Vector3& p) { return {18.0 + 4.0 * std::sin(0.8 * p.x()), -8.0 + 3.0 * std::cos(1.1 * p.x() + p.y()), -40.0}; }
+Vector3 field_at(const Vector3& p) {
+  return {18.0 + 4.0 * std::sin(0.8 * p.x()), -8.0 + 3.0 * std::cos(1.1 * p.x() + p.y()), -40.0};
+}
 
 MagneticMap map_of_the_survey() {
   FieldGrid grid;
@@ -115,7 +117,8 @@ TEST_F(FieldReportTest, NamesThePlaceAndTheOffset) {
 
 TEST_F(FieldReportTest, WritesARowAScanAndARowAPlace) {
   const FieldReport found = report();
-  ASSERT_GE(found.rows.size(), static_cast<std::size_t>(kFieldScans - 1));  // the first scan's readings are before any pose
+  ASSERT_GE(found.rows.size(),
+            static_cast<std::size_t>(kFieldScans - 1));  // the first scan's readings are before any pose
   for (const FieldRow& row : found.rows) {
     const double t = to_seconds(row.time);
     EXPECT_LT((row.position - pose_at(t).position).norm(), 0.1);
@@ -171,7 +174,8 @@ TEST_F(FieldReportTest, ThePictureIsDrawnForMuchAndForNothing) {
   const std::filesystem::path folder = keep != nullptr ? std::filesystem::path(keep) : folder_.path();
   draw_stale_map_picture(folder / "stale_map.png", map_, drive, found.stale);
   draw_stale_map_picture(folder / "stale_map_empty.png", map_, {}, {});
-  for (const char* name : {"stale_map.png", "stale_map_empty.png"}) EXPECT_EQ(content_of(folder / name).substr(1, 3), "PNG");
+  for (const char* name : {"stale_map.png", "stale_map_empty.png"})
+    EXPECT_EQ(content_of(folder / name).substr(1, 3), "PNG");
 }
 
 }  // namespace

@@ -7,7 +7,8 @@
 namespace lodestone {
 namespace {
 
-/// Within 100 days of time's begin a double holds whole nanoseconds: a PointCloud2 then loses nothing against a CustomMsg.
+/// Within 100 days of time's begin a double holds whole nanoseconds: a PointCloud2 then loses nothing against a
+/// CustomMsg.
 constexpr const char* livox_office = R"(
 name: office
 start_time_s: 1000000
@@ -30,8 +31,8 @@ TEST(LivoxRun, BothMessagesGiveTheSameTrajectory) {
   const std::string formats[2] = {"pointcloud2", "livox_custom"};
   for (int i = 0; i < 2; ++i) {
     const std::string out = (folder / formats[i]).string();
-    ProgramResult result = run_lodestone("simulate " + (folder / "office.yaml").string() + " --duration 4 --out " + out +
-                                         " --only log,cloud --set sensors.lidar.message=" + formats[i]);
+    ProgramResult result = run_lodestone("simulate " + (folder / "office.yaml").string() + " --duration 4 --out " +
+                                         out + " --only log,cloud --set sensors.lidar.message=" + formats[i]);
     ASSERT_EQ(result.code, 0) << result.errors;
     result = run_lodestone("run " + out + "/log.bag --platform " + out + "/platform.yaml --cloud " + out +
                            "/cloud.pcd --initial-pose-from " + out + "/truth.tum --truth " + out +

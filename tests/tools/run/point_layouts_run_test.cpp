@@ -4,9 +4,9 @@
 #include <fstream>
 #include <map>
 
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/logs/ros1/bag_writer.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/logs/ros1/bag_writer.h"
+#include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/messages/cloud_layout.h"
 #include "tests/tools/program_runner.h"
 #include "tests/tools/run/vendor_cloud.h"
@@ -30,7 +30,9 @@ sequences:
   short: {waypoints_m: [[-2, -2], [3, -2]], speed: [[0, 1.5]], rest_s: 0.5}
 )";
 
-std::array<double, 3> as_array(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+std::array<double, 3> as_array(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 void write_imu(ros1::BagWriter& writer, const Platform& platform, const ImuSample& sample) {
   ros1::ImuMessage message;
@@ -42,7 +44,8 @@ void write_imu(ros1::BagWriter& writer, const Platform& platform, const ImuSampl
 
 /// Writes the log with each scan as `write` does it.
 template <class WriteScan>
-void write_log(const std::vector<Measurement>& log, const Platform& platform, const std::string& to, const WriteScan& write) {
+void write_log(const std::vector<Measurement>& log, const Platform& platform, const std::string& to,
+               const WriteScan& write) {
   ros1::BagWriter writer(to, Codec::none);
   std::vector<std::uint8_t> data;
   for (const Measurement& measurement : log) {
@@ -71,7 +74,8 @@ LidarScan arranged(LidarScan scan, bool by_ring) {
   return scan;
 }
 
-/// All that an estimator sees of the scans, as bytes; ring and intensity, which not every vendor writes, are none of it.
+/// All that an estimator sees of the scans, as bytes; ring and intensity, which not every vendor writes, are none of
+/// it.
 std::string seen_of(const std::vector<Measurement>& log) {
   std::string bytes;
   const auto add = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
@@ -93,7 +97,8 @@ void split(const std::string& from, const Platform& platform, const Pose& T_imu_
   WarningLog warnings;
   BagSource source(from, platform, warnings, {.magnetometers = false});
   ros1::BagWriter writer(to, Codec::none);
-  const testing::CloudLayout front_layout, rear_layout{"timestamp", Field::uint64, PointTimeUnit::nanoseconds, PointTimeZero::epoch};
+  const testing::CloudLayout front_layout,
+      rear_layout{"timestamp", Field::uint64, PointTimeUnit::nanoseconds, PointTimeZero::epoch};
   const Pose T_rear_front = T_imu_rear.inverse() * platform.suite.lidar.T_imu_lidar;
   std::vector<std::uint8_t> data;
   for (Measurement measurement; source.next(measurement);) {
@@ -126,7 +131,8 @@ class PointLayoutsRun : public ::testing::Test {
  protected:
   void SetUp() override {
     std::ofstream(folder_ / "office.yaml") << office;
-    const ProgramResult result = run_lodestone("simulate " + base_ + "/office.yaml --duration 1.6 --only log,cloud --out " + base_);
+    const ProgramResult result =
+        run_lodestone("simulate " + base_ + "/office.yaml --duration 1.6 --only log,cloud --out " + base_);
     ASSERT_EQ(result.code, 0) << result.errors;
     platform_ = load_platform(base_ + "/platform.yaml");
     log_ = measurements_of(base_ + "/log.bag", platform_);
@@ -135,8 +141,9 @@ class PointLayoutsRun : public ::testing::Test {
   }
 
   Trajectory run(const std::string& log, const std::string& platform, const std::string& out) const {
-    const ProgramResult ran = run_lodestone("run " + log + " --platform " + platform + " --cloud " + base_ + "/cloud.pcd " +
-                                            "--initial-pose-from " + base_ + "/truth.tum --estimator smoother --out " + base_ + "/" + out);
+    const ProgramResult ran =
+        run_lodestone("run " + log + " --platform " + platform + " --cloud " + base_ + "/cloud.pcd " +
+                      "--initial-pose-from " + base_ + "/truth.tum --estimator smoother --out " + base_ + "/" + out);
     EXPECT_EQ(ran.code, 0) << ran.errors;
     return read_trajectory(base_ + "/" + out + "/smoother/trajectory.tum");
   }
@@ -180,13 +187,14 @@ Apart apart(const Trajectory& found, const Trajectory& expected) {
   Apart worst;
   for (std::size_t i = 0; i < std::min(found.size(), expected.size()); ++i) {
     worst.time_us = std::max(worst.time_us, 1e-3 * std::abs(static_cast<double>(found[i].time - expected[i].time)));
-    worst.position_mm = std::max(worst.position_mm, 1e3 * (found[i].pose.position - position_at(expected, found[i].time)).norm());
+    worst.position_mm =
+        std::max(worst.position_mm, 1e3 * (found[i].pose.position - position_at(expected, found[i].time)).norm());
   }
   return worst;
 }
 
-/// Vendors' fields x what their times count from x when the stamp was taken x the points' order and no-returns. Cells from
-/// which the same scans are read, bit for bit, share one run.
+/// Vendors' fields x what their times count from x when the stamp was taken x the points' order and no-returns. Cells
+/// from which the same scans are read, bit for bit, share one run.
 TEST_F(PointLayoutsRun, EveryVendorsCloudGivesTheSameTrajectoryToAMillimetre) {
   using testing::Arrangement;
   int cells = 0;
@@ -197,13 +205,15 @@ TEST_F(PointLayoutsRun, EveryVendorsCloudGivesTheSameTrajectoryToAMillimetre) {
     Apart worst;
     for (const PointTimeZero zero : vendor.zeros) {
       for (const ScanStamp stamp : {ScanStamp::start, ScanStamp::middle, ScanStamp::end}) {
-        for (const auto arrangement : {Arrangement::firing_order, Arrangement::rings_with_zeros, Arrangement::rings_with_nan}) {
-          SCOPED_TRACE(fmt::format("{}, {}, arrangement {}", vendor.name,
-                                   describe({vendor.unit, zero, stamp, false}), static_cast<int>(arrangement)));
+        for (const auto arrangement :
+             {Arrangement::firing_order, Arrangement::rings_with_zeros, Arrangement::rings_with_nan}) {
+          SCOPED_TRACE(fmt::format("{}, {}, arrangement {}", vendor.name, describe({vendor.unit, zero, stamp, false}),
+                                   static_cast<int>(arrangement)));
           const bool by_ring = arrangement != Arrangement::firing_order;
-          write_log(log_, platform_, base_ + "/vendor.bag", [&](const LidarScan& scan, std::vector<std::uint8_t>& data) {
-            return vendor.write(arranged(scan, by_ring), zero, stamp, arrangement, clock_origin, data);
-          });
+          write_log(log_, platform_, base_ + "/vendor.bag",
+                    [&](const LidarScan& scan, std::vector<std::uint8_t>& data) {
+                      return vendor.write(arranged(scan, by_ring), zero, stamp, arrangement, clock_origin, data);
+                    });
           const Platform platform = untold(zero, stamp);
           save_platform(platform, base_ + "/untold.yaml");
           const auto [place, is_new] = runs.try_emplace(seen_of(measurements_of(base_ + "/vendor.bag", platform)));
@@ -253,9 +263,10 @@ TEST_F(PointLayoutsRun, TwoLidarsThatShareTheBeamsAreAsGoodAsOne) {
   const auto rms_mm = [&](const Trajectory& found) {
     double sum = 0.0;
     for (const StampedPose& each : found) {
-      const auto nearest = std::min_element(truth.begin(), truth.end(), [&](const StampedPose& a, const StampedPose& b) {
-        return std::abs(a.time - each.time) < std::abs(b.time - each.time);
-      });
+      const auto nearest =
+          std::min_element(truth.begin(), truth.end(), [&](const StampedPose& a, const StampedPose& b) {
+            return std::abs(a.time - each.time) < std::abs(b.time - each.time);
+          });
       sum += (nearest->pose.position - each.pose.position).squaredNorm();
     }
     return 1e3 * std::sqrt(sum / static_cast<double>(found.size()));

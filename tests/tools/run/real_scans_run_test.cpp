@@ -28,10 +28,10 @@ class RealScans : public ::testing::Test {
 
   RealRun run(const std::string& map) const {
     const std::string out = (folder_ / map).string();
-    const ProgramResult result =
-        run_lodestone("run " + (data_ / "log").string() + " --platform " + (data_ / "platform.yaml").string() + " --cloud " +
-                      (data_ / map).string() + " --initial-pose-from " + (data_ / "poses.tum").string() + " --truth " +
-                      (data_ / "poses.tum").string() + " --estimator smoother,lidar-inertial --out " + out);
+    const ProgramResult result = run_lodestone(
+        "run " + (data_ / "log").string() + " --platform " + (data_ / "platform.yaml").string() + " --cloud " +
+        (data_ / map).string() + " --initial-pose-from " + (data_ / "poses.tum").string() + " --truth " +
+        (data_ / "poses.tum").string() + " --estimator smoother,lidar-inertial --out " + out);
     EXPECT_EQ(result.code, 0) << result.errors;
     const auto ate = [&](const std::string& estimator) {
       return nlohmann::json::parse(content_of(out + "/" + estimator + "/summary.json"))["ate_m"].get<double>();

@@ -11,13 +11,13 @@
 #include <random>
 #include <thread>
 
-#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/maps/point_cloud_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/maps/point_cloud_file.h"
+#include "tests/tools/program_runner.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/cloud_map.h"
-#include "tests/tools/program_runner.h"
 
 namespace lodestone {
 namespace {
@@ -29,7 +29,9 @@ constexpr double kDuration = 3.0;
 const Vector3 kRoom{8.0, 6.0, 3.0};  // metres; the robot stands in its middle
 
 /// Where a ray from the middle of the room meets its walls.
-Vector3 wall_along(const Vector3& direction) { return direction * (0.5 * kRoom.array() / direction.array().abs()).minCoeff(); }
+Vector3 wall_along(const Vector3& direction) {
+  return direction * (0.5 * kRoom.array() / direction.array().abs()).minCoeff();
+}
 
 LidarScan scan_at(Time start) {
   LidarScan scan;
@@ -38,7 +40,8 @@ LidarScan scan_at(Time start) {
     for (int row = 0; row < 16; ++row) {
       const double azimuth = 2.0 * 3.14159265358979 * column / 512.0 + 1e-3;
       const double elevation = 0.05 * (row - 7.5);
-      const Vector3 ray{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
+      const Vector3 ray{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                        std::sin(elevation)};
       LidarPoint point;
       point.position = wall_along(ray).cast<float>();
       point.ring = static_cast<std::uint16_t>(row);
@@ -96,8 +99,8 @@ class RunCommand : public testing::Test {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   std::string call(const std::string& options) const {
-    return "run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") + " --out " +
-           path("out") + " " + options;
+    return "run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") +
+           " --out " + path("out") + " " + options;
   }
 
   TemporaryFolder folder_;
@@ -111,7 +114,8 @@ TEST_F(RunCommand, WritesTheContractsFilesAndTheTable) {
   EXPECT_THAT(result.output, HasSubstr("LiDAR-inertial"));
   const std::filesystem::path out = folder_ / "out";
   for (const char* name : {"smoother", "lidar-inertial"}) {
-    for (const char* file : {"trajectory.tum", "causal.tum", "covariance.csv", "diagnostics.csv", "errors.csv", "summary.json"}) {
+    for (const char* file :
+         {"trajectory.tum", "causal.tum", "covariance.csv", "diagnostics.csv", "errors.csv", "summary.json"}) {
       EXPECT_TRUE(std::filesystem::exists(out / name / file)) << name << "/" << file;
     }
     const auto summary = nlohmann::json::parse(content_of(out / name / "summary.json"));
@@ -160,7 +164,8 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused("run " + path("cut.bag") + rest + " --cloud " + path("cloud.pcd"), "cut.bag");
   expect_refused("run " + path("log.bag") + rest + " --magnetic " + path("nowhere.yaml"), "nowhere.yaml");
   expect_refused("run " + path("log.bag") + rest, "--magnetic");
-  expect_refused("run " + path("log.bag") + rest + " --initial-pose auto --magnetic " + path("nowhere.yaml"), "--cloud");
+  expect_refused("run " + path("log.bag") + rest + " --initial-pose auto --magnetic " + path("nowhere.yaml"),
+                 "--cloud");
   EXPECT_EQ(run_lodestone("run").code, 2);
   EXPECT_EQ(run_lodestone(call("--refine whole")).code, 2);
 }
@@ -170,7 +175,8 @@ TEST_F(RunCommand, LogAndOutputAreLookedAtBeforeTheMaps) {
   std::ofstream(folder_ / "text.bag") << "no log";
   expect_refused("run " + path("text.bag") + rest + path("out"), "text.bag: is no log");
   std::ofstream(folder_ / "file") << "x";
-  expect_refused("run " + path("log.bag") + rest + path("file") + "/deep/out", "file is no folder; choose another --out");
+  expect_refused("run " + path("log.bag") + rest + path("file") + "/deep/out",
+                 "file is no folder; choose another --out");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   expect_refused("run " + path("log.bag") + rest + path("out"), "nowhere.pcd");
 }
@@ -180,7 +186,8 @@ TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
   fs::create_directories(folder_ / "out/smoother");
   fs::create_directories(folder_ / "out/checkpoint");
   fs::create_directories(folder_ / "log");
-  for (const char* name : {"out/smoother/trajectory.tum", "out/summary.json"}) fs::copy(folder_ / "truth.tum", folder_ / name);
+  for (const char* name : {"out/smoother/trajectory.tum", "out/summary.json"})
+    fs::copy(folder_ / "truth.tum", folder_ / name);
   const std::string truth = content_of(folder_ / "truth.tum");
   for (const char* given : {"--truth ", "--initial-pose-from "}) {
     for (const char* name : {"out/smoother/trajectory.tum", "out/../out/summary.json"}) {
@@ -203,19 +210,24 @@ TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
 
 TEST_F(RunCommand, AMagneticMapIsForMagnetometers) {
   const FieldGrid grid{0.5, {-1.0, -1.0}, 5, 5, {0.0}};
-  write_magnetic_map(MagneticMap(grid, std::vector<Eigen::Vector4f>(25, Eigen::Vector4f(20.0F, 0.0F, -40.0F, 0.5F)), 2.0), {}, path("field.yaml"));
-  expect_refused(call("--magnetic " + path("field.yaml")), "platform.yaml: it has no magnetometers, which --magnetic is for");
+  write_magnetic_map(
+      MagneticMap(grid, std::vector<Eigen::Vector4f>(25, Eigen::Vector4f(20.0F, 0.0F, -40.0F, 0.5F)), 2.0), {},
+      path("field.yaml"));
+  expect_refused(call("--magnetic " + path("field.yaml")),
+                 "platform.yaml: it has no magnetometers, which --magnetic is for");
 }
 
 TEST_F(RunCommand, FilesOfAnotherKindAreCalledWhatTheyAre) {
   const std::string log = "run " + path("log.bag") + " --out " + path("out");
   expect_refused(log + " --platform " + path("cloud.pcd") + " --cloud " + path("cloud.pcd"),
                  "cloud.pcd: expected a platform file; this looks like a point cloud (PCD or PLY)");
-  expect_refused(log + " --platform " + path("platform.yaml") + " --cloud " + path("platform.yaml"), "this looks like a platform file");
+  expect_refused(log + " --platform " + path("platform.yaml") + " --cloud " + path("platform.yaml"),
+                 "this looks like a platform file");
   expect_refused(log + " --platform " + path("platform.yaml") + " --magnetic " + path("platform.yaml"),
                  "expected a magnetic map's YAML; this looks like a platform file");
-  expect_refused("run " + path("cloud.pcd") + " --out " + path("out") + " --platform " + path("platform.yaml") + " --cloud " +
-                     path("cloud.pcd"), "cloud.pcd: is no log");
+  expect_refused("run " + path("cloud.pcd") + " --out " + path("out") + " --platform " + path("platform.yaml") +
+                     " --cloud " + path("cloud.pcd"),
+                 "cloud.pcd: is no log");
   expect_refused(call("--truth " + path("log.bag")), "expected a trajectory (TUM or EuRoC csv); this looks like a log");
 }
 
@@ -250,7 +262,8 @@ std::map<std::string, std::string> results_in(const std::filesystem::path& folde
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (!entry.is_regular_file() || name.find(".partial-") != std::string::npos) continue;
-    const bool bytes = entry.path().extension() == ".tum" || name == "covariance.csv" || name == "errors.csv" || name == "config.yaml";
+    const bool bytes =
+        entry.path().extension() == ".tum" || name == "covariance.csv" || name == "errors.csv" || name == "config.yaml";
     if (bytes) results[std::filesystem::relative(entry.path(), folder).string()] = content_of(entry.path());
     if (entry.path().extension() == ".json") {
       EXPECT_FALSE(nlohmann::json::parse(content_of(entry.path()), nullptr, false).is_discarded()) << entry.path();
@@ -261,7 +274,8 @@ std::map<std::string, std::string> results_in(const std::filesystem::path& folde
 
 TEST_F(RunCommand, KilledAtAnyMomentItLeavesTheOldFileOrTheNewOne) {
   const std::string common = "--initial-pose '0 0 0 0 0 0 1' --truth " + path("truth.tum");
-  const std::string other = "--initial-pose '0.03 0 0 0 0 0 1' --set smoother.window_s=0.5 --truth " + path("truth.tum");
+  const std::string other =
+      "--initial-pose '0.03 0 0 0 0 0 1' --set smoother.window_s=0.5 --truth " + path("truth.tum");
   ASSERT_EQ(run_lodestone(call(other)).code, 0);
   const auto wanted = results_in(folder_ / "out");
   const auto begin = std::chrono::steady_clock::now();
@@ -295,8 +309,8 @@ TEST_F(RunCommand, KilledAtAnyMomentItLeavesTheOldFileOrTheNewOne) {
 TEST_F(RunCommand, AFullDiskIsOneLineAndLeavesNothingHalfWritten) {
   // A limit on the size of files stands for the disk.
   const TemporaryFolder folder;
-  const std::string command = "ulimit -f 4; exec " LODESTONE_PROGRAM " " + call("") + " >/dev/null 2>" +
-                              (folder / "err").string();
+  const std::string command =
+      "ulimit -f 4; exec " LODESTONE_PROGRAM " " + call("") + " >/dev/null 2>" + (folder / "err").string();
   const int status = std::system(("bash -c \"" + command + "\"").c_str());
   EXPECT_EQ(WEXITSTATUS(status), 2);
   EXPECT_THAT(content_of(folder / "err"), HasSubstr("File too large"));
@@ -308,8 +322,9 @@ TEST_F(RunCommand, AFullDiskIsOneLineAndLeavesNothingHalfWritten) {
 
 TEST_F(RunCommand, AFolderThatCannotBeWrittenIsOneLine) {
   std::ofstream(folder_ / "file") << "x";
-  expect_refused("run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") + " --out " +
-                     path("file") + "/out", path("file") + "/out");
+  expect_refused("run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") +
+                     " --out " + path("file") + "/out",
+                 path("file") + "/out");
 }
 
 TEST(RunHelp, ShowsExamplesAndEveryOption) {

@@ -1,4 +1,5 @@
-// `lodestone run --resume` as a user calls it: killed or interrupted at any moment it ends with the bytes of an unbroken run.
+// `lodestone run --resume` as a user calls it: killed or interrupted at any moment it ends with the bytes of an
+// unbroken run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -15,8 +16,8 @@
 #include <thread>
 
 #include "core/magnetometer/magnetic_map.h"
-#include "frontends/maps/magnetic_map_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "tests/tools/experiments/experiment_files.h"
 #include "tests/tools/program_runner.h"
 
@@ -63,14 +64,17 @@ class RunResume : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     std::ofstream(path("yard.yaml")) << reproduce::kYard;
-    const ProgramResult simulated = run_lodestone("simulate " + path("yard.yaml") + " --sequence out --duration 3 --only log,cloud --set cloud.point_spacing_m=0.12 --out " +
-                                                  folder_->path().string());
+    const ProgramResult simulated =
+        run_lodestone("simulate " + path("yard.yaml") +
+                      " --sequence out --duration 3 --only log,cloud --set cloud.point_spacing_m=0.12 --out " +
+                      folder_->path().string());
     ASSERT_EQ(simulated.code, 0) << simulated.errors;
     const double height_m = read_trajectory(path("truth.tum")).front().pose.position.z() - 0.08;
     const FieldGrid grid{0.1, {-5.0, -3.0}, 101, 61, {height_m}};
     const std::vector<Eigen::Vector4f> nodes(101 * 61, Eigen::Vector4f(1.0F, 2.0F, 3.0F, 0.5F));
     write_magnetic_map(MagneticMap(grid, nodes, 2.0), {}, path("like.yaml"));
-    const ProgramResult mapped = run_lodestone("map truth " + path("yard.yaml") + " --like " + path("like.yaml") + " --out " + path("field.yaml"));
+    const ProgramResult mapped = run_lodestone("map truth " + path("yard.yaml") + " --like " + path("like.yaml") +
+                                               " --out " + path("field.yaml"));
     ASSERT_EQ(mapped.code, 0) << mapped.errors;
   }
   static void TearDownTestSuite() {
@@ -81,8 +85,8 @@ class RunResume : public testing::Test {
   static std::string path(const std::string& name) { return (*folder_ / name).string(); }
 
   static std::string call(const std::string& out, const std::string& options) {
-    return "run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") + " --magnetic " +
-           path("field.yaml") + " --initial-pose-from " + path("truth.tum") + " --out " + path(out) +
+    return "run " + path("log.bag") + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") +
+           " --magnetic " + path("field.yaml") + " --initial-pose-from " + path("truth.tum") + " --out " + path(out) +
            " " + options;
   }
 
@@ -114,7 +118,8 @@ class RunResume : public testing::Test {
   }
 
   /// Seconds that the unbroken call takes; its results come to `wanted`.
-  static double run_unbroken(const std::string& out, const std::string& options, std::map<std::string, std::string>& wanted) {
+  static double run_unbroken(const std::string& out, const std::string& options,
+                             std::map<std::string, std::string>& wanted) {
     fs::remove_all(path(out));
     const auto begin = std::chrono::steady_clock::now();
     const ProgramResult unbroken = run_lodestone(call(out, options));
@@ -123,7 +128,8 @@ class RunResume : public testing::Test {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 
-  static void expect_same(const std::map<std::string, std::string>& found, const std::map<std::string, std::string>& wanted) {
+  static void expect_same(const std::map<std::string, std::string>& found,
+                          const std::map<std::string, std::string>& wanted) {
     for (const auto& [name, content] : found) EXPECT_TRUE(wanted.contains(name)) << name;
     for (const auto& [name, content] : wanted) {
       ASSERT_TRUE(found.contains(name)) << name;
@@ -205,15 +211,19 @@ TEST_F(RunResume, RefusesResultsOfAnotherCall) {
     broken_off(call("refused", options), SIGKILL, once_there("refused/checkpoint/ieskf.estimates"));
   }
   ASSERT_TRUE(fs::exists(recording));
-  expect_refused(call("refused", options + " --resume --set smoother.window_s=1.5"), "smoother.window_s was 2.5 and is 1.5 now");
+  expect_refused(call("refused", options + " --resume --set smoother.window_s=1.5"),
+                 "smoother.window_s was 2.5 and is 1.5 now");
   expect_refused(call("refused", options + " --resume --max-range 25"), "--max-range was none and is 25 now");
-  expect_refused(call("refused", "--estimator smoother --resume"), "--estimator was ieskf,smoother and is smoother now");
+  expect_refused(call("refused", "--estimator smoother --resume"),
+                 "--estimator was ieskf,smoother and is smoother now");
   const auto changed = fs::last_write_time(path("log.bag"));
   fs::last_write_time(path("log.bag"), changed + std::chrono::seconds(1));
   expect_refused(call("refused", options + " --resume"), "the log was");
   fs::last_write_time(path("log.bag"), changed);
 
-  const auto write = [](const std::string& file, const std::string& content) { std::ofstream(file, std::ios::binary) << content; };
+  const auto write = [](const std::string& file, const std::string& content) {
+    std::ofstream(file, std::ios::binary) << content;
+  };
   const std::string identity = content_of(path("refused/checkpoint/call.json"));
   write(path("refused/checkpoint/call.json"), identity.substr(0, identity.size() / 2));
   expect_refused(call("refused", options + " --resume"), "call.json: damaged");

@@ -8,7 +8,8 @@
 
 #include "tests/frontends/messages/cloud_layout.h"
 
-/// Clouds as vendors' drivers lay them out: fields, their order, types and places, gaps between them, rows and no-returns.
+/// Clouds as vendors' drivers lay them out: fields, their order, types and places, gaps between them, rows and
+/// no-returns.
 namespace lodestone::testing {
 
 enum class FieldRole { x, y, z, intensity, ring, time, seconds, nanoseconds, other };
@@ -31,8 +32,8 @@ struct VendorCloud {
   std::vector<PointTimeZero> zeros;  ///< what this driver can be set to
 
   /// `scan`: in the order of its rows, or of firing. `data` must outlive the message.
-  ros1::PointCloudMessage write(const LidarScan& scan, PointTimeZero zero, ScanStamp stamp, Arrangement arrangement, Time clock_origin,
-                                std::vector<std::uint8_t>& data) const {
+  ros1::PointCloudMessage write(const LidarScan& scan, PointTimeZero zero, ScanStamp stamp, Arrangement arrangement,
+                                Time clock_origin, std::vector<std::uint8_t>& data) const {
     const CloudLayout times{time_field().name, time_field().datatype, unit, zero, stamp, false, clock_origin};
     const std::vector<std::vector<const LidarPoint*>> rows = rows_of(scan, arrangement);
     ros1::PointCloudMessage message;
@@ -54,7 +55,8 @@ struct VendorCloud {
           put_point(at, *point, times, scan.start + point->offset_ns - zeros_ns[static_cast<int>(zero)]);
         } else if (arrangement == Arrangement::rings_with_nan) {
           for (const VendorField& field : fields) {
-            if (field.role <= FieldRole::z) put_number(at + field.offset, field.datatype, std::numeric_limits<double>::quiet_NaN());
+            if (field.role <= FieldRole::z)
+              put_number(at + field.offset, field.datatype, std::numeric_limits<double>::quiet_NaN());
           }
         }
       }
@@ -66,8 +68,9 @@ struct VendorCloud {
 
  private:
   const VendorField& time_field() const {
-    return *std::find_if(fields.begin(), fields.end(),
-                         [](const VendorField& field) { return field.role == FieldRole::time || field.role == FieldRole::seconds; });
+    return *std::find_if(fields.begin(), fields.end(), [](const VendorField& field) {
+      return field.role == FieldRole::time || field.role == FieldRole::seconds;
+    });
   }
 
   /// One row of all points, or one a ring with a no-return after every fifteen points, all of one length.
@@ -98,12 +101,23 @@ struct VendorCloud {
         case FieldRole::z:
           put_number(place, field.datatype, point.position[static_cast<int>(field.role)]);
           break;
-        case FieldRole::intensity: put_number(place, field.datatype, point.intensity); break;
-        case FieldRole::ring: put_number(place, field.datatype, point.ring); break;
-        case FieldRole::time: times.put_time(place, time); break;
-        case FieldRole::seconds: put_number(place, field.datatype, static_cast<double>(time / 1'000'000'000)); break;
-        case FieldRole::nanoseconds: put_number(place, field.datatype, static_cast<double>(time % 1'000'000'000)); break;
-        case FieldRole::other: break;
+        case FieldRole::intensity:
+          put_number(place, field.datatype, point.intensity);
+          break;
+        case FieldRole::ring:
+          put_number(place, field.datatype, point.ring);
+          break;
+        case FieldRole::time:
+          times.put_time(place, time);
+          break;
+        case FieldRole::seconds:
+          put_number(place, field.datatype, static_cast<double>(time / 1'000'000'000));
+          break;
+        case FieldRole::nanoseconds:
+          put_number(place, field.datatype, static_cast<double>(time % 1'000'000'000));
+          break;
+        case FieldRole::other:
+          break;
       }
     }
   }
@@ -111,11 +125,16 @@ struct VendorCloud {
   static void put_number(std::uint8_t* at, std::uint8_t datatype, double value) {
     const auto copy = [at](auto number) { std::memcpy(at, &number, sizeof(number)); };
     switch (datatype) {
-      case ros1::PointField::float32: return copy(static_cast<float>(value));
-      case ros1::PointField::float64: return copy(value);
-      case ros1::PointField::uint8: return copy(static_cast<std::uint8_t>(value));
-      case ros1::PointField::uint16: return copy(static_cast<std::uint16_t>(value));
-      default: return copy(static_cast<std::uint32_t>(value));
+      case ros1::PointField::float32:
+        return copy(static_cast<float>(value));
+      case ros1::PointField::float64:
+        return copy(value);
+      case ros1::PointField::uint8:
+        return copy(static_cast<std::uint8_t>(value));
+      case ros1::PointField::uint16:
+        return copy(static_cast<std::uint16_t>(value));
+      default:
+        return copy(static_cast<std::uint32_t>(value));
     }
   }
 };
@@ -126,10 +145,11 @@ inline std::vector<VendorCloud> vendor_clouds() {
   using Role = FieldRole;
   constexpr auto s = PointTimeUnit::seconds, ms = PointTimeUnit::milliseconds, us = PointTimeUnit::microseconds,
                  ns = PointTimeUnit::nanoseconds;
-  constexpr auto since_start = PointTimeZero::scan_start, from_stamp = PointTimeZero::stamp, absolute = PointTimeZero::epoch,
-                 own_clock = PointTimeZero::lidar_clock;
+  constexpr auto since_start = PointTimeZero::scan_start, from_stamp = PointTimeZero::stamp,
+                 absolute = PointTimeZero::epoch, own_clock = PointTimeZero::lidar_clock;
   const auto with_xyz = [](std::vector<VendorField> others) {
-    std::vector<VendorField> fields{{"x", Field::float32, 0, Role::x}, {"y", Field::float32, 4, Role::y}, {"z", Field::float32, 8, Role::z}};
+    std::vector<VendorField> fields{
+        {"x", Field::float32, 0, Role::x}, {"y", Field::float32, 4, Role::y}, {"z", Field::float32, 8, Role::z}};
     fields.insert(fields.end(), others.begin(), others.end());
     return fields;
   };
@@ -140,27 +160,66 @@ inline std::vector<VendorCloud> vendor_clouds() {
   };
   return {
       // os_cloud_node: 16 bytes of PCL's xyz, then the rest, aligned to 48.
-      {"Ouster", with_xyz({{"intensity", Field::float32, 16, Role::intensity}, {"t", Field::uint32, 20, Role::time},
-                           {"reflectivity", Field::uint16, 24}, {"ring", Field::uint16, 26, Role::ring},
-                           {"ambient", Field::uint16, 28}, {"range", Field::uint32, 32}}), 48, ns, {since_start}},
+      {"Ouster",
+       with_xyz({{"intensity", Field::float32, 16, Role::intensity},
+                 {"t", Field::uint32, 20, Role::time},
+                 {"reflectivity", Field::uint16, 24},
+                 {"ring", Field::uint16, 26, Role::ring},
+                 {"ambient", Field::uint16, 28},
+                 {"range", Field::uint32, 32}}),
+       48,
+       ns,
+       {since_start}},
       // velodyne_pointcloud: packed; the time is not aligned.
-      {"Velodyne", with_xyz({{"intensity", Field::float32, 12, Role::intensity}, {"ring", Field::uint16, 16, Role::ring},
-                             {"time", Field::float32, 18, Role::time}}), 22, s, {from_stamp}},
+      {"Velodyne",
+       with_xyz({{"intensity", Field::float32, 12, Role::intensity},
+                 {"ring", Field::uint16, 16, Role::ring},
+                 {"time", Field::float32, 18, Role::time}}),
+       22,
+       s,
+       {from_stamp}},
       // HesaiLidar_General_ROS: PCL's alignment.
-      {"Hesai", with_xyz({{"intensity", Field::float32, 16, Role::intensity}, {"timestamp", Field::float64, 24, Role::time},
-                          {"ring", Field::uint16, 32, Role::ring}}), 48, s, {absolute}},
-      {"Hesai, two fields", with_xyz({{"intensity", Field::float32, 12, Role::intensity}, {"ring", Field::uint16, 16, Role::ring},
-                                      {"timeSecond", Field::uint32, 18, Role::seconds},
-                                      {"timeNanosecond", Field::uint32, 22, Role::nanoseconds}}), 26, ns, {absolute, own_clock}},
+      {"Hesai",
+       with_xyz({{"intensity", Field::float32, 16, Role::intensity},
+                 {"timestamp", Field::float64, 24, Role::time},
+                 {"ring", Field::uint16, 32, Role::ring}}),
+       48,
+       s,
+       {absolute}},
+      {"Hesai, two fields",
+       with_xyz({{"intensity", Field::float32, 12, Role::intensity},
+                 {"ring", Field::uint16, 16, Role::ring},
+                 {"timeSecond", Field::uint32, 18, Role::seconds},
+                 {"timeNanosecond", Field::uint32, 22, Role::nanoseconds}}),
+       26,
+       ns,
+       {absolute, own_clock}},
       // rslidar_sdk: packed; absolute, or since the scan's start.
-      {"RoboSense", with_xyz({{"intensity", Field::float32, 12, Role::intensity}, {"ring", Field::uint16, 16, Role::ring},
-                              {"timestamp", Field::float64, 18, Role::time}}), 26, s, {absolute, since_start}},
+      {"RoboSense",
+       with_xyz({{"intensity", Field::float32, 12, Role::intensity},
+                 {"ring", Field::uint16, 16, Role::ring},
+                 {"timestamp", Field::float64, 18, Role::time}}),
+       26,
+       s,
+       {absolute, since_start}},
       // livox_ros_driver2, xfer_format 0.
-      {"Livox", with_xyz({{"intensity", Field::float32, 12, Role::intensity}, {"tag", Field::uint8, 16},
-                          {"line", Field::uint8, 17, Role::ring}, {"timestamp", Field::float64, 18, Role::time}}), 26, ns, {absolute}},
+      {"Livox",
+       with_xyz({{"intensity", Field::float32, 12, Role::intensity},
+                 {"tag", Field::uint8, 16},
+                 {"line", Field::uint8, 17, Role::ring},
+                 {"timestamp", Field::float64, 18, Role::time}}),
+       26,
+       ns,
+       {absolute}},
       // FAST-LIO's republished clouds: PCL's PointXYZINormal.
-      {"FAST-LIO", with_xyz({{"normal_x", Field::float32, 16}, {"normal_y", Field::float32, 20}, {"normal_z", Field::float32, 24},
-                             {"intensity", Field::float32, 32, Role::intensity}, {"curvature", Field::float32, 36, Role::time}}), 48, ms,
+      {"FAST-LIO",
+       with_xyz({{"normal_x", Field::float32, 16},
+                 {"normal_y", Field::float32, 20},
+                 {"normal_z", Field::float32, 24},
+                 {"intensity", Field::float32, 32, Role::intensity},
+                 {"curvature", Field::float32, 36, Role::time}}),
+       48,
+       ms,
        {since_start}},
       {"doubles", of_doubles(Field::uint32), 40, us, {since_start, own_clock}},
       {"doubles, signed times", of_doubles(Field::int32), 34, us, {from_stamp}},

@@ -11,9 +11,12 @@
 namespace lodestone::simulation {
 namespace {
 
-
-double elevation_deg(const Vector3& beam) { return std::asin(beam.z()) / degree; }
-double azimuth_deg(const Vector3& beam) { return std::atan2(beam.y(), beam.x()) / degree; }
+double elevation_deg(const Vector3& beam) {
+  return std::asin(beam.z()) / degree;
+}
+double azimuth_deg(const Vector3& beam) {
+  return std::atan2(beam.y(), beam.x()) / degree;
+}
 
 LidarOptions rosette() {
   LidarOptions options;

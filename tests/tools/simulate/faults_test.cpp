@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "core/error.h"
-#include "tools/simulate/simulation_source.h"
 #include "tests/frontends/logs/test_files.h"
+#include "tools/simulate/simulation_source.h"
 
 namespace lodestone::simulation {
 namespace {
@@ -59,7 +59,8 @@ class Faults : public ::testing::Test {
   double seconds(const Measurement& measurement) const { return to_seconds(completion_time(measurement) - start_); }
 
   /// Every measurement is what `expected` makes of the healthy one (nothing: not there), to the bit, in the same order.
-  void expect_stream(const std::string& faults, const std::function<std::optional<Measurement>(Measurement)>& expected) const {
+  void expect_stream(const std::string& faults,
+                     const std::function<std::optional<Measurement>(Measurement)>& expected) const {
     const std::vector<Measurement> found = drain(faults);
     std::size_t index = 0;
     std::size_t changed = 0;
@@ -91,7 +92,8 @@ class Faults : public ::testing::Test {
     if (a.index() != b.index()) return false;
     if (const auto* x = std::get_if<ImuSample>(&a)) {
       const auto& y = std::get<ImuSample>(b);
-      return x->time == y.time && x->angular_velocity == y.angular_velocity && x->linear_acceleration == y.linear_acceleration;
+      return x->time == y.time && x->angular_velocity == y.angular_velocity &&
+             x->linear_acceleration == y.linear_acceleration;
     }
     if (const auto* x = std::get_if<MagneticSample>(&a)) {
       const auto& y = std::get<MagneticSample>(b);
@@ -165,8 +167,10 @@ TEST_F(Faults, ARandomWalkGrowsWithTheRootOfTime) {
   double squared = 0.0;
   int components = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const auto faulty = drain({"faults=[{kind: bias_drift, magnetometer: all, random_walk_ut_sqrt_s: 2, begin_s: 0.5, end_s: 2.5}]",
-                               "sensors.lidar.rate_hz=0.1"}, "a", Drive::sequence, seed);
+    const auto faulty =
+        drain({"faults=[{kind: bias_drift, magnetometer: all, random_walk_ut_sqrt_s: 2, begin_s: 0.5, end_s: 2.5}]",
+               "sensors.lidar.rate_hz=0.1"},
+              "a", Drive::sequence, seed);
     const auto clean = drain({"sensors.lidar.rate_hz=0.1"}, "a", Drive::sequence, seed);
     for (std::size_t i = clean.size() - 40; i < clean.size(); ++i) {
       const auto* sample = std::get_if<MagneticSample>(&clean[i]);
@@ -187,11 +191,12 @@ TEST_F(Faults, ADeadMagnetometerSaysNothingAndAStuckOneRepeatsItself) {
                     return sample.field_ut;
                   });
   std::optional<Vector3> held;
-  expect_readings("{kind: stuck, magnetometer: left, begin_s: 1, end_s: 3}", 0, [&](const MagneticSample& sample, double s) {
-    if (s < 1.0 || s >= 3.0) return sample.field_ut;
-    if (!held) held = sample.field_ut;
-    return *held;
-  });
+  expect_readings("{kind: stuck, magnetometer: left, begin_s: 1, end_s: 3}", 0,
+                  [&](const MagneticSample& sample, double s) {
+                    if (s < 1.0 || s >= 3.0) return sample.field_ut;
+                    if (!held) held = sample.field_ut;
+                    return *held;
+                  });
 }
 
 TEST_F(Faults, ASaturatedMagnetometerIsClippedComponentByComponent) {
@@ -259,11 +264,12 @@ TEST_F(Faults, AClockOffsetShiftsTheStampsOfItsSensorAloneAndTheStreamStaysInOrd
       return sample != nullptr && (index < 0 || sample->magnetometer == index);
     };
   };
-  for (const Case& one : {Case{"imu", 30'000'000, [](const Measurement& m) { return std::holds_alternative<ImuSample>(m); }},
-                          Case{"lidar", -70'000'000, [](const Measurement& m) { return std::holds_alternative<LidarScan>(m); }},
-                          Case{"magnetometers", -20'000'000, magnetometer(-1)}, Case{"right", 20'000'000, magnetometer(1)}}) {
-    const auto found = drain("{kind: clock_offset, sensor: " + one.sensor + ", offset_s: " +
-                             std::to_string(static_cast<double>(one.offset) * 1e-9) + "}");
+  for (const Case& one :
+       {Case{"imu", 30'000'000, [](const Measurement& m) { return std::holds_alternative<ImuSample>(m); }},
+        Case{"lidar", -70'000'000, [](const Measurement& m) { return std::holds_alternative<LidarScan>(m); }},
+        Case{"magnetometers", -20'000'000, magnetometer(-1)}, Case{"right", 20'000'000, magnetometer(1)}}) {
+    const auto found = drain("{kind: clock_offset, sensor: " + one.sensor +
+                             ", offset_s: " + std::to_string(static_cast<double>(one.offset) * 1e-9) + "}");
     ASSERT_EQ(found.size(), healthy().size());
     std::vector<Measurement> expected[2], seen[2];
     Time last = 0;
@@ -275,7 +281,8 @@ TEST_F(Faults, AClockOffsetShiftsTheStampsOfItsSensorAloneAndTheStreamStaysInOrd
     for (Measurement measurement : healthy()) {
       const bool shifted = one.is(measurement);
       if (auto* sample = std::get_if<ImuSample>(&measurement); shifted && sample != nullptr) sample->time += one.offset;
-      if (auto* sample = std::get_if<MagneticSample>(&measurement); shifted && sample != nullptr) sample->time += one.offset;
+      if (auto* sample = std::get_if<MagneticSample>(&measurement); shifted && sample != nullptr)
+        sample->time += one.offset;
       if (auto* scan = std::get_if<LidarScan>(&measurement); shifted && scan != nullptr) {
         scan->start += one.offset;
         scan->end += one.offset;
@@ -284,7 +291,8 @@ TEST_F(Faults, AClockOffsetShiftsTheStampsOfItsSensorAloneAndTheStreamStaysInOrd
     }
     for (int part = 0; part < 2; ++part) {
       ASSERT_EQ(seen[part].size(), expected[part].size());
-      for (std::size_t i = 0; i < seen[part].size(); ++i) ASSERT_TRUE(same(seen[part][i], expected[part][i])) << one.sensor;
+      for (std::size_t i = 0; i < seen[part].size(); ++i)
+        ASSERT_TRUE(same(seen[part][i], expected[part][i])) << one.sensor;
     }
   }
 }
@@ -293,15 +301,16 @@ TEST_F(Faults, SteelThatPassesAddsTheFieldOfADipoleWhereverTheRobotIs) {
   const World world = load_world(file_, {});
   const SimulationSource source(world, std::make_shared<Environment>(world), "a", Drive::sequence, 3, 4.0);
   const auto steel = [&](const MagneticSample& sample, double s) {
-    const Pose T_map_mag =
-        source.motion().pose_at(s) * world.magnetometers.mounts[static_cast<std::size_t>(sample.magnetometer)].T_imu_mag();
+    const Pose T_map_mag = source.motion().pose_at(s) *
+                           world.magnetometers.mounts[static_cast<std::size_t>(sample.magnetometer)].T_imu_mag();
     const Vector3 m(0, 50, 100), r = T_map_mag.position - (Vector3(-8, -2, 0.5) + (s - 1.0) / 2.0 * Vector3(10, 0, 0));
     const Vector3 u = r.normalized();
     // μ0/4π = 0.1 µT m³ / (A m²)
     return (T_map_mag.rotation.conjugate() * (0.1 * (3.0 * m.dot(u) * u - m) / std::pow(r.norm(), 3))).eval();
   };
-  const auto found = drain("{kind: passing_steel, begin_s: 1, end_s: 3, from_m: [-8, -2, 0.5], to_m: [2, -2, 0.5], "
-                           "moment_a_m2: [0, 50, 100]}");
+  const auto found = drain(
+      "{kind: passing_steel, begin_s: 1, end_s: 3, from_m: [-8, -2, 0.5], to_m: [2, -2, 0.5], "
+      "moment_a_m2: [0, 50, 100]}");
   ASSERT_EQ(found.size(), healthy().size());
   double largest_ut = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -319,15 +328,16 @@ TEST_F(Faults, SteelThatPassesAddsTheFieldOfADipoleWhereverTheRobotIs) {
 }
 
 TEST_F(Faults, ActInTheOrderOfTheListOnOneSeveralOrAllMagnetometers) {
-  expect_stream("{kind: hard_iron, magnetometer: all, offset_ut: [1, 1, 1]}, "
-                "{kind: soft_iron, magnetometer: [left, rear], scale: [2, 2, 2]}",
-                [](Measurement measurement) -> std::optional<Measurement> {
-                  auto* sample = std::get_if<MagneticSample>(&measurement);
-                  if (sample == nullptr) return measurement;
-                  sample->field_ut += Vector3(1, 1, 1);
-                  if (sample->magnetometer != 1) sample->field_ut *= 2.0;
-                  return measurement;
-                });
+  expect_stream(
+      "{kind: hard_iron, magnetometer: all, offset_ut: [1, 1, 1]}, "
+      "{kind: soft_iron, magnetometer: [left, rear], scale: [2, 2, 2]}",
+      [](Measurement measurement) -> std::optional<Measurement> {
+        auto* sample = std::get_if<MagneticSample>(&measurement);
+        if (sample == nullptr) return measurement;
+        sample->field_ut += Vector3(1, 1, 1);
+        if (sample->magnetometer != 1) sample->field_ut *= 2.0;
+        return measurement;
+      });
 }
 
 TEST_F(Faults, OfTheWorldAndOfASequenceAddUpAndTheSurveyHasNone) {
@@ -350,8 +360,9 @@ TEST_F(Faults, OfTheWorldAndOfASequenceAddUpAndTheSurveyHasNone) {
 }
 
 TEST_F(Faults, SameSeedSameBitsOnAnyNumberOfThreads) {
-  const std::string faults = "{kind: spikes, magnetometer: all, rate_per_s: 20, size_ut: 50}, "
-                             "{kind: bias_drift, magnetometer: all, random_walk_ut_sqrt_s: 1}";
+  const std::string faults =
+      "{kind: spikes, magnetometer: all, rate_per_s: 20, size_ut: 50}, "
+      "{kind: bias_drift, magnetometer: all, random_walk_ut_sqrt_s: 1}";
   const auto first = drain(faults);
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const auto second = drain(faults);

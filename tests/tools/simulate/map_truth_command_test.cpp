@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "frontends/maps/magnetic_map_file.h"
+#include "tests/tools/program_runner.h"
 #include "tools/simulate/magnetic_field.h"
 #include "tools/simulate/world.h"
-#include "tests/tools/program_runner.h"
 
 namespace lodestone {
 namespace {
@@ -55,11 +55,16 @@ TEST(MapTruthCommand, EachMistakeIsOneLineAndCodeTwo) {
     EXPECT_THAT(result.errors, HasSubstr(part));
     EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
   };
-  expect(run_lodestone("map truth /absent.yaml --like " + like + " --out " + (folder / "t.yaml").string()), "/absent.yaml");
-  expect(run_lodestone("map truth " + world_file + " --like /absent.yaml --out " + (folder / "t.yaml").string()), "/absent.yaml");
+  expect(run_lodestone("map truth /absent.yaml --like " + like + " --out " + (folder / "t.yaml").string()),
+         "/absent.yaml");
+  expect(run_lodestone("map truth " + world_file + " --like /absent.yaml --out " + (folder / "t.yaml").string()),
+         "/absent.yaml");
   expect(run_lodestone("map truth " + world_file + " --like " + like + " --out " + like), "overwrite");
-  expect(run_lodestone("map truth " + world_file + " --like " + like + " --out " + (folder / "t.txt").string()), ".yaml");
-  expect(run_lodestone("map truth " + world_file + " --scene monday --like " + like + " --out " + (folder / "t.yaml").string()), "monday");
+  expect(run_lodestone("map truth " + world_file + " --like " + like + " --out " + (folder / "t.txt").string()),
+         ".yaml");
+  expect(run_lodestone("map truth " + world_file + " --scene monday --like " + like + " --out " +
+                       (folder / "t.yaml").string()),
+         "monday");
 }
 
 }  // namespace

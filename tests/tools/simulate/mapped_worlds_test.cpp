@@ -15,7 +15,7 @@ namespace {
 
 struct Section {
   const char* world;
-  Eigen::Vector2d begin;   ///< map x, y of the middle lane
+  Eigen::Vector2d begin;  ///< map x, y of the middle lane
   double heading_rad;
 };
 
@@ -32,7 +32,8 @@ std::vector<FieldObservation> survey(const MagneticField& field, const Section& 
   std::vector<FieldObservation> observations;
   for (double offset = -half_width_m; offset < half_width_m + 0.01; offset += spacing) {
     for (int i = 0; i * 0.01 < length_m; ++i) {
-      const Vector3 place = Vector3(section.begin.x(), section.begin.y(), height_m) + 0.01 * i * along + offset * across;
+      const Vector3 place =
+          Vector3(section.begin.x(), section.begin.y(), height_m) + 0.01 * i * along + offset * across;
       FieldObservation observation;
       observation.field_ut = field.field_ut(place) + Vector3(normal(generator), normal(generator), normal(generator));
       observation.position = place + 0.002 * Vector3(normal(generator), normal(generator), normal(generator));
@@ -45,8 +46,8 @@ std::vector<FieldObservation> survey(const MagneticField& field, const Section& 
 }
 
 struct MapError {
-  double rms_ut = 0.0;        ///< a component, at the nodes among the lanes that both maps have
-  double normalized = 0.0;    ///< over the map's sigma
+  double rms_ut = 0.0;      ///< a component, at the nodes among the lanes that both maps have
+  double normalized = 0.0;  ///< over the map's sigma
 };
 
 MapError error_of(const MagneticMap& map, const MagneticMap& other, const MagneticField& field,
@@ -57,7 +58,8 @@ MapError error_of(const MagneticMap& map, const MagneticMap& other, const Magnet
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Eigen::Vector4f node = map.node(0, row, column);
-      const Vector3 place(grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row, height_m);
+      const Vector3 place(grid.origin.x() + grid.resolution_m * column, grid.origin.y() + grid.resolution_m * row,
+                          height_m);
       const Eigen::Vector2d offset = Eigen::Rotation2Dd(-section.heading_rad) * (place.head<2>() - section.begin);
       if (offset.x() < 0.0 || offset.x() > length_m || std::abs(offset.y()) > half_width_m) continue;
       if (!(node[3] <= map.max_sigma_ut()) || !other.query(place, FieldInterpolation::bilinear)) continue;
@@ -86,11 +88,13 @@ TEST(MappedWorlds, CurlFreeMapsErrAsMuchAsComponentsAlone) {
       const MagneticMapResult together = build_magnetic_map(observations, options);
       const MapError first = error_of(alone.map, together.map, field, section);
       const MapError second = error_of(together.map, alone.map, field, section);
-      std::printf("%s, lanes %.2f m apart: s-GPR rms %.3f uT, over sigma %.2f, %zu nodes; curl-free %.3f uT, %.2f, %zu nodes "
-                  "(length scales %.2f and %.2f m)\n",
-                  world.name.c_str(), spacing, first.rms_ut, first.normalized, alone.nodes, second.rms_ut, second.normalized,
-                  together.nodes, together.fit.potential->length_scale_m, together.fit.potential->vertical_length_scale_m);
-      // At one height the potential ties B_x to B_y alone, and steel's field is no draw of its kernel: measured 0.93 to 1.05.
+      std::printf(
+          "%s, lanes %.2f m apart: s-GPR rms %.3f uT, over sigma %.2f, %zu nodes; curl-free %.3f uT, %.2f, %zu nodes "
+          "(length scales %.2f and %.2f m)\n",
+          world.name.c_str(), spacing, first.rms_ut, first.normalized, alone.nodes, second.rms_ut, second.normalized,
+          together.nodes, together.fit.potential->length_scale_m, together.fit.potential->vertical_length_scale_m);
+      // At one height the potential ties B_x to B_y alone, and steel's field is no draw of its kernel: measured 0.93
+      // to 1.05.
       EXPECT_LT(second.rms_ut, 1.1 * first.rms_ut);
       EXPECT_GT(second.normalized, 0.5);
       EXPECT_LT(second.normalized, 2.0);

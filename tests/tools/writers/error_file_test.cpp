@@ -1,3 +1,5 @@
+#include "tools/writers/error_file.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 #include "core/geometry/so3.h"
 #include "tests/tools/program_runner.h"
 #include "tools/writers/csv_table.h"
-#include "tools/writers/error_file.h"
 
 namespace lodestone {
 namespace {
@@ -23,8 +24,9 @@ TEST(ErrorFile, HoldsWhatTheEstimateDiffersByAndReadsItBack) {
   covariance.bottomRightCorner<3, 3>().diagonal() = Vector3(0.01, 0.04, 0.04);
   const TemporaryFolder folder;
   write_errors(folder / "errors.csv", error_rows({pair}, {covariance}));
-  EXPECT_THAT(content_of(folder / "errors.csv"),
-              HasSubstr("t_s,error_x_m,error_y_m,error_z_m,error_m,heading_error_deg,position_sigma_m\n1403715529.112143517,"));
+  EXPECT_THAT(
+      content_of(folder / "errors.csv"),
+      HasSubstr("t_s,error_x_m,error_y_m,error_z_m,error_m,heading_error_deg,position_sigma_m\n1403715529.112143517,"));
   const std::vector<ErrorRow> rows = read_errors(folder / "errors.csv");
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].time, pair.time);
