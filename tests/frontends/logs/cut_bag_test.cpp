@@ -70,7 +70,8 @@ TEST_P(CutBagTest, IsReadUpToTheCut) {
     std::filesystem::copy_file(path, folder / "cut.bag", std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(folder / "cut.bag", static_cast<std::uintmax_t>(share * static_cast<double>(size)));
     const int count = read_prefix(folder / "cut.bag", cut_off);
-    EXPECT_LT(count, std::min((share + 0.05) * all + chunk, all)) << share;
+    // Of packed files the indexes behind the chunks take a large share: the cut may lie in them.
+    EXPECT_LE(count, std::min((share + 0.05) * all + chunk, GetParam() == Codec::none ? all - 1.0 : all)) << share;
     EXPECT_GT(count, (share - 0.05) * all - chunk) << share;
     EXPECT_EQ(cut_off, 1);
   }
