@@ -175,7 +175,7 @@ TEST(SparseInformation, AWeakPriorBesideStrongFactorsKeepsItsVariance) {
 }
 
 TEST(SparseInformation, AnswersWhereAJacobianIsNotFinite) {
-  const Difference difference;
+  Difference difference;
   const RandomWalkFactor broken(3, std::numeric_limits<double>::quiet_NaN());
   const WindowFactor factor{nullptr, &broken, {&difference.first, &difference.second}};
   const SparseInformation information({&difference.first, &difference.second},

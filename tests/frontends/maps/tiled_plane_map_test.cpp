@@ -162,10 +162,13 @@ TEST(ThicknessRecord, MedianIsExact) {
     record.add(first);
     record.add({all.begin() + count / 3, all.end()});
     std::sort(all.begin(), all.end());
-    EXPECT_EQ(record.median(), all[static_cast<std::size_t>(count) / 2]) << count;
+    const auto size = static_cast<std::size_t>(count);
+    for (const std::size_t rank : {median_rank(size), low_rank(size), std::size_t{0}, size - 1}) {
+      EXPECT_EQ(record.of_rank(rank), all[rank]) << count << ", rank " << rank;
+    }
     EXPECT_EQ(record.count_up_to(0.01), std::upper_bound(all.begin(), all.end(), 0.01F) - all.begin());
   }
-  EXPECT_EQ(ThicknessRecord(folder.path().string()).median(), 0.0F);
+  EXPECT_EQ(ThicknessRecord(folder.path().string()).of_rank(0), 0.0F);
 }
 
 class PlaneMapLoading : public ::testing::Test {
