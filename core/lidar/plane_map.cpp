@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/lidar/thickness_spread.h"
+
 namespace lodestone {
 
 namespace {
@@ -18,8 +20,11 @@ std::uint64_t spread(std::uint64_t key) {
 
 PlaneThickness thickness_of(std::span<const VoxelPlane> voxels) {
   std::vector<float> thickness;
+  ThicknessChance chance;
   for (const VoxelPlane& voxel : voxels) {
-    if (voxel.is_plane != 0) thickness.push_back(voxel.plane.thickness);
+    if (voxel.is_plane == 0) continue;
+    thickness.push_back(voxel.plane.thickness);
+    chance.add(voxel.plane);
   }
   if (thickness.empty()) return {};
   const auto value_at = [&thickness](std::size_t rank) {
@@ -27,7 +32,8 @@ PlaneThickness thickness_of(std::span<const VoxelPlane> voxels) {
     std::nth_element(thickness.begin(), place, thickness.end());
     return static_cast<double>(*place);
   };
-  return {value_at(median_rank(thickness.size())), value_at(low_rank(thickness.size()))};
+  const double median_m = value_at(median_rank(thickness.size()));
+  return chance.taken_off(median_m, value_at(low_rank(thickness.size())));
 }
 
 }  // namespace

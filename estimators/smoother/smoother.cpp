@@ -17,8 +17,8 @@ namespace lodestone {
 namespace {
 
 constexpr int kNarrowings = 3;  // of the gate for correspondences
-constexpr double kWideGate_m = 0.03;
-constexpr double kWideGate_rad = 0.01;
+constexpr double kWideGate_m = 0.01;
+constexpr double kWideGate_rad = 0.003;
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/lidar/thickness_spread.h"
 #include "frontends/maps/thickness_record.h"
 
 namespace lodestone {
@@ -137,6 +138,7 @@ std::shared_ptr<const TiledPlaneMap> TiledPlaneMapBuilder::build(double reach_m)
   content.spool = std::make_unique<SpoolFile>(folder_);
   // What is thick is so against the whole map, as if it were in one piece.
   ThicknessRecord thickness(folder_);
+  ThicknessChance chance;
   for (const auto& [index, tile] : tiles_) {
     const auto within = [&, &index = index](const Eigen::Vector3i& voxel) {
       return floor_divide(voxel.x(), tile_voxels_) == index.first &&
@@ -145,7 +147,9 @@ std::shared_ptr<const TiledPlaneMap> TiledPlaneMapBuilder::build(double reach_m)
     const std::vector<VoxelPlane> voxels = fit_voxel_planes(points_of(tile), options_, within);
     std::vector<float> thicknesses;
     for (const VoxelPlane& voxel : voxels) {
-      if (voxel.is_plane != 0) thicknesses.push_back(voxel.plane.thickness);
+      if (voxel.is_plane == 0) continue;
+      thicknesses.push_back(voxel.plane.thickness);
+      chance.add(voxel.plane);
     }
     thickness.add(thicknesses);
     const std::int64_t offset = content.spool->append(voxels.data(), voxels.size() * sizeof(VoxelPlane));
@@ -154,8 +158,8 @@ std::shared_ptr<const TiledPlaneMap> TiledPlaneMapBuilder::build(double reach_m)
   tiles_.clear();
   spool_.reset();
   const auto planes = static_cast<std::size_t>(thickness.size());
-  content.thickness = {static_cast<double>(thickness.of_rank(median_rank(planes))),
-                       static_cast<double>(thickness.of_rank(low_rank(planes)))};
+  content.thickness = chance.taken_off(static_cast<double>(thickness.of_rank(median_rank(planes))),
+                                       static_cast<double>(thickness.of_rank(low_rank(planes))));
   content.planes = thickness.count_up_to(thickness_limit(content.thickness, options_));
   return std::make_shared<TiledPlaneMap>(std::move(content), reach_m);
 }

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/lidar/voxel_planes.h"
+
+namespace lodestone {
+
+/// By how much the planes of a map differ in thickness by chance, because each has few points. The logarithm of a
+/// standard deviation of n − 3 degrees of freedom has a variance of 1 / (2 (n − 3)). Sums of integers: any order gives
+/// the same.
+struct ThicknessChance {
+  std::int64_t millionths = 0;
+  std::int64_t planes = 0;
+
+  void add(const Plane& plane) {
+    millionths += std::llround(0.5e6 / std::max(1.0, static_cast<double>(plane.count) - 3.0));
+    ++planes;
+  }
+
+  /// The thickness of the map's planes without that chance: `low_m` is nearer to the median.
+  PlaneThickness taken_off(double median_m, double low_m) const {
+    if (planes == 0 || !(low_m > 0.0)) return {median_m, low_m};
+    const double chance = 1e-6 * static_cast<double>(millionths) / static_cast<double>(planes);
+    const double uneven = std::max(0.0, std::pow(std::log(median_m / low_m), 2) - chance);
+    return {median_m, median_m * std::exp(-std::sqrt(uneven))};
+  }
+};
+
+}  // namespace lodestone
