@@ -61,6 +61,11 @@ struct CalibrationSigmas {
   ImuCalibrationSigmas imu;
 };
 
+/// A calibration without errors.
+constexpr CalibrationSigmas exact_calibration() {
+  return {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}};
+}
+
 /// The sensors of a robot as the mathematics needs them. Topics and message layouts belong to the reader.
 struct SensorSuite {
   ImuNoise imu;

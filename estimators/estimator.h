@@ -6,6 +6,7 @@
 #include "core/geometry/pose.h"
 #include "core/measurements.h"
 #include "estimators/estimate.h"
+#include "factors/calibration_estimate.h"
 
 namespace lodestone {
 
@@ -38,6 +39,9 @@ class Estimator {
 
   /// The library and the linear solver that minimize this method's cost; empty if it minimizes none.
   virtual std::string solver() const { return {}; }
+
+  /// What the log said of the calibration, once finished; null: this method does not estimate it.
+  virtual const CalibrationEstimate* calibration() const { return nullptr; }
 };
 
 }  // namespace lodestone

@@ -25,44 +25,111 @@ void to_motion(const Matrix25x3& by_velocity, double* ambient) {
 
 }  // namespace
 
-CondensedLidarFactor::CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, bool has_before) {
+CondensedLidarFactor::CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, const Blocks& blocks)
+    : blocks_(blocks) {
   set_num_residuals(25);
-  *mutable_parameter_block_sizes() = {7, 9};
-  if (has_before) mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), {7, 9});
+  std::vector<int>& sizes = *mutable_parameter_block_sizes();
+  sizes = {7, 9};
+  if (blocks.before) sizes.insert(sizes.end(), {7, 9});
+  if (blocks.calibration) sizes.push_back(7);
+  if (blocks.map_error) sizes.push_back(6);
   set(scan, mask);
 }
 
 void CondensedLidarFactor::set(const CondensedScan& scan, const PoseMask& mask) {
-  cost_ = scan.cost;
-  deskewing_ = scan.deskewing;
-  root_ = square_root(has_before() ? scan.swept.given_both : scan.swept.given_end);
+  scan_ = scan;
+  root_ = square_root(blocks_.before ? scan.swept.given_both : scan.swept.given_end);
   mask_ = mask;
 }
 
+SeenState CondensedLidarFactor::seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const {
+  return see(scan_, T_map_imu, Vector3::Zero(), calibration, map_error);
+}
+
+Vector6 CondensedLidarFactor::rate_at(const Pose& T_map_imu) const {
+  Vector6 result = Vector6::Zero();
+  const double step_s = scan_.deskewing.step_s;
+  if (step_s > 0.0) result << so3::log(scan_.deskewing.turn) / step_s, T_map_imu.rotation * scan_.deskewing.velocity;
+  return result;
+}
+
 bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+  const std::size_t calibration = blocks_.before ? 4 : 2;
+  const std::size_t map_error = calibration + (blocks_.calibration ? 1 : 0);
+  const double* mounting = blocks_.calibration ? parameters[calibration] : nullptr;
+  const double* error = blocks_.map_error ? parameters[map_error] : nullptr;
+  const NavState own_end = state_of(parameters[0], parameters[1]);
+  const NavState own_before = blocks_.before ? state_of(parameters[2], parameters[3]) : NavState{};
+  const ClockShift clock(scan_, blocks_.before ? &own_before : nullptr, own_end,
+                         mounting == nullptr ? scan_.correction.clock_s : mounting[6]);
+  const NavState moved_end = clock.moved(own_end);
+  const NavState moved_before = clock.moved(own_before);
+  // Both ends of the step as the scan sees them: it was deskewed as a rigid body of the lidar.
+  const SeenState end = see(scan_, moved_end.T_map_imu, moved_end.velocity, mounting, error);
+  const SeenState before = see(scan_, moved_before.T_map_imu, moved_before.velocity, mounting, error);
+  NavState seen_end, seen_before;
+  seen_end.T_map_imu = end.pose;
+  seen_end.velocity = end.velocity;
+  seen_before.T_map_imu = before.pose;
+  seen_before.velocity = before.velocity;
   const bool derive = jacobians != nullptr;
-  const NavState end = state_of(parameters[0], parameters[1]);
-  const NavState before = has_before() ? state_of(parameters[2], parameters[3]) : NavState{};
   Deskewing::Jacobians by_states;
-  Matrix6 seen_by_end;
-  const Pose seen = mask_.apply(end.T_map_imu, derive ? &seen_by_end : nullptr);
-  const Vector12 departure = deskewing_.departure(has_before() ? &before : nullptr, end, derive ? &by_states : nullptr);
+  Matrix6 unmasked_by_seen;
+  const Pose unmasked = mask_.apply(end.pose, derive ? &unmasked_by_seen : nullptr);
+  const Vector12 departure =
+      scan_.deskewing.departure(blocks_.before ? &seen_before : nullptr, seen_end, derive ? &by_states : nullptr);
   Vector25 coordinates;
-  coordinates << cost_.coordinates(seen), mask_.hide_departure(departure);
+  coordinates << scan_.cost.coordinates(unmasked), mask_.hide_departure(departure);
   Eigen::Map<Vector25>{residuals} = root_ * coordinates;
   if (!derive) return true;
 
   const Eigen::Matrix<double, 25, 12> by_departure = mask_.hide_departure_from(root_.rightCols<12>());
+  Matrix25x6 by_seen_end = root_.leftCols<13>() * scan_.cost.coordinates_jacobian(unmasked);
+  if (mask_.active()) by_seen_end = (by_seen_end * unmasked_by_seen).eval();
+  by_seen_end += by_departure * by_states.by_end;
+  const Matrix25x3 by_seen_end_velocity = by_departure * by_states.by_end_velocity;
+  const Matrix25x6 by_seen_before = by_departure * by_states.by_before;
+  const Matrix25x3 by_seen_before_velocity = by_departure * by_states.by_before_velocity;
+  // By the moved states, then by their own.
+  const Matrix25x6 by_end = by_seen_end * end.by_pose;
+  const Matrix25x6 by_before = by_seen_before * before.by_pose;
+  const Matrix25x3 by_end_velocity = by_seen_end_velocity * end.velocity_by_velocity;
+  const Matrix25x3 by_before_velocity = by_seen_before_velocity * before.velocity_by_velocity;
+  const Matrix25x3 by_rate = (by_end.leftCols<3>() + by_before.leftCols<3>()) * clock.by_rate;
+  const Matrix25x3 by_acceleration = -clock.late_s * (by_end_velocity + by_before_velocity);
+  const double share = clock.step_s > 0.0 ? 1.0 / clock.step_s : 0.0;
   if (jacobians[0] != nullptr) {
-    Matrix25x6 by_end = root_.leftCols<13>() * cost_.coordinates_jacobian(seen);
-    if (mask_.active()) by_end = (by_end * seen_by_end).eval();
-    by_end += by_departure * by_states.by_end;
-    to_ambient(parameters[0], by_end, jacobians[0]);
+    Matrix25x6 own = by_end;
+    own.leftCols<3>() = by_end.leftCols<3>() * clock.turned + by_rate * clock.rate_by_end;
+    to_ambient(parameters[0], own, jacobians[0]);
   }
-  if (jacobians[1] != nullptr) to_motion(by_departure * by_states.by_end_velocity, jacobians[1]);
-  if (!has_before()) return true;
-  if (jacobians[2] != nullptr) to_ambient(parameters[2], by_departure * by_states.by_before, jacobians[2]);
-  if (jacobians[3] != nullptr) to_motion(by_departure * by_states.by_before_velocity, jacobians[3]);
+  if (jacobians[1] != nullptr) {
+    to_motion(by_end_velocity - clock.late_s * by_end.rightCols<3>() + share * by_acceleration, jacobians[1]);
+  }
+  if (blocks_.before && jacobians[2] != nullptr) {
+    Matrix25x6 own = by_before;
+    own.leftCols<3>() = by_before.leftCols<3>() * clock.turned + by_rate * clock.rate_by_before;
+    to_ambient(parameters[2], own, jacobians[2]);
+  }
+  if (blocks_.before && jacobians[3] != nullptr) {
+    to_motion(by_before_velocity - clock.late_s * by_before.rightCols<3>() - share * by_acceleration, jacobians[3]);
+  }
+  if (blocks_.calibration && jacobians[calibration] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 25, 7, Eigen::RowMajor>> by_calibration{jacobians[calibration]};
+    by_calibration.leftCols<6>() = by_seen_end * end.by_mounting + by_seen_before * before.by_mounting;
+    by_calibration.rightCols<1>().setZero();
+    if (scan_.by_lidar && scan_.deskewing.step_s > 0.0) {
+      by_calibration.rightCols<1>() = (by_end.leftCols<3>() + by_before.leftCols<3>()) * clock.turn_by_clock -
+                                      by_end.rightCols<3>() * own_end.velocity -
+                                      by_before.rightCols<3>() * own_before.velocity -
+                                      (by_end_velocity + by_before_velocity) * clock.acceleration;
+    }
+  }
+  if (blocks_.map_error && jacobians[map_error] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 25, 6, Eigen::RowMajor>>{jacobians[map_error]} =
+        by_seen_end * end.by_map_error + by_seen_before * before.by_map_error +
+        by_seen_end_velocity * end.velocity_by_map_error + by_seen_before_velocity * before.velocity_by_map_error;
+  }
   return true;
 }
 

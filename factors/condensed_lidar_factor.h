@@ -4,30 +4,44 @@
 
 #include "core/lidar/swept_cost.h"
 #include "factors/pose_mask.h"
+#include "factors/seen_pose.h"
 
 namespace lodestone {
 
 /// All point-to-plane residuals of a scan as twenty-five: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost, gradient and
 /// Gauss-Newton Hessian are those of one residual a point whose place depends on the states at both ends of the step
-/// that the scan was deskewed over. The mask hides directions of the pose and of the departure alike. Parameters: pose
-/// (7) and motion (9: v, b_g, b_a) at the scan's end and, where a keyframe comes before, its pose and motion. Its
-/// content may be renewed between solves, so that the Ceres problem persists.
+/// that the scan was deskewed over. The calibration of the LiDAR and the error of the map move the pose that the scan
+/// sees (SeenPose). The mask hides directions of the pose and of the departure alike. Parameters: pose (7) and motion
+/// (9: v, b_g, b_a) at the scan's end; where a keyframe comes before, its pose and motion; where they are estimated,
+/// the LiDAR's calibration (7: turn, shift, clock) and the map's error (6). Its content may be renewed between solves,
+/// so that the Ceres problem persists.
 class CondensedLidarFactor final : public ceres::CostFunction {
  public:
-  CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, bool has_before);
+  struct Blocks {
+    bool before = false;
+    bool calibration = false;
+    bool map_error = false;
+  };
+
+  CondensedLidarFactor(const CondensedScan& scan, const PoseMask& mask, const Blocks& blocks);
 
   void set(const CondensedScan& scan, const PoseMask& mask);
 
   void set_mask(const PoseMask& mask) { mask_ = mask; }
   const PoseMask& mask() const { return mask_; }
+  bool by_lidar() const { return scan_.by_lidar; }
+
+  /// Where the scan is seen, before the mask, if its clock is right. Null: not estimated.
+  SeenState seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const;
+
+  /// How the pose moves with time where the scan is (φ right, p map), a second.
+  Vector6 rate_at(const Pose& T_map_imu) const;
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
-  bool has_before() const { return parameter_block_sizes().size() > 2; }
-
-  CondensedCost cost_;
-  Deskewing deskewing_;
+  Blocks blocks_;
+  CondensedScan scan_;
   Matrix25 root_ = Matrix25::Zero();
   PoseMask mask_;
 };

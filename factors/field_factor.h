@@ -31,12 +31,21 @@ struct FieldReading {
 
 /// Readings of the array between two keyframes, each at pose k through the IMU's relative motion
 /// (docs/design/architecture.md, section 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases
-/// of all magnetometers (3 each, µT). With `clock` a third, how late the stamps of all magnetometers are (1, s):
-/// readings move along their own motion. A reading that finds no field in the map contributes nothing.
+/// of all magnetometers (3 each, µT). Where they are estimated, how late the stamps of all magnetometers are (1, s):
+/// readings move along their own motion; and the matrices of all (9 each, CalibrationEstimate): (1 + E) times the
+/// expected field is read. A reading that finds no field in the map contributes nothing.
 class FieldFactor final : public ceres::CostFunction {
  public:
+  struct Blocks {
+    bool clock = false;
+    bool matrices = false;
+  };
+
   FieldFactor(std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation, int magnetometers,
-              std::vector<FieldReading> readings, const PoseMask& mask, bool clock = false);
+              std::vector<FieldReading> readings, const PoseMask& mask, const Blocks& blocks);
+  FieldFactor(std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation, int magnetometers,
+              std::vector<FieldReading> readings, const PoseMask& mask)
+      : FieldFactor(std::move(map), interpolation, magnetometers, std::move(readings), mask, Blocks{}) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
@@ -50,6 +59,7 @@ class FieldFactor final : public ceres::CostFunction {
   std::shared_ptr<const MagneticMap> map_;
   FieldInterpolation interpolation_;
   int magnetometers_;
+  Blocks blocks_;
   std::vector<FieldReading> readings_;
   PoseMask mask_;
 };

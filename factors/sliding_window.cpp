@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/lidar/map_error.h"
 #include "factors/manifolds.h"
 #include "factors/prior_factor.h"
 #include "factors/sliding_window_parts.h"
@@ -11,6 +12,14 @@
 namespace lodestone {
 
 namespace {
+
+/// The map's error is constant over so much of the way, and forgotten over the cube's edge.
+constexpr double kMapErrorStep_m = kMapErrorCube_m / 5.0;
+
+/// Least sigma of a parameter of which others of its block are estimated: held, for all that a log may say.
+constexpr double kHeldSigma = 1e-9;
+
+constexpr int kMapErrorSize = 6;
 
 void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
   from_pose(state.T_map_imu, pose.values.data());
@@ -20,12 +29,14 @@ void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
 }  // namespace
 
 SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers,
-                             const ImuNoise& noise, const SlidingWindowOptions& options)
+                             const ImuNoise& noise, const SlidingWindowOptions& options,
+                             const CalibrationSigmas& calibration)
     : options_(options),
       noise_(noise),
       magnetometers_(magnetometers),
       pose_manifold_(std::make_unique<PoseManifold>()),
-      gravity_manifold_(std::make_unique<GravityManifold>()) {
+      gravity_manifold_(std::make_unique<GravityManifold>()),
+      calibration_(calibration) {
   ceres::Problem::Options problem_options;
   problem_options.enable_fast_removal = true;
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -100,17 +111,37 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.lidar_in_prior) return;
   if (scan.cost.count == 0) {
-    remove_factor(keyframe.lidar);
+    remove_lidar(keyframe);
     remove_factor(keyframe.points);
   } else if (!options_.condensed) {
     remove_factor(keyframe.points);
     keyframe.points = add_factor(std::make_unique<PointPlaneFactor>(correspondences, mask), {&keyframe.pose});
-  } else if (keyframe.lidar) {
+  } else if (keyframe.lidar && keyframe.lidar.content->by_lidar() == scan.by_lidar) {
     keyframe.lidar.content->set(scan, mask);
   } else {
+    remove_lidar(keyframe);
     std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.motion};
     if (k > 0) blocks.insert(blocks.end(), {&keyframes_[k - 1]->pose, &keyframes_[k - 1]->motion});
-    keyframe.lidar = add_factor(std::make_unique<CondensedLidarFactor>(scan, mask, k > 0), blocks);
+    const LidarCalibrationSigmas& sigmas = calibration_.lidar;
+    const double turn_sigma_rad = sigmas.rotation_sigma_deg * M_PI / 180.0;
+    const bool calibrated = scan.by_lidar && std::max({sigmas.translation_sigma_m, turn_sigma_rad, sigmas.clock_sigma_s}) > 0.0;
+    if (calibrated) {
+      const auto sigma = [](double value) { return std::max(value, kHeldSigma); };
+      std::vector<double> all(3, sigma(turn_sigma_rad));
+      all.insert(all.end(), 3, sigma(sigmas.translation_sigma_m));
+      all.push_back(sigma(sigmas.clock_sigma_s));
+      add_calibration(lidar_calibration_, lidar_calibration_prior_, all);
+      blocks.push_back(&lidar_calibration_);
+    }
+    const bool map_error = scan.by_lidar && options_.map_error_states;
+    if (map_error) {
+      keyframe.map_error = map_error_epoch_at(Vector3(keyframe.pose.values.data() + 4));
+      ++keyframe.map_error->keyframes;
+      blocks.push_back(&keyframe.map_error->error);
+    }
+    keyframe.lidar = add_factor(
+        std::make_unique<CondensedLidarFactor>(scan, mask, CondensedLidarFactor::Blocks{k > 0, calibrated, map_error}),
+        blocks);
   }
 }
 
@@ -137,7 +168,10 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
   } else if (epochs_.empty()) {
     // The first epoch is known to the sensors' calibration.
     epoch->walk =
-        add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_, options_.magnetometer_bias_sigma_ut, true),
+        add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_,
+                                                      std::hypot(options_.magnetometer_bias_sigma_ut,
+                                                                 calibration_.magnetometers.offset_sigma_ut),
+                                                      true),
                    {&epoch->biases});
   } else {
     BiasEpoch& before = *epochs_.back();
@@ -148,6 +182,42 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
   }
   epochs_.push_back(std::move(epoch));
   return epochs_.back().get();
+}
+
+SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& position) {
+  double way_m = 0.0;
+  if (!map_errors_.empty()) {
+    way_m = (position - map_errors_.back()->start).norm();
+    if (way_m < kMapErrorStep_m) return map_errors_.back().get();
+  }
+  auto epoch = std::make_unique<MapErrorEpoch>();
+  epoch->start = position;
+  epoch->error = {BlockKind::euclidean, std::vector<double>(kMapErrorSize, 0.0)};
+  add_block(epoch->error);
+  if (map_errors_.empty()) {
+    epoch->step = add_factor(RandomWalkFactor::prior(std::vector<double>(kMapErrorSize, 1.0)), {&epoch->error});
+  } else {
+    MapErrorEpoch& before = *map_errors_.back();
+    const double decay = std::exp(-way_m / kMapErrorCube_m);
+    for (std::size_t i = 0; i < epoch->error.values.size(); ++i) epoch->error.values[i] = decay * before.error.values[i];
+    epoch->step = add_factor(RandomWalkFactor::gauss_markov(kMapErrorSize, decay), {&before.error, &epoch->error});
+  }
+  map_errors_.push_back(std::move(epoch));
+  return map_errors_.back().get();
+}
+
+void SlidingWindow::add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas) {
+  if (prior) return;
+  block.kind = BlockKind::euclidean;
+  if (block.values.empty()) block.values.assign(sigmas.size(), 0.0);
+  add_block(block);
+  prior = add_factor(RandomWalkFactor::prior(sigmas), {&block});
+}
+
+void SlidingWindow::remove_lidar(Keyframe& keyframe) {
+  remove_factor(keyframe.lidar);
+  if (keyframe.map_error != nullptr) --keyframe.map_error->keyframes;
+  keyframe.map_error = nullptr;
 }
 
 void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
@@ -169,18 +239,26 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
     ++keyframe.epoch->keyframes;
   }
   std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.epoch->biases};
-  const bool clock = options_.magnetometer_clock_sigma_s > 0.0;
-  if (clock) {
-    if (!clock_prior_) {
-      clock_ = {BlockKind::euclidean, {0.0}};
-      add_block(clock_);
-      clock_prior_ =
-          add_factor(std::make_unique<RandomWalkFactor>(1, options_.magnetometer_clock_sigma_s, true), {&clock_});
-    }
+  const MagnetometerCalibrationSigmas& sigmas = calibration_.magnetometers;
+  const double turn_sigma_rad = sigmas.rotation_sigma_deg * M_PI / 180.0;
+  FieldFactor::Blocks estimated;
+  estimated.clock = sigmas.clock_sigma_s > 0.0;
+  estimated.matrices = std::max(turn_sigma_rad, sigmas.matrix_sigma) > 0.0;
+  if (estimated.clock) {
+    add_calibration(clock_, clock_prior_, {sigmas.clock_sigma_s});
     blocks.push_back(&clock_);
   }
+  if (estimated.matrices) {
+    std::vector<double> all;
+    for (int i = 0; i < magnetometers_; ++i) {
+      all.insert(all.end(), 3, std::max(turn_sigma_rad, kHeldSigma));
+      all.insert(all.end(), CalibrationEstimate::kMatrixParameters - 3, std::max(sigmas.matrix_sigma, kHeldSigma));
+    }
+    add_calibration(matrices_, matrices_prior_, all);
+    blocks.push_back(&matrices_);
+  }
   keyframe.field = add_factor(
-      std::make_unique<FieldFactor>(std::move(map), interpolation, magnetometers_, readings, mask, clock), blocks);
+      std::make_unique<FieldFactor>(std::move(map), interpolation, magnetometers_, readings, mask, estimated), blocks);
 }
 
 void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask) {
@@ -201,7 +279,7 @@ void SlidingWindow::marginalize_oldest() {
   }
   involved.push_back(next.imu);
   // The next scan's deskewing leans on the oldest pose: what it knows goes into the prior with it.
-  next.lidar_in_prior = next.lidar && next.lidar.blocks.back() == &oldest.motion;
+  next.lidar_in_prior = next.lidar && std::ranges::find(next.lidar.blocks, &oldest.motion) != next.lidar.blocks.end();
   if (next.lidar_in_prior) involved.push_back(next.lidar);
   std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
   // Without a scan the slide goes on: what was not held before is not held by what was known before.
@@ -218,6 +296,17 @@ void SlidingWindow::marginalize_oldest() {
       gone.push_back(&first.biases);
       if (first.walk) involved.push_back(first.walk);
       involved.push_back(epochs_[1]->walk);
+    }
+  }
+  // So does the map's error of a stretch; a factor of the next scan that goes into the prior leaves it a variable there.
+  MapErrorEpoch* stretch = nullptr;
+  if (map_errors_.size() > 1) {
+    MapErrorEpoch& first = *map_errors_.front();
+    if (first.keyframes - (oldest.map_error == &first ? 1 : 0) == 0) {
+      stretch = &first;
+      gone.push_back(&first.error);
+      if (first.step) involved.push_back(first.step);
+      involved.push_back(map_errors_[1]->step);
     }
   }
   MarginalPrior prior = marginalize(involved, gone);
@@ -249,11 +338,18 @@ void SlidingWindow::marginalize_oldest() {
     remove_factor(epochs_[1]->walk);
     remove_block(leaving->biases);
   }
+  if (stretch != nullptr) {
+    remove_factor(stretch->step);
+    remove_factor(map_errors_[1]->step);
+    remove_block(stretch->error);
+  }
   if (oldest.epoch != nullptr) --oldest.epoch->keyframes;
+  if (oldest.map_error != nullptr) --oldest.map_error->keyframes;
   remove_block(oldest.pose);
   remove_block(oldest.motion);
   keyframes_.pop_front();
   if (leaving != nullptr) epochs_.pop_front();
+  if (stretch != nullptr) map_errors_.pop_front();
   set_prior(std::move(prior), slide);
 }
 
@@ -292,8 +388,54 @@ Vector3 SlidingWindow::magnetometer_bias(std::size_t k, int magnetometer) const 
 }
 
 SlidingWindow::ClockOffset SlidingWindow::clock_offset() const {
-  if (!clock_prior_) return {0.0, options_.magnetometer_clock_sigma_s};
-  return {clock_.values[0], clock_sigma_s_ > 0.0 ? clock_sigma_s_ : options_.magnetometer_clock_sigma_s};
+  const double sigma_s = calibration_.magnetometers.clock_sigma_s;
+  if (!clock_prior_) return {0.0, sigma_s};
+  return {clock_.values[0], clock_sigma_s_ > 0.0 ? clock_sigma_s_ : sigma_s};
+}
+
+LidarCorrection SlidingWindow::lidar_correction() const {
+  if (lidar_calibration_.values.empty()) return {};
+  const double* values = lidar_calibration_.values.data();
+  return {Vector3(values), Vector3(values + 3), values[6]};
+}
+
+Pose SlidingWindow::seen_pose(std::size_t k) const {
+  const Keyframe& keyframe = *keyframes_[k];
+  const Pose T_map_imu = to_pose(keyframe.pose.values.data());
+  return keyframe.lidar ? keyframe.lidar.content->seen(T_map_imu, lidar_values(), map_error_values(keyframe)).pose : T_map_imu;
+}
+
+Vector6 SlidingWindow::map_error(std::size_t k) const {
+  const MapErrorEpoch* epoch = keyframes_[k]->map_error;
+  if (epoch == nullptr && !map_errors_.empty()) epoch = map_errors_.back().get();
+  return epoch == nullptr ? Vector6::Zero().eval() : Vector6(epoch->error.values.data());
+}
+
+const double* SlidingWindow::lidar_values() const {
+  return lidar_calibration_prior_ ? lidar_calibration_.values.data() : nullptr;
+}
+
+const double* SlidingWindow::map_error_values(const Keyframe& keyframe) {
+  return keyframe.map_error != nullptr ? keyframe.map_error->error.values.data() : nullptr;
+}
+
+Matrix3 SlidingWindow::magnetometer_matrix(int magnetometer) const {
+  if (matrices_.values.empty()) return Matrix3::Zero();
+  return CalibrationEstimate::matrix_of(matrices_.values.data() +
+                                        CalibrationEstimate::kMatrixParameters * magnetometer);
+}
+
+void SlidingWindow::set_calibration(const CalibrationEstimate& estimate) {
+  const LidarCorrection& lidar = estimate.lidar.correction;
+  lidar_calibration_.values.assign(7, 0.0);
+  Eigen::Map<Eigen::Matrix<double, 7, 1>>(lidar_calibration_.values.data()) << lidar.turn_rad, lidar.shift_m,
+      lidar.clock_s;
+  clock_.values.assign(1, estimate.magnetometer_clock_s);
+  matrices_.values.clear();
+  for (const CalibrationEstimate::Magnetometer& magnetometer : estimate.magnetometers) {
+    for (int i = 0; i < 3; ++i) matrices_.values.push_back(magnetometer.turn_rad[i]);
+    for (int i = 0; i < 6; ++i) matrices_.values.push_back(magnetometer.distortion[i]);
+  }
 }
 
 void SlidingWindow::move(const Pose& T_new_old) {

@@ -9,8 +9,10 @@
 
 #include "core/geometry/nav_state.h"
 #include "core/imu/preintegration.h"
+#include "core/lidar/lidar_correction.h"
 #include "core/observability/window_information.h"
 #include "core/time.h"
+#include "factors/calibration_estimate.h"
 #include "factors/condensed_lidar_factor.h"
 #include "factors/field_factor.h"
 #include "factors/marginalization.h"
@@ -23,13 +25,15 @@ namespace lodestone {
 class SparseInformation;
 
 /// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
-/// go. Nothing depends on addresses or threads. One gravity for all keyframes; magnetometer biases are constant over
-/// epochs joined by a random walk.
+/// go. Nothing depends on addresses or threads. One gravity for all keyframes, and one calibration, of which those parts
+/// are estimated whose sigma is not zero. Magnetometer biases are constant over epochs joined by a random walk; the
+/// map's error that scans share is constant over epochs of the way, joined by a Gauss-Markov process.
 class SlidingWindow {
  public:
   /// Starts with one keyframe whose state is known with `covariance` (tangent order φ, p, v, b_g, b_a, g).
+  /// `calibration`: how exactly the platform file is known.
   SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers, const ImuNoise& noise,
-                const SlidingWindowOptions& options);
+                const SlidingWindowOptions& options, const CalibrationSigmas& calibration = exact_calibration());
   ~SlidingWindow();
   SlidingWindow(const SlidingWindow&) = delete;
   SlidingWindow& operator=(const SlidingWindow&) = delete;
@@ -70,8 +74,22 @@ class SlidingWindow {
   /// Never throws: a direction that nothing measures has a very large variance.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
 
-  /// Joint covariance of the newest keyframe's pose and motion and of gravity, in tangent order φ, p, v, b_g, b_a, g.
-  Matrix17 newest_covariance() const;
+  /// Joint covariance of the newest keyframe's pose and motion and of gravity, in tangent order φ, p, v, b_g, b_a, g;
+  /// and the same of the pose at which its scan is seen in the map, in place of the pose.
+  struct NewestCovariance {
+    Matrix17 state;
+    Matrix17 seen;
+  };
+  NewestCovariance newest_covariance() const;
+
+  /// Where keyframe k's scan is seen in the map: its pose, moved by calibration and map error.
+  Pose seen_pose(std::size_t k) const;
+
+  /// Covariance of seen_pose(k), φ, p.
+  Matrix6 seen_covariance(std::size_t k) const;
+
+  /// The unit variables of the map's error in force at keyframe k; of a keyframe without LiDAR factor those of the last.
+  Vector6 map_error(std::size_t k) const;
 
   /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
   void set_state(std::size_t k, const NavState& state);
@@ -96,6 +114,18 @@ class SlidingWindow {
   };
   ClockOffset clock_offset() const;
 
+  /// What has been found of the LiDAR's calibration; zeros where it is not estimated.
+  LidarCorrection lidar_correction() const;
+
+  /// What has been found of a magnetometer's axes: reading = bias + (1 + E) field.
+  Matrix3 magnetometer_matrix(int magnetometer) const;
+
+  /// All that is estimated of the calibration, with the joint covariance.
+  CalibrationEstimate calibration_estimate() const;
+
+  /// Puts a calibration in force: where a batch begins.
+  void set_calibration(const CalibrationEstimate& estimate);
+
   /// Moves all keyframes by a rigid motion of the map: where another place has turned out to fit.
   void move(const Pose& T_new_old);
 
@@ -109,6 +139,7 @@ class SlidingWindow {
  private:
   struct Keyframe;
   struct BiasEpoch;
+  struct MapErrorEpoch;
   WindowFactor add_residual(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
   template <class Function>
   RenewableFactor<Function> add_factor(std::unique_ptr<Function> function, std::vector<WindowBlock*> blocks) {
@@ -124,6 +155,12 @@ class SlidingWindow {
   void remove_block(WindowBlock& block);
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
+  MapErrorEpoch* map_error_epoch_at(const Vector3& position);
+  void remove_lidar(Keyframe& keyframe);
+  const double* lidar_values() const;                               // null: not estimated
+  static const double* map_error_values(const Keyframe& keyframe);  // the same
+  Eigen::MatrixXd seen_jacobian(const Keyframe& keyframe, std::vector<const WindowBlock*>& blocks) const;
+  void add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas);
   std::vector<const WindowFactor*> factors() const;
   std::vector<const WindowBlock*> variables_in_order() const;
   SparseInformation information() const;
@@ -136,11 +173,18 @@ class SlidingWindow {
   std::unique_ptr<ceres::Problem> problem_;
   WindowBlock gravity_;
   RenewableFactor<PriorFactor> prior_;
-  WindowBlock clock_;         // how late the magnetometers' stamps are, s
-  WindowFactor clock_prior_;  // empty: not estimated, or no reading yet
+  CalibrationSigmas calibration_;
+  WindowBlock clock_;  // how late the magnetometers' stamps are, s
+  WindowBlock lidar_calibration_;
+  WindowBlock matrices_;  // of the magnetometers, 9 each
+  // Empty: not estimated, or no measurement yet.
+  WindowFactor clock_prior_;
+  WindowFactor lidar_calibration_prior_;
+  WindowFactor matrices_prior_;
   mutable double clock_sigma_s_ = 0.0;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   std::deque<std::unique_ptr<BiasEpoch>> epochs_;
+  std::deque<std::unique_ptr<MapErrorEpoch>> map_errors_;
 };
 
 }  // namespace lodestone

@@ -19,6 +19,15 @@ struct SlidingWindow::BiasEpoch {
   int keyframes = 0;  // how many keyframes use it
 };
 
+/// The map's error as scans share it over one stretch of the way (MapError: six unit variables), and the step from the
+/// stretch before.
+struct SlidingWindow::MapErrorEpoch {
+  Vector3 start = Vector3::Zero();  // m, map
+  WindowBlock error;
+  RenewableFactor<RandomWalkFactor> step;
+  int keyframes = 0;  // how many keyframes use it
+};
+
 struct SlidingWindow::Keyframe {
   Time time = 0;
   WindowBlock pose{BlockKind::pose, std::vector<double>(7)};
@@ -32,6 +41,7 @@ struct SlidingWindow::Keyframe {
   RenewableFactor<FieldFactor> field;
   RenewableFactor<PoseFactor> field_pose;  // in place of `field`, with measured poses
   BiasEpoch* epoch = nullptr;
+  MapErrorEpoch* map_error = nullptr;
 
   /// The measurements of this keyframe, set or not.
   std::array<const WindowFactor*, 4> measurements() const { return {&lidar, &points, &field, &field_pose}; }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "factors/manifolds.h"
 #include "factors/sliding_window_parts.h"
 #include "factors/sparse_information.h"
 
@@ -78,11 +79,17 @@ std::string SlidingWindow::solver_description() {
 
 std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
   // An epoch's biases come after the last keyframe that uses them: elimination in this order fills in almost nothing.
+  // The same of the map's error.
   std::vector<const WindowBlock*> result;
   std::size_t epoch = 0;
+  std::size_t stretch = 0;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     result.push_back(&keyframes_[k]->pose);
     result.push_back(&keyframes_[k]->motion);
+    while (keyframes_[k]->map_error != nullptr && stretch + 1 < map_errors_.size() &&
+           map_errors_[stretch].get() != keyframes_[k]->map_error) {
+      result.insert(result.end() - 2, &map_errors_[stretch++]->error);
+    }
     if (!options_.magnetometer_bias_states || keyframes_[k]->epoch == nullptr) continue;
     while (epoch + 1 < epochs_.size() && epochs_[epoch].get() != keyframes_[k]->epoch) {
       result.insert(result.end() - 2, &epochs_[epoch]->biases);
@@ -91,6 +98,9 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
   }
   for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch)
     result.push_back(&epochs_[epoch]->biases);
+  for (; stretch < map_errors_.size(); ++stretch) result.push_back(&map_errors_[stretch]->error);
+  if (lidar_calibration_prior_) result.push_back(&lidar_calibration_);
+  if (matrices_prior_) result.push_back(&matrices_);
   if (clock_prior_) result.push_back(&clock_);
   result.push_back(&gravity_);
   return result;
@@ -98,7 +108,9 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
 
 std::vector<const WindowFactor*> SlidingWindow::factors() const {
   std::vector<const WindowFactor*> result{&prior_};
-  if (clock_prior_) result.push_back(&clock_prior_);
+  for (const WindowFactor* factor : {&lidar_calibration_prior_, &matrices_prior_, &clock_prior_}) {
+    if (*factor) result.push_back(factor);
+  }
   for (const auto& keyframe : keyframes_) {
     if (keyframe->imu) result.push_back(&keyframe->imu);
     for (const WindowFactor* factor : keyframe->measurements()) {
@@ -107,6 +119,9 @@ std::vector<const WindowFactor*> SlidingWindow::factors() const {
   }
   for (const auto& epoch : epochs_) {
     if (epoch->walk) result.push_back(&epoch->walk);
+  }
+  for (const auto& stretch : map_errors_) {
+    if (stretch->step) result.push_back(&stretch->step);
   }
   return result;
 }
@@ -136,9 +151,74 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
   return result;
 }
 
-Matrix17 SlidingWindow::newest_covariance() const {
+CalibrationEstimate SlidingWindow::calibration_estimate() const {
+  CalibrationEstimate result;
+  const SparseInformation known = information();
+  const auto sigmas = [&](const WindowBlock& block) -> Eigen::VectorXd {
+    return known.covariance(std::array<const WindowBlock*, 1>{&block}).diagonal().cwiseMax(0.0).cwiseSqrt();
+  };
+  if (lidar_calibration_prior_) {
+    const Eigen::VectorXd sigma = sigmas(lidar_calibration_);
+    result.lidar = {lidar_correction(), sigma.head<3>(), sigma.segment<3>(3), sigma[6]};
+  }
+  result.magnetometers.resize(static_cast<std::size_t>(magnetometers_));
+  if (matrices_prior_) {
+    const Eigen::VectorXd sigma = sigmas(matrices_);
+    for (std::size_t i = 0; i < result.magnetometers.size(); ++i) {
+      const auto first = static_cast<Eigen::Index>(CalibrationEstimate::kMatrixParameters * i);
+      const double* values = matrices_.values.data() + first;
+      result.magnetometers[i] = {Vector3(values), sigma.segment<3>(first),
+                                 Eigen::Map<const Vector6>(values + 3), sigma.segment<6>(first + 3)};
+    }
+  }
+  if (clock_prior_) {
+    result.magnetometer_clock_s = clock_.values[0];
+    result.magnetometer_clock_sigma_s = sigmas(clock_)[0];
+  }
+  return result;
+}
+
+/// ∂(seen pose)/∂(blocks), 6 rows. The pose's own block is the first of `blocks`; calibration and map error are added
+/// where the scan's factor has them.
+Eigen::MatrixXd SlidingWindow::seen_jacobian(const Keyframe& keyframe, std::vector<const WindowBlock*>& blocks) const {
+  Eigen::Index size = 0;
+  for (const WindowBlock* block : blocks) size += block->tangent_size();
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(6, size);
+  result.leftCols<6>().setIdentity();
+  if (!keyframe.lidar) return result;
+  const SeenState by =
+      keyframe.lidar.content->seen(to_pose(keyframe.pose.values.data()), lidar_values(), map_error_values(keyframe));
+  result.leftCols<6>() = by.by_pose;
+  const auto add = [&](const WindowBlock& block, const Eigen::MatrixXd& part) {
+    blocks.push_back(&block);
+    result.conservativeResize(Eigen::NoChange, size + part.cols());
+    result.rightCols(part.cols()) = part;
+    size += part.cols();
+  };
+  if (lidar_calibration_prior_) {
+    Eigen::Matrix<double, 6, 7> by_calibration;
+    by_calibration << by.by_mounting, -keyframe.lidar.content->rate_at(to_pose(keyframe.pose.values.data()));
+    add(lidar_calibration_, by_calibration);
+  }
+  if (keyframe.map_error != nullptr) add(keyframe.map_error->error, by.by_map_error);
+  return result;
+}
+
+SlidingWindow::NewestCovariance SlidingWindow::newest_covariance() const {
   const Keyframe& newest = *keyframes_.back();
-  return information().covariance(std::array<const WindowBlock*, 3>{&newest.pose, &newest.motion, &gravity_});
+  std::vector<const WindowBlock*> blocks{&newest.pose, &newest.motion, &gravity_};
+  const Eigen::MatrixXd by_blocks = seen_jacobian(newest, blocks);
+  const Eigen::MatrixXd joint = information().covariance(blocks);
+  Eigen::MatrixXd to_seen = Eigen::MatrixXd::Zero(tangent::size, joint.cols());
+  to_seen.leftCols<tangent::size>().setIdentity();
+  to_seen.topRows<6>() = by_blocks;
+  return {joint.topLeftCorner<tangent::size, tangent::size>(), to_seen * joint * to_seen.transpose()};
+}
+
+Matrix6 SlidingWindow::seen_covariance(std::size_t k) const {
+  std::vector<const WindowBlock*> blocks{&keyframes_[k]->pose};
+  const Eigen::MatrixXd by_blocks = seen_jacobian(*keyframes_[k], blocks);
+  return by_blocks * information().covariance(blocks) * by_blocks.transpose();
 }
 
 ChainLink SlidingWindow::link(std::size_t k) const {

@@ -13,7 +13,7 @@ struct SlidingWindowOptions {
   double magnetometer_bias_walk_ut = 0.02;
   double magnetometer_bias_epoch_s = 5.0;
   bool magnetometer_bias_jumps = true;
-  double magnetometer_clock_sigma_s = 0.0;
+  bool map_error_states = true;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -25,9 +25,8 @@ struct SlidingWindowOptions {
     visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
     visitor.field("magnetometer_bias_jumps", magnetometer_bias_jumps,
                   "a bias may also jump or drift fast where the readings insist on it");
-    visitor.field(
-        "magnetometer_clock_sigma_s", magnetometer_clock_sigma_s,
-        "one sigma of how far the stamps of the magnetometers are off, all alike, which is estimated; 0: not at all");
+    visitor.field("map_error_states", map_error_states,
+                  "estimate the error of the cloud map that scans near each other share");
   }
 
   void check() const {
@@ -35,7 +34,6 @@ struct SlidingWindowOptions {
     option_checks::positive("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut);
     option_checks::positive("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut);
     option_checks::positive("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s);
-    option_checks::within("magnetometer_clock_sigma_s", magnetometer_clock_sigma_s, 0.0, 1.0);
   }
 };
 

@@ -4,6 +4,7 @@
 
 #include "core/imu/deskewing.h"
 #include "core/lidar/condensed_cost.h"
+#include "core/lidar/lidar_correction.h"
 
 namespace lodestone {
 
@@ -30,6 +31,10 @@ struct CondensedScan {
   CondensedCost cost;
   SweptCost swept;
   Deskewing deskewing;
+  LidarCorrection correction{};                  ///< that points were brought to the imu frame with
+  Vector3 beam_origin_m = Vector3::Zero();       ///< of the LiDAR, imu frame
+  Matrix6 map_error_root = Matrix6::Zero();      ///< what the map's shared error does to the pose, a unit of it (m, rad)
+  bool by_lidar = false;                         ///< false: the points are no LiDAR's, calibration does not move them
 };
 
 /// The points' ages are those of the correspondences.

@@ -60,6 +60,8 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
     parallel_for(first, last, [&](std::size_t i) {
       const std::size_t k = which[i];
       const NavState before = window.state(k > 0 ? k - 1 : 0);
+      keyframes_[k]->lidar_correction = window.lidar_correction();
+      if (rounds_ > 0) keyframes_[k]->map_error = window.map_error(k);
       measurements_.register_scan(*keyframes_[k], window.state(k), k > 0 ? &before : nullptr);
     });
     for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i)
@@ -81,10 +83,12 @@ void BatchRefinement::renew_factors(SlidingWindow& window) {
     const Degeneracy seen = keyframe.degeneracy;
     measurements_.decide(keyframe, seen, nullptr, {});
     keyframe.predicted = state.T_map_imu;
-    fields[k] = measurements_.weigh(keyframe, state, [&](int magnetometer) {
+    const auto bias = [&](int magnetometer) {
       return rounds_ == 0 ? biases_[k][static_cast<std::size_t>(magnetometer)]
                           : window.magnetometer_bias(k, magnetometer);
-    });
+    };
+    const auto matrix = [&](int magnetometer) { return window.magnetometer_matrix(magnetometer); };
+    fields[k] = measurements_.weigh(keyframe, state, bias, matrix, window.clock_offset());
   });
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     measurements_.set_lidar(*keyframes_[k], k, window);
@@ -99,7 +103,7 @@ std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
   std::vector<std::size_t> result;
   last_move_m_ = 0.0;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
-    const Pose& pose = window.state(k).T_map_imu;
+    const Pose pose = window.seen_pose(k);
     last_move_m_ = std::max(last_move_m_, (pose.position - keyframes_[k]->associated.position).norm());
     if (keyframes_[k]->moved(pose, options.moved_m, options.turned_deg)) result.push_back(k);
   }
@@ -111,7 +115,8 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   SlidingWindowOptions solver = input_.options.smoother.solver;
   solver.max_iterations = kIterations;
   SlidingWindow window(keyframes_.front()->estimate.time, start_.state, start_.covariance,
-                       static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu, solver);
+                       static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu, solver, input_.suite.calibration);
+  window.set_calibration(calibration_);
   build(window);
   std::vector<std::size_t> renewed(keyframes_.size());
   std::iota(renewed.begin(), renewed.end(), std::size_t{0});
@@ -126,6 +131,7 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<Matrix6> covariances = window.pose_covariances(all);
   std::vector<Estimate> result = estimates();
+  calibration_ = window.calibration_estimate();
   for (std::size_t k = 0; k < result.size(); ++k) {
     result[k].state = window.state(k);
     result[k].covariance = covariances[k];

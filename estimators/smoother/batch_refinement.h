@@ -25,6 +25,12 @@ class BatchRefinement {
   /// The next keyframe as it leaves the window; `keyframe->estimate` is the window's, `biases_ut` the magnetometers'.
   void add(std::unique_ptr<Keyframe> keyframe, std::vector<Vector3> biases_ut);
 
+  /// Where the calibration begins: the window's last word.
+  void set_calibration(const CalibrationEstimate& calibration) { calibration_ = calibration; }
+
+  /// What the last refinement found.
+  const CalibrationEstimate& calibration() const { return calibration_; }
+
   /// Estimates of all keyframes in order of time, with covariances from one factorization. The window's where
   /// `progress` ended it.
   std::vector<Estimate> refine(const Progress& progress);
@@ -45,6 +51,7 @@ class BatchRefinement {
   InitialState start_;
   std::vector<std::unique_ptr<Keyframe>> keyframes_;
   std::vector<std::vector<Vector3>> biases_;
+  CalibrationEstimate calibration_;
   int rounds_ = 0;
   double last_move_m_ = 0.0;
 };

@@ -116,12 +116,18 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
         ++statistics.off_map;
         continue;
       }
-      const FieldResidual part =
-          field_residual(T_map_imu, T_end_mag, reading.measured_ut - weighting.bias_ut(reading.magnetometer), *field);
+      const Vector3 unbiased_ut = reading.measured_ut - weighting.bias_ut(reading.magnetometer);
+      FieldResidual part = field_residual(T_map_imu, T_end_mag, unbiased_ut, *field);
+      part.residual_ut -= weighting.matrix(reading.magnetometer) * (unbiased_ut - part.residual_ut);
       const double noise = weighting.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
       const double sensor_variance = noise * noise / reading.samples;
       const double crowding = weighting.crowding[static_cast<std::size_t>(reading.magnetometer)];
-      const double map_sigma = options.map_sigma ? std::max(field->sigma_ut, options.map_sigma_floor_ut) : 0.0;
+      // Where the field changes, a magnetometer that sits elsewhere than the platform file says reads another field:
+      // an error of the place, as the map's.
+      const double by_place = weighting.suite.calibration.magnetometers.translation_sigma_m *
+                              part.jacobian.rightCols<3>().norm() / std::sqrt(3.0);
+      const double map_sigma =
+          options.map_sigma ? std::hypot(std::max(field->sigma_ut, options.map_sigma_floor_ut), by_place) : 0.0;
       residual.segment<3>(rows) = part.residual_ut;
       jacobian.middleRows<3>(rows) = part.jacobian;
       variance.segment<3>(rows).setConstant(sensor_variance + map_sigma * map_sigma);

@@ -32,6 +32,7 @@ struct FieldWeighting {
   const std::vector<double>& crowding;  ///< of each magnetometer, by array_crowding
   double sensor_gate;                   ///< Mahalanobis distance of a magnetometer from what its fellows say
   std::function<Vector3(int)> bias_ut;  ///< of each magnetometer
+  std::function<Matrix3(int)> matrix;   ///< E of each magnetometer: bias + (1 + E) field is read
   SlidingWindow::ClockOffset clock;     ///< of all
 };
 

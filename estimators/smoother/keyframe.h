@@ -27,19 +27,23 @@ struct Keyframe {
   double variance_scale = 1.0;             ///< by which residuals of the log exceed what sensor and plane explain
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
+  LidarCorrection lidar_correction;        ///< with which the scan is brought to the imu frame
+  Vector6 map_error = Vector6::Zero();     ///< the map's error where the scan is looked for, unit variables (MapError)
+  double map_error_sigma_m = 0.0;          ///< of a cube of the map
+  Matrix6 map_error_root = Matrix6::Zero();  ///< of this scan; before it was registered, of the one before
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see
   Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with weight one on metres; only of the paper's rule
   Degeneracy degeneracy;
-  Pose associated;               ///< where correspondences were looked for
+  Pose associated;               ///< where the scan was seen in the map when correspondences were looked for
   Pose analysed;                 ///< where the degeneracy was analysed
   Estimate estimate;             ///< diagnostics, filled as the scan is worked on
   bool field_disagrees = false;  ///< of a run without LiDAR: the field's verdict at this scan
 
-  /// Whether `pose` is further than `distance_m` or `angle_deg` from where correspondences were looked for.
-  bool moved(const Pose& pose, double distance_m, double angle_deg) const {
-    const Vector6 step = pose.boxminus(associated);
+  /// Whether the scan is seen further than `distance_m` or `angle_deg` from where correspondences were looked for.
+  bool moved(const Pose& seen, double distance_m, double angle_deg) const {
+    const Vector6 step = seen.boxminus(associated);
     return step.tail<3>().norm() > distance_m || step.head<3>().norm() > angle_deg * M_PI / 180.0;
   }
 };

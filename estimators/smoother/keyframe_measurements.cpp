@@ -5,6 +5,7 @@
 
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
+#include "core/lidar/map_error.h"
 #include "core/observability/robust_weight.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
@@ -16,6 +17,11 @@ namespace {
 /// The field of one scan does not see a direction of which it knows less than this share of what the prediction knows.
 /// Well below what a window of scans adds up to, so that no information worth having is lost.
 constexpr double kUnseenGain = 1e-3;
+
+/// A pose moved by an error of the map: `error` φ (map axes), p.
+Pose seen_with(const Pose& pose, const Vector6& error) {
+  return {(so3::exp(error.head<3>()) * pose.rotation).normalized(), pose.position + error.tail<3>()};
+}
 
 }  // namespace
 
@@ -34,7 +40,7 @@ KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
 
 void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& state, const NavState* before) const {
   const RunOptions& options = input_.options;
-  keyframe.associated = state.T_map_imu;
+  keyframe.associated = seen_with(state.T_map_imu, keyframe.map_error_root * keyframe.map_error);
   if (input_.planes == nullptr) {
     hold_height(keyframe);
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
@@ -42,15 +48,18 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   }
   const ScanMotion motion =
       before == nullptr ? ScanMotion(state, keyframe.imu) : ScanMotion(*before, state, keyframe.imu);
-  const std::vector<Eigen::Vector3f> points =
-      deskew(keyframe.points, keyframe.scan_start, motion, input_.suite.lidar.T_imu_lidar);
+  // The scan's start by the clock of the imu.
+  const Time scan_start = keyframe.scan_start - keyframe.lidar_correction.clock();
+  LidarModel lidar = input_.suite.lidar;
+  lidar.T_imu_lidar = keyframe.lidar_correction.corrected(lidar.T_imu_lidar);
+  const std::vector<Eigen::Vector3f> points = deskew(keyframe.points, scan_start, motion, lidar.T_imu_lidar);
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
   std::vector<float> ages_s(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     ages_s[i] =
-        static_cast<float>(to_seconds(keyframe.estimate.time - keyframe.scan_start - keyframe.points[i].offset_ns));
+        static_cast<float>(to_seconds(keyframe.estimate.time - scan_start - keyframe.points[i].offset_ns));
   }
-  keyframe.correspondences = associate(points, state.T_map_imu, keyframe.gate_covariance, *planes, input_.suite.lidar,
+  keyframe.correspondences = associate(points, keyframe.associated, keyframe.gate_covariance, *planes, lidar,
                                        options.lidar.association, ages_s, keyframe.averaging, keyframe.variance_scale);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
@@ -58,9 +67,17 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
   keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated,
                                  matched == 0 ? Deskewing{} : Deskewing(state, motion, keyframe.imu_noise));
-  keyframe.lidar_information = keyframe.lidar.cost.hessian(state.T_map_imu) -
+  if (matched > 0) {
+    const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
+    keyframe.map_error_root = keyframe.map_error_sigma_m * error.pose_error_root;
+    keyframe.lidar.by_lidar = true;
+    keyframe.lidar.correction = keyframe.lidar_correction;
+    keyframe.lidar.beam_origin_m = lidar.T_imu_lidar.position;
+    keyframe.lidar.map_error_root = keyframe.map_error_root;
+  }
+  keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
                                options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;
-  keyframe.seen_share = keyframe.lidar.cost.seen_share(state.T_map_imu);
+  keyframe.seen_share = keyframe.lidar.cost.seen_share(keyframe.associated);
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
   }
@@ -142,6 +159,7 @@ PoseMask KeyframeMeasurements::lidar_mask(const Keyframe& keyframe) const {
 
 KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& state,
                                           const std::function<Vector3(int)>& bias_ut,
+                                          const std::function<Matrix3(int)>& matrix,
                                           const SlidingWindow::ClockOffset& clock) const {
   const RunOptions& options = input_.options;
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
@@ -163,7 +181,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   const double spacing_m = state.velocity.norm() * to_seconds(keyframe.imu.back().time - keyframe.imu.front().time) /
                            static_cast<double>(arrays.size());
   const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_,
-                                 bias_ut,      clock};
+                                 bias_ut,      matrix,         clock};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.
   const auto weighed = [&](std::span<const ArrayReading> some) {

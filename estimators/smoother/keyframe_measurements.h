@@ -43,10 +43,10 @@ class KeyframeMeasurements {
   /// The keyframe's LiDAR factor with its mask.
   void set_lidar(const Keyframe& keyframe, std::size_t k, SlidingWindow& window) const;
 
-  /// Weighs the keyframe's readings of the field. `bias_ut`: of each magnetometer; `clock`: of all. Fills the
-  /// diagnostics.
+  /// Weighs the keyframe's readings of the field. `bias_ut` and `matrix` (E): of each magnetometer; `clock`: of all.
+  /// Fills the diagnostics.
   KeyframeField weigh(Keyframe& keyframe, const NavState& state, const std::function<Vector3(int)>& bias_ut,
-                      const SlidingWindow::ClockOffset& clock = {}) const;
+                      const std::function<Matrix3(int)>& matrix, const SlidingWindow::ClockOffset& clock) const;
 
   /// The keyframe's field factor.
   void set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const;

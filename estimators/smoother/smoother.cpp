@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/imu/propagation.h"
+#include "core/lidar/map_error.h"
 #include "core/lidar/scan_sampling.h"
 #include "core/observability/window_information.h"
 #include "estimators/initialization/initialization.h"
@@ -48,23 +49,28 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     }
     window_ = std::make_unique<SlidingWindow>(bundle.scan.end, state, start.covariance,
                                               static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu,
-                                              options.smoother.solver);
+                                              options.smoother.solver, input_.suite.calibration);
     keyframe->predicted_covariance = start.covariance.topLeftCorner<6, 6>();
+    keyframe->gate_covariance = keyframe->predicted_covariance;
     start.state = state;
     if (options.smoother.refine == Refinement::batch) {
       batch_ = std::make_unique<BatchRefinement>(input_, measurements_, start);
     }
   } else {
     const std::size_t newest = window_->size() - 1;
-    Matrix17 covariance = window_->newest_covariance();
-    const NavState state = propagate(window_->state(newest), bundle.imu, keyframe->imu_noise, &covariance);
+    SlidingWindow::NewestCovariance covariance = window_->newest_covariance();
+    const NavState before = window_->state(newest);
+    const NavState state = propagate(before, bundle.imu, keyframe->imu_noise, &covariance.state);
+    propagate(before, bundle.imu, keyframe->imu_noise, &covariance.seen);
     window_->set_imu_noise(keyframe->imu_noise);
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
-    keyframe->predicted_covariance = covariance.topLeftCorner<6, 6>();
+    keyframe->predicted_covariance = covariance.state.topLeftCorner<6, 6>();
+    keyframe->gate_covariance = covariance.seen.topLeftCorner<6, 6>();
     // Scans one after the other see much the same.
-    keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->predicted_covariance};
+    keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->gate_covariance};
+    keyframe->map_error_root = keyframes_.back()->map_error_root;
   }
-  keyframe->gate_covariance = keyframe->predicted_covariance;
+  keyframe->map_error_sigma_m = std::sqrt(std::max(0.0, map_error_variance_m2_));
   keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
@@ -87,6 +93,24 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   }
 
   follow_residuals(*keyframes_.back());
+  if (std::getenv("LODE_DEBUG")) {
+    const auto c = window_->lidar_correction();
+    const auto z = window_->map_error(newest);
+    fmt::print(stderr, "c {:.5f} {:.5f} {:.5f} | {:.4f} {:.4f} {:.4f} | {:.5f} | z", c.turn_rad.x(), c.turn_rad.y(), c.turn_rad.z(), c.shift_m.x(), c.shift_m.y(), c.shift_m.z(), c.clock_s);
+    for (int i = 0; i < 6; ++i) fmt::print(stderr, " {:.2f}", z[i]);
+    const Vector6 d = keyframes_.back()->map_error_root * z;
+    fmt::print(stderr, " | d");
+    for (int i = 0; i < 6; ++i) fmt::print(stderr, " {:.5f}", d[i]);
+    const auto m = window_->magnetometer_matrix(0);
+    fmt::print(stderr, " | s {:.5f} v {:.2f} mag clock {:.5f} E {:.4f} {:.4f} {:.4f} b {:.2f}\n", std::sqrt(std::max(0.0, map_error_variance_m2_)), variance_scale_, window_->clock_offset().offset_s, m(2,1), m(0,2), m(1,0), window_->magnetometer_bias(newest,0).norm());
+  }
+  if (newest == 0 && solved) {
+    // What the first scan has told of the noise holds for itself, too.
+    keyframes_.back()->variance_scale = variance_scale_;
+    keyframes_.back()->map_error_sigma_m = std::sqrt(std::max(0.0, map_error_variance_m2_));
+    renew(newest);
+    iterations += window_->solve();
+  }
   const bool leaves =
       window_->size() > 1 && to_seconds(window_->time(newest) - window_->time(0)) >= options.smoother.window_s - 1e-6;
   std::vector<std::size_t> wanted{newest};
@@ -170,8 +194,16 @@ void Smoother::follow_residuals(const Keyframe& keyframe) {
   constexpr int kFewest = 100;  // correspondences that a median is taken of
   constexpr double kGain = 0.1;
   if (static_cast<int>(keyframe.correspondences.size()) < kFewest) return;
-  const double found =
-      keyframe.variance_scale * residual_scale(keyframe.correspondences, window_->state(window_->size() - 1).T_map_imu);
+  const Pose seen = window_->seen_pose(window_->size() - 1);
+  const MapError error = analyse_map_error(keyframe.correspondences, seen);
+  if (error.known) {
+    // A mean of all at first, of some forty scans later.
+    constexpr double kLeastGain = 0.025;
+    ++map_errors_seen_;
+    map_error_variance_m2_ +=
+        std::max(kLeastGain, 1.0 / map_errors_seen_) * (error.variance_m2 - map_error_variance_m2_);
+  }
+  const double found = keyframe.variance_scale * residual_scale(keyframe.correspondences, seen);
   const double gain = keyframes_.size() == 1 ? 1.0 : kGain;
   variance_scale_ = std::max(1.0, variance_scale_ + gain * (found - variance_scale_));
 }
@@ -192,6 +224,8 @@ void Smoother::renew(std::size_t k) {
   Keyframe& keyframe = *keyframes_[k];
   const NavState state = window_->state(k);
   const std::optional<NavState> state_before = k > 0 ? std::optional(window_->state(k - 1)) : std::nullopt;
+  keyframe.lidar_correction = window_->lidar_correction();
+  keyframe.map_error = window_->map_error(k);
   measurements_.register_scan(keyframe, state, state_before ? &*state_before : nullptr);
   // Hidden directions follow those of the keyframe before; a keyframe analysed again follows itself.
   const Keyframe* before = k + 1 < keyframes_.size() ? &keyframe : k > 0 ? keyframes_[k - 1].get() : nullptr;
@@ -201,13 +235,13 @@ void Smoother::renew(std::size_t k) {
   measurements_.set_lidar(keyframe, k, *window_);
   const KeyframeField field = measurements_.weigh(
       keyframe, state, [&](int magnetometer) { return window_->magnetometer_bias(k, magnetometer); },
-      window_->clock_offset());
+      [&](int magnetometer) { return window_->magnetometer_matrix(magnetometer); }, window_->clock_offset());
   measurements_.set_field(field, k, *window_);
 }
 
 /// The gate for correspondences, ten times as narrow, but no narrower than what is known of the pose by now.
 Matrix6 Smoother::narrower_gate(std::size_t k) const {
-  return 0.01 * keyframes_[k]->gate_covariance + window_->pose_covariances(std::vector<std::size_t>{k}).front();
+  return 0.01 * keyframes_[k]->gate_covariance + window_->seen_covariance(k);
 }
 
 /// Within a wide gate the points of neighbouring surfaces count as much as those of the right one: the first scan of a
@@ -234,7 +268,7 @@ void Smoother::renew_moved(bool newest_only) {
   const std::size_t newest = window_->size() - 1;
   for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
     // The newest always: its first correspondences came from a prediction.
-    if (k == newest || keyframes_[k]->moved(window_->state(k).T_map_imu, options.reassociate_moved_m,
+    if (k == newest || keyframes_[k]->moved(window_->seen_pose(k), options.reassociate_moved_m,
                                             options.reassociate_turned_deg)) {
       renew(k);
     }
@@ -279,10 +313,13 @@ void Smoother::finish(EstimateSink& sink) {
   for (std::size_t k = 0; k < all.size(); ++k) all[k] = k;
   const std::vector<Matrix6> covariances = window_->pose_covariances(all);
   for (std::size_t k = 0; k < all.size(); ++k) hand_out(k, covariances[k], sink);
+  calibration_ = window_->calibration_estimate();
   keyframes_.clear();
   window_.reset();
   if (batch_ == nullptr) return;
+  batch_->set_calibration(calibration_);
   for (const Estimate& estimate : batch_->refine(input_.refining)) sink.best(estimate);
+  calibration_ = batch_->calibration();
   batch_.reset();
 }
 

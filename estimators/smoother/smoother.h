@@ -22,6 +22,7 @@ class Smoother final : public Estimator {
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
   std::string solver() const override { return SlidingWindow::solver_description(); }
+  const CalibrationEstimate* calibration() const override { return &calibration_; }
 
  private:
   void take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const;
@@ -44,6 +45,9 @@ class Smoother final : public Estimator {
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   ImuWhiteNoise imu_white_noise_;
   double variance_scale_ = 1.0;             // of LiDAR residuals
+  double map_error_variance_m2_ = 0.0;      // of the map's cubes (MapError), as residuals show it
+  int map_errors_seen_ = 0;                 // scans that it is a mean of
+  CalibrationEstimate calibration_;         // the last word, once finished
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
 };
 

@@ -38,7 +38,7 @@ Outcome smooth(const Drive& drive, const Pose& off = {}, double clock_sigma_s = 
   input.initial_pose.position += off.position;
   input.initial_pose.rotation = input.initial_pose.rotation * off.rotation;
   input.warnings = &outcome.warnings;
-  input.options.smoother.solver.magnetometer_clock_sigma_s = clock_sigma_s;
+  input.suite.calibration.magnetometers.clock_sigma_s = clock_sigma_s;
   // As docs/results/robustness.md says of a clock that is estimated: with less the tunnel's sigma is too small.
   if (clock_sigma_s > 0.0) input.options.magnetic.map_correlation_m = 0.3;
   outcome.estimates = run("smoother", input, drive.bundles);

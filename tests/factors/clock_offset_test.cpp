@@ -28,6 +28,7 @@ TEST(FieldFactorWithClock, PassesTheGradientCheckerWithAndWithoutMask) {
   const PoseManifold pose_manifold;
   const ceres::EuclideanManifold<ceres::DYNAMIC> bias_manifold(6);
   const ceres::EuclideanManifold<1> clock_manifold;
+  const ceres::EuclideanManifold<18> matrix_manifold;
   for (int i = 0; i < 5; ++i) {
     const Pose pose{so3::exp(random.vector(0.5)), random.vector(0.5)};
     std::vector<FieldReading> readings;
@@ -35,13 +36,19 @@ TEST(FieldFactorWithClock, PassesTheGradientCheckerWithAndWithoutMask) {
     std::vector<double> biases(6);
     for (double& bias : biases) bias = random.normal();
     const double clock_s = 0.05 * random.normal();
+    std::vector<double> matrices(18);
+    for (double& value : matrices) value = 0.05 * random.normal();
     Matrix6 projector = Matrix6::Zero();
     projector(3, 3) = 1.0;
     for (const PoseMask& mask : {PoseMask{}, PoseMask(projector, pose)}) {
-      const FieldFactor factor(wavy_map(), FieldInterpolation::bicubic, 2, readings, mask, true);
+      const FieldFactor factor(wavy_map(), FieldInterpolation::bicubic, 2, readings, mask, {.clock = true});
       const PoseBlock block = block_of(pose.boxplus(0.02 * Vector6::Ones()));
       expect_gradients(factor, {&pose_manifold, &bias_manifold, &clock_manifold},
                        {block.data(), biases.data(), &clock_s}, 1e-5);
+      const FieldFactor calibrating(wavy_map(), FieldInterpolation::bicubic, 2, readings, mask,
+                                    {.clock = true, .matrices = true});
+      expect_gradients(calibrating, {&pose_manifold, &bias_manifold, &clock_manifold, &matrix_manifold},
+                       {block.data(), biases.data(), &clock_s, matrices.data()}, 1e-5);
     }
   }
 }
@@ -54,7 +61,7 @@ TEST(FieldFactorWithClock, IsTheFactorWithoutWhereTheClockIsRight) {
   const double clock_s = 0.0;
   const double* parameters[] = {block.data(), bias.data(), &clock_s};
   Vector6 with, without;
-  FieldFactor(wavy_map(), FieldInterpolation::bicubic, 1, readings, {}, true)
+  FieldFactor(wavy_map(), FieldInterpolation::bicubic, 1, readings, {}, {.clock = true})
       .Evaluate(parameters, with.data(), nullptr);
   FieldFactor(wavy_map(), FieldInterpolation::bicubic, 1, readings, {}).Evaluate(parameters, without.data(), nullptr);
   EXPECT_LT((with - without).norm(), 1e-12);
@@ -84,11 +91,11 @@ SlidingWindow::ClockOffset estimate_clock(double late_s, double sigma_s, std::ui
   options.keyframes = 60;
   const Drive truth = drive(options, random);
   const auto map = wavy_map();
-  SlidingWindowOptions window_options;
-  window_options.magnetometer_clock_sigma_s = sigma_s;
+  CalibrationSigmas calibration = exact_calibration();
+  calibration.magnetometers.clock_sigma_s = sigma_s;
   const Matrix17 start = start_covariance();
-  SlidingWindow window(truth.times[0], truth.truth[0].boxplus(random.draw(start)), start, 3, options.noise,
-                       window_options);
+  SlidingWindow window(truth.times[0], truth.truth[0].boxplus(random.draw(start)), start, 3, options.noise, {},
+                       calibration);
   const std::vector<Vector3> normals = room_normals(random);
   for (std::size_t k = 1; k < truth.truth.size(); ++k) {
     window.add_keyframe(truth.times[k],

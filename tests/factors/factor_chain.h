@@ -40,7 +40,7 @@ class Chain {
       Deskewing deskewing;
       if (k > 0) deskewing = Deskewing(state, ScanMotion(state, truth.samples[k]), options.noise);
       add(new CondensedLidarFactor(condense_scan(points.matches, state.T_map_imu, deskewing),
-                                   lidar_mask(state.T_map_imu, k), k > 0),
+                                   lidar_mask(state.T_map_imu, k), {.before = k > 0}),
           lidar_blocks);
       add(new FieldFactor(
               map, FieldInterpolation::bicubic, 2,

@@ -138,8 +138,9 @@ TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
   LidarScene scene = lidar_scene(4);
   for (std::size_t i = 0; i < scene.matches.size(); ++i) scene.matches[i].age_s = 5e-4F * static_cast<float>(i);
   const Deskewing deskewing = wrong_deskewing(random);
-  const CondensedScan scan = condense_scan(scene.matches, scene.pose, deskewing);
+  CondensedScan scan = condense_scan(scene.matches, scene.pose, deskewing);
   for (const PoseMask& mask : {PoseMask{}, PoseMask(corridor_projector(), scene.pose), bend_mask(scene.pose)}) {
+    scan.by_lidar = false;
     Vector6 away;
     away << 0.05, -0.02, 0.1, 0.3, -0.2, 0.1;
     const Pose end = scene.pose.boxplus(away);
@@ -148,13 +149,30 @@ TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
         block_of({end.rotation * (deskewing.turn * so3::exp(random.vector(0.05))).conjugate(), random.vector()});
     Eigen::Matrix<double, 9, 1> motion;
     motion << random.vector(), random.vector(), random.vector();
-    expect_gradients(CondensedLidarFactor(scan, mask, false), {&pose_manifold, &motion_manifold},
+    expect_gradients(CondensedLidarFactor(scan, mask, {}), {&pose_manifold, &motion_manifold},
                      {block.data(), motion.data()});
     Eigen::Matrix<double, 9, 1> motion_before;
     motion_before << random.vector(), random.vector(), random.vector();
-    expect_gradients(CondensedLidarFactor(scan, mask, true),
+    expect_gradients(CondensedLidarFactor(scan, mask, {.before = true}),
                      {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold},
                      {block.data(), motion.data(), before.data(), motion_before.data()});
+    scan.by_lidar = true;
+    scan.correction = {random.vector(0.1), random.vector(0.1), 0.02};
+    scan.beam_origin_m = random.vector(0.5);
+    scan.map_error_root = Matrix6::Random().triangularView<Eigen::Lower>();
+    Eigen::Matrix<double, 7, 1> calibration;
+    calibration << random.vector(0.2), random.vector(0.2), 0.05;
+    const Vector6 map_error = 0.2 * Vector6::Random();
+    const ceres::EuclideanManifold<7> calibration_manifold;
+    const ceres::EuclideanManifold<6> map_error_manifold;
+    expect_gradients(
+        CondensedLidarFactor(scan, mask, {.before = true, .calibration = true, .map_error = true}),
+        {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold, &calibration_manifold,
+         &map_error_manifold},
+        {block.data(), motion.data(), before.data(), motion_before.data(), calibration.data(), map_error.data()}, 1e-5);
+    expect_gradients(CondensedLidarFactor(scan, mask, {.map_error = true}),
+                     {&pose_manifold, &motion_manifold, &map_error_manifold},
+                     {block.data(), motion.data(), map_error.data()}, 1e-5);
   }
 }
 
@@ -163,7 +181,7 @@ TEST(CondensedLidarFactor, EqualsOneResidualAPointWithAndWithoutMask) {
   const LidarScene scene = lidar_scene(5);
   const CondensedScan scan = condense_scan(scene.matches, scene.pose);
   for (const PoseMask& mask : {PoseMask{}, PoseMask(corridor_projector(), scene.pose)}) {
-    const CondensedLidarFactor condensed(scan, mask, false);
+    const CondensedLidarFactor condensed(scan, mask, {});
     const PointPlaneFactor points(scene.matches, mask);
     for (double share : {0.0, 0.1, 1.0}) {
       Vector6 away;
@@ -294,6 +312,19 @@ TEST(RandomWalkFactor, PassesTheGradientChecker) {
   const Vector3 first(1, 2, 3);
   const Vector3 second(0, 1, 5);
   expect_gradients(factor, {&manifold, &manifold}, {first.data(), second.data()});
+}
+
+TEST(RandomWalkFactor, OfAGaussMarkovProcessKeepsUnitVariance) {
+  const ceres::EuclideanManifold<3> manifold;
+  const auto factor = RandomWalkFactor::gauss_markov(3, 0.8);
+  const Vector3 first(1, 2, 3);
+  const Vector3 second(0, 1, 5);
+  expect_gradients(*factor, {&manifold, &manifold}, {first.data(), second.data()});
+  // r = (b − ρ a) / √(1 − ρ²): Var b = ρ² Var a + (1 − ρ²).
+  const double* parameters[] = {first.data(), second.data()};
+  Vector3 residual;
+  factor->Evaluate(parameters, residual.data(), nullptr);
+  EXPECT_LT((0.6 * residual - (second - 0.8 * first)).norm(), 1e-12);
 }
 
 TEST(PoseFactor, GradientsWithAndWithoutMaskAndNothingAlongWhatWasNotSeen) {

@@ -96,12 +96,12 @@ TEST(WindowCovariance, OfTheNewestIsTheStartsThenTheOneThatTheImuPropagates) {
   Matrix17 covariance = start_covariance();
   covariance(tangent::position, tangent::velocity) = covariance(tangent::velocity, tangent::position) = 1e-3;
   SlidingWindow window(0, truth.truth[0], covariance, 0, options.noise, {});
-  EXPECT_LT((window.newest_covariance() - covariance).norm(), 1e-9 * covariance.norm());
+  EXPECT_LT((window.newest_covariance().state - covariance).norm(), 1e-9 * covariance.norm());
   for (std::size_t k = 1; k < truth.truth.size(); ++k) {
     const NavState predicted = propagate(window.state(k - 1), truth.samples[k], options.noise, &covariance);
     window.add_keyframe(truth.times[k], predicted, truth.samples[k]);
   }
-  const Matrix17 found = window.newest_covariance();
+  const Matrix17 found = window.newest_covariance().state;
   const Vector17 sigma = covariance.diagonal().cwiseSqrt();
   const Matrix17 difference =
       sigma.cwiseInverse().asDiagonal() * (found - covariance) * sigma.cwiseInverse().asDiagonal();

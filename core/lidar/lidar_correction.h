@@ -1,0 +1,25 @@
+#pragma once
+
+#include "core/geometry/pose.h"
+#include "core/time.h"
+
+namespace lodestone {
+
+/// By how much the LiDAR's calibration departs from the platform file's: T_imu_lidar is (Exp(turn) R₀, t₀ + shift), and
+/// stamps are late by `clock_s`.
+struct LidarCorrection {
+  Vector3 turn_rad = Vector3::Zero();  ///< imu axes
+  Vector3 shift_m = Vector3::Zero();   ///< imu axes
+  double clock_s = 0.0;                ///< stamp less the time of the imu's clock at which a point was taken
+
+  Pose corrected(const Pose& T_imu_lidar) const {
+    Pose result;
+    result.rotation = (so3::exp(turn_rad) * T_imu_lidar.rotation).normalized();
+    result.position = T_imu_lidar.position + shift_m;
+    return result;
+  }
+
+  Time clock() const { return from_seconds(clock_s); }
+};
+
+}  // namespace lodestone

@@ -1,0 +1,90 @@
+#include "core/lidar/map_error.h"
+
+#include <Eigen/Cholesky>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace lodestone {
+
+namespace {
+
+using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
+
+constexpr std::size_t kFewestCubes = 4;
+
+/// A cube whose points know their mean better than this counts fully in the estimate of the variance.
+constexpr double kWellKnown_m = 0.005;
+
+struct Cube {
+  Matrix6x3 coupling = Matrix6x3::Zero();  // Σ w J nᵀ
+  Matrix3 weight = Matrix3::Zero();        // Σ w n nᵀ
+  Vector3 residual = Vector3::Zero();      // Σ w n r
+};
+
+}  // namespace
+
+MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_seen) {
+  const Matrix3 rotation = T_map_seen.rotation.toRotationMatrix();
+  // Ordered: the same sums on every machine.
+  std::map<std::array<int, 3>, Cube> cubes;
+  Matrix6 information = Matrix6::Zero();
+  std::array<int, 3> last_key{};
+  Cube* last = nullptr;
+  for (const Correspondence& match : correspondences) {
+    const Vector3 normal = match.plane->normal.cast<double>();
+    const Vector3 arm = rotation * match.point.cast<double>();
+    const Vector3 offset = match.plane->center.cast<double>();
+    const std::array<int, 3> key{static_cast<int>(std::floor(offset.x() / kMapErrorCube_m)),
+                                 static_cast<int>(std::floor(offset.y() / kMapErrorCube_m)),
+                                 static_cast<int>(std::floor(offset.z() / kMapErrorCube_m))};
+    if (last == nullptr || key != last_key) {
+      last = &cubes[key];
+      last_key = key;
+    }
+    const double once = match.variance_once > 0.0F ? static_cast<double>(match.variance_once) : 0.0;
+    const double weight = static_cast<double>(match.robust_weight) / (once > 0.0 ? once : match.variance);
+    Vector6 jacobian;
+    jacobian << arm.cross(normal), normal;
+    const Vector3 weighed = weight * normal;
+    last->coupling.noalias() += jacobian * weighed.transpose();
+    last->weight.noalias() += weighed * normal.transpose();
+    last->residual += weighed * normal.dot(arm + T_map_seen.position - offset);
+    information.noalias() += (weight * jacobian) * jacobian.transpose();
+  }
+  MapError result;
+  if (cubes.size() < kFewestCubes) return result;
+
+  // A direction that no point sees has no error either: z and the mask leave it alone.
+  information.diagonal() *= 1.0 + 1e-9;
+  const Eigen::LDLT<Matrix6> factor(information);
+  if (factor.info() != Eigen::Success || !factor.isPositive()) return result;
+  const Matrix6 inverse = factor.solve(Matrix6::Identity());
+  Matrix6 shared = Matrix6::Zero();
+  Matrix6 shared_scaled = Matrix6::Zero();
+  Matrix6 mixed_scaled = Matrix6::Zero();
+  double squares = 0.0;
+  double by_noise = 0.0;
+  double by_unit = 0.0;
+  for (const auto& [key, cube] : cubes) {
+    const double scale = 1.0 / (1.0 / (kWellKnown_m * kWellKnown_m) + cube.weight.trace());
+    const Matrix6 own = cube.coupling * cube.coupling.transpose();
+    shared += own;
+    shared_scaled += scale * scale * own;
+    mixed_scaled += scale * scale * cube.coupling * cube.weight * cube.coupling.transpose();
+    squares += scale * scale * cube.residual.squaredNorm();
+    by_noise += scale * scale * cube.weight.trace();
+    by_unit += scale * scale * cube.weight.squaredNorm();
+  }
+  by_noise -= (inverse * shared_scaled).trace();
+  by_unit += -2.0 * (inverse * mixed_scaled).trace() + (inverse * shared * inverse * shared_scaled).trace();
+  const Matrix6 covariance = inverse * shared * inverse;
+  const Eigen::LLT<Matrix6> root(0.5 * (covariance + covariance.transpose()) + 1e-12 * Matrix6::Identity());
+  if (root.info() != Eigen::Success || !(by_unit > 0.0)) return result;
+  result.pose_error_root = root.matrixL();
+  result.variance_m2 = (squares - by_noise) / by_unit;
+  result.known = true;
+  return result;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,74 @@
+#include "factors/seen_pose.h"
+
+namespace lodestone {
+
+SeenState see(const CondensedScan& scan, const Pose& T_map_imu, const Vector3& velocity, const double* mounting,
+              const double* map_error) {
+  SeenState seen{T_map_imu, velocity};
+  if (!scan.by_lidar) return seen;
+  if (mounting != nullptr) {
+    const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
+    const Vector3 turn = Vector3(mounting) - scan.correction.turn_rad;
+    const Matrix3 turned = so3::exp(turn).toRotationMatrix();
+    const Vector3 shift =
+        Vector3(mounting + 3) - scan.correction.shift_m + scan.beam_origin_m - turned * scan.beam_origin_m;
+    seen.pose.rotation = (T_map_imu.rotation * so3::exp(turn)).normalized();
+    seen.pose.position += rotation * shift;
+    const Matrix3 right = so3::right_jacobian(turn);
+    seen.by_pose.topLeftCorner<3, 3>() = turned.transpose();
+    seen.by_pose.bottomLeftCorner<3, 3>() = -rotation * so3::hat(shift);
+    seen.by_mounting.topLeftCorner<3, 3>() = right;
+    seen.by_mounting.bottomLeftCorner<3, 3>() = rotation * turned * so3::hat(scan.beam_origin_m) * right;
+    seen.by_mounting.bottomRightCorner<3, 3>() = rotation;
+  }
+  if (map_error != nullptr) {
+    const Vector6 moved = scan.map_error_root * Eigen::Map<const Vector6>(map_error);
+    const Vector3 turn = moved.head<3>();
+    const Matrix3 turned = so3::exp(turn).toRotationMatrix();
+    seen.pose.rotation = (so3::exp(turn) * seen.pose.rotation).normalized();
+    seen.pose.position += moved.tail<3>();
+    seen.velocity = turned * velocity;
+    // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, turned into the seen body's axes.
+    seen.by_map_error.topRows<3>() = seen.pose.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-turn) *
+                                     scan.map_error_root.topRows<3>();
+    seen.by_map_error.bottomRows<3>() = scan.map_error_root.bottomRows<3>();
+    seen.velocity_by_velocity = turned;
+    seen.velocity_by_map_error =
+        -turned * so3::hat(velocity) * so3::right_jacobian(turn) * scan.map_error_root.topRows<3>();
+  }
+  return seen;
+}
+
+ClockShift::ClockShift(const CondensedScan& scan, const NavState* before, const NavState& end, double clock_s)
+    : late_s(scan.by_lidar ? clock_s - scan.correction.clock_s : 0.0) {
+  const double step = scan.deskewing.step_s;
+  if (step <= 0.0) {
+    late_s = 0.0;
+    return;
+  }
+  turn_rate = so3::log(scan.deskewing.turn) / step;
+  if (before != nullptr) {
+    step_s = step;
+    const Vector3 turn = so3::log(before->T_map_imu.rotation.conjugate() * end.T_map_imu.rotation);
+    turn_rate = turn / step;
+    acceleration = (end.velocity - before->velocity) / step;
+    const Matrix3 inverse = so3::right_jacobian_inverse(turn) / step;
+    rate_by_end = inverse;
+    rate_by_before = -inverse.transpose();
+  }
+  const Vector3 back = -late_s * turn_rate;
+  const Matrix3 right = so3::right_jacobian(back);
+  turned = so3::exp(back).toRotationMatrix().transpose();
+  by_rate = -late_s * right;
+  turn_by_clock = -right * turn_rate;
+}
+
+NavState ClockShift::moved(const NavState& state) const {
+  NavState result = state;
+  result.T_map_imu.rotation = (state.T_map_imu.rotation * so3::exp(-late_s * turn_rate)).normalized();
+  result.T_map_imu.position -= late_s * state.velocity;
+  result.velocity -= late_s * acceleration;
+  return result;
+}
+
+}  // namespace lodestone
