@@ -9,7 +9,7 @@
 
 namespace lodestone {
 
-/// A vector that drifts: r = (second − decay · first) / σ. Parameters: two blocks of the same size; or only the second, whose
+/// A vector that drifts: r = (second − first) / σ. Parameters: two blocks of the same size; or only the second, whose
 /// first is zero. It may jump: every `group` components share a weight, that of a Student distribution of four degrees
 /// of freedom with its σ, held during a solve (renew) and never above one; a jump that measurements insist on costs
 /// little.
@@ -19,13 +19,6 @@ class RandomWalkFactor final : public ceres::CostFunction {
       : size_(size), group_(group), sigma_(sigma), whitening_(static_cast<std::size_t>(size), 1.0 / sigma) {
     set_num_residuals(size);
     mutable_parameter_block_sizes()->assign(from_zero ? 1 : 2, size);
-  }
-
-  /// A Gauss-Markov process of unit variance: steps that keep `decay` (below one) of the value before.
-  static std::unique_ptr<RandomWalkFactor> gauss_markov(int size, double decay) {
-    auto result = std::make_unique<RandomWalkFactor>(size, std::sqrt(1.0 - decay * decay));
-    result->decay_ = decay;
-    return result;
   }
 
   /// A prior about zero with a sigma of its own for each component.
@@ -53,7 +46,7 @@ class RandomWalkFactor final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const int blocks = static_cast<int>(parameter_block_sizes().size());
     for (int i = 0; i < size_; ++i) {
-      const double first = blocks == 1 ? 0.0 : decay_ * parameters[0][i];
+      const double first = blocks == 1 ? 0.0 : parameters[0][i];
       residuals[i] = whitening_[static_cast<std::size_t>(i)] * (parameters[blocks - 1][i] - first);
     }
     for (int block = 0; block < blocks; ++block) {
@@ -61,7 +54,7 @@ class RandomWalkFactor final : public ceres::CostFunction {
       std::fill_n(jacobians[block], size_ * size_, 0.0);
       for (int i = 0; i < size_; ++i) {
         const double slope = whitening_[static_cast<std::size_t>(i)];
-        jacobians[block][i * (size_ + 1)] = block + 1 < blocks ? -decay_ * slope : slope;
+        jacobians[block][i * (size_ + 1)] = block + 1 < blocks ? -slope : slope;
       }
     }
     return true;
@@ -71,7 +64,6 @@ class RandomWalkFactor final : public ceres::CostFunction {
   int size_;
   int group_;
   double sigma_;
-  double decay_ = 1.0;
   std::vector<double> whitening_;
 };
 

@@ -22,19 +22,18 @@ SeenState see(const CondensedScan& scan, const Pose& T_map_imu, const Vector3& v
     seen.by_mounting.bottomRightCorner<3, 3>() = rotation;
   }
   if (map_error != nullptr) {
-    const Vector6 moved = scan.map_error_root * Eigen::Map<const Vector6>(map_error);
+    const Vector6 moved = Eigen::Map<const Vector6>(map_error);
     const Vector3 turn = moved.head<3>();
     const Matrix3 turned = so3::exp(turn).toRotationMatrix();
     seen.pose.rotation = (so3::exp(turn) * seen.pose.rotation).normalized();
     seen.pose.position += moved.tail<3>();
     seen.velocity = turned * velocity;
     // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, turned into the seen body's axes.
-    seen.by_map_error.topRows<3>() = seen.pose.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-turn) *
-                                     scan.map_error_root.topRows<3>();
-    seen.by_map_error.bottomRows<3>() = scan.map_error_root.bottomRows<3>();
+    seen.by_map_error.topLeftCorner<3, 3>() =
+        seen.pose.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-turn);
+    seen.by_map_error.bottomRightCorner<3, 3>().setIdentity();
     seen.velocity_by_velocity = turned;
-    seen.velocity_by_map_error =
-        -turned * so3::hat(velocity) * so3::right_jacobian(turn) * scan.map_error_root.topRows<3>();
+    seen.velocity_by_map_error.leftCols<3>() = -turned * so3::hat(velocity) * so3::right_jacobian(turn);
   }
   return seen;
 }

@@ -14,7 +14,7 @@ struct SeenState {
   /// Of the seen pose's right tangent (φ; p in map axes).
   Matrix6 by_pose = Matrix6::Identity();
   Matrix6 by_mounting = Matrix6::Zero();   ///< by turn and shift (LidarCorrection)
-  Matrix6 by_map_error = Matrix6::Zero();  ///< by the six unit variables of the map's error
+  Matrix6 by_map_error = Matrix6::Zero();  ///< by the map's error (φ in map axes, p)
   /// Of the seen velocity.
   Matrix3 velocity_by_velocity = Matrix3::Identity();
   Eigen::Matrix<double, 3, 6> velocity_by_map_error = Eigen::Matrix<double, 3, 6>::Zero();

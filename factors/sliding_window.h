@@ -88,7 +88,7 @@ class SlidingWindow {
   /// Covariance of seen_pose(k), φ, p.
   Matrix6 seen_covariance(std::size_t k) const;
 
-  /// The unit variables of the map's error in force at keyframe k; of a keyframe without LiDAR factor those of the last.
+  /// The map's error in force at keyframe k (φ in map axes, p); of a keyframe without LiDAR factor the last one.
   Vector6 map_error(std::size_t k) const;
 
   /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
@@ -155,7 +155,7 @@ class SlidingWindow {
   void remove_block(WindowBlock& block);
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
-  MapErrorEpoch* map_error_epoch_at(const Vector3& position);
+  MapErrorEpoch* map_error_epoch_at(const Vector3& position, const Matrix6& root);
   void remove_lidar(Keyframe& keyframe);
   const double* lidar_values() const;                               // null: not estimated
   static const double* map_error_values(const Keyframe& keyframe);  // the same

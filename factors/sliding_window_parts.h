@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/measurements.h"
+#include "factors/gauss_markov_factor.h"
 #include "factors/point_plane_factor.h"
 #include "factors/preintegration_factor.h"
 #include "factors/random_walk_factor.h"
@@ -19,12 +20,12 @@ struct SlidingWindow::BiasEpoch {
   int keyframes = 0;  // how many keyframes use it
 };
 
-/// The map's error as scans share it over one stretch of the way (MapError: six unit variables), and the step from the
-/// stretch before.
+/// The map's error as scans share it over one stretch of the way (φ in map axes, p), and the step from the stretch
+/// before.
 struct SlidingWindow::MapErrorEpoch {
   Vector3 start = Vector3::Zero();  // m, map
   WindowBlock error;
-  RenewableFactor<RandomWalkFactor> step;
+  RenewableFactor<GaussMarkovFactor> step;
   int keyframes = 0;  // how many keyframes use it
 };
 

@@ -24,6 +24,14 @@ struct Cube {
 
 }  // namespace
 
+Matrix6 MapError::pose_error_root_of(double sigma_m) const {
+  constexpr double kLeast = 1e-6;
+  const Matrix6 covariance = sigma_m * sigma_m * pose_covariance + kLeast * kLeast * Matrix6::Identity();
+  const Eigen::LLT<Matrix6> root(covariance);
+  if (root.info() != Eigen::Success) return kLeast * Matrix6::Identity();
+  return root.matrixL();
+}
+
 MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_seen) {
   const Matrix3 rotation = T_map_seen.rotation.toRotationMatrix();
   // Ordered: the same sums on every machine.
@@ -78,10 +86,9 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
   }
   by_noise -= (inverse * shared_scaled).trace();
   by_unit += -2.0 * (inverse * mixed_scaled).trace() + (inverse * shared * inverse * shared_scaled).trace();
+  if (!(by_unit > 0.0)) return result;
   const Matrix6 covariance = inverse * shared * inverse;
-  const Eigen::LLT<Matrix6> root(0.5 * (covariance + covariance.transpose()) + 1e-12 * Matrix6::Identity());
-  if (root.info() != Eigen::Success || !(by_unit > 0.0)) return result;
-  result.pose_error_root = root.matrixL();
+  result.pose_covariance = 0.5 * (covariance + covariance.transpose());
   result.variance_m2 = (squares - by_noise) / by_unit;
   result.known = true;
   return result;

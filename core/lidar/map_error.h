@@ -11,15 +11,18 @@ namespace lodestone {
 /// Points of a cube of the map share one displacement, three independent components of one sigma. A scan then knows its
 /// pose no better than its cubes allow, however many points it has.
 struct MapError {
-  /// L: a pose found from the scan alone is off by L z, z white with unit variance, for each metre of the cubes' sigma.
-  /// Order φ (map axes), p. Lower triangle.
-  Matrix6 pose_error_root = Matrix6::Zero();
+  /// Covariance of the pose that is found from the scan alone, for a sigma of the cubes of one metre. Order φ (map
+  /// axes), p.
+  Matrix6 pose_covariance = Matrix6::Zero();
 
   /// The cubes' variance as this scan's residuals show it, m²; by chance also below zero.
   double variance_m2 = 0.0;
 
   /// How much this scan says of it: 0 if there are too few cubes.
   bool known = false;
+
+  /// L of the pose's covariance L Lᵀ for a sigma of the cubes, m. Invertible: at least a micrometre and a microradian.
+  Matrix6 pose_error_root_of(double sigma_m) const;
 };
 
 /// Edge of a cube, m. Source: docs/design/042, a study over worlds that no acceptance table uses.

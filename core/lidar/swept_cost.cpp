@@ -1,6 +1,7 @@
 #include "core/lidar/swept_cost.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -134,10 +135,30 @@ Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deske
   return result;
 }
 
+/// The moment where the departure is seen with an error: a shift and a turn as large as those of the pose, slopes of
+/// twice the shift a step.
+Matrix25 with_departure_error(const Matrix25& moment, const Matrix6& pose_covariance, const Matrix3& rotation,
+                              double step_s) {
+  if (pose_covariance.isZero(0.0)) return moment;
+  const auto root = [](const Matrix3& covariance) -> Matrix3 {
+    const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance);
+    return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  };
+  const Matrix3 shift = root(pose_covariance.bottomRightCorner<3, 3>());
+  Matrix12 error = Matrix12::Zero();
+  error.block<3, 3>(0, 0) = rotation.transpose() * root(pose_covariance.topLeftCorner<3, 3>());
+  error.block<3, 3>(3, 3) = 2.0 / step_s * shift;
+  error.block<3, 3>(6, 6) = shift;
+  error.block<3, 3>(9, 9) = 2.0 / step_s * shift;
+  const Eigen::Matrix<double, 25, 12> border = moment.rightCols<12>() * error;
+  const Matrix12 inner = Matrix12::Identity() + error.transpose() * border.bottomRows<12>();
+  return moment - border * inner.llt().solve(border.transpose());
+}
+
 }  // namespace
 
 SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                const Deskewing& deskewing) {
+                const Deskewing& deskewing, const Matrix6& pose_covariance) {
   SweptCost result;
   result.given_both.topLeftCorner<13, 13>() = cost.moment;
   result.given_end = result.given_both;
@@ -198,16 +219,17 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
         deskewing.accelerometer_density * std::pow(step_s, 3) / std::pow(kClamped[static_cast<std::size_t>(mode)], 4);
     information.segment<3>(3 * (kTurnModes + mode)).setConstant(1.0 / variance);
   }
-  result.given_both = marginal<25>(all, information.asDiagonal());
+  result.given_both =
+      with_departure_error(marginal<25>(all, information.asDiagonal()), pose_covariance, rotation, step_s);
   result.given_end = without_state_before(result.given_both, deskewing);
   return result;
 }
 
 CondensedScan condense_scan(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                            const Deskewing& deskewing) {
+                            const Deskewing& deskewing, const Matrix6& pose_covariance) {
   CondensedScan result;
   result.cost = condense(correspondences, T_map_imu);
-  result.swept = sweep(result.cost, correspondences, T_map_imu, deskewing);
+  result.swept = sweep(result.cost, correspondences, T_map_imu, deskewing, pose_covariance);
   result.deskewing = deskewing;
   return result;
 }

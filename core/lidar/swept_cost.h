@@ -22,9 +22,11 @@ struct SweptCost {
   Matrix25 given_end = Matrix25::Zero();   ///< given the scan's end alone: of η the slope at the end remains
 };
 
-/// `cost`: condensed from the same correspondences at the same pose.
+/// `cost`: condensed from the same correspondences at the same pose. `pose_covariance`: of what errors that the map's
+/// points share make of the pose (φ in map axes, p). Left and right of the robot are seen at different times: such
+/// errors look like motion within the scan, too, which is then believed no better.
 SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                const Deskewing& deskewing);
+                const Deskewing& deskewing, const Matrix6& pose_covariance = Matrix6::Zero());
 
 /// A scan as the window takes it up: what its points say, and what they were deskewed with.
 struct CondensedScan {
@@ -33,12 +35,12 @@ struct CondensedScan {
   Deskewing deskewing;
   LidarCorrection correction{};                  ///< that points were brought to the imu frame with
   Vector3 beam_origin_m = Vector3::Zero();       ///< of the LiDAR, imu frame
-  Matrix6 map_error_root = Matrix6::Zero();      ///< what the map's shared error does to the pose, a unit of it (m, rad)
+  Matrix6 map_error_root = Matrix6::Zero();      ///< L of the map's shared error: of the pose, L Lᵀ its covariance (φ in map axes, p)
   bool by_lidar = false;                         ///< false: the points are no LiDAR's, calibration does not move them
 };
 
 /// The points' ages are those of the correspondences.
 CondensedScan condense_scan(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                            const Deskewing& deskewing = {});
+                            const Deskewing& deskewing = {}, const Matrix6& pose_covariance = Matrix6::Zero());
 
 }  // namespace lodestone

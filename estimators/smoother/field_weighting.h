@@ -34,6 +34,7 @@ struct FieldWeighting {
   std::function<Vector3(int)> bias_ut;  ///< of each magnetometer
   std::function<Matrix3(int)> matrix;   ///< E of each magnetometer: bias + (1 + E) field is read
   SlidingWindow::ClockOffset clock;     ///< of all
+  double error_variance_ut2 = 0.0;      ///< of the field's error, a reading (FieldError)
 };
 
 /// How many magnetometers of the array share each one's map error, itself included: Σ exp(−distance/correlation_m).

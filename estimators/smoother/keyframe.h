@@ -10,6 +10,7 @@
 #include "core/observability/degeneracy.h"
 #include "estimators/estimate.h"
 #include "factors/condensed_lidar_factor.h"
+#include "factors/field_factor.h"
 
 namespace lodestone {
 
@@ -28,13 +29,14 @@ struct Keyframe {
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
   LidarCorrection lidar_correction;        ///< with which the scan is brought to the imu frame
-  Vector6 map_error = Vector6::Zero();     ///< the map's error where the scan is looked for, unit variables (MapError)
+  Vector6 map_error = Vector6::Zero();     ///< the map's error where the scan is looked for (φ in map axes, p)
   double map_error_sigma_m = 0.0;          ///< of a cube of the map
-  Matrix6 map_error_root = Matrix6::Zero();  ///< of this scan; before it was registered, of the one before
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see
   Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with weight one on metres; only of the paper's rule
+  std::vector<FieldReading> field_readings;     ///< as they were weighed last
+  double field_variance_ut2 = 0.0;              ///< of the field's error, a reading (FieldError)
   Degeneracy degeneracy;
   Pose associated;               ///< where the scan was seen in the map when correspondences were looked for
   Pose analysed;                 ///< where the degeneracy was analysed

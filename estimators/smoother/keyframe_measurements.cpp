@@ -6,6 +6,7 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/lidar/map_error.h"
+#include "core/magnetometer/field_residual.h"
 #include "core/observability/robust_weight.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
@@ -17,6 +18,9 @@ namespace {
 /// The field of one scan does not see a direction of which it knows less than this share of what the prediction knows.
 /// Well below what a window of scans adds up to, so that no information worth having is lost.
 constexpr double kUnseenGain = 1e-3;
+
+/// At a standstill the map's error is counted by so many scans.
+constexpr double kMostRepeats = 100.0;
 
 /// A pose moved by an error of the map: `error` φ (map axes), p.
 Pose seen_with(const Pose& pose, const Vector6& error) {
@@ -40,7 +44,7 @@ KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
 
 void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& state, const NavState* before) const {
   const RunOptions& options = input_.options;
-  keyframe.associated = seen_with(state.T_map_imu, keyframe.map_error_root * keyframe.map_error);
+  keyframe.associated = seen_with(state.T_map_imu, keyframe.map_error);
   if (input_.planes == nullptr) {
     hold_height(keyframe);
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
@@ -65,15 +69,20 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   const auto matched = static_cast<int>(keyframe.correspondences.size());
   // An outage, of a robot that was at the layer's height before.
   if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
-  keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated,
-                                 matched == 0 ? Deskewing{} : Deskewing(state, motion, keyframe.imu_noise));
-  if (matched > 0) {
+  if (matched == 0) {
+    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
+  } else {
     const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
-    keyframe.map_error_root = keyframe.map_error_sigma_m * error.pose_error_root;
+    const Deskewing deskewing(state, motion, keyframe.imu_noise);
+    // Scans that meet the same cubes repeat the error: it counts as often as there are scans in a cube.
+    const double step_m = std::max(state.velocity.norm() * deskewing.step_s, kMapErrorCube_m / kMostRepeats);
+    const double variance_m2 = keyframe.map_error_sigma_m * keyframe.map_error_sigma_m * kMapErrorCube_m / step_m;
+    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing,
+                                   variance_m2 * error.pose_covariance);
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = lidar.T_imu_lidar.position;
-    keyframe.lidar.map_error_root = keyframe.map_error_root;
+    keyframe.lidar.map_error_root = error.pose_error_root_of(keyframe.map_error_sigma_m);
   }
   keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
                                options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;
@@ -167,7 +176,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   KeyframeField result;
   if (input_.planes != nullptr && options.degeneracy.rule != DegeneracyRule::none) {
     if (keyframe.degeneracy.degenerate_directions > 0) {
-      result.mask = PoseMask(keyframe.degeneracy.magnetic_projector(), keyframe.associated);
+      result.mask = PoseMask(keyframe.degeneracy.magnetic_projector(), state.T_map_imu);
     } else if (options.magnetic.shrink != MagneticShrink::none) {
       factor = options.magnetic.beta * options.magnetic.beta;
     }
@@ -181,7 +190,8 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   const double spacing_m = state.velocity.norm() * to_seconds(keyframe.imu.back().time - keyframe.imu.front().time) /
                            static_cast<double>(arrays.size());
   const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_,
-                                 bias_ut,      matrix,         clock};
+                                 bias_ut,      matrix,         clock,
+                                 keyframe.field_variance_ut2};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.
   const auto weighed = [&](std::span<const ArrayReading> some) {
@@ -195,6 +205,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
                              options.magnetic.interpolation, kUnseenGain);
   } else {
     result.readings = weighed(arrays);
+    keyframe.field_readings = result.readings;
   }
   diagnostics.magnetic_samples = statistics.arrays;
   diagnostics.magnetic_rejected = statistics.rejected;
@@ -205,6 +216,28 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   diagnostics.magnetic_residual_ut =
       statistics.components == 0 ? 0.0 : std::sqrt(statistics.residual_squared_sum / statistics.components);
   return result;
+}
+
+void KeyframeMeasurements::judge_field_error(const Keyframe& keyframe, const Pose& T_map_imu,
+                                             const std::function<Vector3(int)>& bias_ut,
+                                             const std::function<Matrix3(int)>& matrix,
+                                             const SlidingWindow::ClockOffset& clock, FieldError& error) const {
+  std::vector<FieldReading> readings;
+  std::vector<Vector3> residuals_ut;
+  std::vector<double> variances_ut2;
+  for (const FieldReading& reading : keyframe.field_readings) {
+    const Pose T_end_mag = reading.T_end_mag_at(clock.offset_s);
+    const auto field =
+        input_.field->query(T_map_imu * T_end_mag.position, input_.options.magnetic.interpolation);
+    if (!field) continue;
+    const Vector3 unbiased_ut = reading.measured_ut - bias_ut(reading.magnetometer);
+    const FieldResidual part = field_residual(T_map_imu, T_end_mag, unbiased_ut, *field);
+    readings.push_back(reading);
+    residuals_ut.push_back(part.residual_ut - matrix(reading.magnetometer) * (unbiased_ut - part.residual_ut));
+    const double noise_ut = input_.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
+    variances_ut2.push_back(noise_ut * noise_ut / input_.options.magnetic.samples_per_reading);
+  }
+  error.add(T_map_imu, readings, residuals_ut, variances_ut2);
 }
 
 void KeyframeMeasurements::set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const {

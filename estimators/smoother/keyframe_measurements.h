@@ -6,6 +6,7 @@
 
 #include "core/lidar/plane_map.h"
 #include "estimators/factory.h"
+#include "estimators/smoother/field_error.h"
 #include "estimators/smoother/keyframe.h"
 #include "factors/sliding_window.h"
 
@@ -47,6 +48,11 @@ class KeyframeMeasurements {
   /// Fills the diagnostics.
   KeyframeField weigh(Keyframe& keyframe, const NavState& state, const std::function<Vector3(int)>& bias_ut,
                       const std::function<Matrix3(int)>& matrix, const SlidingWindow::ClockOffset& clock) const;
+
+  /// Adds the residuals of the keyframe's readings at the pose to what is known of the field's error.
+  void judge_field_error(const Keyframe& keyframe, const Pose& T_map_imu, const std::function<Vector3(int)>& bias_ut,
+                         const std::function<Matrix3(int)>& matrix, const SlidingWindow::ClockOffset& clock,
+                         FieldError& error) const;
 
   /// The keyframe's field factor.
   void set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const;

@@ -68,8 +68,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     keyframe->gate_covariance = covariance.seen.topLeftCorner<6, 6>();
     // Scans one after the other see much the same.
     keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->gate_covariance};
-    keyframe->map_error_root = keyframes_.back()->map_error_root;
   }
+  keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
   keyframe->map_error_sigma_m = std::sqrt(std::max(0.0, map_error_variance_m2_));
   keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
@@ -98,11 +98,12 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     const auto z = window_->map_error(newest);
     fmt::print(stderr, "c {:.5f} {:.5f} {:.5f} | {:.4f} {:.4f} {:.4f} | {:.5f} | z", c.turn_rad.x(), c.turn_rad.y(), c.turn_rad.z(), c.shift_m.x(), c.shift_m.y(), c.shift_m.z(), c.clock_s);
     for (int i = 0; i < 6; ++i) fmt::print(stderr, " {:.2f}", z[i]);
-    const Vector6 d = keyframes_.back()->map_error_root * z;
+    const Vector6 d = z;
     fmt::print(stderr, " | d");
     for (int i = 0; i < 6; ++i) fmt::print(stderr, " {:.5f}", d[i]);
     const auto m = window_->magnetometer_matrix(0);
     fmt::print(stderr, " | s {:.5f} v {:.2f} mag clock {:.5f} E {:.4f} {:.4f} {:.4f} b {:.2f}\n", std::sqrt(std::max(0.0, map_error_variance_m2_)), variance_scale_, window_->clock_offset().offset_s, m(2,1), m(0,2), m(1,0), window_->magnetometer_bias(newest,0).norm());
+    fmt::print(stderr, "f {:.4f} {:.4f}\n", field_error_.variance_ut2(), field_error_.variance_a_reading_ut2());
   }
   if (newest == 0 && solved) {
     // What the first scan has told of the noise holds for itself, too.
@@ -191,10 +192,18 @@ void Smoother::find_again() {
 /// Sensor, surface and map are never quite as noisy as their data sheets say: variances follow the residuals of the
 /// log, upwards at once and downwards over some ten scans.
 void Smoother::follow_residuals(const Keyframe& keyframe) {
+  const std::size_t newest = window_->size() - 1;
+  if (input_.field != nullptr) {
+    measurements_.judge_field_error(
+        keyframe, window_->state(newest).T_map_imu,
+        [&](int magnetometer) { return window_->magnetometer_bias(newest, magnetometer); },
+        [&](int magnetometer) { return window_->magnetometer_matrix(magnetometer); }, window_->clock_offset(),
+        field_error_);
+  }
   constexpr int kFewest = 100;  // correspondences that a median is taken of
   constexpr double kGain = 0.1;
   if (static_cast<int>(keyframe.correspondences.size()) < kFewest) return;
-  const Pose seen = window_->seen_pose(window_->size() - 1);
+  const Pose seen = window_->seen_pose(newest);
   const MapError error = analyse_map_error(keyframe.correspondences, seen);
   if (error.known) {
     // A mean of all at first, of some forty scans later.
@@ -287,7 +296,7 @@ void Smoother::share_slide() {
     keyframe.degeneracy = follow(keyframe.degeneracy, keyframe.analysed, newest.degeneracy, newest.analysed, 0.0);
     window_->set_lidar_mask(k, measurements_.lidar_mask(keyframe));
   }
-  window_->follow_slide(slide);
+  if (!std::getenv("LODE_NOFOLLOW")) window_->follow_slide(slide);
 }
 
 void Smoother::hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink) {

@@ -46,6 +46,7 @@ class Smoother final : public Estimator {
   ImuWhiteNoise imu_white_noise_;
   double variance_scale_ = 1.0;             // of LiDAR residuals
   double map_error_variance_m2_ = 0.0;      // of the map's cubes (MapError), as residuals show it
+  FieldError field_error_;                  // of the field and its map, as residuals show it
   int map_errors_seen_ = 0;                 // scans that it is a mean of
   CalibrationEstimate calibration_;         // the last word, once finished
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for

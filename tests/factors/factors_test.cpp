@@ -5,6 +5,7 @@
 #include "core/observability/degeneracy.h"
 #include "factors/condensed_lidar_factor.h"
 #include "factors/field_factor.h"
+#include "factors/gauss_markov_factor.h"
 #include "factors/manifolds.h"
 #include "factors/point_plane_factor.h"
 #include "factors/pose_factor.h"
@@ -159,7 +160,6 @@ TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     scan.by_lidar = true;
     scan.correction = {random.vector(0.1), random.vector(0.1), 0.02};
     scan.beam_origin_m = random.vector(0.5);
-    scan.map_error_root = Matrix6::Random().triangularView<Eigen::Lower>();
     Eigen::Matrix<double, 7, 1> calibration;
     calibration << random.vector(0.2), random.vector(0.2), 0.05;
     const Vector6 map_error = 0.2 * Vector6::Random();
@@ -314,17 +314,20 @@ TEST(RandomWalkFactor, PassesTheGradientChecker) {
   expect_gradients(factor, {&manifold, &manifold}, {first.data(), second.data()});
 }
 
-TEST(RandomWalkFactor, OfAGaussMarkovProcessKeepsUnitVariance) {
-  const ceres::EuclideanManifold<3> manifold;
-  const auto factor = RandomWalkFactor::gauss_markov(3, 0.8);
-  const Vector3 first(1, 2, 3);
-  const Vector3 second(0, 1, 5);
-  expect_gradients(*factor, {&manifold, &manifold}, {first.data(), second.data()});
-  // r = (b − ρ a) / √(1 − ρ²): Var b = ρ² Var a + (1 − ρ²).
+TEST(GaussMarkovFactor, PassesTheGradientCheckerAndKeepsItsCovariance) {
+  const ceres::EuclideanManifold<6> manifold;
+  Matrix6 root = Matrix6::Random().triangularView<Eigen::Lower>();
+  root.diagonal().array() += 2.0;
+  const Vector6 first = Vector6::Random();
+  const Vector6 second = Vector6::Random();
+  expect_gradients(GaussMarkovFactor(root, 0.0), {&manifold}, {second.data()});
+  const GaussMarkovFactor factor(root, 0.8);
+  expect_gradients(factor, {&manifold, &manifold}, {first.data(), second.data()});
+  // Cov second = decay² Σ + (1 − decay²) Σ = Σ: the residual is (second − 0.8 first) whitened by 0.6 L.
   const double* parameters[] = {first.data(), second.data()};
-  Vector3 residual;
-  factor->Evaluate(parameters, residual.data(), nullptr);
-  EXPECT_LT((0.6 * residual - (second - 0.8 * first)).norm(), 1e-12);
+  Vector6 residual;
+  factor.Evaluate(parameters, residual.data(), nullptr);
+  EXPECT_LT((0.6 * root * residual - (second - 0.8 * first)).norm(), 1e-12);
 }
 
 TEST(PoseFactor, GradientsWithAndWithoutMaskAndNothingAlongWhatWasNotSeen) {
