@@ -1,7 +1,7 @@
 #include "core/lidar/map_error.h"
 
 #include <Eigen/Cholesky>
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -12,6 +12,7 @@ namespace {
 using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
 
 constexpr std::size_t kFewestCubes = 4;
+constexpr double kLeastLeft = 0.1;
 
 /// A cube whose points know their mean better than this counts fully in the estimate of the variance.
 constexpr double kWellKnown_m = 0.005;
@@ -71,8 +72,6 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
   Matrix6 shared = Matrix6::Zero();
   Matrix6 shared_scaled = Matrix6::Zero();
   Matrix6 mixed_scaled = Matrix6::Zero();
-  double squares = 0.0;
-  double by_noise = 0.0;
   double by_unit = 0.0;
   for (const auto& [key, cube] : cubes) {
     const double scale = 1.0 / (1.0 / (kWellKnown_m * kWellKnown_m) + cube.weight.trace());
@@ -80,18 +79,33 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
     shared += own;
     shared_scaled += scale * scale * own;
     mixed_scaled += scale * scale * cube.coupling * cube.weight * cube.coupling.transpose();
-    squares += scale * scale * cube.residual.squaredNorm();
-    by_noise += scale * scale * cube.weight.trace();
     by_unit += scale * scale * cube.weight.squaredNorm();
+    result.cubes.push_back({key, scale * cube.residual, scale * cube.weight});
   }
-  by_noise -= (inverse * shared_scaled).trace();
-  by_unit += -2.0 * (inverse * mixed_scaled).trace() + (inverse * shared * inverse * shared_scaled).trace();
-  if (!(by_unit > 0.0)) return result;
+  // What the pose takes up of a displacement of the cubes (docs/design/042).
+  const double left = by_unit - 2.0 * (inverse * mixed_scaled).trace() +
+                      (inverse * shared * inverse * shared_scaled).trace();
+  result.left_share = by_unit > 0.0 ? std::clamp(left / by_unit, kLeastLeft, 1.0) : 1.0;
   const Matrix6 covariance = inverse * shared * inverse;
   result.pose_covariance = 0.5 * (covariance + covariance.transpose());
-  result.variance_m2 = (squares - by_noise) / by_unit;
-  result.known = true;
   return result;
+}
+
+std::optional<double> repeated_variance(const MapError& a, const MapError& b) {
+  double products = 0.0;
+  double gains = 0.0;
+  std::size_t common = 0;
+  auto other = b.cubes.begin();
+  for (const CubeOffset& cube : a.cubes) {
+    while (other != b.cubes.end() && other->cube < cube.cube) ++other;
+    if (other == b.cubes.end()) break;
+    if (other->cube != cube.cube) continue;
+    products += cube.offset_m.dot(other->offset_m);
+    gains += cube.gain.cwiseProduct(other->gain).sum();
+    ++common;
+  }
+  if (common < kFewestCubes || !(gains > 0.0)) return std::nullopt;
+  return products / (gains * std::sqrt(a.left_share * b.left_share));
 }
 
 }  // namespace lodestone

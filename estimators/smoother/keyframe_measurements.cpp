@@ -19,9 +19,6 @@ namespace {
 /// Well below what a window of scans adds up to, so that no information worth having is lost.
 constexpr double kUnseenGain = 1e-3;
 
-/// At a standstill the map's error is counted by so many scans.
-constexpr double kMostRepeats = 100.0;
-
 /// A pose moved by an error of the map: `error` φ (map axes), p.
 Pose seen_with(const Pose& pose, const Vector6& error) {
   return {(so3::exp(error.head<3>()) * pose.rotation).normalized(), pose.position + error.tail<3>()};
@@ -74,9 +71,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   } else {
     const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
     const Deskewing deskewing(state, motion, keyframe.imu_noise);
-    // Scans that meet the same cubes repeat the error: it counts as often as there are scans in a cube.
-    const double step_m = std::max(state.velocity.norm() * deskewing.step_s, kMapErrorCube_m / kMostRepeats);
-    const double variance_m2 = keyframe.map_error_sigma_m * keyframe.map_error_sigma_m * kMapErrorCube_m / step_m;
+    const double variance_m2 = keyframe.map_error_sigma_m * keyframe.map_error_sigma_m;
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing,
                                    variance_m2 * error.pose_covariance);
     keyframe.lidar.by_lidar = true;

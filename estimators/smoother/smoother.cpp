@@ -21,6 +21,19 @@ constexpr int kNarrowings = 3;  // of the gate for correspondences
 constexpr double kWideGate_m = 0.01;
 constexpr double kWideGate_rad = 0.003;
 
+/// A wrong scale or axis of the gyroscope is no white noise: it lasts as long as a turn, which takes about a second. As
+/// noise of that correlation it adds its variance times twice the duration to the density's square.
+ImuNoise with_scale_errors(ImuNoise noise, const ImuCalibrationSigmas& sigmas, const std::vector<ImuSample>& samples) {
+  constexpr double kTurn_s = 1.0;
+  double squared = 0.0;
+  for (const ImuSample& sample : samples) squared += sample.angular_velocity.squaredNorm();
+  if (samples.empty()) return noise;
+  const double share = std::hypot(sigmas.scale_sigma, sigmas.misalignment_sigma_deg * M_PI / 180.0);
+  const double rate = std::sqrt(squared / static_cast<double>(samples.size()));
+  noise.gyroscope_noise_density = std::hypot(noise.gyroscope_noise_density, share * rate * std::sqrt(2.0 * kTurn_s));
+  return noise;
+}
+
 }  // namespace
 
 Smoother::Smoother(EstimatorInput input) : input_(std::move(input)), measurements_(input_) {}
@@ -34,7 +47,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   auto keyframe = std::make_unique<Keyframe>();
   take_measurements(*keyframe, bundle);
   imu_white_noise_.add(bundle.imu);
-  keyframe->imu_noise = imu_white_noise_.bound(input_.suite.imu);
+  keyframe->imu_noise = with_scale_errors(imu_white_noise_.bound(input_.suite.imu), input_.suite.calibration.imu,
+                                          bundle.imu);
 
   if (window_ == nullptr) {
     InitialState start =
@@ -70,7 +84,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->gate_covariance};
   }
   keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
-  keyframe->map_error_sigma_m = std::sqrt(std::max(0.0, map_error_variance_m2_));
+  keyframe->map_error_sigma_m = map_error_.sigma_m();
   keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
@@ -102,13 +116,13 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     fmt::print(stderr, " | d");
     for (int i = 0; i < 6; ++i) fmt::print(stderr, " {:.5f}", d[i]);
     const auto m = window_->magnetometer_matrix(0);
-    fmt::print(stderr, " | s {:.5f} v {:.2f} mag clock {:.5f} E {:.4f} {:.4f} {:.4f} b {:.2f}\n", std::sqrt(std::max(0.0, map_error_variance_m2_)), variance_scale_, window_->clock_offset().offset_s, m(2,1), m(0,2), m(1,0), window_->magnetometer_bias(newest,0).norm());
+    fmt::print(stderr, " | s {:.5f} v {:.2f} mag clock {:.5f} E {:.4f} {:.4f} {:.4f} b {:.2f}\n", map_error_.sigma_m(), variance_scale_, window_->clock_offset().offset_s, m(2,1), m(0,2), m(1,0), window_->magnetometer_bias(newest,0).norm());
     fmt::print(stderr, "f {:.4f} {:.4f}\n", field_error_.variance_ut2(), field_error_.variance_a_reading_ut2());
   }
   if (newest == 0 && solved) {
     // What the first scan has told of the noise holds for itself, too.
     keyframes_.back()->variance_scale = variance_scale_;
-    keyframes_.back()->map_error_sigma_m = std::sqrt(std::max(0.0, map_error_variance_m2_));
+    keyframes_.back()->map_error_sigma_m = map_error_.sigma_m();
     renew(newest);
     iterations += window_->solve();
   }
@@ -204,14 +218,7 @@ void Smoother::follow_residuals(const Keyframe& keyframe) {
   constexpr double kGain = 0.1;
   if (static_cast<int>(keyframe.correspondences.size()) < kFewest) return;
   const Pose seen = window_->seen_pose(newest);
-  const MapError error = analyse_map_error(keyframe.correspondences, seen);
-  if (error.known) {
-    // A mean of all at first, of some forty scans later.
-    constexpr double kLeastGain = 0.025;
-    ++map_errors_seen_;
-    map_error_variance_m2_ +=
-        std::max(kLeastGain, 1.0 / map_errors_seen_) * (error.variance_m2 - map_error_variance_m2_);
-  }
+  map_error_.add(analyse_map_error(keyframe.correspondences, seen), seen.position);
   const double found = keyframe.variance_scale * residual_scale(keyframe.correspondences, seen);
   const double gain = keyframes_.size() == 1 ? 1.0 : kGain;
   variance_scale_ = std::max(1.0, variance_scale_ + gain * (found - variance_scale_));

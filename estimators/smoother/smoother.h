@@ -8,6 +8,7 @@
 #include "estimators/health.h"
 #include "estimators/smoother/batch_refinement.h"
 #include "estimators/smoother/keyframe_measurements.h"
+#include "estimators/smoother/repeated_map_error.h"
 #include "factors/sliding_window.h"
 
 namespace lodestone {
@@ -45,9 +46,8 @@ class Smoother final : public Estimator {
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   ImuWhiteNoise imu_white_noise_;
   double variance_scale_ = 1.0;             // of LiDAR residuals
-  double map_error_variance_m2_ = 0.0;      // of the map's cubes (MapError), as residuals show it
+  RepeatedMapError map_error_;              // of the map's cubes, as residuals show it
   FieldError field_error_;                  // of the field and its map, as residuals show it
-  int map_errors_seen_ = 0;                 // scans that it is a mean of
   CalibrationEstimate calibration_;         // the last word, once finished
   std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
 };

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "core/lidar/map_error.h"
+
+namespace lodestone {
+
+/// The sigma of the errors that the cloud map repeats, taken from the log: scans from places some metres apart are
+/// compared (repeated_variance).
+class RepeatedMapError {
+ public:
+  /// The next scan's, and where it was taken.
+  void add(MapError error, const Vector3& position) {
+    while (kept_.size() > 1 && (kept_[1].position - position).norm() >= kApart_m) kept_.pop_front();
+    if (!kept_.empty() && (kept_.front().position - position).norm() >= kApart_m) {
+      if (const auto found = repeated_variance(kept_.front().error, error)) {
+        ++pairs_;
+        variance_m2_ += std::max(1.0 / kMemory, 1.0 / pairs_) * (*found - variance_m2_);
+      }
+    }
+    if (kept_.empty() || (kept_.back().position - position).norm() >= kStep_m) {
+      kept_.push_back({position, std::move(error)});
+    }
+  }
+
+  double sigma_m() const { return pairs_ == 0 ? kAtFirst_m : std::sqrt(std::max(0.0, variance_m2_)); }
+
+ private:
+  // Far enough that the beams meet other planes, near enough that the cubes are the same.
+  static constexpr double kApart_m = 2.0;
+  static constexpr double kStep_m = 0.5;
+  static constexpr double kMemory = 100.0;    // scans that a running mean is of
+  static constexpr double kAtFirst_m = 0.01;  // before anything is known: a usual survey's
+
+  struct Kept {
+    Vector3 position;
+    MapError error;
+  };
+  std::deque<Kept> kept_;
+  double variance_m2_ = 0.0;
+  int pairs_ = 0;
+};
+
+}  // namespace lodestone
