@@ -171,7 +171,11 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   KeyframeField result;
   if (input_.planes != nullptr && options.degeneracy.rule != DegeneracyRule::none) {
     if (keyframe.degeneracy.degenerate_directions > 0) {
-      result.mask = PoseMask(keyframe.degeneracy.magnetic_projector(), state.T_map_imu);
+      // The paper's: the field sees nothing but what LiDAR does not. Where calibrations are estimated the pose's other
+      // directions are not exact either, and a masked field would explain its residuals by them (docs/design/043).
+      if (options.degeneracy.rule == DegeneracyRule::paper) {
+        result.mask = PoseMask(keyframe.degeneracy.magnetic_projector(), state.T_map_imu);
+      }
     } else if (options.magnetic.shrink != MagneticShrink::none) {
       factor = options.magnetic.beta * options.magnetic.beta;
     }

@@ -21,19 +21,6 @@ constexpr int kNarrowings = 3;  // of the gate for correspondences
 constexpr double kWideGate_m = 0.01;
 constexpr double kWideGate_rad = 0.003;
 
-/// A wrong scale or axis of the gyroscope is no white noise: it lasts as long as a turn, which takes about a second. As
-/// noise of that correlation it adds its variance times twice the duration to the density's square.
-ImuNoise with_scale_errors(ImuNoise noise, const ImuCalibrationSigmas& sigmas, const std::vector<ImuSample>& samples) {
-  constexpr double kTurn_s = 1.0;
-  double squared = 0.0;
-  for (const ImuSample& sample : samples) squared += sample.angular_velocity.squaredNorm();
-  if (samples.empty()) return noise;
-  const double share = std::hypot(sigmas.scale_sigma, sigmas.misalignment_sigma_deg * M_PI / 180.0);
-  const double rate = std::sqrt(squared / static_cast<double>(samples.size()));
-  noise.gyroscope_noise_density = std::hypot(noise.gyroscope_noise_density, share * rate * std::sqrt(2.0 * kTurn_s));
-  return noise;
-}
-
 }  // namespace
 
 Smoother::Smoother(EstimatorInput input) : input_(std::move(input)), measurements_(input_) {}
@@ -47,8 +34,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   auto keyframe = std::make_unique<Keyframe>();
   take_measurements(*keyframe, bundle);
   imu_white_noise_.add(bundle.imu);
-  keyframe->imu_noise = with_scale_errors(imu_white_noise_.bound(input_.suite.imu), input_.suite.calibration.imu,
-                                          bundle.imu);
+  keyframe->imu_noise = imu_white_noise_.bound(input_.suite.imu);
 
   if (window_ == nullptr) {
     InitialState start =
@@ -107,18 +93,6 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   }
 
   follow_residuals(*keyframes_.back());
-  if (std::getenv("LODE_DEBUG")) {
-    const auto c = window_->lidar_correction();
-    const auto z = window_->map_error(newest);
-    fmt::print(stderr, "c {:.5f} {:.5f} {:.5f} | {:.4f} {:.4f} {:.4f} | {:.5f} | z", c.turn_rad.x(), c.turn_rad.y(), c.turn_rad.z(), c.shift_m.x(), c.shift_m.y(), c.shift_m.z(), c.clock_s);
-    for (int i = 0; i < 6; ++i) fmt::print(stderr, " {:.2f}", z[i]);
-    const Vector6 d = z;
-    fmt::print(stderr, " | d");
-    for (int i = 0; i < 6; ++i) fmt::print(stderr, " {:.5f}", d[i]);
-    const auto m = window_->magnetometer_matrix(0);
-    fmt::print(stderr, " | s {:.5f} v {:.2f} mag clock {:.5f} E {:.4f} {:.4f} {:.4f} b {:.2f}\n", map_error_.sigma_m(), variance_scale_, window_->clock_offset().offset_s, m(2,1), m(0,2), m(1,0), window_->magnetometer_bias(newest,0).norm());
-    fmt::print(stderr, "f {:.4f} {:.4f}\n", field_error_.variance_ut2(), field_error_.variance_a_reading_ut2());
-  }
   if (newest == 0 && solved) {
     // What the first scan has told of the noise holds for itself, too.
     keyframes_.back()->variance_scale = variance_scale_;
@@ -303,7 +277,7 @@ void Smoother::share_slide() {
     keyframe.degeneracy = follow(keyframe.degeneracy, keyframe.analysed, newest.degeneracy, newest.analysed, 0.0);
     window_->set_lidar_mask(k, measurements_.lidar_mask(keyframe));
   }
-  if (!std::getenv("LODE_NOFOLLOW")) window_->follow_slide(slide);
+  window_->follow_slide(slide);
 }
 
 void Smoother::hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink) {
