@@ -24,6 +24,7 @@ class Monitored final : public Estimator {
 
   void finish(EstimateSink& sink) override { estimator_->finish(sink); }
   std::string solver() const override { return estimator_->solver(); }
+  const CalibrationEstimate* calibration() const override { return estimator_->calibration(); }
 
  private:
   std::unique_ptr<Estimator> estimator_;

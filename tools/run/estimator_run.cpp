@@ -13,6 +13,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/progress.h"
 #include "tools/run/bound_run.h"
+#include "tools/run/calibration_file.h"
 #include "tools/run/estimate_recording.h"
 #include "tools/run/resources.h"
 #include "tools/writers/error_file.h"
@@ -177,6 +178,8 @@ class Pass {
 
   bool began() const { return estimator_ != nullptr; }
   std::string solver() const { return estimator_->solver(); }
+  /// Null: not estimated, or written by the call that is replayed.
+  const CalibrationEstimate* calibration() const { return recording_ ? nullptr : estimator_->calibration(); }
   std::int64_t scans() const { return scans_; }
   Time first_start() const { return first_start_; }
   Time last_end() const { return last_end_; }
@@ -276,6 +279,9 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
       warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
   }
   files.finish(mark);
+  if (const CalibrationEstimate* calibration = pass.calibration()) {
+    write_calibration(run.folder / "calibration.csv", *run.field.suite, *calibration);
+  }
   if (run.field.map != nullptr) {
     FieldReport report = report_field(run.field, pass.readings(), outcome.record, warnings);
     write_field_report(run.folder, report);
