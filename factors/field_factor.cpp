@@ -73,9 +73,8 @@ bool FieldFactor::Evaluate(double const* const* parameters, double* residuals, d
     const Eigen::Matrix<double, 3, 6> by_tangent = scale * read * part.jacobian;
     if (by_pose) to_ambient(parameters[0], by_tangent * seen_by_pose, pose_rows);
     if (by_clock) {
-      Eigen::Map<Vector3>(jacobians[2] + 3 * i) =
-          -by_tangent.rightCols<3>() * (seen.rotation * reading.velocity_m_s) -
-          scale * read * reading.turn_rad_s.cross(expected_ut);
+      Eigen::Map<Vector3>(jacobians[2] + 3 * i) = -by_tangent.rightCols<3>() * (seen.rotation * reading.velocity_m_s) -
+                                                  scale * read * reading.turn_rad_s.cross(expected_ut);
     }
     if (by_matrices) {
       // E m = −θ × m + S m.

@@ -124,7 +124,8 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
     if (k > 0) blocks.insert(blocks.end(), {&keyframes_[k - 1]->pose, &keyframes_[k - 1]->motion});
     const LidarCalibrationSigmas& sigmas = calibration_.lidar;
     const double turn_sigma_rad = sigmas.rotation_sigma_deg * M_PI / 180.0;
-    const bool calibrated = scan.by_lidar && std::max({sigmas.translation_sigma_m, turn_sigma_rad, sigmas.clock_sigma_s}) > 0.0;
+    const bool calibrated =
+        scan.by_lidar && std::max({sigmas.translation_sigma_m, turn_sigma_rad, sigmas.clock_sigma_s}) > 0.0;
     if (calibrated) {
       const auto sigma = [](double value) { return std::max(value, kHeldSigma); };
       std::vector<double> all(3, sigma(turn_sigma_rad));
@@ -167,12 +168,11 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
     problem_->SetParameterBlockConstant(epoch->biases.values.data());
   } else if (epochs_.empty()) {
     // The first epoch is known to the sensors' calibration.
-    epoch->walk =
-        add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_,
-                                                      std::hypot(options_.magnetometer_bias_sigma_ut,
-                                                                 calibration_.magnetometers.offset_sigma_ut),
-                                                      true),
-                   {&epoch->biases});
+    epoch->walk = add_factor(
+        std::make_unique<RandomWalkFactor>(
+            3 * magnetometers_,
+            std::hypot(options_.magnetometer_bias_sigma_ut, calibration_.magnetometers.offset_sigma_ut), true),
+        {&epoch->biases});
   } else {
     BiasEpoch& before = *epochs_.back();
     epoch->biases.values = before.biases.values;
@@ -199,19 +199,12 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
   } else {
     MapErrorEpoch& before = *map_errors_.back();
     const double decay = std::exp(-way_m / kMapErrorCube_m);
-    for (std::size_t i = 0; i < epoch->error.values.size(); ++i) epoch->error.values[i] = decay * before.error.values[i];
+    for (std::size_t i = 0; i < epoch->error.values.size(); ++i)
+      epoch->error.values[i] = decay * before.error.values[i];
     epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(root, decay), {&before.error, &epoch->error});
   }
   map_errors_.push_back(std::move(epoch));
   return map_errors_.back().get();
-}
-
-void SlidingWindow::add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas) {
-  if (prior) return;
-  block.kind = BlockKind::euclidean;
-  if (block.values.empty()) block.values.assign(sigmas.size(), 0.0);
-  add_block(block);
-  prior = add_factor(RandomWalkFactor::prior(sigmas), {&block});
 }
 
 void SlidingWindow::remove_lidar(Keyframe& keyframe) {
@@ -298,7 +291,8 @@ void SlidingWindow::marginalize_oldest() {
       involved.push_back(epochs_[1]->walk);
     }
   }
-  // So does the map's error of a stretch; a factor of the next scan that goes into the prior leaves it a variable there.
+  // So does the map's error of a stretch; a factor of the next scan that goes into the prior leaves it a variable
+  // there.
   MapErrorEpoch* stretch = nullptr;
   if (map_errors_.size() > 1) {
     MapErrorEpoch& first = *map_errors_.front();
@@ -385,57 +379,6 @@ Vector3 SlidingWindow::magnetometer_bias(std::size_t k, int magnetometer) const 
   const BiasEpoch* epoch = keyframes_[k]->epoch;
   if (epoch == nullptr) epoch = epochs_.empty() ? nullptr : epochs_.back().get();
   return epoch == nullptr ? Vector3::Zero().eval() : Vector3(epoch->biases.values.data() + 3 * magnetometer);
-}
-
-SlidingWindow::ClockOffset SlidingWindow::clock_offset() const {
-  const double sigma_s = calibration_.magnetometers.clock_sigma_s;
-  if (!clock_prior_) return {0.0, sigma_s};
-  return {clock_.values[0], clock_sigma_s_ > 0.0 ? clock_sigma_s_ : sigma_s};
-}
-
-LidarCorrection SlidingWindow::lidar_correction() const {
-  if (lidar_calibration_.values.empty()) return {};
-  const double* values = lidar_calibration_.values.data();
-  return {Vector3(values), Vector3(values + 3), values[6]};
-}
-
-Pose SlidingWindow::seen_pose(std::size_t k) const {
-  const Keyframe& keyframe = *keyframes_[k];
-  const Pose T_map_imu = to_pose(keyframe.pose.values.data());
-  return keyframe.lidar ? keyframe.lidar.content->seen(T_map_imu, lidar_values(), map_error_values(keyframe)).pose : T_map_imu;
-}
-
-Vector6 SlidingWindow::map_error(std::size_t k) const {
-  const MapErrorEpoch* epoch = keyframes_[k]->map_error;
-  if (epoch == nullptr && !map_errors_.empty()) epoch = map_errors_.back().get();
-  return epoch == nullptr ? Vector6::Zero().eval() : Vector6(epoch->error.values.data());
-}
-
-const double* SlidingWindow::lidar_values() const {
-  return lidar_calibration_prior_ ? lidar_calibration_.values.data() : nullptr;
-}
-
-const double* SlidingWindow::map_error_values(const Keyframe& keyframe) {
-  return keyframe.map_error != nullptr ? keyframe.map_error->error.values.data() : nullptr;
-}
-
-Matrix3 SlidingWindow::magnetometer_matrix(int magnetometer) const {
-  if (matrices_.values.empty()) return Matrix3::Zero();
-  return CalibrationEstimate::matrix_of(matrices_.values.data() +
-                                        CalibrationEstimate::kMatrixParameters * magnetometer);
-}
-
-void SlidingWindow::set_calibration(const CalibrationEstimate& estimate) {
-  const LidarCorrection& lidar = estimate.lidar.correction;
-  lidar_calibration_.values.assign(7, 0.0);
-  Eigen::Map<Eigen::Matrix<double, 7, 1>>(lidar_calibration_.values.data()) << lidar.turn_rad, lidar.shift_m,
-      lidar.clock_s;
-  clock_.values.assign(1, estimate.magnetometer_clock_s);
-  matrices_.values.clear();
-  for (const CalibrationEstimate::Magnetometer& magnetometer : estimate.magnetometers) {
-    for (int i = 0; i < 3; ++i) matrices_.values.push_back(magnetometer.turn_rad[i]);
-    for (int i = 0; i < 6; ++i) matrices_.values.push_back(magnetometer.distortion[i]);
-  }
 }
 
 void SlidingWindow::move(const Pose& T_new_old) {

@@ -25,9 +25,9 @@ namespace lodestone {
 class SparseInformation;
 
 /// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
-/// go. Nothing depends on addresses or threads. One gravity for all keyframes, and one calibration, of which those parts
-/// are estimated whose sigma is not zero. Magnetometer biases are constant over epochs joined by a random walk; the
-/// map's error that scans share is constant over epochs of the way, joined by a Gauss-Markov process.
+/// go. Nothing depends on addresses or threads. One gravity for all keyframes, and one calibration, of which those
+/// parts are estimated whose sigma is not zero. Magnetometer biases are constant over epochs joined by a random walk;
+/// the map's error that scans share is constant over epochs of the way, joined by a Gauss-Markov process.
 class SlidingWindow {
  public:
   /// Starts with one keyframe whose state is known with `covariance` (tangent order φ, p, v, b_g, b_a, g).

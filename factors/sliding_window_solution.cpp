@@ -151,33 +151,6 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
   return result;
 }
 
-CalibrationEstimate SlidingWindow::calibration_estimate() const {
-  CalibrationEstimate result;
-  const SparseInformation known = information();
-  const auto sigmas = [&](const WindowBlock& block) -> Eigen::VectorXd {
-    return known.covariance(std::array<const WindowBlock*, 1>{&block}).diagonal().cwiseMax(0.0).cwiseSqrt();
-  };
-  if (lidar_calibration_prior_) {
-    const Eigen::VectorXd sigma = sigmas(lidar_calibration_);
-    result.lidar = {lidar_correction(), sigma.head<3>(), sigma.segment<3>(3), sigma[6]};
-  }
-  result.magnetometers.resize(static_cast<std::size_t>(magnetometers_));
-  if (matrices_prior_) {
-    const Eigen::VectorXd sigma = sigmas(matrices_);
-    for (std::size_t i = 0; i < result.magnetometers.size(); ++i) {
-      const auto first = static_cast<Eigen::Index>(CalibrationEstimate::kMatrixParameters * i);
-      const double* values = matrices_.values.data() + first;
-      result.magnetometers[i] = {Vector3(values), sigma.segment<3>(first),
-                                 Eigen::Map<const Vector6>(values + 3), sigma.segment<6>(first + 3)};
-    }
-  }
-  if (clock_prior_) {
-    result.magnetometer_clock_s = clock_.values[0];
-    result.magnetometer_clock_sigma_s = sigmas(clock_)[0];
-  }
-  return result;
-}
-
 /// ∂(seen pose)/∂(blocks), 6 rows. The pose's own block is the first of `blocks`; calibration and map error are added
 /// where the scan's factor has them.
 Eigen::MatrixXd SlidingWindow::seen_jacobian(const Keyframe& keyframe, std::vector<const WindowBlock*>& blocks) const {

@@ -83,8 +83,8 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
     result.cubes.push_back({key, scale * cube.residual, scale * cube.weight});
   }
   // What the pose takes up of a displacement of the cubes (docs/design/042).
-  const double left = by_unit - 2.0 * (inverse * mixed_scaled).trace() +
-                      (inverse * shared * inverse * shared_scaled).trace();
+  const double left =
+      by_unit - 2.0 * (inverse * mixed_scaled).trace() + (inverse * shared * inverse * shared_scaled).trace();
   result.left_share = by_unit > 0.0 ? std::clamp(left / by_unit, kLeastLeft, 1.0) : 1.0;
   const Matrix6 covariance = inverse * shared * inverse;
   result.pose_covariance = 0.5 * (covariance + covariance.transpose());

@@ -13,8 +13,8 @@ namespace lodestone {
 /// What a scan says of the displacement of one cube of the map.
 struct CubeOffset {
   std::array<int, 3> cube{};
-  Vector3 offset_m = Vector3::Zero();   ///< on average `gain` times the cube's displacement
-  Matrix3 gain = Matrix3::Zero();       ///< near the identity in directions that many points see
+  Vector3 offset_m = Vector3::Zero();  ///< on average `gain` times the cube's displacement
+  Matrix3 gain = Matrix3::Zero();      ///< near the identity in directions that many points see
 };
 
 /// Errors of a cloud map are not white: what stands near each other was surveyed together and is displaced together.

@@ -115,7 +115,8 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   SlidingWindowOptions solver = input_.options.smoother.solver;
   solver.max_iterations = kIterations;
   SlidingWindow window(keyframes_.front()->estimate.time, start_.state, start_.covariance,
-                       static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu, solver, input_.suite.calibration);
+                       static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu, solver,
+                       input_.suite.calibration);
   window.set_calibration(calibration_);
   build(window);
   std::vector<std::size_t> renewed(keyframes_.size());

@@ -28,9 +28,9 @@ struct Keyframe {
   double variance_scale = 1.0;             ///< by which residuals of the log exceed what sensor and plane explain
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
-  LidarCorrection lidar_correction;        ///< with which the scan is brought to the imu frame
-  Vector6 map_error = Vector6::Zero();     ///< the map's error where the scan is looked for (φ in map axes, p)
-  double map_error_sigma_m = 0.0;          ///< of a cube of the map
+  LidarCorrection lidar_correction;     ///< with which the scan is brought to the imu frame
+  Vector6 map_error = Vector6::Zero();  ///< the map's error where the scan is looked for (φ in map axes, p)
+  double map_error_sigma_m = 0.0;       ///< of a cube of the map
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see

@@ -57,8 +57,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
   std::vector<float> ages_s(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    ages_s[i] =
-        static_cast<float>(to_seconds(keyframe.estimate.time - scan_start - keyframe.points[i].offset_ns));
+    ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - scan_start - keyframe.points[i].offset_ns));
   }
   keyframe.correspondences = associate(points, keyframe.associated, keyframe.gate_covariance, *planes, lidar,
                                        options.lidar.association, ages_s, keyframe.averaging, keyframe.variance_scale);
@@ -72,8 +71,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
     const Deskewing deskewing(state, motion, keyframe.imu_noise);
     const double variance_m2 = keyframe.map_error_sigma_m * keyframe.map_error_sigma_m;
-    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing,
-                                   variance_m2 * error.pose_covariance);
+    keyframe.lidar =
+        condense_scan(keyframe.correspondences, keyframe.associated, deskewing, variance_m2 * error.pose_covariance);
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = lidar.T_imu_lidar.position;
@@ -188,9 +187,9 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   if (arrays.empty()) return result;
   const double spacing_m = state.velocity.norm() * to_seconds(keyframe.imu.back().time - keyframe.imu.front().time) /
                            static_cast<double>(arrays.size());
-  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic, crowding_, sensor_gate_,
-                                 bias_ut,      matrix,         clock,
-                                 keyframe.field_variance_ut2};
+  const FieldWeighting weighting{input_.suite, *input_.field, options.magnetic,
+                                 crowding_,    sensor_gate_,  bias_ut,
+                                 matrix,       clock,         keyframe.field_variance_ut2};
   FieldStatistics statistics;
   // Huber's weight judges the readings against the prediction, before they had a say.
   const auto weighed = [&](std::span<const ArrayReading> some) {
@@ -226,8 +225,7 @@ void KeyframeMeasurements::judge_field_error(const Keyframe& keyframe, const Pos
   std::vector<double> variances_ut2;
   for (const FieldReading& reading : keyframe.field_readings) {
     const Pose T_end_mag = reading.T_end_mag_at(clock.offset_s);
-    const auto field =
-        input_.field->query(T_map_imu * T_end_mag.position, input_.options.magnetic.interpolation);
+    const auto field = input_.field->query(T_map_imu * T_end_mag.position, input_.options.magnetic.interpolation);
     if (!field) continue;
     const Vector3 unbiased_ut = reading.measured_ut - bias_ut(reading.magnetometer);
     const FieldResidual part = field_residual(T_map_imu, T_end_mag, unbiased_ut, *field);

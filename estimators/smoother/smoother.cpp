@@ -258,8 +258,8 @@ void Smoother::renew_moved(bool newest_only) {
   const std::size_t newest = window_->size() - 1;
   for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
     // The newest always: its first correspondences came from a prediction.
-    if (k == newest || keyframes_[k]->moved(window_->seen_pose(k), options.reassociate_moved_m,
-                                            options.reassociate_turned_deg)) {
+    if (k == newest ||
+        keyframes_[k]->moved(window_->seen_pose(k), options.reassociate_moved_m, options.reassociate_turned_deg)) {
       renew(k);
     }
   }

@@ -157,7 +157,8 @@ class FieldCheck {
       add(Severity::warning, "clock.magnetometers",
           fmt::format("the magnetometers' stamps are {:.3f} s {} than the drive's ({} of {} magnetometers)",
                       std::abs(delay_s), delay_s > 0.0 ? "later" : "earlier", late_s.size(), sensors_.size()),
-          "let one clock stamp all sensors; or state magnetometer_calibration: {clock_sigma_s: 0.05} in the platform file",
+          "let one clock stamp all sensors; or state magnetometer_calibration: {clock_sigma_s: 0.05} in the platform "
+          "file",
           sensors_.front().series.times.front());
       return true;
     }

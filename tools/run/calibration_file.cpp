@@ -20,8 +20,7 @@ class CalibrationRows {
   void add(const std::string& sensor, const std::string& parameter, const char* unit, double estimate, double sigma,
            double platform_sigma) {
     if (!(sigma > 0.0) || !(platform_sigma > 0.0)) return;
-    text_ +=
-        fmt::format("{},{},{},{:.6g},{:.6g},{:.6g}\n", sensor, parameter, unit, estimate, sigma, platform_sigma);
+    text_ += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g}\n", sensor, parameter, unit, estimate, sigma, platform_sigma);
   }
 
   const std::string& text() const { return text_; }

@@ -1,0 +1,98 @@
+// What the window estimates beside the states of its keyframes: the calibration and the error of the map.
+#include <array>
+#include <cmath>
+
+#include "factors/manifolds.h"
+#include "factors/sliding_window_parts.h"
+#include "factors/sparse_information.h"
+
+namespace lodestone {
+
+void SlidingWindow::add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas) {
+  if (prior) return;
+  block.kind = BlockKind::euclidean;
+  if (block.values.empty()) block.values.assign(sigmas.size(), 0.0);
+  add_block(block);
+  prior = add_factor(RandomWalkFactor::prior(sigmas), {&block});
+}
+
+SlidingWindow::ClockOffset SlidingWindow::clock_offset() const {
+  const double sigma_s = calibration_.magnetometers.clock_sigma_s;
+  if (!clock_prior_) return {0.0, sigma_s};
+  return {clock_.values[0], clock_sigma_s_ > 0.0 ? clock_sigma_s_ : sigma_s};
+}
+
+LidarCorrection SlidingWindow::lidar_correction() const {
+  if (lidar_calibration_.values.empty()) return {};
+  const double* values = lidar_calibration_.values.data();
+  return {Vector3(values), Vector3(values + 3), values[6]};
+}
+
+Pose SlidingWindow::seen_pose(std::size_t k) const {
+  const Keyframe& keyframe = *keyframes_[k];
+  const Pose T_map_imu = to_pose(keyframe.pose.values.data());
+  return keyframe.lidar ? keyframe.lidar.content->seen(T_map_imu, lidar_values(), map_error_values(keyframe)).pose
+                        : T_map_imu;
+}
+
+Vector6 SlidingWindow::map_error(std::size_t k) const {
+  const MapErrorEpoch* epoch = keyframes_[k]->map_error;
+  if (epoch == nullptr && !map_errors_.empty()) epoch = map_errors_.back().get();
+  return epoch == nullptr ? Vector6::Zero().eval() : Vector6(epoch->error.values.data());
+}
+
+const double* SlidingWindow::lidar_values() const {
+  return lidar_calibration_prior_ ? lidar_calibration_.values.data() : nullptr;
+}
+
+const double* SlidingWindow::map_error_values(const Keyframe& keyframe) {
+  return keyframe.map_error != nullptr ? keyframe.map_error->error.values.data() : nullptr;
+}
+
+Matrix3 SlidingWindow::magnetometer_matrix(int magnetometer) const {
+  if (matrices_.values.empty()) return Matrix3::Zero();
+  return CalibrationEstimate::matrix_of(matrices_.values.data() +
+                                        CalibrationEstimate::kMatrixParameters * magnetometer);
+}
+
+void SlidingWindow::set_calibration(const CalibrationEstimate& estimate) {
+  const LidarCorrection& lidar = estimate.lidar.correction;
+  lidar_calibration_.values.assign(7, 0.0);
+  Eigen::Map<Eigen::Matrix<double, 7, 1>>(lidar_calibration_.values.data()) << lidar.turn_rad, lidar.shift_m,
+      lidar.clock_s;
+  clock_.values.assign(1, estimate.magnetometer_clock_s);
+  matrices_.values.clear();
+  for (const CalibrationEstimate::Magnetometer& magnetometer : estimate.magnetometers) {
+    for (int i = 0; i < 3; ++i) matrices_.values.push_back(magnetometer.turn_rad[i]);
+    for (int i = 0; i < 6; ++i) matrices_.values.push_back(magnetometer.distortion[i]);
+  }
+}
+
+CalibrationEstimate SlidingWindow::calibration_estimate() const {
+  CalibrationEstimate result;
+  const SparseInformation known = information();
+  const auto sigmas = [&](const WindowBlock& block) -> Eigen::VectorXd {
+    return known.covariance(std::array<const WindowBlock*, 1>{&block}).diagonal().cwiseMax(0.0).cwiseSqrt();
+  };
+  if (lidar_calibration_prior_) {
+    const Eigen::VectorXd sigma = sigmas(lidar_calibration_);
+    result.lidar = {lidar_correction(), sigma.head<3>(), sigma.segment<3>(3), sigma[6]};
+  }
+  result.magnetometers.resize(static_cast<std::size_t>(magnetometers_));
+  if (matrices_prior_) {
+    const Eigen::VectorXd sigma = sigmas(matrices_);
+    for (std::size_t i = 0; i < result.magnetometers.size(); ++i) {
+      const auto first = static_cast<Eigen::Index>(CalibrationEstimate::kMatrixParameters * i);
+      const double* values = matrices_.values.data() + first;
+      result.magnetometers[i] = {Vector3(values), sigma.segment<3>(first), Eigen::Map<const Vector6>(values + 3),
+                                 sigma.segment<6>(first + 3)};
+    }
+  }
+  if (clock_prior_) {
+    result.magnetometer_clock_s = clock_.values[0];
+    result.magnetometer_clock_sigma_s = sigmas(clock_)[0];
+  }
+  return result;
+}
+
+}  // namespace lodestone
