@@ -53,7 +53,8 @@ TEST_F(RealScans, TheSmootherTracksThemAndTwoMapsDifferByWhatItsCovariancesSay) 
     EXPECT_LT(made->smoother_ate_m, 1.05 * made->filter_ate_m);
   }
   ASSERT_EQ(a.poses.size(), b.poses.size());
-  // Odd scans are in neither map. Both runs share the noise of the scan, which makes their difference smaller.
+  // Odd scans are in neither map. Both runs share the noise of the scan and, since the calibration is estimated, the
+  // error of the calibration. Their covariances contain both, their difference neither.
   double position = 0.0;
   double rotation = 0.0;
   int scans = 0;
@@ -67,7 +68,7 @@ TEST_F(RealScans, TheSmootherTracksThemAndTwoMapsDifferByWhatItsCovariancesSay) 
   }
   std::printf("NEES of the difference: position %.2f, rotation %.2f\n", position / scans, rotation / scans);
   for (const double nees : {position / scans, rotation / scans}) {
-    EXPECT_GT(nees, 0.2);
+    EXPECT_GT(nees, 0.1);
     EXPECT_LT(nees, 2.0);
   }
 }
