@@ -1,6 +1,7 @@
 #include "estimators/smoother/field_error.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace lodestone {
 
@@ -8,8 +9,10 @@ namespace {
 
 constexpr double kStretch_m = 1.0;
 
-/// The running mean is that of all metres at first, and later of so many.
-constexpr double kMemory = 50.0;
+constexpr std::size_t kMetres = 50;
+
+/// Median of χ² with three degrees of freedom, over its mean.
+constexpr double kMedianShare = 0.789;
 
 }  // namespace
 
@@ -26,17 +29,20 @@ void FieldError::add(const Pose& T_map_imu, std::span<const FieldReading> readin
   if (way_m < kStretch_m || readings_ == 0) return;
   const double count = readings_;
   const double found = (sum_ut_ / count).squaredNorm() / 3.0 - noise_sum_ut2_ / (count * count);
-  ++metres_;
-  const double gain = std::max(1.0 / kMemory, 1.0 / metres_);
-  variance_ut2_ += gain * (found - variance_ut2_);
-  readings_a_metre_ += gain * (count / way_m - readings_a_metre_);
+  variances_ut2_.push_back(found);
+  if (variances_ut2_.size() > kMetres) variances_ut2_.pop_front();
+  readings_a_metre_ = count / way_m;
   sum_ut_.setZero();
   noise_sum_ut2_ = 0.0;
   readings_ = 0;
 }
 
 double FieldError::variance_a_reading_ut2() const {
-  return std::max(0.0, variance_ut2_) * readings_a_metre_;
+  if (variances_ut2_.empty()) return 0.0;
+  std::vector<double> sorted(variances_ut2_.begin(), variances_ut2_.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return std::max(0.0, *middle / kMedianShare) * readings_a_metre_;
 }
 
 }  // namespace lodestone

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <span>
 
 #include "core/geometry/pose.h"
@@ -10,7 +11,7 @@ namespace lodestone {
 /// What all magnetometers of an array read beside the map, over a metre of the way: a map that was surveyed at wrong
 /// places, motors, steel that moved. It does not average out within the metre, however many readings there are. Its
 /// variance is taken from the log: means of the array's residuals over a metre, less what noise of the sensors makes of
-/// them.
+/// them. The median of the last metres: metres in which the pose was wrong must not excuse themselves.
 class FieldError {
  public:
   /// The readings of a scan and their residuals at the pose. `residual_ut`: of each reading, magnetometer axes;
@@ -23,17 +24,13 @@ class FieldError {
   /// µT². 0: nothing is known yet.
   double variance_a_reading_ut2() const;
 
-  /// Of the error, a component, µT².
-  double variance_ut2() const { return variance_ut2_; }
-
  private:
   Vector3 begin_ = Vector3::Zero();
   Vector3 sum_ut_ = Vector3::Zero();
   double noise_sum_ut2_ = 0.0;
   int readings_ = 0;
-  double variance_ut2_ = 0.0;  // a running mean
-  double readings_a_metre_ = 0.0;
-  int metres_ = 0;
+  std::deque<double> variances_ut2_;  // of the last metres
+  double readings_a_metre_ = 0.0;     // of the last one
 };
 
 }  // namespace lodestone
