@@ -74,18 +74,18 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   seen_before.velocity = before.velocity;
   const bool derive = jacobians != nullptr;
   Deskewing::Jacobians by_states;
-  Matrix6 unmasked_by_seen;
-  const Pose unmasked = mask_.apply(end.pose, derive ? &unmasked_by_seen : nullptr);
+  Matrix6 masked_by_seen;
+  const Pose masked = mask_.apply(end.pose, derive ? &masked_by_seen : nullptr);
   const Vector12 departure =
       scan_.deskewing.departure(blocks_.before ? &seen_before : nullptr, seen_end, derive ? &by_states : nullptr);
   Vector25 coordinates;
-  coordinates << scan_.cost.coordinates(unmasked), mask_.hide_departure(departure);
+  coordinates << scan_.cost.coordinates(masked), mask_.hide_departure(departure);
   Eigen::Map<Vector25>{residuals} = root_ * coordinates;
   if (!derive) return true;
 
   const Eigen::Matrix<double, 25, 12> by_departure = mask_.hide_departure_from(root_.rightCols<12>());
-  Matrix25x6 by_seen_end = root_.leftCols<13>() * scan_.cost.coordinates_jacobian(unmasked);
-  if (mask_.active()) by_seen_end = (by_seen_end * unmasked_by_seen).eval();
+  Matrix25x6 by_seen_end = root_.leftCols<13>() * scan_.cost.coordinates_jacobian(masked);
+  if (mask_.active()) by_seen_end = (by_seen_end * masked_by_seen).eval();
   by_seen_end += by_departure * by_states.by_end;
   const Matrix25x3 by_seen_end_velocity = by_departure * by_states.by_end_velocity;
   const Matrix25x6 by_seen_before = by_departure * by_states.by_before;

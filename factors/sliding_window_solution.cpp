@@ -151,8 +151,8 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
   return result;
 }
 
-/// ∂(seen pose)/∂(blocks), 6 rows. The pose's own block is the first of `blocks`; calibration and map error are added
-/// where the scan's factor has them.
+/// ∂(seen pose)/∂(blocks), 6 rows. The pose's own block is the first of `blocks`; calibration and map error are
+/// added where the scan's factor has them.
 Eigen::MatrixXd SlidingWindow::seen_jacobian(const Keyframe& keyframe, std::vector<const WindowBlock*>& blocks) const {
   Eigen::Index size = 0;
   for (const WindowBlock* block : blocks) size += block->tangent_size();

@@ -5,8 +5,8 @@
 
 namespace lodestone {
 
-/// By how much the LiDAR's calibration departs from the platform file's: T_imu_lidar is (Exp(turn) R₀, t₀ + shift), and
-/// stamps are late by `clock_s`.
+/// By how much the LiDAR's calibration departs from the platform file's: T_imu_lidar is (Exp(turn) R₀, t₀ + shift),
+/// and stamps are late by `clock_s`.
 struct LidarCorrection {
   Vector3 turn_rad = Vector3::Zero();  ///< imu axes
   Vector3 shift_m = Vector3::Zero();   ///< imu axes

@@ -64,7 +64,7 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
   MapError result;
   if (cubes.size() < kFewestCubes) return result;
 
-  // A direction that no point sees has no error either: z and the mask leave it alone.
+  // Keeps the factorization defined along a direction that no point sees.
   information.diagonal() *= 1.0 + 1e-9;
   const Eigen::LDLT<Matrix6> factor(information);
   if (factor.info() != Eigen::Success || !factor.isPositive()) return result;

@@ -31,11 +31,12 @@ struct MapError {
   /// Share of the cubes' displacements that is left in the offsets once the pose was fitted to them.
   double left_share = 1.0;
 
-  /// L of the pose's covariance L Lᵀ for a sigma of the cubes, m. Invertible: at least a micrometre and a microradian.
+  /// L of the pose's covariance L Lᵀ for a sigma of the cubes, m. Invertible: at least a micrometre and a
+  /// microradian.
   Matrix6 pose_error_root_of(double sigma_m) const;
 };
 
-/// Edge of a cube, m. Source: docs/design/042, a study over worlds that no acceptance table uses.
+/// Edge of a cube, m. Source: docs/design/042, which names the drives that it was chosen with.
 inline constexpr double kMapErrorCube_m = 5.0;
 
 /// What the map's error makes of a scan. `T_map_seen`: the pose that fits the correspondences.

@@ -3,10 +3,17 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "core/magnetometer/field_residual.h"
 #include "core/observability/robust_weight.h"
 
 namespace lodestone {
+
+FieldResidual calibrated_residual(const Pose& T_map_imu, const Pose& T_end_mag, const Vector3& measured_ut,
+                                  const Vector3& bias_ut, const Matrix3& matrix, const FieldValue& map) {
+  const Vector3 unbiased_ut = measured_ut - bias_ut;
+  FieldResidual result = field_residual(T_map_imu, T_end_mag, unbiased_ut, map);
+  result.residual_ut -= matrix * (unbiased_ut - result.residual_ut);
+  return result;
+}
 
 std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m) {
   std::vector<double> result;
@@ -116,9 +123,9 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
         ++statistics.off_map;
         continue;
       }
-      const Vector3 unbiased_ut = reading.measured_ut - weighting.bias_ut(reading.magnetometer);
-      FieldResidual part = field_residual(T_map_imu, T_end_mag, unbiased_ut, *field);
-      part.residual_ut -= weighting.matrix(reading.magnetometer) * (unbiased_ut - part.residual_ut);
+      const FieldResidual part =
+          calibrated_residual(T_map_imu, T_end_mag, reading.measured_ut, weighting.bias_ut(reading.magnetometer),
+                              weighting.matrix(reading.magnetometer), *field);
       const double noise = weighting.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
       const double sensor_variance = noise * noise / reading.samples;
       const double crowding = weighting.crowding[static_cast<std::size_t>(reading.magnetometer)];

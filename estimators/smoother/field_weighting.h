@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/magnetometer/array_reading.h"
+#include "core/magnetometer/field_residual.h"
 #include "core/magnetometer/magnetic_map.h"
 #include "core/sensor_suite.h"
 #include "estimators/options.h"
@@ -36,6 +37,11 @@ struct FieldWeighting {
   SlidingWindow::ClockOffset clock;     ///< of all
   double error_variance_ut2 = 0.0;      ///< of the field's error, a reading (FieldError)
 };
+
+/// The residual of a reading whose magnetometer reads bias + (1 + E) field; the derivative is that of an exact one.
+/// `T_end_mag`: of the reading at its time; `map`: the field there.
+FieldResidual calibrated_residual(const Pose& T_map_imu, const Pose& T_end_mag, const Vector3& measured_ut,
+                                  const Vector3& bias_ut, const Matrix3& matrix, const FieldValue& map);
 
 /// How many magnetometers of the array share each one's map error, itself included: Σ exp(−distance/correlation_m).
 std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m);

@@ -6,7 +6,6 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/lidar/map_error.h"
-#include "core/magnetometer/field_residual.h"
 #include "core/observability/robust_weight.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
@@ -227,10 +226,10 @@ void KeyframeMeasurements::judge_field_error(const Keyframe& keyframe, const Pos
     const Pose T_end_mag = reading.T_end_mag_at(clock.offset_s);
     const auto field = input_.field->query(T_map_imu * T_end_mag.position, input_.options.magnetic.interpolation);
     if (!field) continue;
-    const Vector3 unbiased_ut = reading.measured_ut - bias_ut(reading.magnetometer);
-    const FieldResidual part = field_residual(T_map_imu, T_end_mag, unbiased_ut, *field);
     readings.push_back(reading);
-    residuals_ut.push_back(part.residual_ut - matrix(reading.magnetometer) * (unbiased_ut - part.residual_ut));
+    residuals_ut.push_back(calibrated_residual(T_map_imu, T_end_mag, reading.measured_ut, bias_ut(reading.magnetometer),
+                                               matrix(reading.magnetometer), *field)
+                               .residual_ut);
     const double noise_ut = input_.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
     variances_ut2.push_back(noise_ut * noise_ut / input_.options.magnetic.samples_per_reading);
   }

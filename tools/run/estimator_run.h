@@ -22,9 +22,9 @@ struct OpenedLog {
 /// One estimator's pass over a log.
 struct EstimatorRun {
   std::string name;
-  std::filesystem::path
-      folder;  ///< gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, calibration.csv,
-               ///< summary.json; with a field field_residuals.csv, stale_places.csv, field_cells.csv
+  /// Gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, calibration.csv, summary.json; with
+  /// a field field_residuals.csv, stale_places.csv, field_cells.csv.
+  std::filesystem::path folder;
   const Trajectory* truth = nullptr;  ///< null: no figures against the truth
   const Bound* bound = nullptr;       ///< null: none was asked for
   FieldMaterial field;                ///< its map null: no stale-map report
