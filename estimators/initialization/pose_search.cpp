@@ -8,6 +8,7 @@
 #include "core/magnetometer/array_reading.h"
 #include "core/magnetometer/field_residual.h"
 #include "core/parallel.h"
+#include "estimators/initialization/scan_registration.h"
 
 namespace lodestone {
 
@@ -46,7 +47,7 @@ Pose pose_at(const Pose& about, const std::vector<SearchDirection>& directions, 
 
 PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state,
                        const std::function<Vector3(int)>& bias_ut)
-    : field_(input.field) {
+    : input_(input), field_(input.field) {
   const ScanMotion motion(state, keyframe.imu);
   if (input.planes != nullptr) {
     planes_ = input.planes->around(state.T_map_imu.position);
@@ -57,13 +58,14 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
   }
   if (field_ == nullptr || keyframe.magnetic.empty()) return;
   // The last tenth of a second at most: one mean reading a magnetometer.
-  for (const ArrayReading& array :
+  for (ArrayReading& array :
        average_array(keyframe.magnetic, motion, input.suite, input.options.magnetic.samples_per_reading)) {
-    for (const MeanReading& reading : array.readings) {
+    for (MeanReading& reading : array.readings) {
       const double noise = input.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
-      readings_.push_back(
-          {reading.T_end_mag, reading.measured_ut - bias_ut(reading.magnetometer), noise / std::sqrt(reading.samples)});
+      reading.measured_ut -= bias_ut(reading.magnetometer);
+      readings_.push_back({reading.T_end_mag, reading.measured_ut, noise / std::sqrt(reading.samples)});
     }
+    newest_array_ = std::move(array);
   }
 }
 
@@ -97,7 +99,33 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
   return result;
 }
 
-std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<SearchDirection>& directions) const {
+double PoseSearch::log_likelihood(const Pose& T_map_imu, const FieldBackground& background) const {
+  const PlaceSearchOptions& options = input_.options.search;
+  double result = 0.0;
+  if (!points_.empty()) {
+    result -= independent_points(points_.size(), options) * agreement(points_, T_map_imu, *planes_).cost;
+  }
+  if (!newest_array_.readings.empty()) {
+    result += field_evidence(newest_array_, T_map_imu, input_.suite, *field_, background, options).log_likelihood;
+  }
+  return result;
+}
+
+std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<SearchDirection>& directions,
+                                     const Matrix6& covariance,
+                                     const std::function<FieldBackground()>& background) const {
+  const std::optional<Pose> found = best_fit(about, directions);
+  if (!found) return std::nullopt;
+  const Vector6 moved = found->boxminus(about);
+  const double against = 0.5 * moved.dot(covariance.ldlt().solve(moved));
+  const FieldBackground of_map = newest_array_.readings.empty() ? FieldBackground{} : background();
+  const double gained = log_likelihood(*found, of_map) - log_likelihood(about, of_map);
+  const double sure = input_.options.search.min_probability;
+  if (!(gained - against > std::log(sure) - std::log1p(-sure))) return std::nullopt;
+  return found;
+}
+
+std::optional<Pose> PoseSearch::best_fit(const Pose& about, const std::vector<SearchDirection>& directions) const {
   const std::vector<std::vector<int>> grid = places(directions);
   std::vector<double> fits(grid.size());
   parallel_for(std::size_t{0}, grid.size(),

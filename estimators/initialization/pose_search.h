@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "estimators/factory.h"
+#include "estimators/initialization/field_evidence.h"
 #include "estimators/smoother/keyframe.h"
 
 namespace lodestone {
@@ -25,14 +26,24 @@ class PoseSearch {
              const std::function<Vector3(int)>& bias_ut);
 
   /// The pose within the grid about `about` that fits clearly better than `about` itself; of several that fit as well
-  /// the nearest. Nothing where there is none.
-  std::optional<Pose> find(const Pose& about, const std::vector<SearchDirection>& directions) const;
+  /// the nearest. Nothing where there is none, or where scan and readings do not outweigh what was known before: that
+  /// the pose is `about`, with `covariance` (φ right, p map). `background`: of the whole field map, asked for only
+  /// where a pose was found.
+  std::optional<Pose> find(const Pose& about, const std::vector<SearchDirection>& directions, const Matrix6& covariance,
+                           const std::function<FieldBackground()>& background) const;
 
   /// How well the pose fits: the share of points that lie on their planes plus the share of readings that are those of
   /// the map, each from 0 to 1, both falling off smoothly over `slack` (1: coarse).
   double fit(const Pose& T_map_imu, double slack) const;
 
+  /// ln p(scan, readings | pose) but for a constant, by the rules of the search of the whole map: a scan says no more
+  /// than options.search.independent_points points do, and an array no more than one whose errors the map shares.
+  double log_likelihood(const Pose& T_map_imu, const FieldBackground& background) const;
+
  private:
+  std::optional<Pose> best_fit(const Pose& about, const std::vector<SearchDirection>& directions) const;
+
+  const EstimatorInput& input_;
   std::vector<Eigen::Vector3f> points_;  // imu frame at the scan's end
   std::shared_ptr<const PlaneMap> planes_;
   struct Reading {
@@ -41,6 +52,7 @@ class PoseSearch {
     double sigma_ut;
   };
   std::vector<Reading> readings_;
+  ArrayReading newest_array_;  // without the biases
   std::shared_ptr<const MagneticMap> field_;
 };
 

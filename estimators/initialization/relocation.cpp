@@ -30,17 +30,24 @@ SearchDirection turn(const NavState& state, double reach_rad) {
 
 }  // namespace
 
-std::optional<Pose> better_start(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state) {
-  const InitialOptions& options = input.options.initial;
-  if (options.search_m <= 0.0 && options.search_deg <= 0.0) return std::nullopt;
-  const PoseSearch search(input, keyframe, state, [](int) { return Vector3::Zero().eval(); });
-  return search.find(state.T_map_imu,
-                     {shift(Vector3::UnitX(), options.search_m), shift(Vector3::UnitY(), options.search_m),
-                      turn(state, options.search_deg * M_PI / 180.0)});
+FieldBackground Relocation::background() {
+  if (!background_) background_ = field_background(*input_.field);
+  return *background_;
 }
 
-std::optional<Pose> better_place(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state,
-                                 const std::function<Vector3(int)>& bias_ut) {
+std::optional<Pose> Relocation::better_start(const Keyframe& keyframe, const NavState& state,
+                                             const Matrix6& covariance) {
+  const InitialOptions& options = input_.options.initial;
+  if (options.search_m <= 0.0 && options.search_deg <= 0.0) return std::nullopt;
+  const PoseSearch search(input_, keyframe, state, [](int) { return Vector3::Zero().eval(); });
+  return search.find(state.T_map_imu,
+                     {shift(Vector3::UnitX(), options.search_m), shift(Vector3::UnitY(), options.search_m),
+                      turn(state, options.search_deg * M_PI / 180.0)},
+                     covariance, [this] { return background(); });
+}
+
+std::optional<Pose> Relocation::better_place(const Keyframe& keyframe, const NavState& state,
+                                             const std::function<Vector3(int)>& bias_ut) {
   const Matrix6& covariance = keyframe.predicted_covariance;
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance.bottomRightCorner<3, 3>());
   const Vector3 sigma_m = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
@@ -57,8 +64,8 @@ std::optional<Pose> better_place(const EstimatorInput& input, const Keyframe& ke
     directions.push_back(turn(state, 3.0 * sigma_rad));
     directions.back().steps = std::min(directions.back().steps, kMostSteps);
   }
-  const PoseSearch search(input, keyframe, state, bias_ut);
-  return search.find(keyframe.predicted, directions);
+  const PoseSearch search(input_, keyframe, state, bias_ut);
+  return search.find(keyframe.predicted, directions, covariance, [this] { return background(); });
 }
 
 }  // namespace lodestone

@@ -5,6 +5,7 @@
 
 #include "core/lidar/association.h"
 #include "core/lidar/plane_map_source.h"
+#include "estimators/initialization/place_search_options.h"
 
 namespace lodestone {
 
@@ -29,5 +30,8 @@ struct ScanAgreement {
 
 /// σ is 5 cm and 3 mm a metre of range: what a place is right to before an estimator had a say.
 ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map);
+
+/// How many independent points a scan's `points` are worth: what stands in view may be little, then it says little.
+double independent_points(std::size_t points, const PlaceSearchOptions& options);
 
 }  // namespace lodestone

@@ -52,15 +52,10 @@ StartEvidence::StartEvidence(const SensorSuite& suite, const MagneticMap* field,
   if (field_ != nullptr) background_ = field_background(*field_);
 }
 
-double StartEvidence::lidar_weight(std::size_t points) const {
-  // What stands above the floor may be little: then it says little.
-  return std::min(options_.independent_points, 0.2 * static_cast<double>(points));
-}
-
 void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
                           StartCandidate& candidate) const {
   candidate.lidar = agreement(points, candidate.T_map_imu, planes);
-  candidate.log_likelihood = -lidar_weight(points.size()) * candidate.lidar.cost;
+  candidate.log_likelihood = -independent_points(points.size(), options_) * candidate.lidar.cost;
   if (field_ == nullptr || array == nullptr) return;
   candidate.field = field_evidence(*array, candidate.T_map_imu, suite_, *field_, background_, options_);
   candidate.log_likelihood += candidate.field.log_likelihood;
@@ -68,7 +63,7 @@ void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayRe
 
 double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array,
                               const Quaternion& attitude) const {
-  double result = -lidar_weight(points.size()) * (1.0 - kNowhereShare) * ScanAgreement::most;
+  double result = -independent_points(points.size(), options_) * (1.0 - kNowhereShare) * ScanAgreement::most;
   if (field_ != nullptr && array != nullptr) {
     // Far from any map, whatever the heading.
     const Pose far{attitude, Vector3::Constant(1e7)};

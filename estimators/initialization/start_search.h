@@ -42,7 +42,6 @@ class StartEvidence {
   double nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const Quaternion& attitude) const;
 
  private:
-  double lidar_weight(std::size_t points) const;
   const SensorSuite& suite_;
   const MagneticMap* field_;
   PlaceSearchOptions options_;

@@ -10,7 +10,6 @@
 #include "core/lidar/scan_sampling.h"
 #include "core/observability/window_information.h"
 #include "estimators/initialization/initialization.h"
-#include "estimators/initialization/relocation.h"
 #include "estimators/smoother/bound.h"
 
 namespace lodestone {
@@ -23,7 +22,7 @@ constexpr double kWideGate_rad = 0.003;
 
 }  // namespace
 
-Smoother::Smoother(EstimatorInput input) : input_(std::move(input)), measurements_(input_) {}
+Smoother::Smoother(EstimatorInput input) : input_(std::move(input)), measurements_(input_), relocation_(input_) {}
 
 Smoother::~Smoother() = default;
 
@@ -41,7 +40,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
         initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, options.initial);
     NavState state = propagate(start.state, bundle.imu, keyframe->imu_noise, &start.covariance);
     keyframe->estimate.time = bundle.scan.end;
-    const auto found = solved ? better_start(input_, *keyframe, state) : std::nullopt;
+    const auto found =
+        solved ? relocation_.better_start(*keyframe, state, start.covariance.topLeftCorner<6, 6>()) : std::nullopt;
     if (found) {
       tell_of_move("smoother.start_moved", "scan and field do not fit at the given start, but", state.T_map_imu, *found,
                    bundle.scan.end);
@@ -168,8 +168,9 @@ void Smoother::find_again() {
   Keyframe& keyframe = *keyframes_.back();
   const std::size_t newest = window_->size() - 1;
   if (newest == 0) return;
-  const auto found = better_place(input_, keyframe, window_->state(newest),
-                                  [&](int magnetometer) { return window_->magnetometer_bias(newest, magnetometer); });
+  const auto found = relocation_.better_place(keyframe, window_->state(newest), [&](int magnetometer) {
+    return window_->magnetometer_bias(newest, magnetometer);
+  });
   if (!found) return;
   tell_of_move("smoother.found_again", "scan and field do not fit where the IMU led to, but", keyframe.predicted,
                *found, keyframe.estimate.time);

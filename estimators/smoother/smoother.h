@@ -6,6 +6,7 @@
 #include "core/imu/white_noise.h"
 #include "estimators/factory.h"
 #include "estimators/health.h"
+#include "estimators/initialization/relocation.h"
 #include "estimators/smoother/batch_refinement.h"
 #include "estimators/smoother/keyframe_measurements.h"
 #include "estimators/smoother/repeated_map_error.h"
@@ -41,6 +42,7 @@ class Smoother final : public Estimator {
 
   EstimatorInput input_;
   KeyframeMeasurements measurements_;
+  Relocation relocation_;
   FieldAgreement agreement_;  // judged only where LiDAR does not see all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;

@@ -80,6 +80,23 @@ TEST(Robustness, AStartThatFitsIsNotMoved) {
   EXPECT_EQ(kept.warnings.count("smoother.start_moved"), 0);
 }
 
+TEST(Robustness, ReadingsOfTheFieldAloneMoveALooseStartAndNotAKnownOne) {
+  const Drive drive = tunnel().drive(1.0, "");
+  const auto moves = [&](double position_sigma_m, double rotation_sigma_deg) {
+    EstimatorInput input = drive.input();
+    WarningLog warnings;
+    input.warnings = &warnings;
+    input.planes = nullptr;
+    input.initial_pose.position += Vector3(0.35, -0.35, 0.0);
+    input.options.initial.position_sigma_m = position_sigma_m;
+    input.options.initial.rotation_sigma_deg = rotation_sigma_deg;
+    run("smoother", input, drive.bundles);
+    return warnings.count("smoother.start_moved");
+  };
+  EXPECT_EQ(moves(0.5, 3.0), 1);
+  EXPECT_EQ(moves(0.03, 0.3), 0);
+}
+
 TEST(Robustness, TenSecondsWithoutLidar) {
   for (const Site* site : {&tunnel(), &warehouse()}) {
     const Outcome outcome = smooth(site->drive(kDrive_s, "{kind: lidar_outage, begin_s: 8, end_s: 18}"));
