@@ -4,6 +4,7 @@
 
 #include "estimators/smoother/bound.h"
 #include "tests/estimators/drive.h"
+#include "tests/estimators/fault_drive.h"
 
 namespace lodestone::testing {
 namespace {
@@ -60,6 +61,24 @@ TEST(BatchRefinement, EndsWithEveryKeyframeAndLosesNothing) {
     batch_trace += stages.best_estimates[i].covariance.bottomRightCorner<3, 3>().trace();
   }
   EXPECT_LT(batch_trace, 1.02 * window_trace);
+}
+
+TEST(BatchRefinement, JudgesReadingsAtTheClockThatItEstimates) {
+  const auto field_weight = [](const std::string& fault) {
+    const Drive drive = warehouse().drive(12.0, fault);
+    EstimatorInput input = drive.input();
+    input.suite.calibration.magnetometers.clock_sigma_s = 0.1;
+    input.options.smoother.refine = Refinement::batch;
+    const Stages stages = run_stages(input, drive.bundles);
+    double sum = 0.0;
+    for (const Estimate& estimate : stages.best_estimates) sum += estimate.diagnostics.magnetic_weight;
+    const Accuracy batch = accuracy(stages.best_estimates, drive.truth);
+    std::printf("ATE %.4f m, NEES %.2f, weight %.4f\n", batch.ate_m, batch.nees,
+                sum / static_cast<double>(stages.best_estimates.size()));
+    return sum / static_cast<double>(stages.best_estimates.size());
+  };
+  const double exact = field_weight("");
+  EXPECT_GT(field_weight("{kind: clock_offset, sensor: magnetometers, offset_s: -0.2}"), 0.95 * exact);
 }
 
 TEST(BatchRefinement, GivesTheSameBitsOnAnyNumberOfThreads) {
