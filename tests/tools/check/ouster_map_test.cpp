@@ -89,8 +89,7 @@ class OusterMap : public ::testing::Test {
     poses_ = read_kitti_poses(poses_path);
     WarningLog warnings;
     PlaneMapOptions map_options;
-    map_options.voxel_m = 0.5;                    // a sparse map: smaller voxels hold too few of its points for a plane
-    map_options.max_thickness_over_median = 0.0;  // and of three scans: far surfaces are thicker than near ones
+    map_options.voxel_m = 0.5;  // a sparse map: smaller voxels hold too few of its points for a plane
     map_ = std::make_unique<PlaneMap>(read_point_cloud(map_path, warnings), map_options);
     ASSERT_EQ(scans_.size(), 3U);
     ASSERT_EQ(poses_.size(), 3U);
