@@ -72,9 +72,10 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
   const ScanMotion back(tracked, imu);
   const Pose start = back.pose(begin);
   const Pose end = back.pose(bundle.scan.end);
-  const double scan_s = std::max(1e-3, to_seconds(bundle.scan.end - bundle.scan.start));
+  // A deskewed scan lasts no time: the velocity is then that of the last millisecond.
+  const Time scan_time = std::max<Time>(1'000'000, bundle.scan.end - bundle.scan.start);
   const double lag_s = to_seconds(settled - bundle.scan.end);
-  const Vector3 velocity = (end.position - back.pose(bundle.scan.start).position) / scan_s;
+  const Vector3 velocity = (end.position - back.pose(bundle.scan.end - scan_time).position) / to_seconds(scan_time);
   const auto planes = input.planes->around(end.position);
   Vector3 correction = Vector3::Zero();
   Pose registered = end;

@@ -48,8 +48,18 @@ Pose read_pose(const ConfigurationNode& node) {
 }
 
 /// The keys that the first LiDAR and further ones share.
-const std::vector<std::string> lidar_keys{"topic",       "stamp",       "fields",        "time_unit",  "time_zero",
-                                          "min_range_m", "max_range_m", "scan_period_s", "T_imu_lidar"};
+const std::vector<std::string> lidar_keys{"topic",     "stamp",       "fields",      "point_times",   "time_unit",
+                                          "time_zero", "min_range_m", "max_range_m", "scan_period_s", "T_imu_lidar"};
+
+/// Deskewed scans have no times of points: a key that describes them contradicts.
+void refuse_times_of_points(const ConfigurationNode& node) {
+  const auto refuse = [](const ConfigurationNode* key) {
+    if (key != nullptr) key->fail("point_times: none reads no times of points; remove this key, or point_times");
+  };
+  if (const ConfigurationNode* fields = node.find("fields")) refuse(fields->find("time"));
+  refuse(node.find("time_unit"));
+  refuse(node.find("time_zero"));
+}
 
 void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, LidarModel& model) {
   read_value(node.at("topic"), layout.topic);
@@ -65,6 +75,8 @@ void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, Lidar
   read_if_there(node, "stamp", layout.stamp);
   read_if_there(node, "time_unit", layout.time_unit);
   read_if_there(node, "time_zero", layout.time_zero);
+  read_if_there(node, "point_times", layout.point_times);
+  if (layout.point_times == PointTimes::none) refuse_times_of_points(node);
   read_value(node.at("min_range_m"), model.min_range_m);
   if (!(model.min_range_m >= 0.0)) node.at("min_range_m").fail("expected a number of at least 0");
   read_positive(node, "max_range_m", model.max_range_m);
@@ -196,6 +208,7 @@ std::string lidar_lines(int depth, const LidarMessageLayout& layout, const Lidar
   if (!fields.empty()) text += std::string(static_cast<std::size_t>(2 * depth), ' ') + "fields:\n" + fields;
   if (layout.time_unit) text += line(depth, "time_unit", *layout.time_unit);
   if (layout.time_zero) text += line(depth, "time_zero", *layout.time_zero);
+  if (layout.point_times != PointTimes::field) text += line(depth, "point_times", layout.point_times);
   if (with_noise) {
     text += line(depth, "range_noise_m", model.range_noise_m) +
             line(depth, "direction_noise_rad", model.direction_noise_rad);

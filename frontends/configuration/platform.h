@@ -41,6 +41,16 @@ constexpr auto enum_names(PointTimeZero) {
                                       {PointTimeZero::lidar_clock, "lidar_clock"}}};
 }
 
+/// Where each point's own time comes from.
+enum class PointTimes {
+  field,  ///< a field of the message, named or inferred
+  none    ///< the driver has deskewed the scan: all points are those of the stamp's instant, no field is read
+};
+
+constexpr auto enum_names(PointTimes) {
+  return EnumNames<PointTimes, 2>{{{PointTimes::field, "field"}, {PointTimes::none, "none"}}};
+}
+
 /// How a LiDAR's PointCloud2 is to be read; of Livox' CustomMsg only topic and stamp count. x, y, z are metres in the
 /// lidar frame. What is left out is told from the first scan (point_times.h).
 struct LidarMessageLayout {
@@ -51,6 +61,7 @@ struct LidarMessageLayout {
   std::string time_field = "t";
   std::optional<PointTimeUnit> time_unit = PointTimeUnit::nanoseconds;
   std::optional<PointTimeZero> time_zero;
+  PointTimes point_times = PointTimes::field;  ///< none: time_field, time_unit and time_zero are not used
 };
 
 /// Unit of an Imu message's acceleration. The message's definition says m/s²; not every driver does.

@@ -55,7 +55,13 @@ PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platfor
       platform_file_(platform.file_name()),
       keys_(lidar_key(lidar)),
       period_ns_(from_seconds(model_of(platform, lidar).scan_period_s)),
-      warnings_(warnings) {}
+      warnings_(warnings) {
+  if (!is_deskewed()) return;
+  // Whichever instant of such a scan the stamp names, it is the one of all points.
+  layout_.time_field.clear();
+  reading_ = PointTimeReading{PointTimeUnit::nanoseconds, PointTimeZero::stamp, ScanStamp::start, false};
+  reading_holds_ = true;
+}
 
 void PointCloudDecoder::decode(const PointCloudMessage& message, LidarScan& scan) {
   decode_compact(has_padded_rows(message) ? without_padding(message) : message, scan);
@@ -101,16 +107,18 @@ void PointCloudDecoder::decode_compact(const PointCloudMessage& message, LidarSc
 void PointCloudDecoder::decode(const ros1::LivoxMessage& message, LidarScan& scan) {
   const ScanStamp stamp = layout_.stamp.value_or(ScanStamp::start);
   if (livox_cloud_.fields.empty()) {
-    livox_ = true;
+    livox_ = !is_deskewed();
     livox_cloud_.fields = ros1::LivoxMessage::fields();
     livox_cloud_.point_step = ros1::LivoxMessage::point_step;
     layout_.intensity_field = "reflectivity";
     layout_.ring_field = "line";
-    layout_.time_field = "offset_time";
-    layout_.time_unit = PointTimeUnit::nanoseconds;
-    const auto zero = stamp == ScanStamp::start ? PointTimeZero::epoch : PointTimeZero::scan_start;
-    reading_ = PointTimeReading{PointTimeUnit::nanoseconds, zero, stamp, false};
-    reading_holds_ = true;
+    if (!is_deskewed()) {
+      layout_.time_field = "offset_time";
+      layout_.time_unit = PointTimeUnit::nanoseconds;
+      const auto zero = stamp == ScanStamp::start ? PointTimeZero::epoch : PointTimeZero::scan_start;
+      reading_ = PointTimeReading{PointTimeUnit::nanoseconds, zero, stamp, false};
+      reading_holds_ = true;
+    }
   }
   livox_cloud_.stamp = message.stamp;
   livox_cloud_.width = message.point_count;
@@ -134,8 +142,14 @@ void PointCloudDecoder::fail_unit(const PointCloudMessage& message, double span_
     if (fitting == unit) change = fmt::format("{}.time_unit: {}", keys_, name);
   }
   fail(message,
-       fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set {} in {}",
-                   time_.name, span_s, to_seconds(period_ns_), change, platform_file_));
+       fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set {} in {}{}",
+                   time_.name, span_s, to_seconds(period_ns_), change, platform_file_,
+                   span_s == 0.0 ? deskewed_hint() : ""));
+}
+
+/// What else may be changed where all points have one time.
+std::string PointCloudDecoder::deskewed_hint() const {
+  return fmt::format(", or {}.point_times: none if the scans are deskewed already", keys_);
 }
 
 /// A Livox' PointCloud2 shows itself by three of its fields.
@@ -155,7 +169,7 @@ bool PointCloudDecoder::take_livox_fields(const PointCloudMessage& message) {
 }
 
 void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
-  if (layout_.time_field.empty()) livox_ = take_livox_fields(message);
+  if (layout_.time_field.empty() && !is_deskewed()) livox_ = take_livox_fields(message);
   const std::string time_field = time_.name;
   const std::string where = fmt::format("{}: {} at {:.9f} s", source_, layout_.topic, to_seconds(message.stamp));
   fields_ = find_point_fields(message, layout_, {where, keys_, platform_file_});
@@ -168,6 +182,7 @@ void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
   known_fields_ = message.fields;
   known_step_ = message.point_step;
   step_settled_ = message.width > 0 && message.height > 0;
+  if (is_deskewed()) return;
   time_ = fields_.times.front();
   if (!reading_holds_) return;
   // Once the times are understood, they stay in the field that they were found in; where that is gone, they are told
@@ -221,12 +236,14 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
       scan.points.begin(), scan.points.end(), [](const LidarPoint& point) { return is_return(point.position); }));
   if (returns == 0) return false;
   std::string seen_fields;
+  bool all_at_once = false;
   for (const PointColumn& candidate : fields_.times) {
     std::string why_not;
     PointTimesSeen seen = look_at_times(message, candidate, scan);
     seen.doubtful = layout_.time_field.empty() && is_doubtful_time_name(candidate.name);
     reading_ = read_point_times(seen, layout_, message.stamp, period_ns_, why_not);
     if (!reading_) {
+      all_at_once = all_at_once || seen.earliest == seen.latest;
       seen_fields += fmt::format("{}'{}' ({}) {}", seen_fields.empty() ? "" : ", ", candidate.name,
                                  name_of_datatype(candidate.datatype), why_not);
       continue;
@@ -253,8 +270,8 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
   }
   if (returns < points_that_tell) return false;
   fail(message, fmt::format("no point field reads as each point's own time: {}; set {}.fields.time and time_unit, or "
-                            "scan_period_s, in {}, or record the driver's full points",
-                            seen_fields, keys_, platform_file_));
+                            "scan_period_s, in {}, or record the driver's full points{}",
+                            seen_fields, keys_, platform_file_, all_at_once ? deskewed_hint() : ""));
 }
 
 void PointCloudDecoder::read_points(const PointCloudMessage& message, std::size_t count, LidarScan& scan) {
@@ -271,6 +288,7 @@ void PointCloudDecoder::read_points(const PointCloudMessage& message, std::size_
 }
 
 void PointCloudDecoder::read_times(const PointCloudMessage& message, std::size_t count) {
+  if (is_deskewed()) return times_.assign(count, 0);
   times_.resize(count);
   const Time unit = nanoseconds_per(reading_->unit), origin = time_origin_;
   Time* times = times_.data();
@@ -324,6 +342,10 @@ void PointCloudDecoder::keep_empty(const PointCloudMessage& message, LidarScan& 
                                    const char* detail) {
   warnings_.add(kind, fmt::format("{}: {}", layout_.topic, detail), message.stamp);
   scan.points.clear();
+  if (is_deskewed()) {
+    scan.start = scan.end = message.stamp;
+    return;
+  }
   const ScanStamp stamp = layout_.stamp.value_or(ScanStamp::start);
   scan.start = message.stamp - (stamp == ScanStamp::start    ? 0
                                 : stamp == ScanStamp::middle ? period_ns_ / 2
@@ -343,7 +365,8 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
     return keep_empty(message, scan, "lidar.clock_jump",
                       "the LiDAR's clock jumps within a scan, whose points were dropped");
   }
-  if (too_long || (scan.points.size() >= points_that_tell && span_s < 0.01 * period_s)) fail_unit(message, span_s);
+  const bool too_short = !is_deskewed() && scan.points.size() >= points_that_tell && span_s < 0.01 * period_s;
+  if (too_long || too_short) fail_unit(message, span_s);
   const ScanPlace place = place_scan(*reading_, earliest, latest, message.stamp);
   scan.start = place.start;
   scan.end = scan.start + (latest - place.zero);

@@ -26,6 +26,8 @@ namespace lodestone {
 /// well. A scan without points keeps its stamp and gets the nominal period ("lidar.empty_scan"); so does one in the
 /// midst of which the LiDAR's own clock jumps ("lidar.clock_jump"), and one with too few points to tell what is left
 /// out.
+///
+/// With point_times: none no field of a time is looked for, and a scan, empty or not, starts and ends at its stamp.
 class PointCloudDecoder {
  public:
   /// Of the platform's first LiDAR. `source` names the file in messages. `warnings` must outlive this.
@@ -45,6 +47,8 @@ class PointCloudDecoder {
   bool take_livox_fields(const ros1::PointCloudMessage& message);
   const ros1::PointCloudMessage& without_padding(const ros1::PointCloudMessage& message);
   void decode_compact(const ros1::PointCloudMessage& message, LidarScan& scan);
+  bool is_deskewed() const { return layout_.point_times == PointTimes::none; }
+  std::string deskewed_hint() const;
   bool fields_hold(const ros1::PointCloudMessage& message) const;
   void resolve_fields(const ros1::PointCloudMessage& message);
   std::size_t point_count(const ros1::PointCloudMessage& message);

@@ -95,22 +95,30 @@ struct FieldFinder {
                     axis, names_of(message)));
   }
 
-  PointColumn column(const std::string& name, const char* key) const {
+  /// `otherwise`: what else may be changed, for the message.
+  PointColumn column(const std::string& name, const char* key, const std::string& otherwise = {}) const {
     std::vector<std::string> names;
     for (const PointField& field : message.fields) {
       if (field.name == name) return column_of(field, false);
       names.push_back(field.name);
     }
     const std::string hint = names.empty() ? "" : fmt::format("; the nearest is '{}'", nearest_name(name, names));
-    fail(fmt::format("there is no point field '{}'; the message has {}{}; set {}.fields.{} in {}", name,
-                     names_of(message), hint, context.keys, key, context.platform_file));
+    fail(fmt::format("there is no point field '{}'; the message has {}{}; set {}.fields.{} in {}{}", name,
+                     names_of(message), hint, context.keys, key, context.platform_file, otherwise));
+  }
+
+  bool has_times() const {
+    return std::any_of(message.fields.begin(), message.fields.end(),
+                       [](const PointField& field) { return time_name_rank(field.name) || time_part_of(field.name); });
   }
 
   std::vector<PointColumn> times(const LidarMessageLayout& layout) const {
+    if (layout.point_times == PointTimes::none) return {};
+    const std::string deskewed = ", or " + context.keys + ".point_times: none if the scans are deskewed already";
     if (!layout.time_field.empty()) {
       std::vector<PointColumn> paired = paired_times(message, layout.time_field);
       if (!paired.empty()) return {paired.front()};
-      return {column(layout.time_field, "time (each point's own time, for undistortion)")};
+      return {column(layout.time_field, "time (each point's own time, for undistortion)", has_times() ? "" : deskewed)};
     }
     std::vector<PointColumn> found;
     for (const PointField& field : message.fields) {
@@ -125,8 +133,8 @@ struct FieldFinder {
     if (!found.empty()) return found;
     fail(fmt::format(
         "{} names no point field with each point's own time, and none is called like one; the message has {}; "
-        "set {}.fields.time, or record the driver's full points",
-        context.platform_file, names_of(message), context.keys));
+        "set {}.fields.time, or record the driver's full points{}",
+        context.platform_file, names_of(message), context.keys, deskewed));
   }
 
   /// Some recorders announce an aligned layout and write a packed one: the data's size tells.
@@ -173,7 +181,7 @@ PointFields find_point_fields(const PointCloudMessage& message, const LidarMessa
   fields.y = finder.coordinate('y');
   fields.z = finder.coordinate('z');
   fields.times = finder.times(layout);
-  const bool by_name = layout.time_field.empty();
+  const bool by_name = layout.time_field.empty() || layout.point_times == PointTimes::none;
   std::string intensity = layout.intensity_field, ring = layout.ring_field;
   if (by_name && intensity.empty()) intensity = first_there(message, {"intensity", "reflectivity", "i"});
   if (by_name && ring.empty()) ring = first_there(message, {"ring", "line", "channel", "laser_id", "row"});

@@ -13,11 +13,11 @@ namespace lodestone {
 /// Where a cloud's fields lie.
 struct PointFields {
   PointColumn x, y, z;
-  PointColumn intensity, ring;  ///< absent where the message has none
-  std::vector<PointColumn>
-      times;               ///< at least one; several only where the layout names none: the likeliest by its name first
-  std::uint32_t step = 0;  ///< bytes from one point to the next
-  bool packed = false;     ///< the points lie closer than the message says, without gaps between their fields
+  PointColumn intensity, ring;     ///< absent where the message has none
+  std::vector<PointColumn> times;  ///< none with point_times: none, else at least one; several only where the layout
+                                   ///< names none: the likeliest by its name first
+  std::uint32_t step = 0;          ///< bytes from one point to the next
+  bool packed = false;             ///< the points lie closer than the message says, without gaps between their fields
 };
 
 /// For messages.

@@ -14,7 +14,7 @@ constexpr std::size_t most_waiting_scans = 10;
 }  // namespace
 
 ScanMerger::ScanMerger(const LidarModel& first, const std::vector<LidarModel>& others, WarningLog& warnings)
-    : warnings_(warnings) {
+    : warnings_(warnings), period_(from_seconds(first.scan_period_s)) {
   const Pose T_first_imu = first.T_imu_lidar.inverse();
   for (const LidarModel& other : others) {
     others_.push_back({T_first_imu * other.T_imu_lidar, other.min_range_m, other.max_range_m, {}});
@@ -78,8 +78,9 @@ bool ScanMerger::take(LidarScan& merged) {
   if (waits && !ended_ && first_.size() < scans_of_patience) return false;
   merged = std::move(first_.front());
   first_.pop_front();
-  // What was seen in a gap of the first LiDAR's goes back one scan at most.
-  const Time earliest = merged.start - (merged.end - merged.start);
+  // What was seen in a gap of the first LiDAR's goes back one scan at most. A deskewed scan lasts no time, and stands
+  // for its period.
+  const Time earliest = merged.start - (merged.end > merged.start ? merged.end - merged.start : period_);
   const Time after = started_ ? std::max(earliest, std::min(previous_end_, merged.start)) : merged.start - 1;
   const std::size_t own = merged.points.size();
   std::vector<Time> times;

@@ -44,6 +44,7 @@ class ScanMerger {
   void join(Other& other, Time after, LidarScan& merged, std::vector<Time>& times);
 
   WarningLog& warnings_;
+  Time period_;  ///< of the first
   std::deque<LidarScan> first_;
   std::vector<Other> others_;
   Time previous_end_ = 0;

@@ -89,6 +89,11 @@ bool Synchronizer::plan_empty(Time length, LidarScan& scan) const {
   return true;
 }
 
+/// When the stretch began that a scan stands for. A deskewed scan lasts no time, and stands for its period.
+Time Synchronizer::begin_of(const LidarScan& scan) const {
+  return scan.end - scan.start < period_ / 2 ? scan.end - period_ : scan.start;
+}
+
 /// Decides on the next step: a scan, or an empty one over a stretch without LiDAR. False at the end of the log.
 bool Synchronizer::plan(LidarScan& scan) {
   if (!choice_.lidar) {
@@ -118,7 +123,7 @@ bool Synchronizer::plan(LidarScan& scan) {
       scans_.pop_front();
       continue;
     }
-    if (const Time hole = scans_.front().start - previous_end_; started_ && hole > period_ / 2) {
+    if (const Time hole = begin_of(scans_.front()) - previous_end_; started_ && hole > period_ / 2) {
       silent_ = true;
       warnings_.add("lidar.silent", "no scan " + at(previous_end_) + "; an empty one was put in", previous_end_);
       return plan_empty(hole > one_and_a_half ? period_ : hole, scan);
@@ -176,7 +181,7 @@ bool Synchronizer::take_imu(const LidarScan& scan, std::vector<ImuSample>& sampl
     imu_.pop_front();
     if (last.time > begin) samples.push_back(last);
   }
-  samples.push_back(interpolate(last, imu_.front(), scan.end));
+  if (scan.end > begin) samples.push_back(interpolate(last, imu_.front(), scan.end));
   // The next bundle starts from the same sample.
   if (imu_.front().time > scan.end) imu_.push_front(samples.back());
   return true;

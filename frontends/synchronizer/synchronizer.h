@@ -12,7 +12,8 @@ namespace lodestone {
 
 /// Makes one bundle of each scan: its points, and the IMU and field samples since the previous scan's end
 /// (core/measurements.h). Where the LiDAR is silent, and in a run without it, bundles with empty scans follow at the
-/// nominal period, so that IMU and field go on.
+/// nominal period, so that IMU and field go on. A scan that lasts less than half its period, such as a deskewed one,
+/// stands for a whole period before its end. If the log's first scan lasts no time, its bundle has one IMU sample.
 ///
 /// Deterministic, and of constant memory: it holds a scan or two, and about a second of samples.
 /// Counted in `warnings`: lidar.before_imu, lidar.after_imu, lidar.late_scan (scans dropped), lidar.silent (empty
@@ -34,6 +35,7 @@ class Synchronizer {
   bool plan(LidarScan& scan);
   bool plan_empty(Time length, LidarScan& scan) const;
   bool imu_reaches(Time time) const { return !imu_.empty() && imu_.back().time >= time; }
+  Time begin_of(const LidarScan& scan) const;
   void wait_for(Time time);
   bool hold_last_imu(const LidarScan& scan);
   bool take_imu(const LidarScan& scan, std::vector<ImuSample>& samples);

@@ -43,6 +43,7 @@ std::vector<std::string> readable_times(const LidarOfLog& lidar) {
     if (!sounds_like_time(name) && name != given) continue;
     for (const auto& [unit, unit_name] : enum_names(PointTimeUnit::seconds)) {
       Platform probe = lidar.platform;
+      layout_of(probe, lidar.index).point_times = PointTimes::field;
       layout_of(probe, lidar.index).time_field = name;
       layout_of(probe, lidar.index).time_unit = unit;
       WarningLog unheard;
@@ -90,10 +91,14 @@ Findings check_spans(const LidarOfLog& lidar) {
   const double span_s = summarize(spans).median;
   const std::string& topic = lidar.layout().topic;
   const std::string key = lidar.key();
-  if (span_s <= 0.0) {
+  if (lidar.layout().point_times == PointTimes::none) {
+    // Nothing to see: the reader puts all points at one time.
+  } else if (span_s <= 0.0) {
     findings.push_back({Severity::error, "lidar.point_time",
                         topic + ": all points of a scan have the same time: the scan cannot be undistorted",
-                        key + ".fields.time: the field with each point's own time; record the driver's full points",
+                        key +
+                            ".fields.time: the field with each point's own time; record the driver's full points; or " +
+                            key + ".point_times: none if the scans are deskewed already",
                         first});
   } else if (std::abs(span_s / period_s - 1.0) > span_tolerance) {
     findings.push_back(

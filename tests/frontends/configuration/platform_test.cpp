@@ -154,6 +154,25 @@ TEST(PlatformFile, WhatIsLeftOutOfTheCloudIsLeftToItsContent) {
   EXPECT_EQ(layout.ring_field, "ring");
 }
 
+TEST(PlatformFile, DeskewedScansHaveNoTimesOfPoints) {
+  std::string text = read_text_file(scout);
+  EXPECT_EQ(parse_platform(text, "scout.yaml").lidar.point_times, PointTimes::field) << "unless it is stated";
+  for (const std::string line : {"  time_unit: ns", "    time: t"}) {
+    const std::size_t at = text.find(line);
+    ASSERT_NE(at, std::string::npos) << line;
+    text.erase(at, text.find('\n', at) + 1 - at);
+  }
+  text.replace(text.find("lidar:\n"), 7, "lidar:\n  point_times: none\n");
+  const testing::TemporaryFolder folder;
+  save_platform(parse_platform(text, "scout.yaml"), folder / "platform.yaml");
+  EXPECT_EQ(load_platform(folder / "platform.yaml").lidar.point_times, PointTimes::none);
+  // A key that describes times beside it contradicts.
+  EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: none\n"),
+              ::testing::AllOf(HasSubstr("lidar.fields.time"), HasSubstr("point_times: none reads no times")));
+  EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: non\n"), HasSubstr("did you mean 'none'"));
+  EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_time: none\n"), HasSubstr("did you mean 'point_times'"));
+}
+
 TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_THAT(error_with("max_range_m:", "max_rnge_m:"), HasSubstr("did you mean 'max_range_m'"));
   EXPECT_THAT(error_with("max_range_m: 100.0", "max_range_m: far"), HasSubstr("lidar.max_range_m: expected a number"));

@@ -90,6 +90,30 @@ TEST_F(TwoLidars, EveryPointJoinsTheScanOfItsTimeOnce) {
   EXPECT_TRUE(warnings.entries().empty());
 }
 
+TEST_F(TwoLidars, DeskewedScansAreJoinedWithinAPeriod) {
+  ScanMerger merger(front, {rear}, warnings);
+  const auto at_once = [](Time time, const Pose& T_imu_lidar) {
+    LidarScan scan;
+    scan.start = scan.end = time;
+    scan.points.resize(7);
+    for (LidarPoint& point : scan.points) point.position = (T_imu_lidar.inverse() * point_at(time)).cast<float>();
+    return scan;
+  };
+  for (int i = 0; i < 5; ++i) {
+    merger.add(0, at_once(first_start + i * period, front.T_imu_lidar));
+    merger.add(1, at_once(first_start + i * period + 60'000'000, rear.T_imu_lidar));
+  }
+  merger.finish();
+  std::size_t scans = 0;
+  for (LidarScan scan; merger.take(scan); ++scans) {
+    EXPECT_EQ(scan.end, first_start + static_cast<Time>(scans) * period);
+    EXPECT_EQ(scan.points.size(), scans == 0 ? 7U : 14U);
+    expect_right(scan);
+  }
+  EXPECT_EQ(scans, 5U);
+  EXPECT_TRUE(warnings.entries().empty());
+}
+
 TEST_F(TwoLidars, OneThatIsSilentIsNotWaitedForLong) {
   ScanMerger merger(front, {rear}, warnings);
   LidarScan scan;

@@ -73,7 +73,7 @@ class SynchronizerTest : public ::testing::Test {
     for (std::size_t k = 0; k < bundles.size(); ++k) {
       const ScanBundle& bundle = bundles[k];
       const Time begin = k == 0 ? bundle.scan.start : bundles[k - 1].scan.end;
-      ASSERT_GE(bundle.imu.size(), 2U);
+      ASSERT_GE(bundle.imu.size(), bundle.scan.end > begin ? 2U : 1U);
       EXPECT_EQ(bundle.imu.front().time, begin);
       EXPECT_EQ(bundle.imu.back().time, bundle.scan.end);
       if (k > 0) {
@@ -114,6 +114,39 @@ TEST_F(SynchronizerTest, InterpolatesTheImuExactlyAtScanEnds) {
   }
   EXPECT_NEAR(result[0].imu.front().angular_velocity.x(), 0.0, 1e-12);
   EXPECT_TRUE(warnings.entries().empty());
+}
+
+TEST_F(SynchronizerTest, DeskewedScansLastNoTimeAndAreNoOutage) {
+  fill(1.0);
+  for (Measurement& measurement : source.list) {
+    if (auto* scan = std::get_if<LidarScan>(&measurement)) scan->start = scan->end;
+  }
+  const auto result = bundles();
+  EXPECT_TRUE(warnings.entries().empty());
+  ASSERT_EQ(result.size(), 10U);
+  EXPECT_EQ(result[0].imu.size(), 1U);
+  EXPECT_TRUE(result[0].magnetic.empty());
+  for (std::size_t k = 1; k < result.size(); ++k) {
+    EXPECT_EQ(result[k].scan.points.size(), 10U);
+    EXPECT_EQ(result[k].scan.start, result[k].scan.end);
+    EXPECT_EQ(result[k].magnetic.size(), 10U);
+    EXPECT_NEAR(to_seconds(result[k].imu.back().time - result[k].imu.front().time), 0.1, 1e-12);
+  }
+}
+
+TEST_F(SynchronizerTest, AnOutageOfDeskewedScansIsFilled) {
+  has_scan = [](Time t) { return t < 300 * ms || t >= 600 * ms; };
+  fill(1.0);
+  for (Measurement& measurement : source.list) {
+    if (auto* scan = std::get_if<LidarScan>(&measurement)) scan->start = scan->end;
+  }
+  const auto result = bundles();
+  ASSERT_EQ(result.size(), 10U) << "a bundle for each period, empty in the outage";
+  EXPECT_EQ(warnings.count("lidar.silent"), 3);
+  for (std::size_t k = 0; k < result.size(); ++k) {
+    EXPECT_EQ(result[k].scan.points.empty(), k >= 3 && k < 6) << k;
+    EXPECT_EQ(result[k].scan.end, origin + static_cast<Time>(k) * 100 * ms + 99 * ms);
+  }
 }
 
 TEST_F(SynchronizerTest, AnImuSampleExactlyAtTheEndIsNotRepeated) {

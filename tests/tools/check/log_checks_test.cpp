@@ -145,6 +145,19 @@ TEST_F(LogChecks, TimesOfPoints) {
   };
   const Platform platform = still().platform();
   EXPECT_THAT(alarms(with_times([](std::uint32_t) { return 0U; }), platform), UnorderedElementsAre("lidar.point_time"));
+  const Findings at_once = check(with_times([](std::uint32_t) { return 0U; }), platform);
+  ASSERT_FALSE(at_once.empty());
+  EXPECT_THAT(at_once[0].change, HasSubstr("lidar.point_times: none"));
+  Platform deskewed = platform;
+  deskewed.lidar.point_times = PointTimes::none;
+  SyntheticLog of_one_time = still();
+  of_one_time.on_scan = [wall = still().on_scan](int i, ros1::PointCloudMessage& cloud,
+                                                 std::vector<std::uint8_t>& data) {
+    for (std::size_t at = 20; at < data.size(); at += SyntheticLog::point_step) std::memset(data.data() + at, 0, 4);
+    return wall(i, cloud, data);
+  };
+  EXPECT_THAT(alarms(of_one_time, platform), UnorderedElementsAre("lidar.point_time"));
+  EXPECT_THAT(alarms(of_one_time, deskewed), UnorderedElementsAre());
   const Findings other_unit = check(with_times([](std::uint32_t time) { return time / 1000U; }), platform);
   ASSERT_FALSE(other_unit.empty());
   EXPECT_EQ(other_unit[0].kind, "lidar.point_time");
