@@ -34,6 +34,10 @@ class Estimator {
   /// One scan with its IMU and field samples. Deterministic: the same bundles give the same bits.
   virtual void process(const ScanBundle& bundle, EstimateSink& sink) = 0;
 
+  /// The same for a caller that owns the bundle. The bundle may be changed meanwhile, which avoids copies of its cloud;
+  /// it is as before when this returns.
+  virtual void process_in_place(ScanBundle& bundle, EstimateSink& sink) { process(bundle, sink); }
+
   /// Hands out what still lies in the window.
   virtual void finish(EstimateSink& sink) = 0;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 
 #include "core/magnetometer/magnetometer_monitor.h"
 #include "estimators/estimator.h"
@@ -20,6 +21,15 @@ class Monitored final : public Estimator {
     ScanBundle clean = bundle;
     clean.magnetic = std::move(*healthy);
     estimator_->process(clean, sink);
+  }
+
+  /// Without a copy of the cloud, also if a reading is unhealthy.
+  void process_in_place(ScanBundle& bundle, EstimateSink& sink) override {
+    auto healthy = monitor_.without_unhealthy(bundle.magnetic, bundle.scan.end);
+    if (!healthy) return estimator_->process_in_place(bundle, sink);
+    std::swap(bundle.magnetic, *healthy);
+    estimator_->process_in_place(bundle, sink);
+    std::swap(bundle.magnetic, *healthy);
   }
 
   void finish(EstimateSink& sink) override { estimator_->finish(sink); }

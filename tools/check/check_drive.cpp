@@ -109,7 +109,7 @@ Findings CheckDrive::check(const Pose& start, const LogSample& sample, const Fin
   ArrayLog readings(platform.suite.magnetometers.size());
   const auto estimator = make_estimator("smoother", input(start, &warnings));
   for (ScanBundle bundle; bundles.next(bundle);) {
-    estimator->process(bundle, record);
+    estimator->process_in_place(bundle, record);
     readings.add(bundle.magnetic);
     throw_if_interrupted();
   }

@@ -45,7 +45,7 @@ Bound run_bound(const std::function<OpenedLog()>& open,
     ScanBundle bundle;
     while (log.next(bundle)) {
       if (!estimator) estimator = make_estimator(bundle);
-      estimator->process(bundle, record);
+      estimator->process_in_place(bundle, record);
       progress.update(bundle.scan.end);
       throw_if_interrupted();
     }

@@ -142,7 +142,7 @@ class Pass {
       if (recording_) {
         throw_if_interrupted();
       } else {
-        estimator_->process(bundle, sinks_);
+        estimator_->process_in_place(bundle, sinks_);
       }
       count(bundle);
       progress.update(last_end_);
