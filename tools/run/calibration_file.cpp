@@ -4,6 +4,7 @@
 
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "tools/writers/output_file.h"
 
@@ -19,20 +20,18 @@ class CalibrationRows {
  public:
   void add(const std::string& sensor, const std::string& parameter, const char* unit, double estimate, double sigma,
            double platform_sigma) {
-    if (!(sigma > 0.0) || !(platform_sigma > 0.0)) return;
-    text_ += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g}\n", sensor, parameter, unit, estimate, sigma, platform_sigma);
+    rows_.push_back({sensor, parameter, unit, estimate, sigma, platform_sigma});
   }
 
-  const std::string& text() const { return text_; }
+  std::vector<CalibrationRow> take() { return std::move(rows_); }
 
  private:
-  std::string text_ = "sensor,parameter,unit,estimate,sigma,platform_sigma\n";
+  std::vector<CalibrationRow> rows_;
 };
 
 }  // namespace
 
-void write_calibration(const std::filesystem::path& path, const SensorSuite& suite,
-                       const CalibrationEstimate& estimate) {
+std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const CalibrationEstimate& estimate) {
   CalibrationRows rows;
   const CalibrationEstimate::Lidar& lidar = estimate.lidar;
   const LidarCalibrationSigmas& lidar_sigmas = suite.calibration.lidar;
@@ -60,8 +59,19 @@ void write_calibration(const std::filesystem::path& path, const SensorSuite& sui
                magnetometer.distortion_sigma[i], sigmas.matrix_sigma);
     }
   }
+  return rows.take();
+}
+
+void write_calibration(const std::filesystem::path& path, const SensorSuite& suite,
+                       const CalibrationEstimate& estimate) {
+  std::string text = "sensor,parameter,unit,estimate,sigma,platform_sigma\n";
+  for (const CalibrationRow& row : calibration_rows(suite, estimate)) {
+    if (!row.is_estimated()) continue;
+    text += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g}\n", row.sensor, row.parameter, row.unit, row.estimate, row.sigma,
+                        row.platform_sigma);
+  }
   OutputFile file(path);
-  file.write(rows.text());
+  file.write(text);
   file.commit();
 }
 

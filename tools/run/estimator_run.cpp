@@ -281,6 +281,9 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   files.finish(mark);
   if (const CalibrationEstimate* calibration = pass.calibration()) {
     write_calibration(run.folder / "calibration.csv", *run.field.suite, *calibration);
+    if (run.true_calibration != nullptr) {
+      summary.calibration = compare_calibration(*run.field.suite, *calibration, *run.true_calibration);
+    }
   }
   if (run.field.map != nullptr) {
     FieldReport report = report_field(run.field, pass.readings(), outcome.record, warnings);
@@ -291,7 +294,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   summary.wall_s = pass.record_of_pass().wall_s;
   summary.peak_rss_mb = pass.record_of_pass().peak_rss_mb;
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log_end, summary.status);
-  if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth);
+  if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth, log_end);
   for (StageFigures& stage : summary.stages) {
     const Bound::Stage* least = run.bound == nullptr ? nullptr : run.bound->find(stage.name);
     if (least != nullptr && least->position_m > 0.0) stage.ate_over_bound = stage.ate_m / least->position_m;

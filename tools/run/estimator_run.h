@@ -25,13 +25,14 @@ struct EstimatorRun {
   /// Gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, calibration.csv, summary.json; with
   /// a field field_residuals.csv, stale_places.csv, field_cells.csv.
   std::filesystem::path folder;
-  const Trajectory* truth = nullptr;  ///< null: no figures against the truth
-  const Bound* bound = nullptr;       ///< null: none was asked for
-  FieldMaterial field;                ///< its map null: no stale-map report
-  bool refines = false;               ///< the whole log is solved together at its end
-  std::filesystem::path recording;    ///< gets all estimates once the pass has ended; empty: no such file
-  bool resume = false;                ///< if there is a recording, replay it instead of estimating
-  std::function<OpenedLog()> open;    ///< opens the log at its beginning; its time counts
+  const Trajectory* truth = nullptr;                      ///< null: no figures against the truth
+  const CalibrationEstimate* true_calibration = nullptr;  ///< null: no figures of the estimated calibration
+  const Bound* bound = nullptr;                           ///< null: none was asked for
+  FieldMaterial field;                                    ///< its map null: no stale-map report
+  bool refines = false;                                   ///< the whole log is solved together at its end
+  std::filesystem::path recording;  ///< gets all estimates once the pass has ended; empty: no such file
+  bool resume = false;              ///< if there is a recording, replay it instead of estimating
+  std::function<OpenedLog()> open;  ///< opens the log at its beginning; its time counts
   std::function<std::unique_ptr<Estimator>(const ScanBundle&)> make_estimator;  ///< called with the first bundle
 };
 

@@ -36,8 +36,8 @@ void check_results_apart(const RunCall& call) {
         "another folder",
         call.out, call.log));
   }
-  for (const std::string& input :
-       {call.log, call.platform, call.cloud, call.magnetic, call.truth, call.initial_pose_from}) {
+  for (const std::string& input : {call.log, call.platform, call.cloud, call.magnetic, call.truth,
+                                   call.calibration_truth, call.initial_pose_from}) {
     if (input.empty()) continue;
     const fs::path in_out = path_below(input, call.out);
     if (in_out.empty() || in_out == "." || !is_written_by_a_run(in_out)) continue;

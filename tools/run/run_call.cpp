@@ -46,6 +46,7 @@ struct RunMaterial {
   std::shared_ptr<const PlaneMapSource> planes;
   std::shared_ptr<const MagneticMap> field;
   Trajectory truth;
+  std::optional<CalibrationEstimate> true_calibration;
   Trajectory start;
   SensorChoice sensors;
   std::optional<AutomaticStart> found;  ///< with --initial-pose auto
@@ -103,6 +104,9 @@ RunMaterial load_small_files(const RunCall& call) {
   }
   if (call.max_range_m) material.platform.suite.lidar.max_range_m = *call.max_range_m;
   if (!call.truth.empty()) material.truth = read_trajectory(call.truth);
+  if (!call.calibration_truth.empty()) {
+    material.true_calibration = read_true_calibration(call.calibration_truth, material.platform.suite);
+  }
   if (!call.initial_pose_from.empty()) material.start = read_trajectory(call.initial_pose_from);
   material.sensors.lidar = !call.cloud.empty();
   material.sensors.magnetometers = !call.magnetic.empty();
@@ -239,6 +243,7 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
   run.truth = call.truth.empty() ? nullptr : &material.truth;
+  run.true_calibration = material.true_calibration ? &*material.true_calibration : nullptr;
   run.field = {material.field.get(), &material.platform.suite, &material.options};
   const auto span = std::make_shared<LogSpan>();
   run.open = [&]() {
@@ -274,6 +279,7 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, 
           {"cloud", call.cloud},
           {"magnetic", call.magnetic},
           {"truth", call.truth},
+          {"calibration_truth", call.calibration_truth},
           {"initial_pose", call.initial_pose},
           {"initial_pose_from", call.initial_pose_from},
           {"initial_pose_found", material.found ? pose_text(material.found->T_map_imu) : ""},

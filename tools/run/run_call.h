@@ -21,6 +21,7 @@ struct RunCall {
   std::optional<double> max_range_m;  ///< nothing: as the platform says
   std::optional<int> threads;         ///< nothing: as many as the machine has
   std::string truth;
+  std::string calibration_truth;
   bool bound = false;          ///< what accuracy the sensors allow, too
   double check_seconds = 5.0;  ///< of the log's begin are looked at beforehand; 0: none
   bool resume = false;         ///< keep the estimators that had ended

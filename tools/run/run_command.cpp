@@ -78,6 +78,8 @@ void add_run_command(CLI::App& app, int* code) {
   command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
   files.input(
       command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures"));
+  files.input(command->add_option("--calibration-truth", call->calibration_truth,
+                                  "reality.yaml of `lodestone simulate`: errors of the estimated calibration"));
   command->add_flag_callback(
       "--list-options",
       []() {

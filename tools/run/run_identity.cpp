@@ -81,6 +81,7 @@ RunIdentity identify(const RunCall& call, const RunOptions& options) {
                     {"--initial-pose-from", content_mark(call.initial_pose_from)},
                     {"--max-range", call.max_range_m ? fmt::format("{}", *call.max_range_m) : "none"},
                     {"--truth", content_mark(call.truth)},
+                    {"--calibration-truth", content_mark(call.calibration_truth)},
                     {"--bound", call.bound ? "yes" : "no"}};
   RunOptions visited = options;
   Flattener flattener("", parts);

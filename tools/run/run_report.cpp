@@ -61,6 +61,8 @@ Json json_of(const RunSummary& summary) {
     figures["max_error_m"] = number(stage.max_error_m);
     figures["largest_jump_m"] = number(stage.largest_jump_m);
     figures["heading_rmse_deg"] = number(stage.heading_rmse_deg);
+    figures["share_within_100mm"] = number(stage.share_within_100mm);
+    figures["share_within_1m"] = number(stage.share_within_1m);
     if (stage.ate_over_bound) figures["ate_over_bound"] = number(*stage.ate_over_bound);
     if (!stage.consistency) continue;
     const Consistency& consistency = *stage.consistency;
@@ -71,6 +73,12 @@ Json json_of(const RunSummary& summary) {
     figures["nees_high"] = number(consistency.nees_high);
     for (const double value : consistency.nees_axis) figures["nees_axis"].push_back(number(value));
     figures["share_within_95"] = number(consistency.share_within_95);
+  }
+  if (summary.calibration) {
+    json["calibration"] = {{"parameters", summary.calibration->parameters},
+                           {"nees", number(summary.calibration->nees)},
+                           {"nees_lidar", number(summary.calibration->nees_lidar)},
+                           {"prior_nees", number(summary.calibration->prior_nees)}};
   }
   if (summary.stale_map) {
     const StaleMap& stale = *summary.stale_map;
@@ -104,6 +112,7 @@ Json json_of(const CallRecord& record) {
   json["cloud"] = text_or_null(call.cloud);
   json["magnetic"] = text_or_null(call.magnetic);
   json["truth"] = text_or_null(call.truth);
+  json["calibration_truth"] = text_or_null(call.calibration_truth);
   json["initial_pose"] = text_or_null(call.initial_pose);
   json["initial_pose_from"] = text_or_null(call.initial_pose_from);
   json["estimators"] = call.estimators;

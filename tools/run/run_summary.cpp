@@ -14,6 +14,7 @@ namespace lodestone {
 namespace {
 
 constexpr double kLostError_m = 1.0;
+constexpr double kNear_m = 0.1;
 constexpr double kEndTolerance_s = 1.0;  // a log may end with IMU samples after its last whole scan
 
 }  // namespace
@@ -41,7 +42,21 @@ struct Held {
   StageFigures figures;
 };
 
-Held hold_against(const std::string& name, const EstimateRecord::Poses& poses, const Trajectory& truth) {
+/// Share of the time from the first pose to `end` (at the log's end, with its tolerance) in which the position error is
+/// at most `limit_m`. A step between two poses counts where both ends do, and no pose is missing in between.
+double share_within(const PosePairs& pairs, const std::vector<double>& error_m, double limit_m, Time end) {
+  if (pairs.size() < 2) return !pairs.empty() && error_m.front() <= limit_m ? 1.0 : 0.0;
+  double within_s = 0.0;
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    const double step_s = to_seconds(pairs[i].time - pairs[i - 1].time);
+    if (error_m[i - 1] <= limit_m && error_m[i] <= limit_m && step_s <= kEndTolerance_s) within_s += step_s;
+  }
+  const bool at_the_end = to_seconds(end - pairs.back().time) <= kEndTolerance_s;
+  return within_s / to_seconds((at_the_end ? pairs.back().time : end) - pairs.front().time);
+}
+
+/// `end`: the last time that the estimate should reach.
+Held hold_against(const std::string& name, const EstimateRecord::Poses& poses, const Trajectory& truth, Time end) {
   Held held;
   held.figures.name = name;
   held.pairs = associate_interpolated(poses.trajectory, truth);
@@ -49,11 +64,14 @@ Held hold_against(const std::string& name, const EstimateRecord::Poses& poses, c
     return pair.estimate.position.allFinite() && pair.estimate.rotation.coeffs().allFinite();
   });
   StageFigures& figures = held.figures;
+  const std::vector<double> error_m = translation_errors(held.pairs);
+  figures.share_within_100mm = share_within(held.pairs, error_m, kNear_m, end);
+  figures.share_within_1m = share_within(held.pairs, error_m, kLostError_m, end);
   if (!held.finite) {
     figures.ate_m = figures.max_error_m = figures.heading_rmse_deg = std::nan("");
     return held;
   }
-  const ErrorStatistics translation = summarize(translation_errors(held.pairs));
+  const ErrorStatistics translation = summarize(error_m);
   figures.ate_m = translation.rmse;
   figures.max_error_m = translation.max;
   if (held.pairs.size() > 1) {
@@ -71,7 +89,7 @@ Held hold_against(const std::string& name, const EstimateRecord::Poses& poses, c
 }  // namespace
 
 TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status) {
-  Held held = hold_against("best", record.best_poses(), truth);
+  Held held = hold_against("best", record.best_poses(), truth, log_end);
   TruthFigures figures;
   figures.ate_m = held.figures.ate_m;
   figures.max_error_m = held.figures.max_error_m;
@@ -87,10 +105,11 @@ TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& 
   return figures;
 }
 
-std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth) {
+std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth, Time log_end) {
   std::vector<StageFigures> result;
+  const Time end = truth.empty() ? log_end : std::min(log_end, truth.back().time);
   const auto add = [&](const char* name, const EstimateRecord::Poses& poses) {
-    Held held = hold_against(name, poses, truth);
+    Held held = hold_against(name, poses, truth, end);
     if (!held.pairs.empty()) result.push_back(std::move(held.figures));
   };
   const auto same = [](const StampedPose& a, const StampedPose& b) {

@@ -9,6 +9,7 @@
 #include "core/evaluation/consistency.h"
 #include "core/evaluation/stale_map.h"
 #include "core/warnings.h"
+#include "tools/run/calibration_consistency.h"
 #include "tools/run/estimate_record.h"
 #include "tools/run/run_call.h"
 
@@ -46,6 +47,8 @@ struct StageFigures {
   double heading_rmse_deg = 0.0;
   std::optional<Consistency> consistency;  ///< nothing without usable covariances
   std::optional<double> ate_over_bound;    ///< nothing where no bound was asked for
+  double share_within_100mm = 0.0;         ///< of the time from the first pose to the end of the log
+  double share_within_1m = 0.0;            ///< likewise
 };
 
 struct RunSummary {
@@ -68,8 +71,9 @@ struct RunSummary {
   double clock_sigma_s = 0.0;          ///< of it; 0: not estimated
   WarningLog warnings;
   std::optional<TruthFigures> truth;
-  std::vector<StageFigures> stages;   ///< against the truth, where there is one
-  std::optional<StaleMap> stale_map;  ///< nothing without a magnetic map
+  std::vector<StageFigures> stages;                   ///< against the truth, where there is one
+  std::optional<CalibrationConsistency> calibration;  ///< nothing without a true calibration or an estimated one
+  std::optional<StaleMap> stale_map;                  ///< nothing without a magnetic map
 
   double real_time_factor() const { return wall_s > 0.0 ? duration_s / wall_s : 0.0; }
 };
@@ -78,7 +82,8 @@ struct RunSummary {
 TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status);
 
 /// Every kind of estimate that `record` holds against `truth`, the best last. A filter has the causal one alone.
-std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth);
+/// `log_end`: the log's last stamp.
+std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth, Time log_end);
 
 /// summary.json of one estimator: the keys of docs/design/architecture.md; `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);

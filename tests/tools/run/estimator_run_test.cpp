@@ -208,6 +208,31 @@ TEST_F(EstimatorRunTest, AJumpIsToldFromASteadyError) {
   EXPECT_NEAR(summary()["stages"]["causal"]["largest_jump_m"].get<double>(), 0.2, 1e-9);
 }
 
+TEST_F(EstimatorRunTest, CoverageIsTheShareOfTheTimeWithinAnError) {
+  StandIn stand_in;
+  stand_in.offset = {0.0, 0.09, 0.0};
+  stand_in.jump = {0.0, 0.4, 0.0};  // with the scan 50 of 100, 4.9 s after the first
+  EstimatorRun run = run_with(stand_in);
+  WarningLog warnings;
+  run_estimator(run, warnings);
+  EXPECT_NEAR(summary()["stages"]["causal"]["share_within_100mm"].get<double>(), 4.9 / 9.9, 1e-9);
+  EXPECT_NEAR(summary()["stages"]["causal"]["share_within_1m"].get<double>(), 1.0, 1e-9);
+}
+
+TEST_F(EstimatorRunTest, CoverageCountsTheTimeWithoutEstimates) {
+  EstimatorRun run = run_with(StandIn{});
+  for (Time time = truth_.back().time; time <= from_seconds(15.0); time += from_seconds(0.005))
+    truth_.push_back({time + from_seconds(0.005), true_pose(time)});
+  run.open = [open = run.open]() {
+    OpenedLog log = open();
+    log.end += from_seconds(5.0);  // without scans
+    return log;
+  };
+  WarningLog warnings;
+  run_estimator(run, warnings);
+  EXPECT_NEAR(summary()["stages"]["causal"]["share_within_1m"].get<double>(), 9.9 / 14.9, 1e-9);
+}
+
 TEST_F(EstimatorRunTest, SuccessEndsAtOneMetre) {
   StandIn stand_in;
   stand_in.offset = {0.0, 0.0, 1.01};
