@@ -69,13 +69,29 @@ std::string find_shipped(const std::string& folder, const std::string& what, con
 
 const std::vector<std::string>& figure_names() {
   static const std::vector<std::string> names = [] {
-    std::vector<std::string> all{"ate_m",         "ate_se3_m",        "max_error_m",       "heading_rmse_deg",
-                                 "nees_pose",     "success",          "real_time_factor",  "wall_s",
-                                 "peak_rss_mb",   "degenerate_scans", "magnetic_rejected", "scans",
-                                 "changed_cells", "changed_found",    "unchanged_reported"};
+    std::vector<std::string> all{"ate_m",
+                                 "ate_se3_m",
+                                 "max_error_m",
+                                 "heading_rmse_deg",
+                                 "nees_pose",
+                                 "success",
+                                 "real_time_factor",
+                                 "wall_s",
+                                 "peak_rss_mb",
+                                 "degenerate_scans",
+                                 "magnetic_rejected",
+                                 "scans",
+                                 "changed_cells",
+                                 "changed_found",
+                                 "unchanged_reported",
+                                 "calibration.nees",
+                                 "calibration.nees_lidar",
+                                 "calibration.prior_nees",
+                                 "calibration.parameters"};
     for (const std::string stage : {"causal", "smoothed", "batch"}) {
-      for (const std::string figure : {"ate_m", "max_error_m", "largest_jump_m", "heading_rmse_deg", "nees_pose",
-                                       "nees_rotation", "nees_position", "share_within_95", "ate_over_bound"}) {
+      for (const std::string figure :
+           {"ate_m", "max_error_m", "largest_jump_m", "heading_rmse_deg", "nees_pose", "nees_rotation", "nees_position",
+            "share_within_95", "share_within_100mm", "share_within_1m", "ate_over_bound"}) {
         all.push_back("stages." + stage + "." + figure);
       }
     }

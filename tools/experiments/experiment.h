@@ -58,6 +58,7 @@ struct Group {
   std::string name;
   std::vector<Drive> drives;
   std::vector<double> ranges_m;    ///< LiDAR ranges; empty: as the platform says
+  std::string grade;               ///< of reality (--reality of simulate); empty: as the world says
   std::optional<double> noise_ut;  ///< of the log's magnetometers; nothing: as the world says. Maps keep the world's
   SeedChoice seeds = SeedChoice::all;
   std::vector<EstimatorChoice> estimators;
@@ -143,7 +144,7 @@ struct Criterion {
 
 enum class FigureKind {
   error_grid,          ///< error over time: a panel a row of runs, every estimator in it
-  error_distribution,  ///< share of scans within an error, a panel a world
+  error_distribution,  ///< share of scans within an error, a panel a world, or a grade of reality if there are several
   map_difference,      ///< |ΔB| between the maps of a drive's scenes and that of the log's own scene
   field_residual,      ///< measured minus map along the trajectory
   world_overview,      ///< cloud and paths, a panel a world

@@ -11,6 +11,7 @@
 #include "tools/experiments/experiment.h"
 #include "tools/experiments/plan.h"
 #include "tools/experiments/yaml_parts.h"
+#include "tools/simulate/reality_options.h"
 
 namespace lodestone::reproduce {
 
@@ -68,7 +69,7 @@ void read_published(const ConfigurationNode& node, Group& group) {
 
 Group read_group(const ConfigurationNode& node, const std::string& name,
                  const std::vector<EstimatorChoice>& estimators) {
-  node.refuse_keys_other_than({"drives", "ranges_m", "noise_ut", "seeds", "estimators", "world_settings",
+  node.refuse_keys_other_than({"drives", "ranges_m", "noise_ut", "grade", "seeds", "estimators", "world_settings",
                                "map_settings", "run_settings", "bound", "published"});
   Group group;
   group.name = name;
@@ -77,6 +78,11 @@ Group read_group(const ConfigurationNode& node, const std::string& name,
   if (const ConfigurationNode* noise = node.find("noise_ut")) {
     group.noise_ut = noise->as_double();
     if (!(*group.noise_ut >= 0.0)) noise->fail("noise must not be below 0 µT");
+  }
+  if (const ConfigurationNode* grade = node.find("grade")) {
+    auto known = simulation::RealityGrade::exact;
+    options_detail::read_value(*grade, known);
+    group.grade = grade->as_string();
   }
   group.seeds = choice(node, "seeds", group.seeds);
   const ConfigurationNode* own = node.find("estimators");

@@ -109,10 +109,12 @@ bool draw_grid(const Shown& shown, const fs::path& path) {
 
 bool draw_distributions(const Shown& shown, const fs::path& path) {
   std::vector<figures::DistributionPanel> panels;
-  std::vector<std::string> worlds;
+  std::set<std::string> grades;
+  for (const std::size_t i : shown.indices()) grades.insert(shown.run(i).grade);
+  std::vector<std::string> headings;
   for (const std::size_t i : shown.indices()) {
-    const std::size_t place = place_of(shown.run(i).world_name, worlds);
-    if (place == panels.size()) panels.push_back({worlds.back(), {}});
+    const std::size_t place = place_of(grades.size() > 1 ? shown.run(i).grade : shown.run(i).world_name, headings);
+    if (place == panels.size()) panels.push_back({headings.back(), {}});
     std::vector<figures::MethodErrors>& methods = panels[place].methods;
     std::size_t most = 0;  // scans of the method that got furthest: what the others should have had
     for (const fs::path& folder : shown.folders(i)) most = std::max(most, shown.scans(i, folder.filename()));

@@ -103,6 +103,7 @@ class StepBook {
     if (run.range_m) append(command, {"--max-range", fmt::format("{:g}", *run.range_m)});
     for (const std::string& setting : key.group->run_settings) append(command, {"--set", setting});
     if (key.group->bound) command.emplace_back("--bound");
+    if (!key.group->grade.empty()) append(command, {"--calibration-truth", data + "/reality.yaml"});
     step.commands.push_back(command);
     return add(std::move(step));
   }
@@ -144,12 +145,15 @@ class StepBook {
     origin.add(std::to_string(namesake(*key.drive)));
     for (const std::string& setting : key.group->world_settings) origin.add(setting);
     for (const std::string& word : more) origin.add(word);
+    if (!key.group->grade.empty()) origin.add("--reality").add(key.group->grade);
     const std::string ending = origin.to_string().substr(0, 6);
-    step.folder = fmt::format("work/{}-{}", name, ending);
+    if (!key.group->grade.empty()) step.name += "-" + key.group->grade;
+    step.folder = fmt::format("work/{}-{}", step.name, ending);
     if (!key.group->world_settings.empty() || !more.empty())
       step.name += "-" + ending;  // its log is another's neighbour too
     step.commands.push_back(
         {"simulate", key.drive->world, "--seed", std::to_string(key.seed), "--only", part, "--out", step.folder});
+    if (!key.group->grade.empty()) append(step.commands.front(), {"--reality", key.group->grade});
     for (const std::string& setting : key.group->world_settings) append(step.commands.front(), {"--set", setting});
     return step;
   }
@@ -225,6 +229,7 @@ void list_rows(const Group& group, const Drive& drive, int seed, bool first_seed
       run.scene = scene;
       run.log_scene = drive.scene;
       run.range_m = range;
+      run.grade = group.grade;
       run.noise_ut = group.noise_ut;
       run.seed = seed;
       run.first_seed = first_seed;

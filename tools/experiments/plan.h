@@ -50,6 +50,7 @@ struct Run {
   std::string sequence;
   std::string scene;      ///< in which the magnetic map was surveyed; empty: as the log
   std::string log_scene;  ///< empty: as the world says
+  std::string grade;      ///< of reality; empty: as the world says
   std::optional<double> range_m;
   std::optional<double> noise_ut;
   int seed = 0;

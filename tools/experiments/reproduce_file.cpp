@@ -30,6 +30,7 @@ std::string to_json(const Experiment& experiment, const Results& results, const 
                             {"row", run.row},
                             {"sequence", run.sequence},
                             {"world", run.world_name},
+                            {"grade", optional_text(run.grade)},
                             {"range_m", optional_number(run.range_m)},
                             {"noise_ut", optional_number(run.noise_ut)},
                             {"scene", optional_text(run.scene)},

@@ -14,9 +14,9 @@ struct DrawnFigure {
   std::string caption;
 };
 
-/// reproduce.json: {"experiment", "title", "runs": [{"name", "group", "row", "sequence", "world", "range_m",
-/// "noise_ut", "scene", "seed", "folder", "estimators", "status"}], "tables": [{"title", "header", "rows", "note"}],
-/// "figures": [{"title", "png", "pdf", "svg", "caption"}]}. Status: done, failed, missing.
+/// reproduce.json: {"experiment", "title", "runs": [{"name", "group", "row", "sequence", "world", "grade",
+/// "range_m", "noise_ut", "scene", "seed", "folder", "estimators", "status"}], "tables": [{"title", "header", "rows",
+/// "note"}], "figures": [{"title", "png", "pdf", "svg", "caption"}]}. Status: done, failed, missing.
 std::string to_json(const Experiment& experiment, const Results& results, const std::vector<std::string>& status,
                     const std::vector<ResultTable>& tables, const std::vector<DrawnFigure>& figures);
 

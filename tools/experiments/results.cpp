@@ -47,7 +47,7 @@ void add_stale_figures(const Run& run, const std::filesystem::path& root, std::m
 }
 
 bool smaller_is_worse(const std::string& figure) {
-  return figure == "success" || figure == "real_time_factor" || figure == "changed_found";
+  return counts_lost_runs(figure) || figure == "real_time_factor" || figure == "changed_found";
 }
 
 std::optional<double> value_of(const RunFigures* figures, const std::string& name) {
@@ -57,6 +57,10 @@ std::optional<double> value_of(const RunFigures* figures, const std::string& nam
 }
 
 }  // namespace
+
+bool counts_lost_runs(const std::string& figure) {
+  return figure == "success" || figure.ends_with(".share_within_100mm") || figure.ends_with(".share_within_1m");
+}
 
 Results::Results(const Plan& plan, const std::filesystem::path& root, const std::vector<bool>& done)
     : runs_(plan.runs), done_(done), figures_(plan.runs.size()) {

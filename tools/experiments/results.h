@@ -43,6 +43,9 @@ class Results {
   std::map<std::string, RunFigures> differences_;  ///< by run
 };
 
+/// Whether a figure has a meaning for a run that lost track, too: success, and shares of the time within an error.
+bool counts_lost_runs(const std::string& figure);
+
 /// A figure over the seeds of a row.
 struct SeedValue {
   std::size_t expected = 0;     ///< runs that should give it
@@ -57,8 +60,8 @@ struct Divisor {
   std::string figure;  ///< empty: the same figure
 };
 
-/// `figure` of `estimator` in a row, over all seeds with which it runs. The worst is the largest, of `success` and
-/// `real_time_factor` the smallest.
+/// `figure` of `estimator` in a row, over all seeds with which it runs. The worst is the largest, of `success`,
+/// `real_time_factor` and shares the smallest.
 SeedValue seed_value(const Results& results, const std::string& group, const std::string& row,
                      const std::string& estimator, const std::string& figure, Statistic statistic,
                      const Divisor& over = {});

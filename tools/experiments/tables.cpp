@@ -62,7 +62,7 @@ std::string cell(const TableColumn& column, const Group& group, const std::strin
   if (seeds.expected == 0) return kNothing;
   if (seeds.present == 0) return kMissing;
   if (column.figure == "success") return fmt::format("{}/{}", seeds.present - seeds.lost, seeds.present);
-  return seeds.lost > 0 ? kLost : number(seeds.value, column.digits);
+  return seeds.lost > 0 && !counts_lost_runs(column.figure) ? kLost : number(seeds.value, column.digits);
 }
 
 }  // namespace

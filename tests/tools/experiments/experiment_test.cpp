@@ -37,6 +37,18 @@ TEST(ReproduceExperiment, QuickIsLaidOverIt) {
   EXPECT_THAT(quick.only, ElementsAre("ways/yard-out-30m"));
 }
 
+TEST(ReproduceExperiment, TheShippedExperimentOfRealityHasNineDrivesAtTwoRangesInFourGrades) {
+  const Experiment experiment = load_experiment(find_experiment("reality"), false);
+  std::vector<std::string> grades;
+  for (const Group& group : experiment.groups) {
+    grades.push_back(group.grade);
+    EXPECT_EQ(group.grade, group.name);
+    EXPECT_EQ(row_names(group).size(), 18U);
+    EXPECT_EQ(row_names(group), row_names(experiment.groups.front()));
+  }
+  EXPECT_THAT(grades, ElementsAre("exact", "calibrated", "field", "rough"));
+}
+
 /// Every mistake is one line with the file's name and line, and names what is right.
 TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   const auto changed = [](const std::string& from, const std::string& to) {
@@ -50,6 +62,7 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   };
   for (const Case& wrong :
        {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
+        Case{changed("seeds: first\n", "seeds: first\n    grade: feld\n"), "did you mean 'field'?"},
         Case{changed("[1, 2]", "[1, 1]"), "twice"}, Case{changed("[1, 2]", "[]"), "at least one seed"},
         Case{changed("[smoother,", "[smother,"), "did you mean 'smoother'?"},
         Case{changed("yard-out-5m: ", "yard-out-6m: "), "did you mean 'yard-out-5m'?"},

@@ -96,6 +96,41 @@ TEST_F(ReproducePlan, WhatAResultDependsOnChangesItsFingerprintAndNothingElse) {
   for (const std::string& fingerprint : fingerprints(plan())) EXPECT_EQ(before.count(fingerprint), 0U);
 }
 
+TEST_F(ReproducePlan, GradesOfRealityShareNothingAndJudgeTheCalibration) {
+  experiment_.groups.resize(1);
+  experiment_.groups[0].name = "exact";
+  experiment_.groups[0].grade = "exact";
+  experiment_.groups.push_back(experiment_.groups[0]);
+  experiment_.groups[1].name = "field";
+  experiment_.groups[1].grade = "field";
+  const Plan both = plan();
+  EXPECT_EQ(count(both, StepKind::cloud), 2U * 2U);  // one a grade and seed
+  EXPECT_EQ(count(both, StepKind::log), 2U * 2U);
+  EXPECT_EQ(count(both, StepKind::field), 2U * 2U);
+  EXPECT_EQ(fingerprints(both).size(), both.steps.size());
+  const auto follows = [](const std::vector<std::string>& words, const std::string& option, const std::string& value) {
+    const auto found = std::find(words.begin(), words.end(), option);
+    return found != words.end() && found + 1 != words.end() && *(found + 1) == value;
+  };
+  for (const auto& run : both.runs) {
+    EXPECT_EQ(run.grade, run.group);
+    const Step& step = both.steps[run.step];
+    const std::string log = both.steps[step.needs[1]].folder;
+    EXPECT_TRUE(follows(step.commands.front(), "--calibration-truth", log + "/reality.yaml")) << run.name;
+    for (const std::size_t need : step.needs)
+      EXPECT_TRUE(follows(both.steps[need].commands.front(), "--reality", run.grade)) << both.steps[need].name;
+  }
+}
+
+TEST_F(ReproducePlan, WithoutAGradeNothingIsSaidOfReality) {
+  for (const Step& step : plan().steps) {
+    for (const std::string& word : step.commands.front()) {
+      EXPECT_NE(word, "--reality");
+      EXPECT_NE(word, "--calibration-truth");
+    }
+  }
+}
+
 TEST_F(ReproducePlan, DifferencesOfMapsNeedTheMapsOfBothScenes) {
   experiment_.figures.push_back({FigureKind::map_difference, "changes", "", "", {"days"}, {}});
   const Plan all = plan();

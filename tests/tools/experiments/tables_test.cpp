@@ -80,6 +80,29 @@ TEST_F(ReproduceTables, WorstIsTheLargestErrorAndTheLeastSuccess) {
   EXPECT_EQ(worst("success"), 0.0);
 }
 
+TEST_F(ReproduceTables, CoverageAndCalibrationAreColumns) {
+  const auto put_summary = [&](const std::string& run, double within, double calibration, bool success) {
+    put(run, "smoother", 0.1, success);
+    std::ofstream(folder_ / "runs" / run / "smoother" / "summary.json")
+        << R"({"ate_m": 0.1, "calibration": {"parameters": 7, "nees": )" << calibration
+        << R"(}, "stages": {"batch": {"share_within_100mm": )" << within << R"(}}, "success": )"
+        << (success ? "true}" : "false}");
+  };
+  put_summary("ways/yard-out-30m/seed1", 0.5, 1.5, true);
+  put_summary("ways/yard-out-30m/seed2", 0.25, 2.5, true);
+  TableChoice choice{"t", "t", "ways", "", std::vector<TableColumn>(3)};
+  for (TableColumn& column : choice.columns) column.estimator = "smoother";
+  choice.columns[0].figure = choice.columns[1].figure = "stages.batch.share_within_100mm";
+  choice.columns[1].statistic = Statistic::worst;
+  choice.columns[2].figure = "calibration.nees";
+  EXPECT_THAT(make_table(choice, experiment_, results()).rows[0],
+              ElementsAre("yard", "out", "30", "0.3750", "0.2500", "2.0000"));
+  // The share of a lost run says how long it was right; its other figures say nothing.
+  put_summary("ways/yard-out-30m/seed2", 0.25, 2.5, false);
+  EXPECT_THAT(make_table(choice, experiment_, results()).rows[0],
+              ElementsAre("yard", "out", "30", "0.3750", "0.2500", "/"));
+}
+
 TEST_F(ReproduceTables, CriteriaAreMetMissedOrOpen) {
   EXPECT_THAT(result("reaches the end"), HasSubstr("open"));
   put("ways/yard-out-30m/seed1", "smoother", 0.1);
