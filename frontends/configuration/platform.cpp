@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <sstream>
 
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/options.h"
@@ -31,6 +32,16 @@ void read_positive(const ConfigurationNode& node, const std::string& key, double
   if (!(value > 0.0) || std::isinf(value)) node.at(key).fail("expected a number above 0");
 }
 
+// Larger than any offset of one time scale against another: beyond this a value has the wrong unit or is a stamp.
+constexpr double largest_clock_offset_s = 3600.0;
+
+void read_clock_offset(const ConfigurationNode& node, const std::string& key, double& offset_s) {
+  read_if_there(node, key, offset_s);
+  if (!(std::abs(offset_s) <= largest_clock_offset_s)) {
+    node.at(key).fail("expected seconds, at most " + write_value(largest_clock_offset_s) + " either way");
+  }
+}
+
 Pose read_pose(const ConfigurationNode& node) {
   node.refuse_keys_other_than({"translation_m", "quaternion_xyzw"});
   const std::vector<double> translation = node.at("translation_m").as_doubles(3);
@@ -48,8 +59,9 @@ Pose read_pose(const ConfigurationNode& node) {
 }
 
 /// The keys that the first LiDAR and further ones share.
-const std::vector<std::string> lidar_keys{"topic",     "stamp",       "fields",      "point_times",   "time_unit",
-                                          "time_zero", "min_range_m", "max_range_m", "scan_period_s", "T_imu_lidar"};
+const std::vector<std::string> lidar_keys{"topic",         "stamp",       "fields",        "point_times",
+                                          "time_unit",     "time_zero",   "min_range_m",   "max_range_m",
+                                          "scan_period_s", "T_imu_lidar", "clock_offset_s"};
 
 /// Deskewed scans have no times of points: a key that describes them contradicts.
 void refuse_times_of_points(const ConfigurationNode& node) {
@@ -77,6 +89,7 @@ void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, Lidar
   read_if_there(node, "time_zero", layout.time_zero);
   read_if_there(node, "point_times", layout.point_times);
   if (layout.point_times == PointTimes::none) refuse_times_of_points(node);
+  read_clock_offset(node, "clock_offset_s", layout.clock_offset_s);
   read_value(node.at("min_range_m"), model.min_range_m);
   if (!(model.min_range_m >= 0.0)) node.at("min_range_m").fail("expected a number of at least 0");
   read_positive(node, "max_range_m", model.max_range_m);
@@ -167,8 +180,8 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
 }
 
 Platform read_platform(const ConfigurationNode& root) {
-  root.refuse_keys_other_than(
-      {"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_calibration", "magnetometers"});
+  root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_clock_offset_s",
+                               "magnetometer_calibration", "magnetometers"});
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
@@ -178,6 +191,7 @@ Platform read_platform(const ConfigurationNode& root) {
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
   }
   read_imu(root.at("imu"), platform);
+  read_clock_offset(root, "magnetometer_clock_offset_s", platform.magnetometer_clock_offset_s);
   read_calibration_sigmas(root, "magnetometer_calibration", platform.suite.calibration.magnetometers);
   if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
     for (const ConfigurationNode& node : magnetometers->elements()) read_magnetometer(node, platform);
@@ -209,6 +223,7 @@ std::string lidar_lines(int depth, const LidarMessageLayout& layout, const Lidar
   if (layout.time_unit) text += line(depth, "time_unit", *layout.time_unit);
   if (layout.time_zero) text += line(depth, "time_zero", *layout.time_zero);
   if (layout.point_times != PointTimes::field) text += line(depth, "point_times", layout.point_times);
+  if (layout.clock_offset_s != 0.0) text += line(depth, "clock_offset_s", layout.clock_offset_s);
   if (with_noise) {
     text += line(depth, "range_noise_m", model.range_noise_m) +
             line(depth, "direction_noise_rad", model.direction_noise_rad);
@@ -248,6 +263,9 @@ std::string format_platform(const Platform& platform) {
           line(1, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", imu.gyroscope_bias_random_walk) +
           line(1, "accelerometer_bias_random_walk_m_s3_sqrt_hz", imu.accelerometer_bias_random_walk) +
           calibration_sigma_lines(1, "calibration", platform.suite.calibration.imu) +
+          (platform.magnetometer_clock_offset_s == 0.0
+               ? ""
+               : line(0, "magnetometer_clock_offset_s", platform.magnetometer_clock_offset_s)) +
           calibration_sigma_lines(0, "magnetometer_calibration", platform.suite.calibration.magnetometers);
   if (platform.suite.magnetometers.empty()) return text + "magnetometers: []\n";
   text += "magnetometers:\n";
@@ -289,8 +307,11 @@ Platform parse_platform(const std::string& text, const std::string& name) {
   return read_platform(ConfigurationNode::parse(text, name));
 }
 
-void save_platform(const Platform& platform, const std::string& path) {
-  write_text_file(path, format_platform(platform));
+void save_platform(const Platform& platform, const std::string& path, const std::string& comment) {
+  std::string text;
+  std::istringstream lines(comment);
+  for (std::string each; std::getline(lines, each);) text += "# " + each + "\n";
+  write_text_file(path, text + format_platform(platform));
 }
 
 }  // namespace lodestone

@@ -62,6 +62,7 @@ struct LidarMessageLayout {
   std::optional<PointTimeUnit> time_unit = PointTimeUnit::nanoseconds;
   std::optional<PointTimeZero> time_zero;
   PointTimes point_times = PointTimes::field;  ///< none: time_field, time_unit and time_zero are not used
+  double clock_offset_s = 0.0;  ///< stamp less the IMU's time of the same instant; StreamDecoder subtracts it
 };
 
 /// Unit of an Imu message's acceleration. The message's definition says m/s²; not every driver does.
@@ -119,6 +120,7 @@ struct Platform {
   ImuMessageLayout imu;
   std::vector<MagnetometerMessageLayout> magnetometers;  ///< one a magnetometer of the suite, in its order
   std::vector<FurtherLidar> further_lidars;              ///< mostly none
+  double magnetometer_clock_offset_s = 0.0;  ///< of all magnetometers; sign as LidarMessageLayout::clock_offset_s
   SensorSuite suite;
 
   /// For messages.
@@ -132,7 +134,8 @@ Platform load_platform(const std::string& path);
 /// Throws InputError as load_platform does; `name` stands for the file in messages.
 Platform parse_platform(const std::string& text, const std::string& name);
 
-/// Writes a file that load_platform reads back to the same bits; aside, then renamed. Throws InputError.
-void save_platform(const Platform& platform, const std::string& path);
+/// Writes a file that load_platform reads back to the same bits; aside, then renamed. Each line of `comment` becomes a
+/// comment at the file's begin. Throws InputError.
+void save_platform(const Platform& platform, const std::string& path, const std::string& comment = {});
 
 }  // namespace lodestone

@@ -37,9 +37,15 @@ const MessagePaths::Vector& StreamDecoder::vector(const SensorStream& stream, st
   return vectors_[stream.first_vector + index];
 }
 
+Time StreamDecoder::clock_offset(const SensorStream& stream) const {
+  if (stream.sensor == Sensor::lidar) return from_seconds(layout_of(platform_, stream.index).clock_offset_s);
+  return stream.sensor == Sensor::magnetometer ? from_seconds(platform_.magnetometer_clock_offset_s) : 0;
+}
+
 Time StreamDecoder::stamp(const SensorStream& stream) {
-  if (stream.reader) return vector(stream, 0).stamp;
-  return std::visit([](const auto& each) { return each.stamp; }, message(stream));
+  const Time written = stream.reader ? vector(stream, 0).stamp
+                                     : std::visit([](const auto& each) { return each.stamp; }, message(stream));
+  return written == 0 ? 0 : written - clock_offset(stream);
 }
 
 ImuSample StreamDecoder::imu(const SensorStream& stream) {
@@ -56,13 +62,18 @@ MagneticSample StreamDecoder::field(const SensorStream& stream) {
   const int index = static_cast<int>(stream.index);
   if (stream.reader) return {stamp(stream), index, to_vector(vector(stream, 0).values) * factor};
   const auto& field = std::get<ros1::MagneticFieldMessage>(message(stream));
-  return {field.stamp, index, to_vector(field.field_tesla) * factor};
+  return {stamp(stream), index, to_vector(field.field_tesla) * factor};
 }
 
 void StreamDecoder::scan(const SensorStream& stream, LidarScan& scan) {
   PointCloudDecoder& decoder = clouds_[stream.index];
-  if (const auto* livox = std::get_if<ros1::LivoxMessage>(&message(stream))) return decoder.decode(*livox, scan);
-  decoder.decode(std::get<ros1::PointCloudMessage>(message(stream)), scan);
+  if (const auto* livox = std::get_if<ros1::LivoxMessage>(&message(stream))) {
+    decoder.decode(*livox, scan);
+  } else {
+    decoder.decode(std::get<ros1::PointCloudMessage>(message(stream)), scan);
+  }
+  scan.start -= clock_offset(stream);
+  scan.end -= clock_offset(stream);
 }
 
 const ros1::PointCloudMessage* StreamDecoder::cloud(const SensorStream& stream) {

@@ -12,7 +12,8 @@
 namespace lodestone {
 
 /// What the messages of a log say of the platform's sensors, in the platform's units: samples and scans, whatever
-/// messages they lie in. A message is decoded when the first of its sensors asks, and once for all of them.
+/// messages they lie in. The clock offsets of the platform file are subtracted from the stamps, so that every time is
+/// the IMU's. A message is decoded when the first of its sensors asks, and once for all of them.
 ///
 /// Every call but set() throws InputError where the message's bytes contradict themselves or the platform file.
 class StreamDecoder {
@@ -24,7 +25,7 @@ class StreamDecoder {
   /// The message of which the calls below speak. Its bytes must hold until then.
   void set(const RawMessage& raw);
 
-  /// Of `stream`'s part of the message, as its driver wrote it.
+  /// Of `stream`'s part of the message, by the IMU's clock. A stamp of 0 means that there is none, and stays 0.
   Time stamp(const SensorStream& stream);
   ImuSample imu(const SensorStream& stream);
   /// As it was read: calibrated() takes hard and soft iron off.
@@ -34,6 +35,7 @@ class StreamDecoder {
   const ros1::PointCloudMessage* cloud(const SensorStream& stream);
 
  private:
+  Time clock_offset(const SensorStream& stream) const;
   const ros1::Message& message(const SensorStream& stream);
   const MessagePaths::Vector& vector(const SensorStream& stream, std::size_t index);
 

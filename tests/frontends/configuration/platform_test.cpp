@@ -124,6 +124,38 @@ TEST(PlatformFile, CalibrationSigmasReadBackToTheSameBits) {
   EXPECT_EQ(back.imu.misalignment_sigma_deg, sigmas.imu.misalignment_sigma_deg);
 }
 
+TEST(PlatformFile, ClockOffsetsAndACommentReadBackToTheSameBits) {
+  const testing::TemporaryFolder folder;
+  Platform platform = load_platform(scout);
+  EXPECT_EQ(platform.lidar.clock_offset_s, 0.0);
+  platform.further_lidars.push_back({platform.lidar, platform.suite.lidar});
+  platform.lidar.clock_offset_s = -0.01 / 3.0;
+  platform.further_lidars[0].layout.clock_offset_s = 0.1;
+  platform.magnetometer_clock_offset_s = 0.02 / 3.0;
+  save_platform(platform, folder / "platform.yaml", "made of: robot.yaml\nname: of another");
+  const Platform back = load_platform(folder / "platform.yaml");
+  EXPECT_EQ(back.name, platform.name);
+  EXPECT_EQ(back.lidar.clock_offset_s, platform.lidar.clock_offset_s);
+  EXPECT_EQ(back.further_lidars.at(0).layout.clock_offset_s, 0.1);
+  EXPECT_EQ(back.magnetometer_clock_offset_s, platform.magnetometer_clock_offset_s);
+  EXPECT_THAT(read_text_file(folder / "platform.yaml"),
+              ::testing::StartsWith("# made of: robot.yaml\n# name: of another\nname:"));
+}
+
+TEST(PlatformFile, WrongClockOffsetsAreRefusedWithTheirPlace) {
+  for (const char* value : {".inf", "-4000", "1700000000"}) {
+    const std::string key = "clock_offset_s: " + std::string(value) + "\n";
+    EXPECT_THAT(error_with("lidar:\n", "lidar:\n  " + key), HasSubstr("lidar.clock_offset_s: expected seconds"))
+        << value;
+    EXPECT_THAT(error_with("lidar:\n", "magnetometer_" + key + "lidar:\n"),
+                HasSubstr("magnetometer_clock_offset_s: expected seconds"))
+        << value;
+  }
+  EXPECT_THAT(error_with("lidar:\n", "lidar:\n  clock_offset_s: .nan\n"),
+              HasSubstr("lidar.clock_offset_s: expected a number"));
+  EXPECT_THAT(error_with("lidar:\n", "lidar:\n  clock_ofset_s: 0.1\n"), HasSubstr("did you mean 'clock_offset_s'"));
+}
+
 TEST(PlatformFile, WrongCalibrationSigmasAreRefusedWithTheirPlace) {
   const auto error_of = [](const std::string& calibration) {
     return error_with("lidar:\n", "lidar:\n  calibration: " + calibration + "\n");
