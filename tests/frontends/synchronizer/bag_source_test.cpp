@@ -80,44 +80,6 @@ TEST_F(BagSourceTest, TheCalibrationOfAMagnetometerIsTakenOff) {
       1e-12);
 }
 
-/// An offset is a stamp less the IMU's time: late stamps have a positive one.
-TEST_F(BagSourceTest, ClockOffsetsAreSubtractedFromStamps) {
-  const Contents before = read();
-  change_platform = [](Platform& platform) {
-    platform.lidar.clock_offset_s = 0.012;
-    platform.magnetometer_clock_offset_s = -0.007;
-  };
-  const Contents after = read();
-  ASSERT_EQ(after.scans.size(), before.scans.size());
-  ASSERT_EQ(after.fields.size(), before.fields.size());
-  ASSERT_EQ(after.imu.size(), before.imu.size());
-  for (std::size_t i = 0; i < after.scans.size(); ++i) {
-    EXPECT_EQ(after.scans[i].start, before.scans[i].start - 12'000'000);
-    EXPECT_EQ(after.scans[i].end, before.scans[i].end - 12'000'000);
-  }
-  for (std::size_t i = 0; i < after.fields.size(); ++i) {
-    EXPECT_EQ(after.fields[i].time, before.fields[i].time + 7'000'000);
-  }
-  for (std::size_t i = 0; i < after.imu.size(); ++i) EXPECT_EQ(after.imu[i].time, before.imu[i].time);
-  EXPECT_TRUE(after.warnings.entries().empty());
-}
-
-/// A log whose LiDAR is late is read as that of a robot with one clock.
-TEST_F(BagSourceTest, AClockOffsetUndoesALateClock) {
-  const Contents exact = read();
-  log.on_scan = [](int, ros1::PointCloudMessage& cloud, std::vector<std::uint8_t>&) {
-    cloud.stamp += 30'000'000;
-    return true;
-  };
-  change_platform = [](Platform& platform) { platform.lidar.clock_offset_s = 0.030; };
-  const Contents corrected = read();
-  ASSERT_EQ(corrected.scans.size(), exact.scans.size());
-  for (std::size_t i = 0; i < exact.scans.size(); ++i) {
-    EXPECT_EQ(corrected.scans[i].start, exact.scans[i].start);
-    EXPECT_EQ(corrected.scans[i].end, exact.scans[i].end);
-  }
-}
-
 TEST_F(BagSourceTest, MissingAndCutOffFiles) {
   EXPECT_THAT(message_of<InputError>([this] { read_all(folder / "absent.bag", platform()); }),
               HasSubstr("absent.bag: there is no such file"));
