@@ -157,8 +157,8 @@ class FieldCheck {
       add(Severity::warning, "clock.magnetometers",
           fmt::format("the magnetometers' stamps are {:.3f} s {} than the drive's ({} of {} magnetometers)",
                       std::abs(delay_s), delay_s > 0.0 ? "later" : "earlier", late_s.size(), sensors_.size()),
-          "let one clock stamp all sensors; or state magnetometer_calibration: {clock_sigma_s: 0.05} in the platform "
-          "file",
+          fmt::format("let one clock stamp all sensors, or state magnetometer_clock_offset_s: {:.3f} in {}",
+                      platform_.magnetometer_clock_offset_s + delay_s, file_),
           sensors_.front().series.times.front());
       return true;
     }

@@ -40,10 +40,10 @@ Finding clock_finding(const RotationFit& fit, const Platform& platform, std::siz
         ""};
   }
   const double period_s = model_of(platform, lidar).scan_period_s;
-  std::string change =
-      fmt::format("let one clock stamp both, or shift one sensor's stamps by {:.3f} s", std::abs(fit.offset_s));
-  // Where in the scan its stamp would be, for the clocks to agree. A deskewed scan has but one instant.
   const LidarMessageLayout& layout = layout_of(platform, lidar);
+  std::string change = fmt::format("let one clock stamp both, or state {}.clock_offset_s: {:.3f} in the platform file",
+                                   lidar_key(lidar), layout.clock_offset_s - fit.offset_s);
+  // Where in the scan its stamp would be, for the clocks to agree. A deskewed scan has but one instant.
   const double stamped = share_of_scan(layout.stamp.value_or(ScanStamp::start)) - fit.offset_s / period_s;
   for (const auto& [stamp, name_of_stamp] : enum_names(ScanStamp::start)) {
     if (layout.point_times == PointTimes::none || stamp == layout.stamp ||

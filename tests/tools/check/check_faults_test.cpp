@@ -108,12 +108,32 @@ TEST(CheckFaults, ClocksOfLidarAndImu) {
     ASSERT_EQ(std::sscanf(clock->seen.c_str(), "the IMU's stamps are %lf s", &found_s), 1) << clock->seen;
     EXPECT_NEAR(found_s, std::abs(offset_s), 0.01);
     EXPECT_THAT(clock->seen, HasSubstr(offset_s > 0.0 ? "later" : "earlier"));
+    double stated_s = 0.0;
+    const std::size_t at = clock->change.find("lidar.clock_offset_s: ");
+    ASSERT_NE(at, std::string::npos) << clock->change;
+    ASSERT_EQ(std::sscanf(clock->change.c_str() + at, "lidar.clock_offset_s: %lf", &stated_s), 1);
+    EXPECT_NEAR(stated_s, -offset_s, 0.01);
   }
 }
 
+TEST(CheckFaults, AClockOffsetThatIsStatedAsAdvisedIsNoFault) {
+  CheckCall call = site().call_with([](Platform& platform) {
+    platform.lidar.clock_offset_s = -0.05;
+    platform.magnetometer_clock_offset_s = -0.05;
+  });
+  call.log = site().log("{kind: clock_offset, sensor: imu, offset_s: 0.05}");
+  EXPECT_THAT(alarms(call), ::testing::IsEmpty());
+}
+
 TEST(CheckFaults, ClocksOfMagnetometers) {
-  EXPECT_THAT(alarms(site().call("{kind: clock_offset, sensor: magnetometers, offset_s: 0.05}")),
-              UnorderedElementsAre("clock.magnetometers"));
+  const CheckCall call = site().call("{kind: clock_offset, sensor: magnetometers, offset_s: 0.05}");
+  EXPECT_THAT(alarms(call), UnorderedElementsAre("clock.magnetometers"));
+  double stated_s = 0.0;
+  const std::string change = find(check_log(call), "clock.magnetometers")->change;
+  const std::size_t at = change.find("magnetometer_clock_offset_s: ");
+  ASSERT_NE(at, std::string::npos) << change;
+  ASSERT_EQ(std::sscanf(change.c_str() + at, "magnetometer_clock_offset_s: %lf", &stated_s), 1);
+  EXPECT_NEAR(stated_s, 0.05, 0.01);
 }
 
 TEST(CheckFaults, SteelThatPasses) {
