@@ -2,25 +2,32 @@
 
 #include <fmt/format.h>
 
-#include <numbers>
-#include <string>
-#include <utility>
+#include <algorithm>
+#include <cmath>
+#include <map>
 
+#include "core/angles.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {
 
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kFarSigmas = 3.0;
 constexpr const char* kAxes[] = {"x", "y", "z"};
 constexpr const char* kEntries[] = {"xx", "xy", "xz", "yy", "yz", "zz"};
 
+/// Where the platform file has a part of a sensor's calibration.
+struct CalibrationPlace {
+  std::string sensor, part, unit, key, sigma_key;
+};
+
 class CalibrationRows {
  public:
-  void add(const std::string& sensor, const std::string& parameter, const char* unit, double estimate, double sigma,
+  void add(const CalibrationPlace& place, const std::string& parameter, double estimate, double sigma,
            double platform_sigma) {
-    rows_.push_back({sensor, parameter, unit, estimate, sigma, platform_sigma});
+    rows_.push_back(
+        {place.sensor, parameter, place.part, place.unit, estimate, sigma, platform_sigma, place.key, place.sigma_key});
   }
 
   std::vector<CalibrationRow> take() { return std::move(rows_); }
@@ -29,33 +36,45 @@ class CalibrationRows {
   std::vector<CalibrationRow> rows_;
 };
 
+double sigmas_off(const CalibrationRow& row) {
+  return std::abs(row.estimate) / row.platform_sigma;
+}
+
 }  // namespace
 
 std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const CalibrationEstimate& estimate) {
   CalibrationRows rows;
   const CalibrationEstimate::Lidar& lidar = estimate.lidar;
   const LidarCalibrationSigmas& lidar_sigmas = suite.calibration.lidar;
+  const CalibrationPlace turn{"lidar", "rotation", "deg", "lidar.T_imu_lidar", "lidar.calibration.rotation_sigma_deg"};
+  const CalibrationPlace shift{"lidar", "translation", "m", "lidar.T_imu_lidar",
+                               "lidar.calibration.translation_sigma_m"};
   for (int i = 0; i < 3; ++i) {
-    rows.add("lidar", fmt::format("turn_{}", kAxes[i]), "deg", kDegrees * lidar.correction.turn_rad[i],
-             kDegrees * lidar.turn_sigma_rad[i], lidar_sigmas.rotation_sigma_deg);
+    rows.add(turn, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * lidar.correction.turn_rad[i],
+             degrees_per_radian * lidar.turn_sigma_rad[i], lidar_sigmas.rotation_sigma_deg);
   }
   for (int i = 0; i < 3; ++i) {
-    rows.add("lidar", fmt::format("shift_{}", kAxes[i]), "m", lidar.correction.shift_m[i], lidar.shift_sigma_m[i],
+    rows.add(shift, fmt::format("shift_{}", kAxes[i]), lidar.correction.shift_m[i], lidar.shift_sigma_m[i],
              lidar_sigmas.translation_sigma_m);
   }
-  rows.add("lidar", "clock", "s", lidar.correction.clock_s, lidar.clock_sigma_s, lidar_sigmas.clock_sigma_s);
+  rows.add({"lidar", "clock", "s", "lidar.clock_offset_s", "lidar.calibration.clock_sigma_s"}, "clock",
+           lidar.correction.clock_s, lidar.clock_sigma_s, lidar_sigmas.clock_sigma_s);
   const MagnetometerCalibrationSigmas& sigmas = suite.calibration.magnetometers;
-  rows.add("magnetometers", "clock", "s", estimate.magnetometer_clock_s, estimate.magnetometer_clock_sigma_s,
-           sigmas.clock_sigma_s);
+  rows.add({"magnetometers", "clock", "s", "magnetometer_clock_offset_s", "magnetometer_calibration.clock_sigma_s"},
+           "clock", estimate.magnetometer_clock_s, estimate.magnetometer_clock_sigma_s, sigmas.clock_sigma_s);
   for (std::size_t k = 0; k < estimate.magnetometers.size() && k < suite.magnetometers.size(); ++k) {
     const CalibrationEstimate::Magnetometer& magnetometer = estimate.magnetometers[k];
     const std::string& name = suite.magnetometers[k].name;
+    const CalibrationPlace turned{name, "rotation", "deg", "T_imu_mag of " + name,
+                                  "magnetometer_calibration.rotation_sigma_deg"};
+    const CalibrationPlace distorted{name, "matrix", "1", "soft_iron_correction of " + name,
+                                     "magnetometer_calibration.matrix_sigma"};
     for (int i = 0; i < 3; ++i) {
-      rows.add(name, fmt::format("turn_{}", kAxes[i]), "deg", kDegrees * magnetometer.turn_rad[i],
-               kDegrees * magnetometer.turn_sigma_rad[i], sigmas.rotation_sigma_deg);
+      rows.add(turned, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * magnetometer.turn_rad[i],
+               degrees_per_radian * magnetometer.turn_sigma_rad[i], sigmas.rotation_sigma_deg);
     }
     for (int i = 0; i < 6; ++i) {
-      rows.add(name, fmt::format("distortion_{}", kEntries[i]), "1", magnetometer.distortion[i],
+      rows.add(distorted, fmt::format("distortion_{}", kEntries[i]), magnetometer.distortion[i],
                magnetometer.distortion_sigma[i], sigmas.matrix_sigma);
     }
   }
@@ -64,15 +83,37 @@ std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const Cal
 
 void write_calibration(const std::filesystem::path& path, const SensorSuite& suite,
                        const CalibrationEstimate& estimate) {
-  std::string text = "sensor,parameter,unit,estimate,sigma,platform_sigma\n";
+  OutputFile file(path);
+  file.write("sensor,parameter,unit,estimate,sigma,platform_sigma\n");
   for (const CalibrationRow& row : calibration_rows(suite, estimate)) {
     if (!row.is_estimated()) continue;
-    text += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g}\n", row.sensor, row.parameter, row.unit, row.estimate, row.sigma,
-                        row.platform_sigma);
+    file.write(fmt::format("{},{},{},{:.6g},{:.6g},{:.6g}\n", row.sensor, row.parameter, row.unit, row.estimate,
+                           row.sigma, row.platform_sigma));
   }
-  OutputFile file(path);
-  file.write(text);
   file.commit();
+}
+
+void warn_of_calibration(const SensorSuite& suite, const CalibrationEstimate& estimate, Time time,
+                         WarningLog& warnings) {
+  struct Far {
+    CalibrationRow row;
+    int count = 0;
+  };
+  std::map<std::string, Far> kinds;
+  for (CalibrationRow& row : calibration_rows(suite, estimate)) {
+    if (!row.is_estimated() || !(sigmas_off(row) > kFarSigmas)) continue;
+    Far& far = kinds[fmt::format("calibration.{}.{}", row.sensor == "lidar" ? "lidar" : "magnetometers", row.part)];
+    if (far.count++ == 0 || sigmas_off(row) > sigmas_off(far.row)) far.row = std::move(row);
+  }
+  for (const auto& [kind, far] : kinds) {
+    const CalibrationRow& row = far.row;
+    warnings.add(kind,
+                 fmt::format("{}: {} is {:.3g} {}off, {:.1f} times {} ({:g}); replace {} by the value in the results' "
+                             "platform.yaml if other logs agree, or state a larger {}",
+                             row.key, row.parameter, row.estimate, row.unit == "1" ? "" : row.unit + " ",
+                             sigmas_off(row), row.sigma_key, row.platform_sigma, row.key, row.sigma_key),
+                 time, far.count);
+  }
 }
 
 }  // namespace lodestone

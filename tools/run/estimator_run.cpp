@@ -13,6 +13,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/progress.h"
 #include "tools/run/bound_run.h"
+#include "tools/run/calibrated_platform.h"
 #include "tools/run/calibration_file.h"
 #include "tools/run/estimate_recording.h"
 #include "tools/run/resources.h"
@@ -120,6 +121,23 @@ void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const
   write_errors(path, error_rows(pairs, covariances));
 }
 
+/// What the log says of the calibration, and the platform file of a next run.
+void keep_calibration(const EstimatorRun& run, const CalibrationEstimate& calibration, const std::string& mark,
+                      bool lost) {
+  const SensorSuite& suite = *run.field.suite;
+  write_calibration(run.folder / "calibration.csv", suite, calibration);
+  if (run.platform == nullptr || lost) return;
+  const std::string comment = fmt::format(
+      "Made from {} by `lodestone run`: the calibration that {} estimated from {}.\n"
+      "{}"
+      "calibration.csv beside this file lists the changes. Each calibration sigma is the largest that is left of its "
+      "axes and sensors.\n"
+      "For other logs: a second run over the same log would count that log twice.",
+      run.platform->file_name(), run.name, run.log, mark.empty() ? "" : mark + "\n");
+  save_platform(calibrated_platform(*run.platform, suite, calibration), (run.folder / "platform.yaml").string(),
+                comment);
+}
+
 /// One pass: reads bundle after bundle and feeds the estimator, or a recording of its estimates.
 class Pass {
  public:
@@ -163,6 +181,9 @@ class Pass {
       return;
     }
     estimator_->finish(sinks_);
+    if (const CalibrationEstimate* estimate = estimator_->calibration()) {
+      warn_of_calibration(*run_.field.suite, *estimate, last_end_, warnings_);
+    }
     record_ = {seconds_since(start_), seconds_since(worked_off), peak_memory_mb(), warnings_};
   }
 
@@ -176,6 +197,7 @@ class Pass {
     }
   }
 
+  bool replayed() const { return recording_.has_value(); }
   bool began() const { return estimator_ != nullptr; }
   std::string solver() const { return estimator_->solver(); }
   /// Null: not estimated, or written by the call that is replayed.
@@ -255,11 +277,12 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
     summary.status = RunStatus::stopped;
   }
   pass.finish();
+  outcome.replayed = pass.replayed();
   summary.refine_s = pass.record_of_pass().refine_s;
   // A signal ends a refinement, too.
   if (summary.status == RunStatus::done && run.refines && interrupt_requested())
     summary.status = RunStatus::interrupted;
-  if (summary.status == RunStatus::done) pass.keep();
+  const bool whole = summary.status == RunStatus::done;
   summary.scans = pass.scans();
   summary.solver = pass.solver();
   const Time last_end = pass.last_end();
@@ -280,11 +303,12 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   files.finish(mark);
   if (const CalibrationEstimate* calibration = pass.calibration()) {
-    write_calibration(run.folder / "calibration.csv", *run.field.suite, *calibration);
+    keep_calibration(run, *calibration, mark, summary.status == RunStatus::lost);
     if (run.true_calibration != nullptr) {
       summary.calibration = compare_calibration(*run.field.suite, *calibration, *run.true_calibration);
     }
   }
+  if (whole) pass.keep();  // a replay does not write the calibration again
   if (run.field.map != nullptr) {
     FieldReport report = report_field(run.field, pass.readings(), outcome.record, warnings);
     write_field_report(run.folder, report);

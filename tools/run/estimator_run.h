@@ -7,6 +7,7 @@
 
 #include "core/measurements.h"
 #include "estimators/estimator.h"
+#include "frontends/configuration/platform.h"
 #include "tools/run/field_report.h"
 #include "tools/run/run_summary.h"
 
@@ -22,12 +23,15 @@ struct OpenedLog {
 /// One estimator's pass over a log.
 struct EstimatorRun {
   std::string name;
-  /// Gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, calibration.csv, summary.json; with
-  /// a field field_residuals.csv, stale_places.csv, field_cells.csv.
+  /// Gets trajectory.tum, causal.tum, covariance.csv, diagnostics.csv, errors.csv, summary.json; where the calibration
+  /// is estimated calibration.csv and platform.yaml (the latter not of a run that lost track); with a field
+  /// field_residuals.csv, stale_places.csv, field_cells.csv.
   std::filesystem::path folder;
   const Trajectory* truth = nullptr;                      ///< null: no figures against the truth
   const CalibrationEstimate* true_calibration = nullptr;  ///< null: no figures of the estimated calibration
   const Bound* bound = nullptr;                           ///< null: none was asked for
+  const Platform* platform = nullptr;                     ///< as its file states it; null: no platform.yaml
+  std::string log;                                        ///< for comments
   FieldMaterial field;                                    ///< its map null: no stale-map report
   bool refines = false;                                   ///< the whole log is solved together at its end
   std::filesystem::path recording;  ///< gets all estimates once the pass has ended; empty: no such file
@@ -42,6 +46,7 @@ struct EstimatorOutcome {
   EstimateRecord record;
   std::vector<FieldRow> field_rows;  ///< of the stale-map report
   Time log_begin = 0;
+  bool replayed = false;  ///< files that only the pass itself writes are those of the call before
 };
 
 /// Works off the log. A signal (interrupt_requested) or an InputError of the source ends it early: what there is is

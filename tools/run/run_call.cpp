@@ -42,6 +42,7 @@ namespace {
 /// Everything that the estimators of one call share.
 struct RunMaterial {
   Platform platform;
+  Platform stated;  ///< the platform file's: all magnetometers, its own range
   RunOptions options;
   std::shared_ptr<const PlaneMapSource> planes;
   std::shared_ptr<const MagneticMap> field;
@@ -96,7 +97,8 @@ RunMaterial load_small_files(const RunCall& call) {
   std::vector<std::string> settings = call.settings;
   if (!call.refine.empty()) settings.push_back("smoother.refine=" + call.refine);
   load_options(load_configuration(call.configurations, settings), material.options);
-  material.platform = load_platform(call.platform);
+  material.stated = load_platform(call.platform);
+  material.platform = material.stated;
   if (!call.magnetic.empty()) choose_magnetometers(material.options.magnetic.magnetometers, material.platform);
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
     throw InputError(
@@ -240,6 +242,8 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
   run.resume = call.resume;
   run.refines = material.options.smoother.refine == Refinement::batch;
   run.bound = bound;
+  run.platform = &material.stated;
+  run.log = call.log;
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
   run.truth = call.truth.empty() ? nullptr : &material.truth;
@@ -328,7 +332,7 @@ int execute(const RunCall& call) {
       (out / "config.yaml").string(),
       "# Every option of this run; --config takes it again. What else the call said is in summary.json: call.\n" +
           save_options(material.options));
-  const StaleResults stale(out, estimator_names());
+  StaleResults stale(out, estimator_names());
 
   if (is_automatic(call)) find_start_anywhere(call, material, shared);
   const std::optional<Bound> bound = find_bound(call, material);
@@ -340,6 +344,7 @@ int execute(const RunCall& call) {
     EstimatorOutcome outcome = run_one(name, call, material, bound ? &*bound : nullptr, shared);
     series.push_back(picture_series(outcome));
     log_begin = outcome.log_begin;
+    if (outcome.replayed) stale.keep_calibration(out / name);
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
     write_text_file((out / "summary.json").string(),

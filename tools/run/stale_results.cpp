@@ -10,9 +10,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kOfAnEstimator[] = {"trajectory.tum",   "causal.tum",  "smoothed.tum",        "covariance.csv",
-                                          "diagnostics.csv",  "errors.csv",  "field_residuals.csv", "field_cells.csv",
-                                          "stale_places.csv", "summary.json"};
+constexpr const char* kOfAnEstimator[] = {"trajectory.tum",   "causal.tum",   "smoothed.tum",        "covariance.csv",
+                                          "diagnostics.csv",  "errors.csv",   "field_residuals.csv", "field_cells.csv",
+                                          "stale_places.csv", "summary.json", "calibration.csv",     "platform.yaml"};
 constexpr const char* kPictures[] = {"map", "error", "distribution", "stale_map"};
 constexpr const char* kEndings[] = {".png", ".pdf", ".svg"};
 
@@ -29,6 +29,11 @@ StaleResults::StaleResults(fs::path folder, const std::vector<std::string>& esti
   for (const std::string& picture : pictures) {
     for (const char* ending : kEndings) note(folder_ / "pictures" / (picture + ending));
   }
+}
+
+void StaleResults::keep_calibration(const fs::path& folder) {
+  files_.erase(folder / "calibration.csv");
+  files_.erase(folder / "platform.yaml");
 }
 
 bool StaleResults::mark_of(const fs::path& file, Mark& mark) {

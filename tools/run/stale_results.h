@@ -15,6 +15,9 @@ class StaleResults {
   /// Notes what is there. `estimators`: every name that a run's folder may have.
   StaleResults(std::filesystem::path folder, const std::vector<std::string>& estimators);
 
+  /// Leaves calibration.csv and platform.yaml of an estimator's folder: a replayed pass does not write them again.
+  void keep_calibration(const std::filesystem::path& folder);
+
   /// Removes what has not been written anew since, and the folders of estimators that are empty then. Called when the
   /// new results are in place: who is killed before has both.
   void remove() const;

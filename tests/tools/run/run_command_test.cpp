@@ -231,6 +231,25 @@ TEST_F(RunCommand, FilesOfAnotherKindAreCalledWhatTheyAre) {
   expect_refused(call("--truth " + path("log.bag")), "expected a trajectory (TUM or EuRoC csv); this looks like a log");
 }
 
+TEST_F(RunCommand, ThePlatformFileItWritesBeginsTheNextRun) {
+  const std::string start = " --initial-pose-from " + path("truth.tum");
+  ASSERT_EQ(run_lodestone(call("--estimator smoother,ieskf --max-range 30" + start)).code, 0);
+  const std::string written = path("out/smoother/platform.yaml");
+  EXPECT_FALSE(std::filesystem::exists(path("out/ieskf/platform.yaml"))) << "ieskf estimates no calibration";
+  EXPECT_THAT(content_of(written), testing::StartsWith("# Made from " + path("platform.yaml")));
+  const Platform given = load_platform(path("platform.yaml"));
+  const Platform calibrated = load_platform(written);
+  EXPECT_EQ(calibrated.suite.lidar.max_range_m, given.suite.lidar.max_range_m) << "--max-range is of the call alone";
+  EXPECT_LT(calibrated.suite.calibration.lidar.rotation_sigma_deg, given.suite.calibration.lidar.rotation_sigma_deg);
+  const std::string again = "run " + path("log.bag") + " --platform " + written + " --cloud " + path("cloud.pcd");
+  EXPECT_EQ(run_lodestone(again + " --out " + path("again") + start).code, 0);
+  expect_refused(again + " --out " + path("out") + start, "is among the results");
+  // Of another estimator's run nothing of it is left.
+  ASSERT_EQ(run_lodestone(call("--estimator ieskf" + start)).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(written));
+  EXPECT_FALSE(std::filesystem::exists(path("out/smoother/calibration.csv")));
+}
+
 TEST_F(RunCommand, NothingOfAnEarlierRunStaysBesideTheNewResults) {
   const std::string start = " --initial-pose-from " + path("truth.tum");
   ASSERT_EQ(run_lodestone(call("--estimator smoother,lidar-inertial --truth " + path("truth.tum") + start)).code, 0);

@@ -1,0 +1,69 @@
+#include "tools/run/calibrated_platform.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "core/angles.h"
+
+namespace lodestone {
+
+namespace {
+
+/// The platform file's sigma after a run that left `largest` at most; 0: not estimated.
+void narrow(double& sigma, double largest) {
+  if (largest > 0.0) sigma = std::min(sigma, largest);
+}
+
+void calibrate_lidars(Platform& platform, const CalibrationEstimate::Lidar& lidar) {
+  const Pose& given = platform.suite.lidar.T_imu_lidar;
+  const Pose corrected = lidar.correction.corrected(given);
+  for (FurtherLidar& further : platform.further_lidars) {
+    further.model.T_imu_lidar = corrected * (given.inverse() * further.model.T_imu_lidar);
+    further.layout.clock_offset_s += lidar.correction.clock_s;
+  }
+  platform.suite.lidar.T_imu_lidar = corrected;
+  platform.lidar.clock_offset_s += lidar.correction.clock_s;
+  LidarCalibrationSigmas& sigmas = platform.suite.calibration.lidar;
+  narrow(sigmas.rotation_sigma_deg, degrees_per_radian * lidar.turn_sigma_rad.maxCoeff());
+  narrow(sigmas.translation_sigma_m, lidar.shift_sigma_m.maxCoeff());
+  narrow(sigmas.clock_sigma_s, lidar.clock_sigma_s);
+}
+
+void calibrate_magnetometer(MagnetometerModel& model, MagnetometerMessageLayout& layout,
+                            const CalibrationEstimate::Magnetometer& estimate) {
+  if (estimate.turn_rad.isZero(0.0) && estimate.distortion.isZero(0.0)) return;
+  Eigen::Matrix<double, CalibrationEstimate::kMatrixParameters, 1> parameters;
+  parameters << estimate.turn_rad, estimate.distortion;
+  const Matrix3 read = Matrix3::Identity() + CalibrationEstimate::matrix_of(parameters.data());
+  const Quaternion turn = so3::exp(estimate.turn_rad);
+  model.T_imu_mag.rotation = (model.T_imu_mag.rotation * turn).normalized();
+  layout.soft_iron_correction = turn.conjugate() * (read.inverse() * layout.soft_iron_correction).eval();
+}
+
+}  // namespace
+
+Platform calibrated_platform(Platform platform, const SensorSuite& suite, const CalibrationEstimate& estimate) {
+  calibrate_lidars(platform, estimate.lidar);
+  platform.magnetometer_clock_offset_s += estimate.magnetometer_clock_s;
+  MagnetometerCalibrationSigmas& sigmas = platform.suite.calibration.magnetometers;
+  narrow(sigmas.clock_sigma_s, estimate.magnetometer_clock_sigma_s);
+  double turn_sigma_rad = 0.0, distortion_sigma = 0.0;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
+    for (std::size_t k = 0; k < std::min(estimate.magnetometers.size(), suite.magnetometers.size()); ++k) {
+      MagnetometerModel& model = platform.suite.magnetometers[i];
+      if (suite.magnetometers[k].name != model.name) continue;
+      const CalibrationEstimate::Magnetometer& one = estimate.magnetometers[k];
+      calibrate_magnetometer(model, platform.magnetometers[i], one);
+      turn_sigma_rad = std::max(turn_sigma_rad, one.turn_sigma_rad.maxCoeff());
+      distortion_sigma = std::max(distortion_sigma, one.distortion_sigma.maxCoeff());
+      ++found;
+    }
+  }
+  if (found < platform.suite.magnetometers.size()) return platform;
+  narrow(sigmas.rotation_sigma_deg, degrees_per_radian * turn_sigma_rad);
+  narrow(sigmas.matrix_sigma, distortion_sigma);
+  return platform;
+}
+
+}  // namespace lodestone

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "factors/calibration_estimate.h"
+#include "frontends/configuration/platform.h"
+
+namespace lodestone {
+
+/// `platform` with the calibration that a run estimated, so that the next run's corrections are zero:
+///
+/// - T_imu_lidar is (Exp(turn) R, t + shift). Further LiDARs move with the first, and so do their clock offsets.
+/// - T_imu_mag is T Exp(θ), and soft_iron_correction is Exp(−θ) (1 + E)⁻¹ C. With C (reading − hard iron) =
+///   b + (1 + E) field follows C' (reading − hard iron) = b' + Exp(−θ) field: exactly, not to first order.
+/// - Clock offsets grow by the clocks' corrections.
+///
+/// A sigma of the file stands for several axes and magnetometers: it becomes the largest of what is left of them, and
+/// never grows. What was not estimated keeps value and sigma. If the run did not use all magnetometers, their sigmas
+/// stay.
+///
+/// `suite`: of the run; its magnetometers, in the order of `estimate`, are found in `platform` by their names.
+Platform calibrated_platform(Platform platform, const SensorSuite& suite, const CalibrationEstimate& estimate);
+
+}  // namespace lodestone
