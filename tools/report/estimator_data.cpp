@@ -119,8 +119,7 @@ Json estimator_series(const EstimatorFiles& files, const Trajectory* truth, cons
   return json;
 }
 
-Json stale_places(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / "stale_places.csv";
+Json table_json(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path)) return nullptr;
   const CsvTable table(path);
   Json json;

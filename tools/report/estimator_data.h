@@ -30,7 +30,7 @@ EstimatorFiles read_estimator(const std::filesystem::path& folder);
 nlohmann::ordered_json estimator_series(const EstimatorFiles& files, const Trajectory* truth,
                                         const TimeBuckets& buckets);
 
-/// stale_places.csv of an estimator as {columns, rows}, or null where there is none.
-nlohmann::ordered_json stale_places(const std::filesystem::path& folder);
+/// A CSV file of an estimator's folder as {columns, rows of texts}, or null where there is none.
+nlohmann::ordered_json table_json(const std::filesystem::path& path);
 
 }  // namespace lodestone

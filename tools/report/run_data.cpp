@@ -190,7 +190,8 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
     entry["summary"] = summary["estimators"][files.name];
     entry["degeneracy_limit_m"] = degeneracy_limit(options, files.name);
     entry["series"] = estimator_series(files, truth.empty() ? nullptr : &truth, buckets);
-    entry["stale_places"] = stale_places(files.folder);
+    entry["stale_places"] = table_json(files.folder / "stale_places.csv");
+    entry["calibration"] = table_json(files.folder / "calibration.csv");
     json["estimators"].push_back(std::move(entry));
   }
   if (fs::exists(overview / "field.png")) json["field"] = field_json(overview / "field.png", limits.field_values);

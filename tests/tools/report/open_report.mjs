@@ -90,7 +90,7 @@ try {
   const charts = await chromium.evaluate(`(${inspect})()`);
   const page = await chromium.evaluate(`({ width: document.documentElement.scrollWidth, height: document.documentElement.scrollHeight,
     headings: [...document.querySelectorAll('h1, h2')].map((one) => one.textContent), rows: document.querySelectorAll('#comparison tbody tr').length,
-    staleRows: document.querySelectorAll('#stale tbody tr').length, images: [...document.images].filter((one) => one.naturalWidth > 0).length,
+    staleRows: document.querySelectorAll('#stale tbody tr').length, calibrationRows: document.querySelectorAll('#calibration tbody tr').length, images: [...document.images].filter((one) => one.naturalWidth > 0).length,
     text: document.getElementById('report').innerText.length })`);
   if (options.screenshot) {
     const clip = options.whole ? { x: 0, y: 0, width, height: page.height, scale: 1 } : undefined;

@@ -130,6 +130,8 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   EXPECT_EQ(charts.at("map")["data"]["marks"], "2");
   EXPECT_EQ(seen["page"]["rows"], 2);
   EXPECT_EQ(seen["page"]["staleRows"], 2);
+  // The smoother's: seven of the LiDAR, the array's clock, nine of each of two magnetometers.
+  EXPECT_EQ(seen["page"]["calibrationRows"], 7 + 1 + 2 * 9);
   EXPECT_EQ(seen["page"]["width"], 1280) << "wider than the window";
   ASSERT_TRUE(seen["hovered"].is_array());
   for (const Json& values : seen["hovered"]) {

@@ -1,4 +1,5 @@
-// One run: comparison, plan, charts over time, distribution, stale places, warnings, configuration.
+// One run: comparison, plan, charts over time, distribution, calibration, stale places, warnings, configuration.
+import { calibrationSection } from './calibration.js';
 import { distributionChart, timeCharts } from './charts.js';
 import { cloudView } from './cloud_view.js';
 import { brief, count, date, duration, fixed, h, leaf, metres } from './dom.js';
@@ -198,6 +199,7 @@ export async function runView(run) {
       charts.element),
     distribution ? h('section', { id: 'distribution' }, h('h2', {}, 'How often'),
       h('p', { class: 'quiet small' }, 'Share of scans whose position error is at most that along the bottom.'), distribution.element) : null,
+    calibrationSection(state),
     staleSection(state),
     h('section', { id: 'warnings' }, h('h2', {}, 'What was warned of'), warnings(run)),
     run.configuration ? h('section', { id: 'configuration' }, h('h2', {}, 'Configuration'),
