@@ -18,6 +18,7 @@
 #include "tests/tools/program_runner.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/cloud_map.h"
+#include "tools/writers/csv_table.h"
 
 namespace lodestone {
 namespace {
@@ -240,7 +241,20 @@ TEST_F(RunCommand, ThePlatformFileItWritesBeginsTheNextRun) {
   const Platform given = load_platform(path("platform.yaml"));
   const Platform calibrated = load_platform(written);
   EXPECT_EQ(calibrated.suite.lidar.max_range_m, given.suite.lidar.max_range_m) << "--max-range is of the call alone";
-  EXPECT_LT(calibrated.suite.calibration.lidar.rotation_sigma_deg, given.suite.calibration.lidar.rotation_sigma_deg);
+  const CsvTable table(path("out/smoother/calibration.csv"));
+  const std::vector<std::string> parameters = table.texts("parameter");
+  const std::vector<double> estimates = table.numbers("estimate"), sigmas = table.numbers("sigma");
+  const Vector3 shift = calibrated.suite.lidar.T_imu_lidar.position - given.suite.lidar.T_imu_lidar.position;
+  ASSERT_GE(parameters.size(), 7U);
+  double largest = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(parameters[3 + i], std::string("shift_") + "xyz"[i]);
+    EXPECT_NEAR(shift[i], estimates[3 + i], 1e-5 * std::abs(estimates[3 + i]) + 1e-12);
+    largest = std::max(largest, sigmas[3 + i]);
+  }
+  EXPECT_EQ(parameters[6], "clock");
+  EXPECT_NEAR(calibrated.lidar.clock_offset_s, estimates[6], 1e-5 * std::abs(estimates[6]) + 1e-12);
+  EXPECT_NEAR(calibrated.suite.calibration.lidar.translation_sigma_m, largest, 1e-5 * largest);
   const std::string again = "run " + path("log.bag") + " --platform " + written + " --cloud " + path("cloud.pcd");
   EXPECT_EQ(run_lodestone(again + " --out " + path("again") + start).code, 0);
   expect_refused(again + " --out " + path("out") + start, "is among the results");
