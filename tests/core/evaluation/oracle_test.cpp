@@ -48,7 +48,7 @@ Trajectory load_trajectory(const std::string& name) {
   return trajectory;
 }
 
-class Oracle : public testing::Test {
+class Oracle : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists(data_folder() / "trajectories/fr2_desk_ORB.txt")) {

@@ -83,7 +83,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-class EurocPreintegration : public testing::Test {
+class EurocPreintegration : public ::testing::Test {
  protected:
   struct Errors {
     double position_m = 0.0;
