@@ -75,8 +75,7 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
   canvas.fill(box, {240, 240, 240});
   shade_raster(canvas, box, stretch, change, scale, ColorRamp::heat, RasterInterpolation::nearest);
   draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::heat, "|ΔB| µT");
-  for (std::size_t i = 0; i < std::min<std::size_t>(places.size(), 10); ++i) {
-    if (places[i].largest_at == difference.largest_at) continue;  // has the ring
+  for (std::size_t i = 1; i < std::min<std::size_t>(places.size(), 10); ++i) {
     const CanvasPoint at = axes.at(places[i].largest_at.x(), places[i].largest_at.y());
     draw_note(canvas, box, {at.x + 4.0, at.y}, std::to_string(i + 1), 12.0);
   }

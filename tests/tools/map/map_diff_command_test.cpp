@@ -12,7 +12,6 @@ namespace lodestone {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// 4 × 3 m of (20, 0, −40) µT; `bump` µT more of B_z within 0.25 m of (1, 1).
 void write_bump_map(const std::filesystem::path& path, double x, float bump) {
@@ -43,12 +42,7 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
   EXPECT_NEAR(json["area_above_threshold_m2"], 21 * 0.01, 1e-9);  // 21 nodes lie within 2.5 nodes of one
   EXPECT_NEAR(json["share_above_3_sigma"], 21.0 / (41 * 31), 1e-9);
   EXPECT_EQ(json["places_above_threshold"], 1);
-  const std::string places = content_of(folder / "out/places.csv");
-  EXPECT_THAT(places, HasSubstr("largest_z_m,sigma_ut,scaled_sigma_ut,largest_over_scaled_sigma,p_value\n"));
-  EXPECT_THAT(places, HasSubstr("\n1,1.000,1.000,0.21,20.000,20.000,"));
-  EXPECT_THAT(places, HasSubstr(",0.7071,0.7071,28.28,"));  // 0.5 µT in each map
-  EXPECT_EQ(json["sigma_scale"], 1.0);
-  EXPECT_EQ(json["places_reported"], 1);
+  EXPECT_THAT(content_of(folder / "out/places.csv"), HasSubstr("\n1,1.000,1.000,0.21,20.000,20.000,"));
   for (const char* name : {"out/picture.png", "out/picture.pdf", "out/picture.svg"}) {
     EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
   }
@@ -59,22 +53,6 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
   EXPECT_FLOAT_EQ(size(10, 10), 20.0F);
   EXPECT_FLOAT_EQ(size(20, 10), 0.0F);
   EXPECT_THAT(content_of(folder / "out/difference.yaml"), HasSubstr("image: \"difference.tif\""));
-}
-
-TEST(MapDiffCommand, ListsNoPlaceThatTheMapsSigmaExplains) {
-  const TemporaryFolder folder;
-  write_bump_map(folder / "a.yaml", 0.0, 0.0F);
-  write_bump_map(folder / "b.yaml", 0.0, 2.0F);  // 2.8 sigma of the difference, in 1271 nodes
-  const std::string call = "map diff " + (folder / "a.yaml").string() + " " + (folder / "b.yaml").string() +
-                           " --threshold-ut 1 --out " + (folder / "out").string();
-  ProgramResult result = run_lodestone(call);
-  ASSERT_EQ(result.code, 0) << result.errors;
-  EXPECT_THAT(result.output, HasSubstr("0 places above 1 uT with p of at most 0.05; 1 place above 1 uT"));
-  EXPECT_THAT(content_of(folder / "out/places.csv"), Not(HasSubstr("\n1,")));
-  result = run_lodestone("map diff " + (folder / "a.yaml").string() + " " + (folder / "b.yaml").string() +
-                         " --threshold-ut 1 --significance 1.5 --out " + (folder / "out").string());
-  EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("--significance"));
 }
 
 TEST(MapDiffCommand, EachMistakeIsOneLineAndCodeTwo) {
