@@ -5,8 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/lidar/voxel_members.h"
 #include "core/parallel.h"
+#include "core/parallel_sort.h"
 
 namespace lodestone {
 
@@ -17,20 +17,65 @@ constexpr int kBits = 21;
 constexpr int kOffset = voxels_to_a_side;
 static_assert(kOffset == 1 << (kBits - 1));
 
+/// A point as a member of a voxel: its own one, or one that it lies just outside of.
+struct Entry {
+  std::uint64_t key;
+  std::uint32_t index;
+  bool operator<(const Entry& other) const { return key != other.key ? key < other.key : index < other.index; }
+};
+
 using Wanted = std::function<bool(const Eigen::Vector3i&)>;
+
+/// Beyond, a key would be that of a voxel elsewhere.
+bool has_key(const Eigen::Vector3i& voxel) {
+  return voxel.minCoeff() >= -kOffset && voxel.maxCoeff() < kOffset;
+}
+
+void append_memberships(const VoxelRange& range, std::uint32_t index, const Wanted& wanted,
+                        std::vector<Entry>& entries) {
+  for (int x = range.low.x(); x <= range.high.x(); ++x) {
+    for (int y = range.low.y(); y <= range.high.y(); ++y) {
+      for (int z = range.low.z(); z <= range.high.z(); ++z) {
+        const Eigen::Vector3i voxel(x, y, z);
+        if (has_key(voxel) && (!wanted || wanted(voxel))) entries.push_back({voxel_key(voxel), index});
+      }
+    }
+  }
+}
+
+/// Sorted by voxel, then by index: every voxel sums its points in the order of the file.
+std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, const VoxelMembership& membership,
+                                      const Wanted& wanted) {
+  constexpr std::size_t kPart = 1 << 16;
+  const std::size_t parts = (points.size() + kPart - 1) / kPart;
+  std::vector<std::vector<Entry>> lists(parts);
+  parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    const std::size_t end = std::min(points.size(), (part + 1) * kPart);
+    for (std::size_t i = part * kPart; i < end; ++i) {
+      append_memberships(membership.of(points[i]), static_cast<std::uint32_t>(i), wanted, lists[part]);
+    }
+  });
+  std::vector<Entry> entries;
+  for (std::vector<Entry>& list : lists) {
+    entries.insert(entries.end(), list.begin(), list.end());
+    std::vector<Entry>().swap(list);
+  }
+  parallel_sort(entries.begin(), entries.end());
+  return entries;
+}
 
 /// Puts the plane's height to where those of its points are whose foot on it lies within the voxel, which scans will
 /// meet. The margin is there for walls in a voxel's face, and for a steady normal; sideways it makes the chord of a
 /// curved surface longer than the voxel, and so too deep where it is used. Normal and thickness stay those of the whole
 /// box: of the voxel alone the normal has five times the variance, and noise of normals pretends to see along a tunnel.
-void take_height_from_within(std::span<const Eigen::Vector3f> points, std::span<const VoxelMember> members,
+void take_height_from_within(std::span<const Eigen::Vector3f> points, std::span<const Entry> members,
                              const PlaneMapOptions& options, Plane& plane) {
   constexpr float kTolerance_m = 0.005F;  // for walls whose noise crosses the voxel's faces
   const auto edge = static_cast<float>(options.voxel_m);
   const Eigen::Vector3f low = voxel_of_key(members.front().key).cast<float>() * edge;
   Vector3 sum = Vector3::Zero();
   int count = 0;
-  for (const VoxelMember& member : members) {
+  for (const Entry& member : members) {
     const Eigen::Vector3f& point = points[member.index];
     const Eigen::Vector3f foot = point - plane.normal * plane.distance(point) - low;
     if ((foot.array() < -kTolerance_m).any() || (foot.array() > edge + kTolerance_m).any()) continue;
@@ -65,8 +110,13 @@ VoxelMembership::VoxelMembership(const PlaneMapOptions& options)
 
 std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
                                          const Wanted& wanted) {
-  const std::vector<VoxelMember> entries = sorted_members(points, options, wanted);
-  const std::vector<std::size_t> starts = voxel_starts(entries);
+  if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: more points than one map holds");
+  const std::vector<Entry> entries = sorted_memberships(points, VoxelMembership(options), wanted);
+  std::vector<std::size_t> starts;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (i == 0 || entries[i].key != entries[i - 1].key) starts.push_back(i);
+  }
+  starts.push_back(entries.size());
   std::vector<VoxelPlane> voxels(starts.size() - 1);
   parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t v) {
     const Eigen::Vector3d reference = points[entries[starts[v]].index].cast<double>();

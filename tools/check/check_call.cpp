@@ -13,7 +13,6 @@
 #include "frontends/synchronizer/bag_source.h"
 #include "tools/check/check_drive.h"
 #include "tools/check/check_report.h"
-#include "tools/check/cloud_checks.h"
 #include "tools/check/log_checks.h"
 #include "tools/check/start_checks.h"
 #include "tools/commands.h"
@@ -75,8 +74,6 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
     drive.planes = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidar,
                                std::filesystem::temp_directory_path().string(), warnings)
                        .source;
-    result.cloud = measure_cloud_file(call.cloud, drive.options.lidar.map);
-    append(findings, check_cloud(*result.cloud, drive.options.lidar.map, call.cloud));
   }
   if (!call.magnetic.empty()) {
     drive.field =
@@ -100,9 +97,6 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
         call.initial_pose_from.empty() ? *start : *given_start(call, poses, odometry.poses.front().time);
     append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_scan,
                                   [&]() { return drive.find_anywhere(); }}));
-    // A wrong unit of the map makes it sparse, too.
-    if (has(findings, "start.no_overlap", Severity::warning))
-      std::erase_if(findings, [](const Finding& one) { return one.kind == "cloud.sparse"; });
   }
   if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning) ||
       has(findings, "start.off", Severity::warning) || has(findings, "extrinsic.inverse", Severity::warning)) {

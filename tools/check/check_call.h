@@ -3,7 +3,6 @@
 #include <optional>
 #include <string>
 
-#include "tools/check/cloud_checks.h"
 #include "tools/check/finding.h"
 #include "tools/check/log_sample.h"
 
@@ -25,7 +24,6 @@ struct CheckCall {
 /// What was looked at and what was found, worst first.
 struct CheckResult {
   LogSample sample;
-  std::optional<CloudMeasurement> cloud;  ///< of --cloud
   Findings findings;
 };
 

@@ -55,39 +55,6 @@ std::string used_as(const LogSample& sample, const TopicInfo& topic) {
   return more == 0 ? key : fmt::format("{} and {} more", key, more);
 }
 
-std::string cloud_table(const CloudMeasurement& cloud) {
-  const CloudQuality& quality = cloud.quality;
-  const Eigen::Vector3f size = cloud.high_m - cloud.low_m;
-  Table table({"cloud map", "value"});
-  table.add({"points", std::to_string(cloud.points)});
-  table.add({"points measured", std::to_string(quality.points)});
-  table.add({"extent x, y, z, m", fmt::format("{:.1f} {:.1f} {:.1f}", size.x(), size.y(), size.z())});
-  table.add({"thickness of surfaces, median, mm", fixed(1e3 * quality.median_thickness_m, 1)});
-  table.add({"thickness of surfaces, 90th percentile, mm", fixed(1e3 * quality.ninetieth_thickness_m, 1)});
-  table.add({"doubled share of the surface, %", fixed(100.0 * quality.doubled_share, 2)});
-  table.add({"points on planes, %", fixed(100.0 * quality.on_planes_share, 1)});
-  table.add({"points a m2 of plane, median", fixed(quality.median_points_per_m2, 0)});
-  table.add({"points a voxel, median", fixed(quality.median_points_per_voxel, 0)});
-  return table.to_string();
-}
-
-nlohmann::ordered_json cloud_json(const CloudMeasurement& cloud) {
-  const auto list = [](const Eigen::Vector3f& v) { return nlohmann::ordered_json{v.x(), v.y(), v.z()}; };
-  const CloudQuality& quality = cloud.quality;
-  return {{"points", cloud.points},
-          {"measured_points", quality.points},
-          {"low_m", list(cloud.low_m)},
-          {"high_m", list(cloud.high_m)},
-          {"median_thickness_m", quality.median_thickness_m},
-          {"ninetieth_thickness_m", quality.ninetieth_thickness_m},
-          {"doubled_share", quality.doubled_share},
-          {"doubled_distance_m", quality.doubled_distance_m},
-          {"doubled_place_m", list(quality.doubled_place_m)},
-          {"on_planes_share", quality.on_planes_share},
-          {"median_points_per_m2", quality.median_points_per_m2},
-          {"median_points_per_voxel", quality.median_points_per_voxel}};
-}
-
 }  // namespace
 
 std::string summary_of(const Findings& findings) {
@@ -112,7 +79,6 @@ std::string check_text(const CheckResult& result) {
     text += fmt::format("{}: the first {:.1f} s of {:.1f} s\n", sample.path, to_seconds(sample.end - sample.begin),
                         sample.log_duration_s);
   }
-  if (result.cloud) text += "\n" + cloud_table(*result.cloud) + "\n";
   const Time zero = first_stamp(sample);
   for (const Finding& finding : result.findings) {
     const std::string when = finding.time ? fmt::format(" at {:.2f} s", to_seconds(*finding.time - zero)) : "";
@@ -141,7 +107,6 @@ void write_check_json(const std::filesystem::path& path, const CheckResult& resu
     one["rate_hz"] = std::isfinite(rate) ? Json(rate) : Json(nullptr);
     json["topics"].push_back(one);
   }
-  if (result.cloud) json["cloud"] = cloud_json(*result.cloud);
   json["findings"] = Json::array();
   for (const Finding& finding : result.findings) {
     json["findings"].push_back({{"severity", name_of(finding.severity)},
