@@ -11,7 +11,7 @@
 #include "tools/experiments/experiment.h"
 #include "tools/experiments/plan.h"
 #include "tools/experiments/yaml_parts.h"
-#include "tools/simulate/reality_options.h"
+#include "tools/simulate/world_queries.h"
 
 namespace lodestone::reproduce {
 

@@ -15,13 +15,14 @@ void narrow(double& sigma, double largest) {
 }
 
 void calibrate_lidars(Platform& platform, const CalibrationEstimate::Lidar& lidar) {
-  const Pose& given = platform.suite.lidar.T_imu_lidar;
-  const Pose corrected = lidar.correction.corrected(given);
+  const Pose given = platform.suite.lidar.T_imu_lidar;
+  const bool moved = !lidar.correction.turn_rad.isZero(0.0) || !lidar.correction.shift_m.isZero(0.0);
+  if (moved) platform.suite.lidar.T_imu_lidar = lidar.correction.corrected(given);
   for (FurtherLidar& further : platform.further_lidars) {
-    further.model.T_imu_lidar = corrected * (given.inverse() * further.model.T_imu_lidar);
+    Pose& T_imu_further = further.model.T_imu_lidar;
+    if (moved) T_imu_further = platform.suite.lidar.T_imu_lidar * (given.inverse() * T_imu_further);
     further.layout.clock_offset_s += lidar.correction.clock_s;
   }
-  platform.suite.lidar.T_imu_lidar = corrected;
   platform.lidar.clock_offset_s += lidar.correction.clock_s;
   LidarCalibrationSigmas& sigmas = platform.suite.calibration.lidar;
   narrow(sigmas.rotation_sigma_deg, degrees_per_radian * lidar.turn_sigma_rad.maxCoeff());

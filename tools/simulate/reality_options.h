@@ -2,23 +2,13 @@
 
 #include "core/options.h"
 #include "core/sensor_suite.h"
+#include "tools/simulate/reality_grade.h"
 
 namespace lodestone {
 class ConfigurationNode;
 }
 
 namespace lodestone::simulation {
-
-/// How far a simulated robot and its maps are from what the user believes of them. Each grade is a column of the table
-/// in config/worlds/README.md, section Reality.
-enum class RealityGrade { exact, calibrated, field, rough };
-
-constexpr auto enum_names(RealityGrade) {
-  return EnumNames<RealityGrade, 4>{{{RealityGrade::exact, "exact"},
-                                     {RealityGrade::calibrated, "calibrated"},
-                                     {RealityGrade::field, "field"},
-                                     {RealityGrade::rough, "rough"}}};
-}
 
 /// A world's section `reality`: one key an effect. A sigma is the standard deviation from which --seed draws a value
 /// that the user does not know. The defaults are those of grade exact: nothing is drawn.

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/simulate/reality_grade.h"
+
 namespace lodestone::simulation {
 
 /// White noise of the magnetometers of a world, per axis, in µT. `assignments` are "key.path=value" and change the

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "core/options.h"
+
+namespace lodestone::simulation {
+
+/// How far a simulated robot and its maps are from what the user believes of them. Each grade is a column of the table
+/// in config/worlds/README.md, section Reality.
+enum class RealityGrade { exact, calibrated, field, rough };
+
+constexpr auto enum_names(RealityGrade) {
+  return EnumNames<RealityGrade, 4>{{{RealityGrade::exact, "exact"},
+                                     {RealityGrade::calibrated, "calibrated"},
+                                     {RealityGrade::field, "field"},
+                                     {RealityGrade::rough, "rough"}}};
+}
+
+}  // namespace lodestone::simulation
