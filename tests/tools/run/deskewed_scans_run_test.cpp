@@ -12,26 +12,13 @@
 #include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/messages/cloud_layout.h"
 #include "tests/tools/program_runner.h"
+#include "tests/tools/run/office_world.h"
 
 namespace lodestone {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-constexpr const char* deskewed_office = R"(
-name: office
-earth_field_ut: [20, 0, -40]
-start_time_s: 1700000000
-sensors:
-  lidar: {rows: 8, columns: 256, min_range_m: 0.1, max_range_m: 40}
-cloud: {point_spacing_m: 0.1}
-solids:
-  - {shape: box, at_m: [0, 0, 1.5], size_m: [14, 10, 3]}
-  - {shape: box, at_m: [2, 3, 1], size_m: [1, 2, 2]}
-sequences:
-  short: {waypoints_m: [[-2, -2], [3, -2]], speed: [[0, 1.5]], rest_s: 0.5}
-)";
 
 /// Of the ground truth, which has the rate of the IMU.
 Pose true_pose(const Trajectory& truth, Time time) {
@@ -48,7 +35,7 @@ double rms_error_mm(const Trajectory& found, const Trajectory& truth) {
 class DeskewedScansRun : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::ofstream(base_ + "/office.yaml") << deskewed_office;
+    std::ofstream(base_ + "/office.yaml") << office_world;
     const ProgramResult result =
         run_lodestone("simulate " + base_ + "/office.yaml --duration 1.6 --only log,cloud --out " + base_);
     ASSERT_EQ(result.code, 0) << result.errors;

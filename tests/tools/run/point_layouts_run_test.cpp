@@ -9,26 +9,13 @@
 #include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/messages/cloud_layout.h"
 #include "tests/tools/program_runner.h"
+#include "tests/tools/run/office_world.h"
 #include "tests/tools/run/vendor_cloud.h"
 
 namespace lodestone {
 namespace {
 
 using Field = ros1::PointField;
-
-constexpr const char* office = R"(
-name: office
-earth_field_ut: [20, 0, -40]
-start_time_s: 1700000000
-sensors:
-  lidar: {rows: 8, columns: 256, min_range_m: 0.1, max_range_m: 40}
-cloud: {point_spacing_m: 0.1}
-solids:
-  - {shape: box, at_m: [0, 0, 1.5], size_m: [14, 10, 3]}
-  - {shape: box, at_m: [2, 3, 1], size_m: [1, 2, 2]}
-sequences:
-  short: {waypoints_m: [[-2, -2], [3, -2]], speed: [[0, 1.5]], rest_s: 0.5}
-)";
 
 std::array<double, 3> as_array(const Vector3& v) {
   return {v.x(), v.y(), v.z()};
@@ -130,7 +117,7 @@ void split(const std::string& from, const Platform& platform, const Pose& T_imu_
 class PointLayoutsRun : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::ofstream(folder_ / "office.yaml") << office;
+    std::ofstream(folder_ / "office.yaml") << office_world;
     const ProgramResult result =
         run_lodestone("simulate " + base_ + "/office.yaml --duration 1.6 --only log,cloud --out " + base_);
     ASSERT_EQ(result.code, 0) << result.errors;
