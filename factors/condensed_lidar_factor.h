@@ -11,10 +11,10 @@ namespace lodestone {
 /// All point-to-plane residuals of a scan as twenty-five: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost, gradient and
 /// Gauss-Newton Hessian are those of one residual a point whose place depends on the states at both ends of the step
 /// that the scan was deskewed over. The calibration of the LiDAR and the error of the map move the pose that the scan
-/// sees (see, ClockShift). The mask hides directions of the pose and of the departure alike. Parameters: pose (7) and motion
-/// (9: v, b_g, b_a) at the scan's end; where a keyframe comes before, its pose and motion; where they are estimated,
-/// the LiDAR's calibration (7: turn, shift, clock) and the map's error (6). Its content may be renewed between solves,
-/// so that the Ceres problem persists.
+/// sees (see, ClockShift). The mask hides directions of the pose and of the departure alike. Parameters: pose (7) and
+/// motion (9: v, b_g, b_a) at the scan's end; where a keyframe comes before, its pose and motion; where they are
+/// estimated, the LiDAR's calibration (7: turn, shift, clock) and the map's error (6). Its content may be renewed
+/// between solves, so that the Ceres problem persists.
 class CondensedLidarFactor final : public ceres::CostFunction {
  public:
   struct Blocks {

@@ -33,11 +33,10 @@ struct CondensedScan {
   CondensedCost cost;
   SweptCost swept;
   Deskewing deskewing;
-  LidarCorrection correction{};             ///< that points were brought to the imu frame with
-  Vector3 beam_origin_m = Vector3::Zero();  ///< of the LiDAR, imu frame
-  Matrix6 map_error_root =
-      Matrix6::Zero();    ///< L of the map's shared error: of the pose, L Lᵀ its covariance (φ in map axes, p)
-  bool by_lidar = false;  ///< false: the points are no LiDAR's, calibration does not move them
+  LidarCorrection correction{};              ///< that points were brought to the imu frame with
+  Vector3 beam_origin_m = Vector3::Zero();   ///< of the LiDAR, imu frame
+  Matrix6 map_error_root = Matrix6::Zero();  ///< L: the map's shared error moves the pose by L Lᵀ (φ in map axes, p)
+  bool by_lidar = false;                     ///< false: the points are no LiDAR's, calibration does not move them
 };
 
 /// The points' ages are those of the correspondences.
