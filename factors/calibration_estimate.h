@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/geometry/pose.h"
+#include "core/imu/preintegration.h"
 #include "core/lidar/lidar_correction.h"
 
 namespace lodestone {
@@ -22,6 +23,11 @@ struct CalibrationEstimate {
     Vector6 distortion = Vector6::Zero();  ///< symmetric part of E: xx, xy, xz, yy, yz, zz
     Vector6 distortion_sigma = Vector6::Zero();
   };
+  struct Imu {
+    ImuAxes axes = ImuAxes::Zero();
+    ImuAxes sigma = ImuAxes::Zero();
+  };
+  Imu imu;
   Lidar lidar;
   std::vector<Magnetometer> magnetometers;
   double magnetometer_clock_s = 0.0;  ///< how late the array's stamps are

@@ -16,9 +16,11 @@ void PreintegrationFactor::set(const Preintegration& preintegration, const ImuNo
   accelerometer_bias_whitening_ = 1.0 / (noise.accelerometer_bias_random_walk * root_duration);
 }
 
-Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& second, Jacobians* jacobians) const {
+Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& second, const ImuAxes& axes,
+                                        Jacobians* jacobians) const {
   const double duration = preintegration_.duration_s();
-  const Preintegration::Increment increment = preintegration_.corrected(first.gyroscope_bias, first.accelerometer_bias);
+  const Preintegration::Increment increment =
+      preintegration_.corrected(first.gyroscope_bias, first.accelerometer_bias, axes);
   const Matrix3 rotation_back = first.T_map_imu.rotation.toRotationMatrix().transpose();
   const Vector3 moved = second.T_map_imu.position - first.T_map_imu.position - duration * first.velocity -
                         0.5 * duration * duration * first.gravity;
@@ -40,13 +42,14 @@ Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& s
   const Matrix3 error_jacobian = so3::right_jacobian_inverse(rotation_error);
   const Matrix3 turned = (second.T_map_imu.rotation.conjugate() * first.T_map_imu.rotation).toRotationMatrix();
   const Vector3 bias_turn =
-      preintegration_.rotation_by_gyroscope_bias() * (first.gyroscope_bias - preintegration_.gyroscope_bias());
+      preintegration_.rotation_by_gyroscope_bias() * (first.gyroscope_bias - preintegration_.gyroscope_bias()) +
+      preintegration_.by_axes().topRows<3>() * (axes - preintegration_.axes());
+  const Matrix3 by_turn =
+      -error_jacobian * so3::exp(-rotation_error).toRotationMatrix() * so3::right_jacobian(bias_turn);
   Matrix15& by_first = jacobians->by_first;
   Matrix15& by_second = jacobians->by_second;
   by_first.block<3, 3>(0, tangent::rotation) = -error_jacobian * turned;
-  by_first.block<3, 3>(0, gyroscope_bias) = -error_jacobian * so3::exp(-rotation_error).toRotationMatrix() *
-                                            so3::right_jacobian(bias_turn) *
-                                            preintegration_.rotation_by_gyroscope_bias();
+  by_first.block<3, 3>(0, gyroscope_bias) = by_turn * preintegration_.rotation_by_gyroscope_bias();
   by_second.block<3, 3>(0, tangent::rotation) = error_jacobian;
   by_first.block<3, 3>(3, tangent::rotation) = so3::hat(rotation_back * moved);
   by_first.block<3, 3>(3, position) = -rotation_back;
@@ -61,6 +64,12 @@ Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& s
   by_second.block<3, 3>(6, velocity) = rotation_back;
   jacobians->by_gravity.block<3, 3>(3, 0) = -0.5 * duration * duration * rotation_back;
   jacobians->by_gravity.block<3, 3>(6, 0) = -duration * rotation_back;
+
+  if (with_axes_) {
+    Eigen::Matrix<double, 9, 18> by_axes = -preintegration_.by_axes();
+    by_axes.topRows<3>() = by_turn * preintegration_.by_axes().topRows<3>();
+    jacobians->by_axes.topRows<9>() = whitening_ * by_axes;
+  }
 
   by_first.topRows<9>() = (whitening_ * by_first.topRows<9>()).eval();
   by_second.topRows<9>() = (whitening_ * by_second.topRows<9>()).eval();
@@ -84,14 +93,15 @@ bool PreintegrationFactor::Evaluate(double const* const* parameters, double* res
     result.gravity = Vector3(parameters[4]);
     return result;
   };
+  const ImuAxes axes = with_axes_ ? ImuAxes(parameters[5]) : preintegration_.axes();
   const NavState first = state(parameters[0], parameters[1]);
   const NavState second = state(parameters[2], parameters[3]);
   if (jacobians == nullptr) {
-    Eigen::Map<Vector15>{residuals} = residual(first, second, nullptr);
+    Eigen::Map<Vector15>{residuals} = residual(first, second, axes, nullptr);
     return true;
   }
   Jacobians parts;
-  Eigen::Map<Vector15>{residuals} = residual(first, second, &parts);
+  Eigen::Map<Vector15>{residuals} = residual(first, second, axes, &parts);
   using MotionJacobian = Eigen::Map<Eigen::Matrix<double, 15, 9, Eigen::RowMajor>>;
   if (jacobians[0] != nullptr) to_ambient(parameters[0], parts.by_first.leftCols<6>(), jacobians[0]);
   if (jacobians[1] != nullptr) MotionJacobian{jacobians[1]} = parts.by_first.rightCols<9>();
@@ -100,12 +110,15 @@ bool PreintegrationFactor::Evaluate(double const* const* parameters, double* res
   if (jacobians[4] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 15, 3, Eigen::RowMajor>>{jacobians[4]} = parts.by_gravity;
   }
+  if (with_axes_ && jacobians[5] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 15, 18, Eigen::RowMajor>>{jacobians[5]} = parts.by_axes;
+  }
   return true;
 }
 
 ChainLink PreintegrationFactor::link(const NavState& first, const NavState& second) const {
   Jacobians parts;
-  residual(first, second, &parts);
+  residual(first, second, preintegration_.axes(), &parts);
   return {parts.by_first, parts.by_second, parts.by_gravity * s2::boxplus_jacobian(first.gravity)};
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <ceres/sized_cost_function.h>
+#include <ceres/cost_function.h>
 
 #include "core/imu/preintegration.h"
 #include "core/observability/window_information.h"
@@ -10,11 +10,18 @@ namespace lodestone {
 
 /// IMU between two keyframes: rotation, position, velocity against the preintegrated increment, and the random walk of
 /// both biases; 15 whitened residuals. Source: Forster et al. 2017, eq. (45), with gravity as a variable.
-/// Parameters: pose i (7), motion i (9), pose j (7), motion j (9), gravity (3).
+/// Parameters: pose i (7), motion i (9), pose j (7), motion j (9), gravity (3), and the axes of the IMU (18) where they
+/// are estimated.
 /// Its content may be renewed between solves (re-integration at other biases).
-class PreintegrationFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9, 3> {
+class PreintegrationFactor final : public ceres::CostFunction {
  public:
-  PreintegrationFactor(const Preintegration& preintegration, const ImuNoise& noise) { set(preintegration, noise); }
+  PreintegrationFactor(const Preintegration& preintegration, const ImuNoise& noise, bool with_axes = false)
+      : with_axes_(with_axes) {
+    set_num_residuals(15);
+    *mutable_parameter_block_sizes() = {7, 9, 7, 9, 3};
+    if (with_axes) mutable_parameter_block_sizes()->push_back(18);
+    set(preintegration, noise);
+  }
 
   void set(const Preintegration& preintegration, const ImuNoise& noise);
 
@@ -22,7 +29,7 @@ class PreintegrationFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  /// The factor at two states as a link of the window's chain: whitened Jacobians by the tangents.
+  /// The factor at two states as a link of the window's chain: whitened Jacobians by the tangents, the axes held.
   ChainLink link(const NavState& first, const NavState& second) const;
 
  private:
@@ -30,9 +37,11 @@ class PreintegrationFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 
     Matrix15 by_first = Matrix15::Zero();
     Matrix15 by_second = Matrix15::Zero();
     Eigen::Matrix<double, 15, 3> by_gravity = Eigen::Matrix<double, 15, 3>::Zero();  // ambient
+    Eigen::Matrix<double, 15, 18> by_axes = Eigen::Matrix<double, 15, 18>::Zero();
   };
-  Vector15 residual(const NavState& first, const NavState& second, Jacobians* jacobians) const;
+  Vector15 residual(const NavState& first, const NavState& second, const ImuAxes& axes, Jacobians* jacobians) const;
 
+  bool with_axes_;
   Preintegration preintegration_{{}, Vector3::Zero(), Vector3::Zero(), ImuNoise{}};
   Matrix9 whitening_ = Matrix9::Identity();  // L⁻¹ of the increment's covariance L Lᵀ
   double gyroscope_bias_whitening_ = 1.0;

@@ -100,9 +100,19 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
   add_block(keyframe->pose);
   add_block(keyframe->motion);
   const Preintegration preintegration(samples, Vector3(before.motion.values.data() + 3),
-                                      Vector3(before.motion.values.data() + 6), noise_);
-  keyframe->imu = add_factor(std::make_unique<PreintegrationFactor>(preintegration, noise_),
-                             {&before.pose, &before.motion, &keyframe->pose, &keyframe->motion, &gravity_});
+                                      Vector3(before.motion.values.data() + 6), noise_, imu_axes());
+  std::vector<WindowBlock*> blocks{&before.pose, &before.motion, &keyframe->pose, &keyframe->motion, &gravity_};
+  const double misalignment_rad = calibration_.imu.misalignment_sigma_deg * M_PI / 180.0;
+  const bool with_axes = std::max(calibration_.imu.scale_sigma, misalignment_rad) > 0.0;
+  if (with_axes) {
+    std::vector<double> sigmas;
+    for (int i = 0; i < 18; ++i) {
+      sigmas.push_back(std::max(i % 9 % 4 == 0 ? calibration_.imu.scale_sigma : misalignment_rad, kHeldSigma));
+    }
+    add_calibration(imu_axes_, imu_axes_prior_, sigmas);
+    blocks.push_back(&imu_axes_);
+  }
+  keyframe->imu = add_factor(std::make_unique<PreintegrationFactor>(preintegration, noise_, with_axes), blocks);
   keyframes_.push_back(std::move(keyframe));
 }
 
@@ -136,7 +146,8 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
     }
     const bool map_error = scan.by_lidar && options_.map_error_states;
     if (map_error) {
-      keyframe.map_error = map_error_epoch_at(Vector3(keyframe.pose.values.data() + 4), scan.map_error_root);
+      keyframe.map_error =
+          map_error_epoch_at(Vector3(keyframe.pose.values.data() + 4), scan.map_error_root, scan.map_error_length_m);
       ++keyframe.map_error->keyframes;
       blocks.push_back(&keyframe.map_error->error);
     }
@@ -184,7 +195,8 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
   return epochs_.back().get();
 }
 
-SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& position, const Matrix6& root) {
+SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& position, const Matrix6& root,
+                                                                double length_m) {
   double way_m = 0.0;
   if (!map_errors_.empty()) {
     way_m = (position - map_errors_.back()->start).norm();
@@ -198,7 +210,7 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
     epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(root, 0.0), {&epoch->error});
   } else {
     MapErrorEpoch& before = *map_errors_.back();
-    const double decay = std::exp(-way_m / kMapErrorCube_m);
+    const double decay = std::exp(-way_m / length_m);
     for (std::size_t i = 0; i < epoch->error.values.size(); ++i)
       epoch->error.values[i] = decay * before.error.values[i];
     epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(root, decay), {&before.error, &epoch->error});

@@ -155,8 +155,9 @@ class SlidingWindow {
   void remove_block(WindowBlock& block);
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
-  MapErrorEpoch* map_error_epoch_at(const Vector3& position, const Matrix6& root);
+  MapErrorEpoch* map_error_epoch_at(const Vector3& position, const Matrix6& root, double length_m);
   void remove_lidar(Keyframe& keyframe);
+  ImuAxes imu_axes() const;
   const double* lidar_values() const;                               // null: not estimated
   static const double* map_error_values(const Keyframe& keyframe);  // the same
   Eigen::MatrixXd seen_jacobian(const Keyframe& keyframe, std::vector<const WindowBlock*>& blocks) const;
@@ -175,9 +176,11 @@ class SlidingWindow {
   RenewableFactor<PriorFactor> prior_;
   CalibrationSigmas calibration_;
   WindowBlock clock_;  // how late the magnetometers' stamps are, s
+  WindowBlock imu_axes_;
   WindowBlock lidar_calibration_;
   WindowBlock matrices_;  // of the magnetometers, 9 each
   // Empty: not estimated, or no measurement yet.
+  WindowFactor imu_axes_prior_;
   WindowFactor clock_prior_;
   WindowFactor lidar_calibration_prior_;
   WindowFactor matrices_prior_;

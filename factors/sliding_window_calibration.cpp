@@ -16,6 +16,10 @@ void SlidingWindow::add_calibration(WindowBlock& block, WindowFactor& prior, con
   prior = add_factor(RandomWalkFactor::prior(sigmas), {&block});
 }
 
+ImuAxes SlidingWindow::imu_axes() const {
+  return imu_axes_.values.empty() ? ImuAxes(ImuAxes::Zero()) : ImuAxes(imu_axes_.values.data());
+}
+
 SlidingWindow::ClockOffset SlidingWindow::clock_offset() const {
   const double sigma_s = calibration_.magnetometers.clock_sigma_s;
   if (!clock_prior_) return {0.0, sigma_s};
@@ -60,6 +64,7 @@ void SlidingWindow::set_calibration(const CalibrationEstimate& estimate) {
   lidar_calibration_.values.assign(7, 0.0);
   Eigen::Map<Eigen::Matrix<double, 7, 1>>(lidar_calibration_.values.data()) << lidar.turn_rad, lidar.shift_m,
       lidar.clock_s;
+  imu_axes_.values.assign(estimate.imu.axes.begin(), estimate.imu.axes.end());
   clock_.values.assign(1, estimate.magnetometer_clock_s);
   matrices_.values.clear();
   for (const CalibrationEstimate::Magnetometer& magnetometer : estimate.magnetometers) {
@@ -78,6 +83,7 @@ CalibrationEstimate SlidingWindow::calibration_estimate() const {
     const Eigen::VectorXd sigma = sigmas(lidar_calibration_);
     result.lidar = {lidar_correction(), sigma.head<3>(), sigma.segment<3>(3), sigma[6]};
   }
+  if (imu_axes_prior_) result.imu = {imu_axes(), sigmas(imu_axes_)};
   result.magnetometers.resize(static_cast<std::size_t>(magnetometers_));
   if (matrices_prior_) {
     const Eigen::VectorXd sigma = sigmas(matrices_);

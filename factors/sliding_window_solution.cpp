@@ -37,11 +37,12 @@ class SettledCallback final : public ceres::IterationCallback {
 }  // namespace
 
 int SlidingWindow::solve() {
+  const ImuAxes axes = imu_axes();
   for (std::size_t k = 1; k < keyframes_.size(); ++k) {
     const double* bias = keyframes_[k - 1]->motion.values.data() + 3;
     PreintegrationFactor& factor = *keyframes_[k]->imu.content;
-    if (!factor.preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3))) {
-      factor.set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), keyframes_[k]->noise),
+    if (!factor.preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3), axes)) {
+      factor.set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), keyframes_[k]->noise, axes),
                  keyframes_[k]->noise);
     }
   }
@@ -99,6 +100,7 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
   for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch)
     result.push_back(&epochs_[epoch]->biases);
   for (; stretch < map_errors_.size(); ++stretch) result.push_back(&map_errors_[stretch]->error);
+  if (imu_axes_prior_) result.push_back(&imu_axes_);
   if (lidar_calibration_prior_) result.push_back(&lidar_calibration_);
   if (matrices_prior_) result.push_back(&matrices_);
   if (clock_prior_) result.push_back(&clock_);
@@ -108,7 +110,7 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
 
 std::vector<const WindowFactor*> SlidingWindow::factors() const {
   std::vector<const WindowFactor*> result{&prior_};
-  for (const WindowFactor* factor : {&lidar_calibration_prior_, &matrices_prior_, &clock_prior_}) {
+  for (const WindowFactor* factor : {&imu_axes_prior_, &lidar_calibration_prior_, &matrices_prior_, &clock_prior_}) {
     if (*factor) result.push_back(factor);
   }
   for (const auto& keyframe : keyframes_) {

@@ -114,7 +114,7 @@ CalibrationLog turning_log(const ArrayLog& readings, const std::vector<ImuSample
       if (const auto samples = samples_between(imu, log.moments.back().time, moment.time)) {
         const Preintegration turn(*samples, Vector3::Zero(), Vector3::Zero(), suite.imu);
         moment.follows = true;
-        moment.turn = turn.corrected(Vector3::Zero(), Vector3::Zero()).rotation;
+        moment.turn = turn.corrected(Vector3::Zero(), Vector3::Zero(), turn.axes()).rotation;
         moment.turn_by_bias = turn.rotation_by_gyroscope_bias();
         moment.turn_sigma = std::sqrt(turn.covariance().diagonal().head<3>().mean());
       } else {

@@ -69,13 +69,14 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   } else {
     const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
     const Deskewing deskewing(state, motion, keyframe.imu_noise);
-    const double variance_m2 = keyframe.map_error_sigma_m * keyframe.map_error_sigma_m;
+    const MapErrorVariances& variances_m2 = keyframe.map_error_variances_m2;
     keyframe.lidar =
-        condense_scan(keyframe.correspondences, keyframe.associated, deskewing, variance_m2 * error.pose_covariance);
+        condense_scan(keyframe.correspondences, keyframe.associated, deskewing, error.scan_covariance_of(variances_m2));
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = lidar.T_imu_lidar.position;
-    keyframe.lidar.map_error_root = error.pose_error_root_of(keyframe.map_error_sigma_m);
+    keyframe.lidar.map_error_root = error.pose_error_root_of(variances_m2);
+    keyframe.lidar.map_error_length_m = error.length_m_of(variances_m2);
   }
   keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
                                options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;

@@ -1,24 +1,26 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
 
 #include "core/lidar/map_error.h"
 
 namespace lodestone {
 
-/// The sigma of the errors that the cloud map repeats, taken from the log: scans from places some metres apart are
-/// compared (repeated_variance).
+/// The variances of the errors that the cloud map repeats, from the log: scans from places some metres apart are
+/// compared (compare_map_errors).
 class RepeatedMapError {
  public:
   /// The next scan's, and where it was taken.
   void add(MapError error, const Vector3& position) {
     while (kept_.size() > 1 && (kept_[1].position - position).norm() >= kApart_m) kept_.pop_front();
     if (!kept_.empty() && (kept_.front().position - position).norm() >= kApart_m) {
-      if (const auto found = repeated_variance(kept_.front().error, error)) {
+      if (const auto found = compare_map_errors(kept_.front().error, error)) {
         ++pairs_;
-        variance_m2_ += std::max(1.0 / kMemory, 1.0 / pairs_) * (*found - variance_m2_);
+        const double gain = std::max(1.0 / kMemory, 1.0 / pairs_);
+        moments_.products_m2 += gain * (found->products_m2 - moments_.products_m2);
+        moments_.gains += gain * (found->gains - moments_.gains);
+        variances_m2_ = moments_.variances_m2();
       }
     }
     if (kept_.empty() || (kept_.back().position - position).norm() >= kStep_m) {
@@ -26,7 +28,7 @@ class RepeatedMapError {
     }
   }
 
-  double sigma_m() const { return pairs_ == 0 ? kAtFirst_m : std::sqrt(std::max(0.0, variance_m2_)); }
+  const MapErrorVariances& variances_m2() const { return variances_m2_; }
 
  private:
   // Far enough that the beams meet other planes, near enough that the cubes are the same.
@@ -40,7 +42,8 @@ class RepeatedMapError {
     MapError error;
   };
   std::deque<Kept> kept_;
-  double variance_m2_ = 0.0;
+  MapErrorMoments moments_;
+  MapErrorVariances variances_m2_ = kAtFirst_m * kAtFirst_m * MapErrorVariances::Unit(0);
   int pairs_ = 0;
 };
 

@@ -135,6 +135,7 @@ Deskewing wrong_deskewing(Random& random) {
 TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
   const PoseManifold pose_manifold;
   const ceres::EuclideanManifold<9> motion_manifold;
+  const ceres::EuclideanManifold<18> axes_manifold;
   Random random(14);
   LidarScene scene = lidar_scene(4);
   for (std::size_t i = 0; i < scene.matches.size(); ++i) scene.matches[i].age_s = 5e-4F * static_cast<float>(i);
@@ -225,6 +226,7 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
   const PoseManifold pose_manifold;
   const GravityManifold gravity_manifold;
   const ceres::EuclideanManifold<9> motion_manifold;
+  const ceres::EuclideanManifold<18> axes_manifold;
   std::vector<ImuSample> samples(21);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     samples[i] = {static_cast<Time>(i) * 5'000'000, random.vector(0.5), Vector3(0, 0, 9.8) + random.vector(0.5)};
@@ -233,8 +235,13 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
   noise.gyroscope_noise_density = 0.05;  // residuals of a size that differences resolve
   noise.accelerometer_noise_density = 0.5;
   noise.gyroscope_bias_random_walk = noise.accelerometer_bias_random_walk = 0.1;
-  const PreintegrationFactor factor(Preintegration(samples, random.vector(0.01), random.vector(0.1), noise), noise);
+  ImuAxes axes;
+  for (double& entry : axes) entry = 0.02 * random.normal();
+  const PreintegrationFactor factor(Preintegration(samples, random.vector(0.01), random.vector(0.1), noise, axes),
+                                    noise, true);
   for (int i = 0; i < 10; ++i) {
+    ImuAxes other_axes = axes;
+    for (double& entry : other_axes) entry += 0.5 * random.normal();  // of a size that differences resolve
     const PoseBlock first = block_of(random.pose());
     Pose moved = to_pose(first.data());
     moved = moved.boxplus(0.1 * Vector6::Random());
@@ -246,8 +253,9 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
       motion_second[static_cast<std::size_t>(k)] = (k < 3 ? 1.0 : 0.05) * random.normal();
     }
     const Vector3 gravity = s2::boxplus(Vector3(0, 0, -9.8), Vector2(0.05, -0.02));
-    expect_gradients(factor, {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold, &gravity_manifold},
-                     {first.data(), motion_first.data(), second.data(), motion_second.data(), gravity.data()});
+    expect_gradients(
+        factor, {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold, &gravity_manifold, &axes_manifold},
+        {first.data(), motion_first.data(), second.data(), motion_second.data(), gravity.data(), other_axes.data()});
   }
 }
 

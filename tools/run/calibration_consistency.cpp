@@ -41,6 +41,12 @@ const ConfigurationNode& magnetometer_of(const ConfigurationNode& list, const st
 CalibrationEstimate read_true_calibration(const std::string& path, const SensorSuite& suite) {
   const ConfigurationNode root = ConfigurationNode::load(path);
   CalibrationEstimate truth;
+  const ConfigurationNode& imu = root.at("imu");
+  const char* keys[] = {"gyroscope_matrix", "accelerometer_matrix"};
+  for (int i = 0; i < 2; ++i) {
+    const Matrix3 E = (read_matrix(imu.at(keys[i])) - Matrix3::Identity()).transpose();  // row by row
+    truth.imu.axes.segment<9>(9 * i) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(E.data());
+  }
   const ConfigurationNode& lidar = root.at("lidar");
   const Pose T_imu_lidar = read_true_pose(lidar.at("T_imu_lidar"));
   const Pose& believed = suite.lidar.T_imu_lidar;

@@ -44,6 +44,20 @@ double sigmas_off(const CalibrationRow& row) {
 
 std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const CalibrationEstimate& estimate) {
   CalibrationRows rows;
+  const char* sensors[] = {"gyroscope", "accelerometer"};
+  for (int i = 0; i < 18; ++i) {
+    const bool scales = i % 9 % 4 == 0;
+    const int row = i % 9 / 3;
+    const ImuCalibrationSigmas& sigmas = suite.calibration.imu;
+    if (scales) {
+      rows.add({sensors[i / 9], "scale", "1", "", "imu.calibration.scale_sigma"}, fmt::format("scale_{}", kAxes[row]),
+               estimate.imu.axes[i], estimate.imu.sigma[i], sigmas.scale_sigma);
+    } else {
+      rows.add({sensors[i / 9], "misalignment", "deg", "", "imu.calibration.misalignment_sigma_deg"},
+               fmt::format("axis_{}{}", kAxes[row], kAxes[i % 3]), degrees_per_radian * estimate.imu.axes[i],
+               degrees_per_radian * estimate.imu.sigma[i], sigmas.misalignment_sigma_deg);
+    }
+  }
   const CalibrationEstimate::Lidar& lidar = estimate.lidar;
   const LidarCalibrationSigmas& lidar_sigmas = suite.calibration.lidar;
   const CalibrationPlace turn{"lidar", "rotation", "deg", "lidar.T_imu_lidar", "lidar.calibration.rotation_sigma_deg"};
@@ -60,6 +74,11 @@ std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const Cal
   rows.add({"lidar", "clock", "s", "lidar.clock_offset_s", "lidar.calibration.clock_sigma_s"}, "clock",
            lidar.correction.clock_s, lidar.clock_sigma_s, lidar_sigmas.clock_sigma_s);
   const MagnetometerCalibrationSigmas& sigmas = suite.calibration.magnetometers;
+  // The map was surveyed with such an array: what all its magnetometers share is in the map, and not observed.
+  const double shared = 1.0 / std::sqrt(std::max<double>(1.0, static_cast<double>(suite.magnetometers.size())));
+  const auto with_shared = [&](double sigma, double platform_sigma) {
+    return sigma > 0.0 ? std::hypot(sigma, shared * platform_sigma) : 0.0;
+  };
   rows.add({"magnetometers", "clock", "s", "magnetometer_clock_offset_s", "magnetometer_calibration.clock_sigma_s"},
            "clock", estimate.magnetometer_clock_s, estimate.magnetometer_clock_sigma_s, sigmas.clock_sigma_s);
   for (std::size_t k = 0; k < estimate.magnetometers.size() && k < suite.magnetometers.size(); ++k) {
@@ -71,11 +90,12 @@ std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const Cal
                                      "magnetometer_calibration.matrix_sigma"};
     for (int i = 0; i < 3; ++i) {
       rows.add(turned, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * magnetometer.turn_rad[i],
-               degrees_per_radian * magnetometer.turn_sigma_rad[i], sigmas.rotation_sigma_deg);
+               with_shared(degrees_per_radian * magnetometer.turn_sigma_rad[i], sigmas.rotation_sigma_deg),
+               sigmas.rotation_sigma_deg);
     }
     for (int i = 0; i < 6; ++i) {
       rows.add(distorted, fmt::format("distortion_{}", kEntries[i]), magnetometer.distortion[i],
-               magnetometer.distortion_sigma[i], sigmas.matrix_sigma);
+               with_shared(magnetometer.distortion_sigma[i], sigmas.matrix_sigma), sigmas.matrix_sigma);
     }
   }
   return rows.take();
@@ -102,16 +122,26 @@ void warn_of_calibration(const SensorSuite& suite, const CalibrationEstimate& es
   std::map<std::string, Far> kinds;
   for (CalibrationRow& row : calibration_rows(suite, estimate)) {
     if (!row.is_estimated() || !(sigmas_off(row) > kFarSigmas)) continue;
-    Far& far = kinds[fmt::format("calibration.{}.{}", row.sensor == "lidar" ? "lidar" : "magnetometers", row.part)];
+    const bool of_imu = row.sensor == "gyroscope" || row.sensor == "accelerometer";
+    Far& far = kinds[fmt::format("calibration.{}.{}",
+                                 of_imu                  ? "imu"
+                                 : row.sensor == "lidar" ? "lidar"
+                                                         : "magnetometers",
+                                 row.part)];
     if (far.count++ == 0 || sigmas_off(row) > sigmas_off(far.row)) far.row = std::move(row);
   }
   for (const auto& [kind, far] : kinds) {
     const CalibrationRow& row = far.row;
+    // Platform files have no scale and no axes of an IMU.
+    const std::string replace =
+        row.key.empty()
+            ? ""
+            : fmt::format("replace {} by the value in the results' platform.yaml if other logs agree, or ", row.key);
     warnings.add(kind,
-                 fmt::format("{}: {} is {:.3g} {}off, {:.1f} times {} ({:g}); replace {} by the value in the results' "
-                             "platform.yaml if other logs agree, or state a larger {}",
-                             row.key, row.parameter, row.estimate, row.unit == "1" ? "" : row.unit + " ",
-                             sigmas_off(row), row.sigma_key, row.platform_sigma, row.key, row.sigma_key),
+                 fmt::format("{}: {} is {:.3g} {}off, {:.1f} times {} ({:g}); {}state a larger {}",
+                             row.key.empty() ? row.sensor : row.key, row.parameter, row.estimate,
+                             row.unit == "1" ? "" : row.unit + " ", sigmas_off(row), row.sigma_key, row.platform_sigma,
+                             replace, row.sigma_key),
                  time, far.count);
   }
 }

@@ -61,13 +61,64 @@ TEST(Preintegration, BiasJacobiansAreTheDerivativesOfAFreshIntegration) {
     const Vector3 moved_gyroscope = gyroscope_bias + delta.head<3>();
     const Vector3 moved_accelerometer = accelerometer_bias + delta.tail<3>();
     const Preintegration moved(samples, moved_gyroscope, moved_accelerometer, ImuNoise{});
-    const auto fresh = moved.corrected(moved_gyroscope, moved_accelerometer);
-    const auto corrected = base.corrected(moved_gyroscope, moved_accelerometer);
+    const auto fresh = moved.corrected(moved_gyroscope, moved_accelerometer, ImuAxes::Zero());
+    const auto corrected = base.corrected(moved_gyroscope, moved_accelerometer, ImuAxes::Zero());
     EXPECT_LT(so3::log(fresh.rotation.conjugate() * corrected.rotation).norm(), 1e-10);
     // First order is exact up to the midpoint rule's own half-step linearization, of order dt * step.
     EXPECT_LT((fresh.position - corrected.position).norm(), 1e-5 * step);
     EXPECT_LT((fresh.velocity - corrected.velocity).norm(), 1e-4 * step);
   }
+}
+
+TEST(Preintegration, JacobiansByTheAxesAreTheDerivativesOfAFreshIntegration) {
+  const auto samples = random_samples(3, 21);
+  ImuAxes axes;
+  for (int i = 0; i < axes.size(); ++i) axes[i] = 0.01 * std::sin(i + 1.0);
+  const Vector3 gyroscope_bias(0.01, -0.02, 0.03);
+  const Vector3 accelerometer_bias(0.1, 0.05, -0.1);
+  const auto integrated = [&](const ImuAxes& at) {
+    const Preintegration fresh(samples, gyroscope_bias, accelerometer_bias, ImuNoise{}, at);
+    return fresh.corrected(gyroscope_bias, accelerometer_bias, at);
+  };
+  const Preintegration base(samples, gyroscope_bias, accelerometer_bias, ImuNoise{}, axes);
+  const Preintegration::Increment center = integrated(axes);
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < axes.size(); ++i) {
+    const auto difference = [&](double step) {
+      ImuAxes moved = axes;
+      moved[i] += step;
+      const Preintegration::Increment increment = integrated(moved);
+      Vector9 result;
+      result << so3::log(center.rotation.conjugate() * increment.rotation), increment.position - center.position,
+          increment.velocity - center.velocity;
+      return result;
+    };
+    const Vector9 numeric = (difference(kStep) - difference(-kStep)) / (2.0 * kStep);
+    EXPECT_LT((base.by_axes().col(i) - numeric).norm(), 1e-5 * std::max(1.0, numeric.norm())) << "entry " << i;
+  }
+}
+
+TEST(Preintegration, AxesUndoWhatTheyDidToTheSamples) {
+  const auto samples = random_samples(3, 21);
+  ImuAxes axes;
+  for (int i = 0; i < axes.size(); ++i) axes[i] = 0.02 * std::cos(2.0 * i);
+  using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const Matrix3 gyroscope = Matrix3::Identity() + Eigen::Map<const Rows>(axes.data());
+  const Matrix3 accelerometer = Matrix3::Identity() + Eigen::Map<const Rows>(axes.data() + 9);
+  const Vector3 gyroscope_bias(0.01, -0.02, 0.03);
+  const Vector3 accelerometer_bias(0.1, 0.05, -0.1);
+  std::vector<ImuSample> read = samples;
+  for (ImuSample& sample : read) {
+    sample.angular_velocity = gyroscope * sample.angular_velocity + gyroscope_bias;
+    sample.linear_acceleration = accelerometer * sample.linear_acceleration + accelerometer_bias;
+  }
+  const auto wanted = Preintegration(samples, Vector3::Zero(), Vector3::Zero(), ImuNoise{})
+                          .corrected(Vector3::Zero(), Vector3::Zero(), ImuAxes::Zero());
+  const auto found = Preintegration(read, gyroscope_bias, accelerometer_bias, ImuNoise{}, axes)
+                         .corrected(gyroscope_bias, accelerometer_bias, axes);
+  EXPECT_LT(so3::log(wanted.rotation.conjugate() * found.rotation).norm(), 1e-12);
+  EXPECT_LT((wanted.position - found.position).norm(), 1e-12);
+  EXPECT_LT((wanted.velocity - found.velocity).norm(), 1e-12);
 }
 
 TEST(Preintegration, CovarianceMatchesAMonteCarloRun) {
@@ -76,7 +127,7 @@ TEST(Preintegration, CovarianceMatchesAMonteCarloRun) {
   noise.gyroscope_noise_density = 2e-3;
   noise.accelerometer_noise_density = 2e-2;
   const Preintegration clean(samples, Vector3::Zero(), Vector3::Zero(), noise);
-  const auto reference = clean.corrected(Vector3::Zero(), Vector3::Zero());
+  const auto reference = clean.corrected(Vector3::Zero(), Vector3::Zero(), ImuAxes::Zero());
   std::mt19937_64 generator(7);
   std::normal_distribution<double> normal;
   Matrix9 sum = Matrix9::Zero();
