@@ -7,7 +7,7 @@
 namespace lodestone {
 
 std::optional<Similarity> umeyama(const std::vector<Vector3>& from, const std::vector<Vector3>& to, bool with_scale) {
-  if (from.size() != to.size()) throw std::invalid_argument("umeyama: as many points on one side as on the other");
+  if (from.size() != to.size()) throw std::invalid_argument("umeyama: both sets must have the same number of points");
   if (from.empty()) return std::nullopt;
   const double count = static_cast<double>(from.size());
   Vector3 mean_from = Vector3::Zero();
@@ -30,7 +30,7 @@ std::optional<Similarity> umeyama(const std::vector<Vector3>& from, const std::v
 
   const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vector3 singular = svd.singularValues();
-  // Relative, so that rounding of points far from the origin on one line does not pass for a second direction.
+  // The threshold is relative. Otherwise rounding of collinear points far from the origin counts as a second direction.
   if (singular(1) <= std::max(std::numeric_limits<double>::epsilon(), 1e-12 * singular(0))) return std::nullopt;
   Vector3 sign = Vector3::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) sign(2) = -1.0;

@@ -8,11 +8,11 @@
 
 namespace lodestone {
 
-/// How an estimate is moved onto the truth before it is compared.
+/// How an estimate is aligned with the ground truth before the comparison.
 enum class Alignment {
-  none,   ///< not at all: the map frame is the truth
+  none,   ///< no alignment: both are in the map frame
   se3,    ///< rotation and translation, least squares over all positions
-  sim3,   ///< the same with a scale
+  sim3,   ///< rotation, translation and scale
   origin  ///< the first pair's poses coincide
 };
 
@@ -21,7 +21,7 @@ constexpr auto enum_names(Alignment) {
       {{Alignment::none, "none"}, {Alignment::se3, "se3"}, {Alignment::sim3, "sim3"}, {Alignment::origin, "origin"}}};
 }
 
-/// A similarity p ↦ scale R p + t. Poses take the rotation and have their position mapped.
+/// A similarity p ↦ scale R p + t. Poses are rotated, and their positions are mapped.
 struct Similarity {
   Quaternion rotation = Quaternion::Identity();
   Vector3 translation = Vector3::Zero();  ///< metres
@@ -31,15 +31,15 @@ struct Similarity {
   Pose operator*(const Pose& pose) const { return {(rotation * pose.rotation).normalized(), *this * pose.position}; }
 };
 
-/// The similarity (of scale 1 without `with_scale`) that minimizes Σ |to_i − S from_i|². Nothing where the points do
-/// not fix the rotation: fewer than three, or all on one line. Source: Umeyama, PAMI 1991, eq. (34)–(43). Throws
-/// std::invalid_argument when the sizes differ.
+/// The similarity (of scale 1 without `with_scale`) that minimizes Σ |to_i − S from_i|². Nothing if the rotation is
+/// undetermined: fewer than three points, or collinear points. Source: Umeyama, PAMI 1991, eq. (34)–(43). Throws
+/// std::invalid_argument if the sizes differ.
 std::optional<Similarity> umeyama(const std::vector<Vector3>& from, const std::vector<Vector3>& to, bool with_scale);
 
-/// The similarity that takes the estimates of `pairs` to the truth; nothing where the pairs do not determine it.
+/// The similarity that maps the estimates of `pairs` to the ground truth. Nothing if the pairs do not determine it.
 std::optional<Similarity> find_alignment(const PosePairs& pairs, Alignment alignment);
 
-/// `pairs` with every estimate moved by `similarity`.
+/// `pairs` with every estimate mapped by `similarity`.
 PosePairs align(const Similarity& similarity, PosePairs pairs);
 
 }  // namespace lodestone

@@ -8,8 +8,8 @@ namespace lodestone {
 
 namespace {
 
-/// A stamp as evo holds it: seconds since 1970 in a double, good to 0.24 µs. Files with stamps of 100 µs often have two
-/// equally near, and then that rounding decides; without it no figure of evo's can be met in its sixth digit.
+/// A stamp as evo stores it: seconds since 1970 in a double, with a resolution of 0.24 µs. In files with stamps of
+/// 100 µs, two stamps are often equally near. Then this rounding decides, and evo's figures depend on it.
 double rounded_seconds(Time time) {
   return static_cast<double>(static_cast<long double>(time) / 1e9L);
 }
@@ -18,7 +18,7 @@ double difference(Time a, Time b) {
   return std::abs(rounded_seconds(a) - rounded_seconds(b));
 }
 
-/// Index of the stamp nearest to `time`; of two equally near the earlier one.
+/// Index of the stamp nearest to `time`. Of two equally near stamps, the earlier one is chosen.
 std::size_t nearest(const Trajectory& trajectory, Time time) {
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), time,
                                       [](const StampedPose& pose, Time t) { return pose.time < t; });

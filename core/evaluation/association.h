@@ -7,7 +7,7 @@
 
 namespace lodestone {
 
-/// An estimated pose and the true one for the same time, both T_map_imu.
+/// An estimated pose and the ground truth at the same time, both T_map_imu.
 struct PosePair {
   Time time = 0;  ///< the estimate's stamp
   Pose estimate;
@@ -18,15 +18,15 @@ struct PosePair {
 /// Pairs in order of time.
 using PosePairs = std::vector<PosePair>;
 
-/// Pairs every pose of the shorter trajectory with the nearest stamp of the longer one (the estimate counts as the
-/// longer where both have the same length), and keeps the pair if the stamps differ by at most `max_difference`.
-/// A stamp of the longer one may be taken twice. Source: evo 1.36.5, sync.associate_trajectories.
+/// Pairs every pose of the shorter trajectory with the nearest stamp of the longer one. A pair is kept if its stamps
+/// differ by at most `max_difference`. If both have the same length, the estimate counts as the longer one.
+/// A stamp of the longer trajectory may be used twice. Source: evo 1.36.5, sync.associate_trajectories.
 PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
                             Time max_difference = from_seconds(0.01));
 
 /// Pairs every estimated pose with the ground truth interpolated at its stamp. In a gap of the ground truth longer than
-/// `max_gap`, only poses within 10 ms of a pose of the ground truth are paired: a ground truth may have one pose a
-/// scan. Poses outside the span of the ground truth have no pair.
+/// `max_gap`, only poses within 10 ms of a ground-truth pose are paired: some ground truths have one pose per scan.
+/// Poses outside the span of the ground truth have no pair.
 PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth,
                                  Time max_gap = from_seconds(0.25));
 

@@ -16,11 +16,11 @@ namespace {
 
 constexpr double kChiSquared95With6 = 12.591587243743977;
 
-/// δᵀ P⁻¹ δ, or nothing where P is not positive definite.
+/// δᵀ P⁻¹ δ, or nothing if P is not positive definite.
 template <int size>
 std::optional<double> squared_mahalanobis(const Eigen::Matrix<double, size, 1>& delta,
                                           const Eigen::Matrix<double, size, size>& covariance) {
-  // Scaled to unit diagonal, so that radians beside metres do not decide what counts as singular.
+  // Scaled to unit diagonal, so that the test for singularity does not depend on the units.
   const Eigen::Matrix<double, size, 1> variances = covariance.diagonal();
   if (!covariance.allFinite() || (variances.array() <= 0.0).any()) return std::nullopt;
   const Eigen::Matrix<double, size, 1> inverse_sigma = variances.array().rsqrt();
@@ -33,18 +33,18 @@ std::optional<double> squared_mahalanobis(const Eigen::Matrix<double, size, 1>& 
   return whitened.squaredNorm();
 }
 
-/// Mean ± Student's 97.5 % quantile × the standard error of the means of 20 stretches.
+/// Mean ± Student's 97.5 % quantile × the standard error of the means of 20 segments.
 void bound_mean(const std::vector<double>& values, double& low, double& high) {
-  constexpr std::size_t stretches = 20;
-  if (values.size() < 2 * stretches) return;
+  constexpr std::size_t segments = 20;
+  if (values.size() < 2 * segments) return;
   std::vector<double> means;
-  for (std::size_t k = 0; k < stretches; ++k) {
-    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(k * values.size() / stretches);
-    const auto end = values.begin() + static_cast<std::ptrdiff_t>((k + 1) * values.size() / stretches);
+  for (std::size_t k = 0; k < segments; ++k) {
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(k * values.size() / segments);
+    const auto end = values.begin() + static_cast<std::ptrdiff_t>((k + 1) * values.size() / segments);
     means.push_back(std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin));
   }
   const ErrorStatistics found = summarize(means);
-  const double half = student_t_quantile(stretches - 1, 0.975) * found.standard_deviation / std::sqrt(stretches - 1.0);
+  const double half = student_t_quantile(segments - 1, 0.975) * found.standard_deviation / std::sqrt(segments - 1.0);
   low = std::max(0.0, found.mean - half);
   high = found.mean + half;
 }
@@ -52,7 +52,8 @@ void bound_mean(const std::vector<double>& values, double& low, double& high) {
 }  // namespace
 
 Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matrix6>& covariances) {
-  if (pairs.size() != covariances.size()) throw std::invalid_argument("evaluate_consistency: one covariance a pair");
+  if (pairs.size() != covariances.size())
+    throw std::invalid_argument("evaluate_consistency: expected one covariance per pair");
   Consistency result;
   std::size_t within = 0;
   std::vector<double> values;
@@ -68,7 +69,7 @@ Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matri
     values.push_back(*whole / 6.0);
     if (*whole <= kChiSquared95With6) ++within;
     result.nees_axis += (delta.array().square() / covariances[i].diagonal().array()).matrix();
-    // Blocks of a positive definite matrix are positive definite; rounding may still say no, and then they add nothing.
+    // Blocks of a positive definite matrix are positive definite. If rounding breaks this, the pose adds nothing.
     result.nees_rotation += squared_mahalanobis<3>(delta.head<3>(), covariances[i].topLeftCorner<3, 3>()).value_or(0.0);
     result.nees_position +=
         squared_mahalanobis<3>(delta.tail<3>(), covariances[i].bottomRightCorner<3, 3>()).value_or(0.0);

@@ -7,23 +7,23 @@
 
 namespace lodestone {
 
-/// How well a reported covariance explains the errors made. Every nees is the mean of δᵀ P⁻¹ δ divided by its degrees
-/// of freedom, δ = truth ⊟ estimate in tangent order φ (right, body), p (map): 1 is consistent, above 1 overconfident.
+/// How well the reported covariances match the errors. Each nees is the mean of δᵀ P⁻¹ δ over its degrees of freedom,
+/// δ = truth ⊟ estimate in tangent order φ (right, body), p (map). 1 is consistent, above 1 is overconfident.
 struct Consistency {
   std::size_t count = 0;                ///< poses whose covariance is positive definite
-  std::size_t singular = 0;             ///< poses left out because it is not
+  std::size_t singular = 0;             ///< rejected poses: their covariance is not positive definite
   double nees = 0.0;                    ///< of the pose, 6 degrees of freedom
   double nees_rotation = 0.0;           ///< of φ with its 3×3 block
   double nees_position = 0.0;           ///< of p with its 3×3 block
-  Vector6 nees_axis = Vector6::Zero();  ///< of each component alone: mean of δ_i² / P_ii, order φ, p
-  /// Where the mean behind `nees` lies with 95 % probability, as far as one run tells: from the means of 20 stretches
-  /// of time, so that errors which stay the same for a while count once. The whole line for fewer than 40 poses.
+  Vector6 nees_axis = Vector6::Zero();  ///< of each component: mean of δ_i² / P_ii, order φ, p
+  /// 95 % confidence interval of `nees`, from the means of 20 segments of time: errors are correlated in time. Infinite
+  /// for fewer than 40 poses.
   double nees_low = 0.0;
   double nees_high = std::numeric_limits<double>::infinity();
   double share_within_95 = 0.0;  ///< share of poses below the 95 % quantile of χ² with 6 degrees of freedom
 };
 
-/// `covariances`: one a pair, 6×6, rad² and m². Throws std::invalid_argument when the sizes differ.
+/// `covariances`: one per pair, 6×6, rad² and m². Throws std::invalid_argument if the sizes differ.
 Consistency evaluate_consistency(const PosePairs& pairs, const std::vector<Matrix6>& covariances);
 
 }  // namespace lodestone

@@ -7,11 +7,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr Time kLargestGap = from_seconds(0.5);  // between poses; over longer ones the way is not known
+constexpr Time kLargestGap = from_seconds(0.5);  // between poses; in longer gaps the path is unknown
 constexpr double kMoved_m = 0.02;
 constexpr double kTurned_rad = 0.03;
 
-/// ∂B/∂z of a field without curl and divergence from its slopes along x and y.
+/// Completes ∂B/∂z from the slopes along x and y. The field has no curl and no divergence.
 void complete_gradient(Matrix3& gradient) {
   gradient(0, 2) = gradient(2, 0);
   gradient(1, 2) = gradient(2, 1);

@@ -11,11 +11,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kNormalSigma = 1.4826;  // of a normal distribution over its median absolute deviation
-constexpr double kMedianSigma = 1.2533;  // of a median over that of a mean
-constexpr double kCellsAShare = 2.0;     // neighbouring cells share the map's error
+constexpr double kNormalSigma = 1.4826;  // standard deviation over median absolute deviation, normal distribution
+constexpr double kMedianSigma = 1.2533;  // standard error of the median over that of the mean
+constexpr double kCellsAShare = 2.0;     // effective correlation: neighbouring cells have a common map error
 constexpr double kFalseAlarm = 1e-3;
-constexpr double kOddSpread = 4.0;  // times that of its fellows
+constexpr double kOddSpread = 4.0;  // over the median spread of the other magnetometers
 constexpr std::size_t kFewestCells = 8;
 
 double median(std::vector<float> values) {
@@ -24,7 +24,7 @@ double median(std::vector<float> values) {
   return *middle;
 }
 
-/// What one magnetometer read, in its own axes.
+/// One difference of a magnetometer, in its own axes.
 struct OffsetSample {
   std::array<std::vector<float>, 3> differences;
   std::set<CellKey> cells;

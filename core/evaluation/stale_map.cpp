@@ -10,16 +10,15 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLeastHolding =
-    0.2;  // share of the cells that must hold to tell a magnetometer's offset by them alone
+constexpr double kLeastHolding = 0.2;  // share of cells that must not be stale if offsets are estimated from them alone
 
 /// Weighted sums over the readings of a cell.
 struct CellSums {
   double weight = 0.0;
   Vector3 position = Vector3::Zero();
   Vector3 difference = Vector3::Zero();
-  Matrix3 alike = Matrix3::Zero();  // weighted variance of what is alike within the cell
-  double noise = 0.0;               // squared weights times variance of the noise
+  Matrix3 correlated = Matrix3::Zero();  // weighted variance of the errors that are correlated within the cell
+  double noise = 0.0;                    // squared weights times variance of the noise
   int readings = 0;
   Time first_time = std::numeric_limits<Time>::max();
   Time last_time = std::numeric_limits<Time>::min();
@@ -29,7 +28,7 @@ struct CellSums {
     weight += share;
     position += share * one.position;
     difference += share * one.difference_ut;
-    alike += share * (one.map_variance * Matrix3::Identity() + one.pose_variance);
+    correlated += share * (one.map_variance * Matrix3::Identity() + one.pose_variance);
     noise += share * share * one.noise_variance;
     ++readings;
     first_time = std::min(first_time, time);
@@ -41,7 +40,7 @@ struct CellSums {
     result.key = key;
     result.center = position / weight;
     result.difference_ut = difference / weight;
-    const Matrix3 variance = alike / weight + noise / (weight * weight) * Matrix3::Identity();
+    const Matrix3 variance = correlated / weight + noise / (weight * weight) * Matrix3::Identity();
     result.sigma_ut = std::sqrt(variance.trace() / 3.0);
     result.chi_square = result.difference_ut.dot(variance.llt().solve(result.difference_ut));
     result.p_value = chi_square_tail(result.chi_square);
@@ -58,7 +57,7 @@ std::vector<FieldCellTest> test_cells(const FieldComparison& comparison, const S
   compare_field(comparison, [&](const ComparedArray& array) {
     if (!array.moved) return;
     for (FieldDifference one : array.differences) {
-      if (without_offset(offsets, one)) sums[cell_of(one.position, options.cell_m)].add(array.time, one);
+      if (subtract_offset(offsets, one)) sums[cell_of(one.position, options.cell_m)].add(array.time, one);
     }
   });
   std::vector<FieldCellTest> cells;
@@ -67,12 +66,12 @@ std::vector<FieldCellTest> test_cells(const FieldComparison& comparison, const S
     FieldCellTest& cell = cells.back();
     const bool stale =
         cell.p_value < options.false_alarm_probability && cell.difference_ut.norm() >= options.min_difference_ut;
-    cell.place = stale ? -1 : 0;  // numbered later
+    cell.place = stale ? -1 : 0;  // join() assigns the number
   }
   return cells;
 }
 
-/// The stale cells that are joined with `first`, as indices.
+/// Indices of the stale cells that are connected with `first`.
 std::vector<std::size_t> connected(const std::vector<FieldCellTest>& cells, const std::map<CellKey, std::size_t>& index,
                                    std::size_t first, std::vector<bool>& taken) {
   std::vector<std::size_t> group{first};
@@ -119,7 +118,7 @@ StalePlace place_of(const std::vector<FieldCellTest>& cells, const std::vector<s
   return place;
 }
 
-/// Joins the stale cells to places, numbers these and writes the numbers into the cells.
+/// Joins the stale cells to places, numbers the places and writes the numbers into the cells.
 std::vector<StalePlace> join(std::vector<FieldCellTest>& cells, double cell_m) {
   std::map<CellKey, std::size_t> index;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -156,11 +155,11 @@ double chi_square_tail(double chi_square) {
          std::sqrt(2.0 * chi_square / std::numbers::pi) * std::exp(-0.5 * chi_square);
 }
 
-bool without_offset(const std::vector<MagnetometerOffset>& offsets, FieldDifference& difference) {
+bool subtract_offset(const std::vector<MagnetometerOffset>& offsets, FieldDifference& difference) {
   const MagnetometerOffset& offset = offsets[static_cast<std::size_t>(difference.magnetometer)];
   if (offset.odd) return false;
   difference.difference_ut -= difference.R_map_mag * offset.offset_ut;
-  difference.map_variance += offset.sigma_ut * offset.sigma_ut;  // the same wherever the magnetometer goes
+  difference.map_variance += offset.sigma_ut * offset.sigma_ut;  // a constant error, correlated like the map's
   return true;
 }
 

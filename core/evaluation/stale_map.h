@@ -18,10 +18,11 @@ struct StaleMapOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("cell_m", cell_m, "side of a cell: differences from the map are averaged and judged cell by cell");
+    visitor.field("cell_m", cell_m, "side of a cell; the differences from the map are averaged and tested per cell");
     visitor.field("false_alarm_probability", false_alarm_probability,
-                  "that a cell driven through is called stale though the map still holds there");
-    visitor.field("min_difference_ut", min_difference_ut, "smaller differences are of no interest, however certain");
+                  "probability that a visited cell is reported stale although the map is valid there");
+    visitor.field("min_difference_ut", min_difference_ut,
+                  "smaller differences are ignored, even if they are significant");
   }
 
   void check() const {
@@ -41,25 +42,27 @@ inline CellKey cell_of(const Vector3& position, double cell_m) {
 /// Probability that χ² with 3 degrees of freedom exceeds `chi_square`.
 double chi_square_tail(double chi_square);
 
-/// A cell driven through: the mean difference of all readings in it, and what the map's and the sensors' noise allow.
+/// A visited cell: the mean difference of all its readings, and the covariance expected from the map's and sensors'
+/// noise.
 struct FieldCellTest {
   CellKey key;
   Vector3 center = Vector3::Zero();         ///< mean position of the readings, map, metres
   Vector3 difference_ut = Vector3::Zero();  ///< measured minus map, map axes
-  double sigma_ut = 0.0;                    ///< of that mean, root mean square over the components
+  double sigma_ut = 0.0;                    ///< of the mean difference, root mean square over the components
   double chi_square = 0.0;                  ///< dᵀ V⁻¹ d, 3 degrees of freedom
   double p_value = 1.0;
   int readings = 0;
   Time first_time = 0;
   Time last_time = 0;
-  int place = 0;  ///< number of its stale place; 0: the map holds here as far as can be told
+  int place = 0;  ///< number of its stale place; 0: no significant difference
 };
 
-/// Stale cells that touch, corners included. Vector, sigma, χ² and p value are those of the cell of largest difference.
+/// Connected stale cells (8-neighbourhood). Vector, sigma, χ² and p value are those of the cell with the largest
+/// difference.
 struct StalePlace {
-  int number = 0;                    ///< from 1; the largest difference first
+  int number = 0;                    ///< from 1, in descending order of the difference
   Vector3 center = Vector3::Zero();  ///< mean of its cells' centres, map, metres
-  double extent_m = 0.0;             ///< longer side of the box round its cells
+  double extent_m = 0.0;             ///< longer side of the bounding box
   int cells = 0;
   double largest_difference_ut = 0.0;
   double mean_difference_ut = 0.0;  ///< of |d| over its cells
@@ -72,25 +75,24 @@ struct StalePlace {
 };
 
 struct StaleMap {
-  std::vector<FieldCellTest> cells;         ///< driven through, by column and row
+  std::vector<FieldCellTest> cells;         ///< visited cells, by column and row
   std::vector<StalePlace> places;           ///< in the order of their numbers
-  std::vector<MagnetometerOffset> offsets;  ///< one a magnetometer; taken off before anything was judged
+  std::vector<MagnetometerOffset> offsets;  ///< one per magnetometer; subtracted before the test
   StaleMapOptions options;
 
   std::size_t stale_cells() const;
   double expected_false_alarms() const { return options.false_alarm_probability * static_cast<double>(cells.size()); }
 };
 
-/// Where the field disagrees with the map beyond what both allow. In each cell the weighted mean difference d of the
-/// readings on the move is tested, dᵀ V⁻¹ d against χ² with 3 degrees of freedom, with
-///   V = Σ a_i (σ_map² I + J P Jᵀ)_i + Σ a_i² σ_noise,i² I,  Σ a_i = 1:
-/// errors of map and pose are alike within a cell to an unknown degree, so their mean is given the mean of their
-/// variances, which is an upper bound whatever the correlation; noise averages out. Errors of a magnetometer that it
-/// carries everywhere are taken off first (magnetometer_offsets), in a second round from the cells that hold; odd
-/// magnetometers are left out.
+/// Places where the field differs significantly from the map. In each cell, the weighted mean difference d of the
+/// readings in motion is tested: dᵀ V⁻¹ d against χ² with 3 degrees of freedom, with
+///   V = Σ a_i (σ_map² I + J P Jᵀ)_i + Σ a_i² σ_noise,i² I,  Σ a_i = 1.
+/// Errors of map and pose are correlated within a cell. The mean of their variances is an upper bound for any
+/// correlation. Constant offsets of magnetometers are subtracted first (magnetometer_offsets), in a second round from
+/// the cells that are not stale. Odd magnetometers are rejected.
 StaleMap find_stale_places(const FieldComparison& comparison, const StaleMapOptions& options);
 
-/// `difference` less the offset of its magnetometer; false for one that is left out.
-bool without_offset(const std::vector<MagnetometerOffset>& offsets, FieldDifference& difference);
+/// Subtracts the magnetometer's offset from `difference`. False if the magnetometer is rejected.
+bool subtract_offset(const std::vector<MagnetometerOffset>& offsets, FieldDifference& difference);
 
 }  // namespace lodestone

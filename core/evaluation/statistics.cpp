@@ -43,7 +43,7 @@ double ErrorDistribution::share_within(double threshold) const {
 
 double ErrorDistribution::quantile(double share) const {
   if (sorted_.empty() || !(share >= 0.0 && share <= 1.0)) {
-    throw std::invalid_argument("quantile: a share between 0 and 1 of at least one error");
+    throw std::invalid_argument("quantile: expected a share between 0 and 1, and at least one error");
   }
   const double rank = std::ceil(share * static_cast<double>(sorted_.size()));
   return sorted_[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];

@@ -16,7 +16,7 @@ struct ErrorStatistics {
   double max = 0.0;
 };
 
-/// All zero for no errors.
+/// All values are zero if there are no errors.
 ErrorStatistics summarize(const std::vector<double>& errors);
 
 /// The empirical distribution function of errors.
@@ -27,11 +27,11 @@ class ErrorDistribution {
   /// The share of errors at most `threshold`, 0 to 1.
   double share_within(double threshold) const;
 
-  /// The smallest error that a share of at least `share` (0 to 1) does not exceed. Throws std::invalid_argument where
-  /// there are no errors or `share` is no share.
+  /// The smallest error that a share of at least `share` (0 to 1) does not exceed. Throws std::invalid_argument if
+  /// there are no errors or `share` is out of range.
   double quantile(double share) const;
 
-  /// The errors in rising order: the distribution reaches (i + 1) / size at the i-th.
+  /// The errors in ascending order: the distribution reaches (i + 1) / size at the i-th.
   const std::vector<double>& sorted() const { return sorted_; }
 
  private:

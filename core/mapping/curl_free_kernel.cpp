@@ -13,10 +13,10 @@ namespace {
 using Vector5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr int curl_free_evaluations = 60;
-constexpr double curl_free_tolerance = 1e-2;  // nats, of some thousand values
+constexpr double curl_free_tolerance = 1e-2;  // nats, for some thousand values
 
-/// The kernel in units of the length scales: with a_i = d_i / ℓ_i and g_i = ℓ / ℓ_i it is σ² g_i g_j (δ_ij − a_i a_j)
-/// E.
+/// The kernel in units of the length scales. With a_i = d_i / ℓ_i and g_i = ℓ / ℓ_i, the kernel is
+/// σ² g_i g_j (δ_ij − a_i a_j) E.
 struct ScaledOffset {
   Vector3 a;
   Matrix3 form;        ///< δ − a aᵀ
@@ -30,7 +30,7 @@ struct ScaledOffset {
 
   Matrix3 covariance() const { return amplitudes.cwiseProduct(form); }
 
-  /// By log ℓ, σ held: B_z's sigma grows with it.
+  /// Derivative by log ℓ with constant σ. The sigma of B_z grows with ℓ.
   Matrix3 by_length_scale() const {
     Matrix3 result = a.head<2>().squaredNorm() * form;
     for (int i = 0; i < 3; ++i) {
@@ -42,7 +42,7 @@ struct ScaledOffset {
     return amplitudes.cwiseProduct(result);
   }
 
-  /// By log ℓ_z.
+  /// Derivative by log ℓ_z.
   Matrix3 by_vertical_length_scale() const {
     Matrix3 result = a.z() * a.z() * form;
     for (int i = 0; i < 3; ++i) {
@@ -71,7 +71,7 @@ Matrix3 curl_free_covariance(const CurlFreeKernel& kernel, const Vector3& offset
 }
 
 double log_marginal_likelihood(const std::vector<FieldCell>& cells, const CurlFreeKernel& kernel, Vector5* gradient) {
-  if (cells.empty()) throw std::invalid_argument("a Gaussian process needs a training point");
+  if (cells.empty()) throw std::invalid_argument("log_marginal_likelihood: expected at least one training cell");
   const auto count = static_cast<Eigen::Index>(cells.size());
   const double linear = kernel.linear_sigma_ut * kernel.linear_sigma_ut;
   const double noise = kernel.noise_sigma_ut * kernel.noise_sigma_ut;
@@ -79,7 +79,7 @@ double log_marginal_likelihood(const std::vector<FieldCell>& cells, const CurlFr
   Eigen::MatrixXd covariance(3 * count, 3 * count);
   Eigen::VectorXd centred(3 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    for (Eigen::Index j = 0; j <= i; ++j) {  // a Cholesky factorization reads the lower triangle
+    for (Eigen::Index j = 0; j <= i; ++j) {  // Cholesky reads the lower triangle only
       covariance.block<3, 3>(3 * i, 3 * j) = curl_free_covariance(kernel, cells[i].position - cells[j].position);
       covariance.block<3, 3>(3 * i, 3 * j).diagonal().array() += linear;
     }
@@ -88,14 +88,15 @@ double log_marginal_likelihood(const std::vector<FieldCell>& cells, const CurlFr
   }
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(covariance);  // in place
   if (cholesky.info() != Eigen::Success) {
-    throw std::invalid_argument("a Gaussian process's covariance is not positive definite: are all values finite?");
+    throw std::invalid_argument(
+        "log_marginal_likelihood: the covariance is not positive definite; check that all values are finite");
   }
   const Eigen::VectorXd weights = cholesky.solve(centred);
   const double value = -0.5 * centred.dot(weights) - cholesky.matrixLLT().diagonal().array().log().sum() -
                        1.5 * static_cast<double>(count) * std::log(2.0 * std::numbers::pi);
   if (gradient == nullptr) return value;
 
-  // ½ tr((α αᵀ − K⁻¹) ∂K/∂θ), pairs of cells once and doubled.
+  // ½ tr((α αᵀ − K⁻¹) ∂K/∂θ): each pair of cells once, doubled.
   Eigen::MatrixXd inner = -cholesky.solve(Eigen::MatrixXd::Identity(3 * count, 3 * count));
   inner.noalias() += weights * weights.transpose();
   gradient->setZero();
@@ -115,7 +116,7 @@ double log_marginal_likelihood(const std::vector<FieldCell>& cells, const CurlFr
 
 CurlFreeFit fit_curl_free_kernel(const std::vector<std::vector<FieldCell>>& sets, const CurlFreeKernel& start,
                                  const KernelBounds& bounds) {
-  if (sets.empty()) throw std::invalid_argument("fitting a kernel needs a data set");
+  if (sets.empty()) throw std::invalid_argument("fit_curl_free_kernel: expected at least one data set");
   Vector5 lower;
   lower << bounds.min_sigma, bounds.min_length_scale_m, bounds.min_length_scale_m, bounds.min_sigma, bounds.min_sigma;
   Vector5 upper;
@@ -132,8 +133,8 @@ CurlFreeFit fit_curl_free_kernel(const std::vector<std::vector<FieldCell>>& sets
   const auto likelihood = [&](const std::vector<FieldCell>& cells, const Vector5& logarithms, Vector5* gradient) {
     return log_marginal_likelihood(cells, kernel_of(logarithms, start.mean_ut), gradient);
   };
-  const BoundedMinimum<5> found = most_likely<5>(sets, starts, lower.array().log(), upper.array().log(), values,
-                                                 curl_free_tolerance, curl_free_evaluations, likelihood);
+  const BoundedMinimum<5> found = maximize_likelihood<5>(sets, starts, lower.array().log(), upper.array().log(), values,
+                                                         curl_free_tolerance, curl_free_evaluations, likelihood);
   return {kernel_of(found.point, start.mean_ut), -found.value, found.evaluations, found.converged};
 }
 

@@ -11,8 +11,8 @@
 namespace lodestone {
 namespace {
 
-/// Weights of the basis functions, and behind them b, in units of their prior sigmas: normal with information I + Fᵀ
-/// R⁻¹ F.
+/// Posterior of the weights of the basis functions and of b, in units of their prior sigmas: a normal distribution with
+/// information I + Fᵀ R⁻¹ F.
 class Posterior {
  public:
   Posterior(const LaplaceBasis& basis, const CurlFreeKernel& kernel, const std::vector<FieldCell>& cells,
@@ -50,7 +50,7 @@ class Posterior {
     cholesky_.compute(information);
     if (cholesky_.info() != Eigen::Success) {
       throw std::invalid_argument(
-          "a curl-free regression's information is not positive definite: are all values finite?");
+          "curl-free regression: the information is not positive definite; check that all values are finite");
     }
     mean_ = cholesky_.solve(right);
     squared_mahalanobis_ = std::max(0.0, sum_of_squares - right.dot(mean_));
@@ -75,7 +75,7 @@ class Posterior {
       for (int k = 0; k < 3; ++k) {
         const Eigen::Index entry = 3 * i + k;
         mean(i, k) = kernel_.mean_ut[k] + field[entry];
-        // Towards the box's faces the functions hold less than the prior; so would the posterior.
+        // Near the box's faces, the basis has less variance than the prior. The posterior is scaled accordingly.
         variance(i, k) = posterior[entry] * std::max(1.0, prior[k] / basis_prior[entry]);
       }
     }
@@ -114,14 +114,14 @@ WindowedRegression::WindowPrediction CurlFreeRegression::solve_window(std::int64
   centre.z() = 0.5 * (lowest + highest);
   const double margin = options().domain_margin_length_scales;
   const double half_side = training_half_side_m() + margin * kernel_.length_scale_m;
-  // In the vertical the cells lie in the midst, and points to be predicted up to the reach off.
+  // The cells are at the box's vertical centre; query points are at most the reach above or below them.
   const double reach = options().reach_length_scales * kernel_.vertical_length_scale_m;
   const double half_height = 0.5 * (highest - lowest) + reach + 0.5 * margin * kernel_.vertical_length_scale_m;
   const Vector3 half_sides(half_side, half_side, half_height);
   if (LaplaceBasis::count(half_sides, kernel_.length_scales_m(), options().basis_cutoff) > most_functions) {
     throw InputError("magnetic map: readings near x = " + std::to_string(centre.x()) +
                      ", y = " + std::to_string(centre.y()) + " m span " + std::to_string(highest - lowest) +
-                     " m of height, too much for the curl-free regression; survey one storey at a time, lower "
+                     " m of height, too much for the curl-free regression. Survey one storey at a time, lower "
                      "regression.basis_cutoff, or use --method s-gpr");
   }
   const LaplaceBasis basis(centre, half_sides, kernel_.length_scales_m(), options().basis_cutoff);
@@ -129,7 +129,7 @@ WindowedRegression::WindowPrediction CurlFreeRegression::solve_window(std::int64
 
   const auto count = static_cast<Eigen::Index>(points.size());
   WindowPrediction result{Eigen::MatrixX3d(count, 3), Eigen::MatrixX3d(count, 3)};
-  constexpr Eigen::Index piece = 128;  // points at once: what their rows take in memory
+  constexpr Eigen::Index piece = 128;  // points per batch; limits the memory of their rows
   for (Eigen::Index begin = 0; begin < count; begin += piece) {
     const Eigen::Index some = std::min(piece, count - begin);
     const std::vector<Vector3> targets(points.begin() + begin, points.begin() + begin + some);

@@ -26,7 +26,7 @@ std::vector<int> nearest_cells(const std::vector<FieldCell>& cells, const Vector
   return chosen;
 }
 
-/// Data sets of one component, each centred at its own first cell.
+/// Data sets of one component, with the first cell as the origin of each set.
 std::vector<GaussianProcessData> component_sets(const std::vector<FieldCell>& cells,
                                                 const std::vector<std::vector<int>>& windows, int component) {
   std::vector<GaussianProcessData> sets;
@@ -53,7 +53,7 @@ KernelParameters first_guess(const std::vector<FieldCell>& cells, int component,
   const double spread = std::max(std::sqrt(squares / static_cast<double>(cells.size())), 0.1);
   KernelParameters guess;
   guess.mean = mean;
-  guess.mean_sigma = 3.0 * spread;  // windows far apart have levels of their own
+  guess.mean_sigma = 3.0 * spread;  // distant windows have different means
   guess.signal_sigma = spread;
   guess.length_scale_m = std::max(0.4, 3.0 * cell_m);
   guess.noise_sigma = 0.1 * spread;
@@ -84,8 +84,8 @@ FieldKernels component_kernels(const CurlFreeKernel& potential) {
 
 void fit_potential(const std::vector<FieldCell>& cells, const std::vector<std::vector<int>>& windows, int round,
                    FieldKernelFit& result) {
-  // A cell is three values, and the likelihood costs the cube of their number: every other cell of a window, so that it
-  // spans as much.
+  // A cell has three values, and the likelihood is cubic in their number. Every other cell of a window is used, so that
+  // the set spans the same area.
   std::vector<std::vector<FieldCell>> sets;
   for (const std::vector<int>& window : windows) {
     std::vector<FieldCell>& set = sets.emplace_back();
@@ -113,31 +113,31 @@ void fit_potential(const std::vector<FieldCell>& cells, const std::vector<std::v
   result.evaluations += fit.evaluations;
 }
 
-/// Length that thinning goes by: a component of a gradient changes along itself √3 times as fast as its potential's
-/// length scale says.
+/// Length scale that determines the thinning: along its own axis, a component of a gradient changes √3 times faster
+/// than its potential.
 double shortest_structure(const FieldKernelFit& fit) {
   if (fit.potential) return fit.potential->length_scale_m / std::sqrt(3.0);
   return std::min({fit.kernels[0].length_scale_m, fit.kernels[1].length_scale_m, fit.kernels[2].length_scale_m});
 }
 
-/// Misses of those held-out cells, of one component, that the survey knows well without them: where there is another
-/// pass, or nearly.
-void gather_misses(const std::vector<FieldCell>& held_out, const std::vector<FieldPrediction>& predictions,
-                   int component, double signal_sigma, std::vector<HeldOutMiss>& misses) {
+/// Errors of those held-out cells, of one component, that the survey predicts well without them: cells near another
+/// pass.
+void gather_errors(const std::vector<FieldCell>& held_out, const std::vector<FieldPrediction>& predictions,
+                   int component, double signal_sigma, std::vector<HeldOutError>& errors) {
   constexpr double well_known = 0.35;  // of the signal's sigma
   for (std::size_t i = 0; i < held_out.size(); ++i) {
     const double sigma = predictions[i].sigma_ut[component];
     if (!predictions[i].supported || sigma > well_known * signal_sigma) continue;
-    misses.push_back({std::pow(held_out[i].field_ut[component] - predictions[i].field_ut[component], 2),
+    errors.push_back({std::pow(held_out[i].field_ut[component] - predictions[i].field_ut[component], 2),
                       sigma * sigma + held_out[i].variance_ut2});
   }
 }
 
-/// Raises `noise_sigma` where the misses say so.
-bool raise_noise(const std::vector<HeldOutMiss>& misses, std::size_t enough, double& noise_sigma) {
-  if (misses.size() < enough) return false;
+/// Raises `noise_sigma` if the held-out errors require it.
+bool raise_noise(const std::vector<HeldOutError>& errors, std::size_t enough, double& noise_sigma) {
+  if (errors.size() < enough) return false;
   const double noise = noise_sigma * noise_sigma;
-  const double calibrated = calibrated_noise(misses, noise);
+  const double calibrated = calibrated_noise(errors, noise);
   noise_sigma = std::sqrt(calibrated);
   return calibrated > noise;
 }
@@ -148,18 +148,18 @@ void calibrate_noise(const std::vector<FieldObservation>& observations, const Sl
   if (held_out.size() < enough_held_out_cells || training.size() < enough_held_out_cells) return;
   std::vector<Vector3> points;
   for (const FieldCell& cell : held_out) points.push_back(cell.position);
-  for (int round = 0; round < 4; ++round) {  // more noise changes the prediction too
+  for (int round = 0; round < 4; ++round) {  // the prediction also depends on the noise
     const std::vector<FieldPrediction> predictions = make_regression(training, fit, options)->predict(points);
     bool changed = false;
-    std::vector<HeldOutMiss> misses;
+    std::vector<HeldOutError> errors;
     for (int component = 0; component < 3; ++component) {
       KernelParameters& kernel = fit.kernels[component];
-      if (!fit.potential) misses.clear();
-      gather_misses(held_out, predictions, component, kernel.signal_sigma, misses);
-      if (!fit.potential) changed = raise_noise(misses, enough_held_out_cells, kernel.noise_sigma) || changed;
+      if (!fit.potential) errors.clear();
+      gather_errors(held_out, predictions, component, kernel.signal_sigma, errors);
+      if (!fit.potential) changed = raise_noise(errors, enough_held_out_cells, kernel.noise_sigma) || changed;
     }
-    if (fit.potential) {  // one noise for all
-      changed = raise_noise(misses, 3 * enough_held_out_cells, fit.potential->noise_sigma_ut);
+    if (fit.potential) {  // one noise for all components
+      changed = raise_noise(errors, 3 * enough_held_out_cells, fit.potential->noise_sigma_ut);
       fit.kernels = component_kernels(*fit.potential);
     }
     if (!changed) break;
@@ -176,7 +176,7 @@ FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observatio
     const std::vector<FieldCell> cells = thin_survey(observations, result.cell_m);
     if (cells.size() < 10) {
       throw InputError("magnetic map: the survey covers " + std::to_string(cells.size()) + " cells of " +
-                       std::to_string(result.cell_m) + " m, at least 10 are needed; survey a longer way");
+                       std::to_string(result.cell_m) + " m; at least 10 are needed. Survey a longer path");
     }
     std::mt19937_64 generator(static_cast<std::uint64_t>(options.seed));
     std::vector<std::vector<int>> windows;
@@ -187,8 +187,8 @@ FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observatio
     }
     (method == FieldMethod::curl_free ? fit_potential : fit_components)(cells, windows, round, result);
     result.windows = static_cast<int>(count);
-    // A field that is smooth over many cells needs fewer of them, and the windows for the fit must span several length
-    // scales to see one.
+    // A smooth field needs fewer cells. The windows of the fit must span several length scales to determine the length
+    // scale.
     const double wanted = shortest_structure(result) / options.cells_per_length_scale;
     if (wanted < 1.3 * result.cell_m) break;
     result.cell_m = wanted;

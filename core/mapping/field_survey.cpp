@@ -22,7 +22,7 @@ std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observat
     Voxel voxel;
     FieldCell cell;
   };
-  // Sums in the observations' order; memory for the cells, not for the readings in them.
+  // Summed in the observations' order. Memory grows with the cells, not with the readings.
   std::vector<Entry> entries;
   std::unordered_map<Voxel, std::size_t, VoxelHash> entry_of;
   for (const FieldObservation& observation : observations) {

@@ -8,11 +8,11 @@
 
 namespace lodestone {
 
-/// One reading of a survey, turned to the map frame.
+/// One reading of a survey, rotated to the map frame.
 struct FieldObservation {
   Vector3 position = Vector3::Zero();  ///< map, metres
   Vector3 field_ut = Vector3::Zero();  ///< map axes, µT
-  double noise_ut = 1.0;               ///< white, one sigma a component
+  double noise_ut = 1.0;               ///< white noise, one sigma per component
   Time time = 0;
 };
 
@@ -20,21 +20,21 @@ struct FieldObservation {
 struct FieldCell {
   Vector3 position = Vector3::Zero();  ///< centroid of the observations
   Vector3 field_ut = Vector3::Zero();
-  double variance_ut2 = 0.0;  ///< of the mean of white noise, a component
+  double variance_ut2 = 0.0;  ///< variance of the mean due to white noise, per component
   int count = 0;
 };
 
-/// Which observations to take.
+/// True for observations that are used.
 using ObservationChoice = std::function<bool(const FieldObservation&)>;
 
-/// Averages observations in voxels of `cell_m` a side, in order of the voxels (z, y, x). The white noise averages out
-/// with the count; whatever does not (survey pose, calibration, structure within the voxel) is left to the noise that
-/// the regression fits per cell. Observations that are not finite, or not `chosen`, are left out.
+/// Averages observations in voxels of side `cell_m`, in order of the voxels (z, y, x). White noise averages out. Other
+/// errors (survey pose, calibration, structure within the voxel) are part of the noise that the regression fits per
+/// cell. Observations that are not finite or not `chosen` are ignored.
 std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observations, double cell_m,
                                    const ObservationChoice& chosen = {});
 
-/// Every `period`-th block of `block` ns of a survey, counted from the earliest observation, the middle one of the
-/// period: held out, they test what the regression makes of the rest.
+/// Held-out blocks for cross-validation: every `period`-th block of `block` ns, counted from the earliest observation;
+/// the middle block of each period.
 class HeldOutBlocks {
  public:
   HeldOutBlocks(const std::vector<FieldObservation>& observations, Time block, Time period);
@@ -47,7 +47,7 @@ class HeldOutBlocks {
   Time period_;
 };
 
-/// A survey thinned in two parts by such blocks.
+/// A survey divided by such blocks, both parts thinned.
 struct SurveySplit {
   std::vector<FieldCell> training;
   std::vector<FieldCell> held_out;

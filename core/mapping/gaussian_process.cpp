@@ -8,7 +8,7 @@
 namespace lodestone {
 namespace {
 
-/// Squared distances, rows(a) × rows(b). By differences, not by |a|² + |b|² − 2ab: map coordinates are large.
+/// Squared distances, rows(a) × rows(b). From differences, because |a|² + |b|² − 2ab loses digits at large coordinates.
 Eigen::MatrixXd squared_distances(const Eigen::ArrayX3d& a, const Eigen::ArrayX3d& b) {
   Eigen::MatrixXd result(a.rows(), b.rows());
   for (Eigen::Index j = 0; j < b.rows(); ++j) {
@@ -18,15 +18,15 @@ Eigen::MatrixXd squared_distances(const Eigen::ArrayX3d& a, const Eigen::ArrayX3
   return result;
 }
 
-/// The field's part of the kernel, in place of squared distances.
+/// Replaces squared distances by the field's part of the kernel.
 void to_kernel(const KernelParameters& parameters, Eigen::MatrixXd& distances) {
   const double exponent = -0.5 / (parameters.length_scale_m * parameters.length_scale_m);
   const double variance = parameters.signal_sigma * parameters.signal_sigma;
   distances.array() = variance * (exponent * distances.array()).exp();
 }
 
-/// The same for a symmetric matrix's lower triangle, which is all that a Cholesky factorization reads. In whole pairs
-/// of the array, as the function above has them: the same bits.
+/// The same for the lower triangle of a symmetric matrix; Cholesky reads no more. Computed in the same packets as the
+/// function above, so that the bits are equal.
 void to_lower_kernel(const KernelParameters& parameters, Eigen::MatrixXd& distances) {
   const double exponent = -0.5 / (parameters.length_scale_m * parameters.length_scale_m);
   const double variance = parameters.signal_sigma * parameters.signal_sigma;
@@ -39,8 +39,8 @@ void to_lower_kernel(const KernelParameters& parameters, Eigen::MatrixXd& distan
   }
 }
 
-/// Adds constant and errors to the field's kernel and factorizes. A little of the signal's variance goes to the
-/// diagonal: points much closer than the length scale make the kernel numerically singular.
+/// Adds constant and error variances to the field's kernel and factorizes. The diagonal gets a small share of the
+/// signal's variance: points much closer than the length scale make the kernel numerically singular.
 Eigen::LLT<Eigen::MatrixXd> factorize(const GaussianProcessData& data, const KernelParameters& parameters,
                                       const Eigen::MatrixXd& kernel) {
   Eigen::MatrixXd covariance = kernel.array() + parameters.mean_sigma * parameters.mean_sigma;
@@ -53,13 +53,14 @@ Eigen::LLT<Eigen::MatrixXd> factorize(const GaussianProcessData& data, const Ker
     Eigen::LLT<Eigen::MatrixXd> cholesky(covariance);
     if (cholesky.info() == Eigen::Success) return cholesky;
   }
-  throw std::invalid_argument("a Gaussian process's covariance is not positive definite: are all values finite?");
+  throw std::invalid_argument(
+      "Gaussian process: the covariance is not positive definite; check that all values are finite");
 }
 
 void check_data(const GaussianProcessData& data) {
-  if (data.values.size() == 0) throw std::invalid_argument("a Gaussian process needs a training point");
+  if (data.values.size() == 0) throw std::invalid_argument("Gaussian process: expected at least one training point");
   if (data.positions.rows() != data.values.size() || data.variance.size() != data.values.size()) {
-    throw std::invalid_argument("a Gaussian process needs as many positions and variances as values");
+    throw std::invalid_argument("Gaussian process: expected one position and one variance per value");
   }
 }
 

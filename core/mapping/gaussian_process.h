@@ -20,19 +20,19 @@ struct KernelParameters {
 struct GaussianProcessData {
   Eigen::ArrayX3d positions;  ///< N×3, metres
   Eigen::VectorXd values;     ///< N
-  Eigen::VectorXd variance;   ///< N, known error variance of each value (beside noise_sigma²)
+  Eigen::VectorXd variance;   ///< N, known error variance of each value, in addition to noise_sigma²
 };
 
 /// Exact Gaussian-process regression (Rasmussen & Williams 2006, algorithm 2.1; eq:gpr_eq and eq:gpr_cov).
 class GaussianProcess {
  public:
-  /// O(N³). Throws std::invalid_argument where sizes disagree or there is no point.
+  /// O(N³). Throws std::invalid_argument if sizes differ or there is no point.
   GaussianProcess(const GaussianProcessData& data, const KernelParameters& parameters);
 
   /// Posterior of c + f (without the error e) at `points`, M×3: mean and variance, M each. O(N² M).
   void predict(const Eigen::ArrayX3d& points, Eigen::VectorXd& mean, Eigen::VectorXd& variance) const;
 
-  /// (y − mean)ᵀ K⁻¹ (y − mean): N in expectation where the model is right.
+  /// (y − mean)ᵀ K⁻¹ (y − mean): its expectation is N if the model is correct.
   double squared_mahalanobis() const { return squared_mahalanobis_; }
 
  private:
@@ -43,8 +43,8 @@ class GaussianProcess {
   double squared_mahalanobis_ = 0.0;
 };
 
-/// log p(y | parameters), Rasmussen & Williams 2006, eq. (5.8). With `gradient`, its derivative by the logarithms of
-/// (signal_sigma, length_scale_m, noise_sigma), eq. (5.9).
+/// log p(y | parameters), Rasmussen & Williams 2006, eq. (5.8). With `gradient`, also its derivative by the logarithms
+/// of (signal_sigma, length_scale_m, noise_sigma), eq. (5.9).
 double log_marginal_likelihood(const GaussianProcessData& data, const KernelParameters& parameters,
                                Eigen::Vector3d* gradient = nullptr);
 

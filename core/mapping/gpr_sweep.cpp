@@ -10,7 +10,7 @@
 namespace lodestone {
 namespace {
 
-/// Weight of a window at a distance of `share` strides from its centre, one axis: C¹, and w(s) + w(1 − s) = 1.
+/// Weight of a window at a distance of `share` strides from its centre, per axis. C¹, with w(s) + w(1 − s) = 1.
 double blend_weight(double share) {
   return 1.0 - share * share * (3.0 - 2.0 * share);
 }
@@ -38,7 +38,7 @@ void GprSweep::add(const Vector3& point, std::int64_t tag) {
 }
 
 void GprSweep::complete_below(double y) {
-  // What comes belongs to windows of this row and above.
+  // Points to come belong to windows of this row and above.
   solve_up_to(static_cast<std::int64_t>(std::floor(regression_.window_coordinates({0.0, y, 0.0}).y())) - 1);
 }
 
@@ -78,7 +78,7 @@ void GprSweep::solve_up_to(std::int64_t row) {
 }
 
 void GprSweep::emit_solved() {
-  // A point's windows were solved in their order, row by row, whatever the order in which they were done.
+  // The sum follows the order of the windows, row by row, and not the order in which threads finished.
   for (const Membership& membership : solved_) {
     Point& point = points_[membership.point];
     if (point.unsolved == 0) point.prediction.field_ut += membership.weight * membership.mean;

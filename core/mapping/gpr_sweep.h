@@ -8,24 +8,24 @@
 
 namespace lodestone {
 
-/// Predictions of a sliding-window regression for points that come in order of their y: windows are solved row by row,
-/// each once, and memory holds the points of a few rows alone. The results do not depend on how often `complete_below`
-/// is called, nor on threads.
+/// Predictions of a sliding-window regression for points in ascending order of y. Windows are solved once, row by row.
+/// Memory contains the points of a few rows only. The results depend neither on the calls of `complete_below` nor on
+/// the number of threads.
 class GprSweep {
  public:
   using Emit = std::function<void(std::int64_t tag, const FieldPrediction& prediction)>;
 
-  /// `emit` is called once a point, in no particular order, by the thread that sweeps.
+  /// `emit` is called once per point, in no particular order, by the calling thread.
   GprSweep(const WindowedRegression& regression, Emit emit) : regression_(regression), emit_(std::move(emit)) {}
 
-  /// A point (map, metres) that the regression supports. Tags tell points apart, and give their order in a window's
+  /// Adds a point (map, metres) that the regression supports. Tags identify points, and give their order in a window's
   /// solve.
   void add(const Vector3& point, std::int64_t tag);
 
-  /// Points to come lie at `y` or above: solves the windows that no longer depend on them.
+  /// Promises that later points have this `y` or more. Solves the windows that no longer depend on them.
   void complete_below(double y);
 
-  /// Solves the rest.
+  /// Solves the remaining windows.
   void finish();
 
   std::size_t waiting() const { return points_.size(); }
@@ -35,7 +35,7 @@ class GprSweep {
     Vector3 position;
     std::int64_t tag;
     FieldPrediction prediction;
-    int unsolved;  ///< windows
+    int unsolved;  ///< number of windows
   };
   /// One point in one window.
   struct Membership {

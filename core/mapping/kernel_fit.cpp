@@ -11,7 +11,7 @@ namespace {
 using Vector = Eigen::Vector3d;  // logarithms of signal sigma, length scale, noise sigma
 
 constexpr int max_evaluations = 60;
-constexpr double tolerance = 1e-3;  // nats: far below what distinguishes two kernels
+constexpr double tolerance = 1e-3;  // nats: far below a significant difference of two kernels
 
 KernelParameters parameters_of(const Vector& logarithms, const KernelParameters& fixed) {
   KernelParameters result = fixed;
@@ -25,7 +25,7 @@ KernelParameters parameters_of(const Vector& logarithms, const KernelParameters&
 
 KernelFit fit_kernel(const std::vector<GaussianProcessData>& sets, const KernelParameters& start,
                      const KernelBounds& bounds) {
-  if (sets.empty()) throw std::invalid_argument("fitting a kernel needs a data set");
+  if (sets.empty()) throw std::invalid_argument("fit_kernel: expected at least one data set");
   const Vector lower(std::log(bounds.min_sigma), std::log(bounds.min_length_scale_m), std::log(bounds.min_sigma));
   const Vector upper(std::log(bounds.max_sigma), std::log(bounds.max_length_scale_m), std::log(bounds.max_sigma));
   std::vector<Vector> starts;
@@ -40,7 +40,7 @@ KernelFit fit_kernel(const std::vector<GaussianProcessData>& sets, const KernelP
     return log_marginal_likelihood(set, parameters_of(logarithms, start), gradient);
   };
   const BoundedMinimum<3> found =
-      most_likely<3>(sets, starts, lower, upper, points, tolerance, max_evaluations, likelihood);
+      maximize_likelihood<3>(sets, starts, lower, upper, points, tolerance, max_evaluations, likelihood);
   return {parameters_of(found.point, start), -found.value, found.evaluations, found.converged};
 }
 

@@ -6,7 +6,7 @@
 
 namespace lodestone {
 
-/// Limits of the search. A parameter that ends at a limit says that the data do not determine it.
+/// Limits of the search. If a parameter ends at a limit, the data do not determine it.
 struct KernelBounds {
   double min_length_scale_m = 0.05;
   double max_length_scale_m = 20.0;
@@ -21,11 +21,10 @@ struct KernelFit {
   bool converged = false;
 };
 
-/// The signal sigma, length scale and noise sigma under which all `sets` together are most likely; the sets count as
-/// independent draws with one kernel. `start` gives mean and mean_sigma, which stay, and a first guess of the rest;
-/// other length scales are tried beside it, since the likelihood can have several maxima.
-/// Quasi-Newton (BFGS) in the logarithms, with bounds. Deterministic on any number of threads.
-/// Throws std::invalid_argument where there is no set.
+/// Maximum-likelihood signal sigma, length scale and noise sigma over all `sets`. The sets are independent draws with
+/// one kernel. `start` gives mean and mean_sigma, which are fixed, and the initial values of the other parameters.
+/// Other length scales are tried too, because the likelihood can have several maxima. Quasi-Newton (BFGS) in the
+/// logarithms, with bounds. Deterministic on any number of threads. Throws std::invalid_argument without sets.
 KernelFit fit_kernel(const std::vector<GaussianProcessData>& sets, const KernelParameters& start,
                      const KernelBounds& bounds);
 

@@ -24,7 +24,7 @@ void for_each_mode(const Vector3& half_sides, const Vector3& length_scales_m, do
 
 /// Σ_i x_ip y_iq z_ir: row p, column q + columns(y) r.
 Eigen::MatrixXd separable_sums(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, const Eigen::MatrixXd& z) {
-  constexpr Eigen::Index piece = 256;  // points at once: what the products take in memory
+  constexpr Eigen::Index piece = 256;  // points per batch; limits the memory of the products
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(x.cols(), y.cols() * z.cols());
   Eigen::MatrixXd products(piece, sums.cols());
   for (Eigen::Index begin = 0; begin < x.rows(); begin += piece) {
@@ -107,7 +107,7 @@ Eigen::MatrixXd LaplaceBasis::gradients(const std::vector<Vector3>& points) cons
   std::array<Eigen::MatrixXd, 3> slope;  // of the sines, ω cos
   for (int d = 0; d < 3; ++d) {
     const auto axis = static_cast<std::size_t>(d);
-    // A column a point: functions are then gathered from one column.
+    // One column per point: then all functions of a point come from one column.
     sine[axis] = sines(points, d, highest_[axis]).transpose();
     slope[axis] = cosines(points, d, highest_[axis]).transpose();
     for (int n = 0; n <= highest_[axis]; ++n) slope[axis].row(n) *= wave_step_[d] * n;
@@ -137,8 +137,8 @@ Eigen::MatrixXd LaplaceBasis::gradient_products(const std::vector<Vector3>& poin
   const Eigen::MatrixXd y = cosines(points, 1, 2 * highest_[1]);
   const Eigen::Index columns = y.cols();
   const Eigen::MatrixXd sums = separable_sums(x, y, cosines(points, 2, 2 * highest_[2]));
-  // cos a cos b = ½ (cos(a − b) + cos(a + b)), sin a sin b = ½ (cos(a − b) − cos(a + b)): of the eight sums of an
-  // entry, those that differ on all three axes share a factor.
+  // cos a cos b = ½ (cos(a − b) + cos(a + b)), sin a sin b = ½ (cos(a − b) − cos(a + b)). Of the eight sums of an
+  // entry, those with opposite signs on all three axes have the same factor.
   const double norm = scale() * scale() / 8.0;
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size(), size());
   for (Eigen::Index k = 0; k < size(); ++k) {

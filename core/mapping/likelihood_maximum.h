@@ -8,16 +8,16 @@
 
 namespace lodestone {
 
-/// The logarithms of a kernel's parameters, between `lower` and `upper`, under which several sets of data are most
-/// likely together, from the best of `starts`. `likelihood(set, logarithms, gradient)` gives the log marginal
-/// likelihood of a set and its gradient; sets are worked on at the same time and summed in their order. `values`: how
-/// many numbers all sets hold. The minimum's value is the negative log likelihood.
+/// Maximizes the summed log marginal likelihood of several data sets over the logarithms of a kernel's parameters,
+/// between `lower` and `upper`, from the best of `starts`. `likelihood(set, logarithms, gradient)` gives a set's log
+/// likelihood and its gradient. Sets run in parallel and are summed in order. `values`: number of values of all sets.
+/// The minimum's value is the negative log likelihood.
 template <int Size, class Set, class Likelihood>
-BoundedMinimum<Size> most_likely(const std::vector<Set>& sets,
-                                 const std::vector<Eigen::Matrix<double, Size, 1>>& starts,
-                                 const Eigen::Matrix<double, Size, 1>& lower,
-                                 const Eigen::Matrix<double, Size, 1>& upper, double values, double tolerance_nats,
-                                 int max_evaluations, Likelihood likelihood) {
+BoundedMinimum<Size> maximize_likelihood(const std::vector<Set>& sets,
+                                         const std::vector<Eigen::Matrix<double, Size, 1>>& starts,
+                                         const Eigen::Matrix<double, Size, 1>& lower,
+                                         const Eigen::Matrix<double, Size, 1>& upper, double values,
+                                         double tolerance_nats, int max_evaluations, Likelihood likelihood) {
   using Vector = Eigen::Matrix<double, Size, 1>;
   std::vector<double> of_set(sets.size());
   std::vector<Vector> gradients(sets.size());
@@ -32,7 +32,8 @@ BoundedMinimum<Size> most_likely(const std::vector<Set>& sets,
     }
     return value;
   };
-  // The likelihood's curvature grows with the number of values; half of it is a good first guess for a sigma.
+  // The likelihood's curvature grows with the number of values. Half of that number is a good initial value for a
+  // sigma.
   return minimize_within<Size>(starts, lower, upper, 0.5 * values, tolerance_nats, max_evaluations, evaluate);
 }
 

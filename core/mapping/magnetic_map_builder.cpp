@@ -14,9 +14,9 @@
 namespace lodestone {
 namespace {
 
-/// Points that wait for the regression, before their windows are solved: some 400 bytes each.
+/// Most points that wait for the regression; some 400 bytes each.
 constexpr std::size_t waiting_points = 20000;
-/// Of the finished map, most tiles at once.
+/// Cache for tiles of the finished map.
 constexpr std::size_t cache_bytes = 16U << 20U;
 
 double component_rms(const Vector3& sigma) {
@@ -46,8 +46,8 @@ FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const Mag
   grid.heights_m = options.heights_m.empty() ? std::vector<double>{mean_height(cells)} : options.heights_m;
   if (!(count.prod() * static_cast<double>(grid.heights_m.size()) < 2e8)) {
     throw InputError("magnetic map: the survey spans " + std::to_string((high - low).x()) + " by " +
-                     std::to_string((high - low).y()) + " m, too much for nodes every " +
-                     std::to_string(options.resolution_m) + " m; check the trajectory or give a larger --resolution");
+                     std::to_string((high - low).y()) + " m; the map would be too large for nodes every " +
+                     std::to_string(options.resolution_m) + " m. Check the trajectory or set a larger --resolution");
   }
   grid.resolution_m = options.resolution_m;
   grid.origin = (first * options.resolution_m).matrix();
@@ -69,9 +69,9 @@ void MagneticMapOptions::check() const {
   const auto require = [](bool good, const char* message) {
     if (!good) throw InputError(std::string("magnetic map: ") + message);
   };
-  require(resolution_m >= 0.005 && resolution_m <= 10.0, "resolution_m must lie in 0.005..10");
+  require(resolution_m >= 0.005 && resolution_m <= 10.0, "resolution_m must be in 0.005..10");
   require(max_sigma_ut >= 0.0, "max_sigma_ut must not be negative");
-  require(tile_m > 0.0 && tile_m <= 1000.0, "tile_m must lie in 0..1000");
+  require(tile_m > 0.0 && tile_m <= 1000.0, "tile_m must be in 0..1000");
   require(held_out_block_s >= 0.0, "held_out_block_s must not be negative");
   for (std::size_t i = 1; i < heights_m.size(); ++i)
     require(heights_m[i] > heights_m[i - 1], "heights_m must increase");
@@ -90,7 +90,7 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
   const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
   const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
 
-  // Row by row from below: the regression then holds a few rows of its windows, and the map what has field.
+  // Row by row from below: then memory contains only a few rows of the regression's windows.
   const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : 0.5 * signal_sigma(fit.kernels);
   const auto nodes = std::make_shared<SparseFieldNodes>();
   std::vector<double> sigmas;

@@ -9,29 +9,31 @@ namespace lodestone {
 
 struct MagneticMapOptions {
   FieldMethod method = FieldMethod::sliding_gpr;
-  double resolution_m = 0.1;      ///< distance of the map's nodes
+  double resolution_m = 0.1;      ///< spacing of the map's nodes
   std::vector<double> heights_m;  ///< map z of the layers; empty: one, at the survey's mean sensor height
-  double max_sigma_ut = 0.0;      ///< no field where σ exceeds this; 0: half of the fitted signal sigma
+  double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: half of the fitted signal sigma
   double tile_m = 6.4;            ///< side of the file's tiles, rounded to a multiple of 16 nodes
-  double held_out_block_s = 0.5;  ///< every tenth block of time tests the regression of the others; 0: no test
+  double held_out_block_s = 0.5;  ///< every tenth block of time is held out as a test; 0: no test
   SlidingGprOptions regression;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("method", method, "s-gpr (each component by itself) or curl-free (one potential for all)");
-    visitor.field("resolution_m", resolution_m, "distance of the map's nodes");
+    visitor.field("method", method,
+                  "s-gpr (each component separately) or curl-free (one potential for all components)");
+    visitor.field("resolution_m", resolution_m, "spacing of the map's nodes");
     visitor.field("heights_m", heights_m, "map z of the layers; empty: one at the survey's mean sensor height");
-    visitor.field("max_sigma_ut", max_sigma_ut, "no field where sigma exceeds this; 0: half the fitted signal sigma");
+    visitor.field("max_sigma_ut", max_sigma_ut,
+                  "nodes with larger sigma have no field; 0: half of the fitted signal sigma");
     visitor.field("tile_m", tile_m, "side of the image's tiles, rounded to a multiple of 16 nodes");
     visitor.field("held_out_block_s", held_out_block_s,
-                  "every tenth block of this length tests the regression of the others; 0: no test");
+                  "length of blocks of time; every tenth block is held out to test the regression; 0: no test");
     visitor.section("regression", regression);
   }
 
-  /// Throws InputError where a value is out of range.
+  /// Throws InputError if a value is out of range.
   void check() const;
 
-  int tile_nodes() const;  ///< a side of a tile
+  int tile_nodes() const;  ///< nodes along one side of a tile
 };
 
 struct MagneticMapResult {
@@ -40,26 +42,26 @@ struct MagneticMapResult {
   std::size_t cells = 0;         ///< training cells after thinning
   std::size_t nodes = 0;         ///< with σ within the limit
   double median_sigma_ut = 0.0;  ///< over these nodes
-  double high_sigma_ut = 0.0;    ///< 95 % of them lie below
+  double high_sigma_ut = 0.0;    ///< 95 % quantile over these nodes
 };
 
-/// The grid map of a survey by the options' method. The node's σ is the root mean square over the three components. The
-/// grid spans the survey and the regression's reach; its origin is a multiple of the resolution. Throws InputError
-/// where the survey is too short, or so wide that the grid would exceed 2·10⁸ nodes, and where the method cannot do
-/// with it. Memory: what has field, 16 bytes a node, beside the readings.
+/// Builds the grid map of a survey. A node's σ is the root mean square over the three components. The grid spans the
+/// survey and the regression's reach. Its origin is a multiple of the resolution. Throws InputError if the survey is
+/// too short, if the grid would exceed 2·10⁸ nodes, or if the method does not support the survey. Memory: 16 bytes per
+/// node with field, and the readings.
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);
 
-/// How well a regression predicts readings that it has not seen.
+/// Prediction errors of a regression on held-out readings.
 struct HeldOutScore {
-  std::size_t cells = 0;                     ///< held-out cells (thinned like the training) that the regression answers
+  std::size_t cells = 0;                     ///< held-out cells (thinned like the training) with a prediction
   std::size_t refused = 0;                   ///< held-out cells with too large a sigma
-  Vector3 rms_ut = Vector3::Zero();          ///< of cell mean less prediction, a component
-  Vector3 normalized_rms = Vector3::Zero();  ///< the same over its predicted sigma: 1 where sigma is honest
+  Vector3 rms_ut = Vector3::Zero();          ///< of cell mean minus prediction, per component
+  Vector3 normalized_rms = Vector3::Zero();  ///< the same over the predicted sigma; 1 is consistent
 };
 
-/// Predicts the held-out cells of a survey, thinned to fit.cell_m, from the rest with the kernels of `fit`; those with
-/// σ up to `max_sigma_ut` count.
+/// Predicts the held-out cells of a survey, thinned to fit.cell_m, from the rest with the kernels of `fit`. Only
+/// predictions with σ up to `max_sigma_ut` count.
 HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit, double max_sigma_ut,
                             const SlidingGprOptions& options);
 

@@ -6,22 +6,22 @@
 
 namespace lodestone {
 
-/// A held-out cell against its prediction, one component, squared.
-struct HeldOutMiss {
+/// Squared prediction error of a held-out cell, one component, and its predicted variance.
+struct HeldOutError {
   double error;      ///< of the cell's mean
-  double predicted;  ///< variance of the prediction and of the cell's white noise
+  double predicted;  ///< variance of the prediction plus the cell's white noise
 };
 
-/// Enough misses for a calibration.
+/// Fewest held-out cells for a calibration.
 inline constexpr std::size_t enough_held_out_cells = 50;
 
-/// The noise variance, at least `noise`, that makes the predicted variances right: the mean of error / (predicted +
-/// noise) over the best nine tenths is that of a normal distribution. Trimmed, since at steel and at the survey's edge
-/// a few errors are far larger than any stationary kernel says.
-double calibrated_noise(const std::vector<HeldOutMiss>& misses, double noise);
+/// The noise variance, at least `noise`, that makes the predicted variances consistent: the trimmed mean of
+/// error / (predicted + noise) over the smallest 90 % equals that of a normal distribution. Trimmed, because near steel
+/// and at the survey's edge a few errors are far larger than a stationary kernel predicts.
+double calibrated_noise(const std::vector<HeldOutError>& errors, double noise);
 
-/// As few blocks of `block_s` seconds as give a thousand held-out cells, since each costs the regression of its
-/// surroundings; at most a fifth of all.
+/// The fewest blocks of `block_s` seconds that give a thousand held-out cells, at most a fifth of all: each block costs
+/// the regression of its surroundings.
 SurveySplit split_for_calibration(const std::vector<FieldObservation>& observations, double cell_m, double block_s);
 
 }  // namespace lodestone

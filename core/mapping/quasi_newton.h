@@ -5,7 +5,7 @@
 
 namespace lodestone {
 
-/// Where a descent ended.
+/// Result of a minimization.
 template <int size>
 struct BoundedMinimum {
   Eigen::Matrix<double, size, 1> point;
@@ -14,10 +14,10 @@ struct BoundedMinimum {
   bool converged = false;
 };
 
-/// A least value of a smooth function within bounds, for logarithms of a kernel's parameters: quasi-Newton (BFGS,
-/// Nocedal & Wright 2006, chapter 6) from the best of `starts` (clamped to the bounds; at least one), at most a factor
-/// e a step. `evaluate(point, gradient)` gives the value and sets the gradient. `curvature`: a first guess of the
-/// second derivatives. Ends where a step gains less than `tolerance`, or after `max_evaluations`.
+/// Minimizes a smooth function within bounds: quasi-Newton (BFGS, Nocedal & Wright 2006, chapter 6) from the best of
+/// `starts` (clamped to the bounds; at least one). The variables are logarithms of kernel parameters; a step changes
+/// them by at most 1. `evaluate(point, gradient)` returns the value and sets the gradient. `curvature`: initial guess
+/// of the second derivatives. Stops if a step gains less than `tolerance`, or after `max_evaluations`.
 template <int size, class Evaluate>
 BoundedMinimum<size> minimize_within(const std::vector<Eigen::Matrix<double, size, 1>>& starts,
                                      const Eigen::Matrix<double, size, 1>& lower,
@@ -31,7 +31,7 @@ BoundedMinimum<size> minimize_within(const std::vector<Eigen::Matrix<double, siz
     ++result.evaluations;
     return evaluate(point, gradient);
   };
-  // Where a bound stops the descent, the gradient counts as zero.
+  // A component of the gradient that points out of the bounds counts as zero.
   const auto projected_gradient = [&](const Vector& point, Vector gradient) {
     for (int i = 0; i < size; ++i) {
       if ((point[i] <= lower[i] && gradient[i] > 0.0) || (point[i] >= upper[i] && gradient[i] < 0.0)) gradient[i] = 0.0;
@@ -55,7 +55,7 @@ BoundedMinimum<size> minimize_within(const std::vector<Eigen::Matrix<double, siz
 
   const Matrix first_inverse_hessian = Matrix::Identity() * (1.0 / curvature);
   Matrix inverse_hessian = first_inverse_hessian;
-  bool fresh = true;  // the Hessian is the first guess: a failed line search then means the end
+  bool fresh = true;  // the Hessian is the initial guess; a failed line search then ends the search
   while (result.evaluations < max_evaluations) {
     const Vector projected = projected_gradient(point, gradient);
     Vector direction = -inverse_hessian * projected;

@@ -7,10 +7,10 @@
 
 namespace lodestone {
 
-/// One kernel a component, in µT.
+/// One kernel per component, in µT.
 using FieldKernels = std::array<KernelParameters, 3>;
 
-/// Sliding-window Gaussian-process regression (s-GPR, Lyu et al. 2024): exact regression of each component by itself.
+/// Sliding-window Gaussian-process regression (s-GPR, Lyu et al. 2024): exact regression of each component separately.
 class SlidingGpr : public WindowedRegression {
  public:
   /// Throws std::invalid_argument without cells.

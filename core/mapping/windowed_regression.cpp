@@ -32,7 +32,7 @@ void SlidingGprOptions::check() const {
 WindowedRegression::WindowedRegression(std::vector<FieldCell> cells, double shortest_length_scale_m,
                                        double longest_length_scale_m, const SlidingGprOptions& options)
     : cells_(std::move(cells)), options_(options) {
-  if (cells_.empty()) throw std::invalid_argument("sliding-window regression needs a training cell");
+  if (cells_.empty()) throw std::invalid_argument("sliding-window regression: expected at least one training cell");
   stride_ = options_.window_length_scales * shortest_length_scale_m;
   reach_ = options_.reach_length_scales * shortest_length_scale_m;
   margin_ = std::max(options_.margin_length_scales * longest_length_scale_m, reach_);
@@ -89,7 +89,7 @@ bool WindowedRegression::supports(const Vector3& point) const {
 }
 
 std::vector<int> WindowedRegression::training_cells(const Vector3& centre, std::size_t most) const {
-  // Nearest to the window's support first, so that a full window gives up its margin's far edge and nothing else.
+  // Nearest to the window's support first. If the window is full, only the margin's far edge is dropped.
   const double half = training_half_side_m();
   std::vector<std::pair<double, int>> candidates;
   any_in_box(centre.x() - half, centre.y() - half, centre.x() + half, centre.y() + half, [&](int cell) {

@@ -61,9 +61,8 @@ RelationErrors measure(const std::string& name, const ComparisonCall& call, cons
   if (name == "angle") return {name, "deg", in_degrees(angle_errors(pairs))};
   if (name == "heading") return {name, "deg", in_degrees(heading_errors(pairs))};
   const bool metres = call.delta_unit == "metres";
-  const auto stretches = metres
-                             ? stretches_by_distance(pairs, call.delta)
-                             : stretches_by_count(pairs.size(), static_cast<std::size_t>(call.delta), call.all_pairs);
+  const auto stretches = metres ? segments_by_distance(pairs, call.delta)
+                                : segments_by_count(pairs.size(), static_cast<std::size_t>(call.delta), call.all_pairs);
   const auto errors = relative_errors(pairs, stretches);
   const std::string title = fmt::format("{} ({:g} {})", name, call.delta,
                                         metres              ? "m"

@@ -66,7 +66,7 @@ std::vector<FieldRow> field_rows(const FieldComparison& comparison, const std::v
     if (array.pose_index != sums.pose_index) finish();
     sums.pose_index = array.pose_index;
     for (FieldDifference one : array.differences) {
-      if (without_offset(offsets, one)) sums.add(one);
+      if (subtract_offset(offsets, one)) sums.add(one);
     }
   });
   finish();

@@ -76,7 +76,7 @@ Held hold_against(const std::string& name, const EstimateRecord::Poses& poses, c
   figures.max_error_m = translation.max;
   if (held.pairs.size() > 1) {
     figures.largest_jump_m =
-        summarize(translations_of(relative_errors(held.pairs, stretches_by_count(held.pairs.size(), 1, true)))).max;
+        summarize(translations_of(relative_errors(held.pairs, segments_by_count(held.pairs.size(), 1, true)))).max;
   }
   figures.heading_rmse_deg = summarize(heading_errors(held.pairs)).rmse * 180.0 / std::numbers::pi;
   std::vector<Matrix6> covariances;

@@ -147,17 +147,17 @@ TEST(Errors, RelativeErrorOfAConstantDriftIsItsRateTimesTheStretch) {
     pair.estimate.rotation = so3::exp({0.2 * kDegree * travelled, 0.0, 0.0});  // about the line: positions stay
     pairs.push_back(pair);
   }
-  const auto by_count = relative_errors(pairs, stretches_by_count(pairs.size(), 10, false));
+  const auto by_count = relative_errors(pairs, segments_by_count(pairs.size(), 10, false));
   ASSERT_EQ(by_count.size(), 10U);
   EXPECT_NEAR(summarize(translations_of(by_count)).rmse, excess, 1e-12);
   EXPECT_NEAR(summarize(angles_of(by_count)).rmse, 0.2 * kDegree, 1e-12);
-  EXPECT_EQ(stretches_by_count(pairs.size(), 10, true).size(), 91U);
-  EXPECT_THROW(stretches_by_count(5, 0, true), std::invalid_argument);
+  EXPECT_EQ(segments_by_count(pairs.size(), 10, true).size(), 91U);
+  EXPECT_THROW(segments_by_count(5, 0, true), std::invalid_argument);
 
   // The path is the estimate's: 2.02 m of it are 20 steps.
-  const auto stretches = stretches_by_distance(pairs, 2.0);
-  EXPECT_EQ(stretches.size(), 83U);  // 81 whole ones, then 1.919 m and 1.818 m are still within 10 % of 2 m
-  const auto by_distance = relative_errors(pairs, {stretches.begin(), stretches.begin() + 81});
+  const auto segments = segments_by_distance(pairs, 2.0);
+  EXPECT_EQ(segments.size(), 83U);  // 81 whole ones, then 1.919 m and 1.818 m are still within 10 % of 2 m
+  const auto by_distance = relative_errors(pairs, {segments.begin(), segments.begin() + 81});
   EXPECT_NEAR(summarize(translations_of(by_distance)).max, 2.0 * excess, 1e-12);
   EXPECT_NEAR(summarize(translations_of(by_distance)).min, 2.0 * excess, 1e-12);
 }
@@ -168,8 +168,8 @@ TEST(Errors, StretchesDoNotCareForAlignment) {
   for (StampedPose& pose : estimate) pose.pose.position.x() *= 1.02;
   const PosePairs pairs = pairs_of(estimate, truth);
   const PosePairs aligned = align(*find_alignment(pairs, Alignment::se3), pairs);
-  const auto before = translations_of(relative_errors(pairs, stretches_by_distance(pairs, 1.0)));
-  const auto after = translations_of(relative_errors(aligned, stretches_by_distance(aligned, 1.0)));
+  const auto before = translations_of(relative_errors(pairs, segments_by_distance(pairs, 1.0)));
+  const auto after = translations_of(relative_errors(aligned, segments_by_distance(aligned, 1.0)));
   EXPECT_NEAR(summarize(before).rmse, summarize(after).rmse, 1e-12);
 }
 

@@ -84,10 +84,10 @@ TEST_F(Oracle, ScaleOfAMonocularEstimate) {
 
 TEST_F(Oracle, RelativeErrorOfFr2Desk) {
   const PosePairs desk = pairs("fr2_desk_ORB.txt", "fr2_desk_groundtruth.txt");
-  const auto over_one_frame = relative_errors(desk, stretches_by_count(desk.size(), 1, false));
+  const auto over_one_frame = relative_errors(desk, segments_by_count(desk.size(), 1, false));
   EXPECT_NEAR(summarize(translations_of(over_one_frame)).rmse, 0.003490, kTolerance);
   EXPECT_NEAR(summarize(angles_of(over_one_frame)).rmse * degrees_per_radian, 0.280519, kTolerance);
-  const auto over_one_metre = relative_errors(desk, stretches_by_distance(desk, 1.0));
+  const auto over_one_metre = relative_errors(desk, segments_by_distance(desk, 1.0));
   EXPECT_NEAR(summarize(translations_of(over_one_metre)).rmse, 0.011673, kTolerance);
 }
 
