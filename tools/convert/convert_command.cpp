@@ -21,11 +21,11 @@ namespace lodestone {
 namespace {
 
 constexpr const char* examples = R"(
-The log: a ROS 1 bag, a ROS 2 bag (.mcap, .db3, its folder), or a folder of CSV and PCD files; told by its content.
-Messages that ROS 1 and ROS 2 both know pass between them (PointCloud2, Imu, MagneticField, Livox' CustomMsg); others only
-within their own ROS.
+The log: a ROS 1 bag, a ROS 2 bag (.mcap, .db3, its folder), or a folder of CSV and PCD files. The content determines the
+format. Messages with a known counterpart in ROS 1 and ROS 2 are converted (PointCloud2, Imu, MagneticField, Livox'
+CustomMsg). Other messages can only be written to a format of the same ROS.
 
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
   lodestone convert /tmp/tunnel/log.bag --out /tmp/tunnel/log.mcap
   lodestone convert /tmp/tunnel/log.mcap --out /tmp/tunnel/log.db3 --compression zstd
   lodestone convert /tmp/tunnel/log.bag --from 10 --to 20 --out /tmp/tunnel/part.bag)";
@@ -53,8 +53,8 @@ LogFormat format_of(const ConvertCall& call) {
   if (!name.empty() && name.front() == '.') name.erase(0, 1);
   const auto found = formats.find(name);
   if (found == formats.end()) {
-    throw InputError(fmt::format("{}: the format is not told by the ending '{}'; expected {}; or give --format",
-                                 call.out, name, names_of(formats)));
+    throw InputError(fmt::format("{}: the ending '{}' names no format; expected {}; or set --format", call.out, name,
+                                 names_of(formats)));
   }
   return found->second;
 }
@@ -69,7 +69,7 @@ Codec codec_of(const ConvertCall& call, LogFormat format) {
     for (const auto& [name, other] : codecs) {
       if (can_pack(format, other)) fitting += (fitting.empty() ? "" : ", ") + name;
     }
-    throw InputError(fmt::format("--compression: this format knows {}; found {}", fitting, call.compression));
+    throw InputError(fmt::format("--compression: this format supports {}; found {}", fitting, call.compression));
   }
   return codec;
 }
@@ -83,13 +83,13 @@ void check_part(const ConvertCall& call) {
   }
 }
 
-/// Of a log whose first message was recorded at `begin`.
+/// The part of a log whose first message was recorded at `begin`.
 LogPart part_of(const ConvertCall& call, Time begin, Time end) {
   LogPart part;
   if (call.from_s) part.from = begin + from_seconds(*call.from_s);
   if (call.to_s) part.to = begin + from_seconds(*call.to_s);
   if (call.from_s && part.from > end) {
-    throw InputError(fmt::format("--from {}: is after the log's end; {} lasts {:.3f} s", *call.from_s, call.log,
+    throw InputError(fmt::format("--from {} is after the log's end; {} lasts {:.3f} s", *call.from_s, call.log,
                                  to_seconds(end - begin)));
   }
   return part;
@@ -126,11 +126,11 @@ void convert(const ConvertCall& call) {
              to_seconds(std::min(end, part.to) - std::max(begin, part.from)),
              static_cast<double>(std::filesystem::file_size(call.out)) * 1e-6);
   if (conversion.latched > 0) {
-    fmt::print("of them {} latched before --from, recorded there: who listens from then on needs them\n",
+    fmt::print("{} of these are latched messages from before --from; their record time is --from\n",
                conversion.latched);
   }
   for (const TopicInfo* topic : conversion.left_out) {
-    fmt::print("left out: {} ({} messages): {} has no counterpart that is known\n", topic->name, topic->messages,
+    fmt::print("not converted: {} ({} messages): {} has no known counterpart\n", topic->name, topic->messages,
                topic->type.empty() ? "its type" : topic->type);
   }
   for (const WarningLog* log : {&std::as_const(warnings), &conversion.warnings}) {
@@ -150,19 +150,18 @@ void add_convert_command(CLI::App& app, int* code) {
   files.input(command->add_option("LOG", call->log, "the log to read"))->required();
   files
       .output(command->add_option("--out", call->out,
-                                  "the file to write; its ending names the format: .bag, .mcap or .db3"))
+                                  "the file to write; the ending determines the format: .bag, .mcap or .db3"))
       ->required();
-  command->add_option("--format", call->format, "bag, mcap or db3, whatever the ending")
+  command->add_option("--format", call->format, "bag, mcap or db3 for any ending")
       ->check(CLI::IsMember({"bag", "mcap", "db3"}));
   command
-      ->add_option("--compression", call->compression,
-                   "none, lz4, zstd or bz2, as the format knows it (default: lz4 for bag, zstd for mcap, none for db3)")
+      ->add_option(
+          "--compression", call->compression,
+          "none, lz4, zstd or bz2, if the format supports it (default: lz4 for bag, zstd for mcap, none for db3)")
       ->check(CLI::IsMember({"none", "lz4", "zstd", "bz2"}));
-  command->add_option(
-      "--from", call->from_s,
-      "leave out what was recorded earlier, but for what is latched then: seconds after the log's first message");
-  command->add_option("--to", call->to_s,
-                      "leave out what was recorded from then on: seconds after the log's first message");
+  command->add_option("--from", call->from_s,
+                      "omit earlier messages except latched ones; seconds after the log's first message");
+  command->add_option("--to", call->to_s, "omit messages from this time on; seconds after the log's first message");
   command->callback([call, code] {
     convert(*call);
     *code = exit_code::done;

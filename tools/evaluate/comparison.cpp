@@ -61,9 +61,9 @@ RelationErrors measure(const std::string& name, const ComparisonCall& call, cons
   if (name == "angle") return {name, "deg", in_degrees(angle_errors(pairs))};
   if (name == "heading") return {name, "deg", in_degrees(heading_errors(pairs))};
   const bool metres = call.delta_unit == "metres";
-  const auto stretches = metres ? segments_by_distance(pairs, call.delta)
-                                : segments_by_count(pairs.size(), static_cast<std::size_t>(call.delta), call.all_pairs);
-  const auto errors = relative_errors(pairs, stretches);
+  const auto segments = metres ? segments_by_distance(pairs, call.delta)
+                               : segments_by_count(pairs.size(), static_cast<std::size_t>(call.delta), call.all_pairs);
+  const auto errors = relative_errors(pairs, segments);
   const std::string title = fmt::format("{} ({:g} {})", name, call.delta,
                                         metres              ? "m"
                                         : call.delta == 1.0 ? "frame"
@@ -84,8 +84,8 @@ Consistency measure_consistency(const ComparisonCall& call, const PosePairs& pai
     covariances.push_back(found->second);
   }
   if (covered.empty()) {
-    throw InputError(fmt::format("{}: no row has the stamp of a pose of {}; take both from the same run",
-                                 call.covariance, call.estimate));
+    throw InputError(fmt::format("{}: no row has the stamp of a pose of {}; use files of the same run", call.covariance,
+                                 call.estimate));
   }
   return evaluate_consistency(covered, covariances);
 }
@@ -118,7 +118,7 @@ Comparison compare(const ComparisonCall& call) {
   }
   for (const std::string& name : call.relations) require_one_of("--relation", name, kRelations);
   if (!call.covariance.empty() && result.alignment != Alignment::none) {
-    throw InputError("--covariance: NEES holds for poses as they are; leave out --align");
+    throw InputError("--covariance: NEES requires poses without alignment; omit --align");
   }
 
   const Trajectory estimate = read_trajectory(call.estimate);
@@ -127,7 +127,7 @@ Comparison compare(const ComparisonCall& call) {
   const auto similarity = find_alignment(matched, result.alignment);
   if (!similarity) {
     throw InputError(
-        fmt::format("{}: its {} matched poses lie on one line or in one point, which fixes no rotation; use "
+        fmt::format("{}: the {} matched poses are on one line, so the rotation is undetermined; use "
                     "--align origin or none",
                     call.estimate, matched.size()));
   }
@@ -140,8 +140,8 @@ Comparison compare(const ComparisonCall& call) {
     RelationErrors relation = measure(name, call, pairs);
     if (!relation.errors.empty()) {
       result.relations.push_back(std::move(relation));
-    } else if (!call.relations.empty()) {  // in the table of everything it is left out
-      throw InputError(fmt::format("{}: no stretch of {} {} in {} matched poses; make --delta smaller", call.estimate,
+    } else if (!call.relations.empty()) {  // the table of all relations omits it
+      throw InputError(fmt::format("{}: no segment of {} {} in {} matched poses; decrease --delta", call.estimate,
                                    call.delta, call.delta_unit, pairs.size()));
     }
   }

@@ -9,7 +9,7 @@
 
 namespace lodestone {
 
-/// What `lodestone evaluate` was asked for, as on its command line.
+/// The options of `lodestone evaluate`.
 struct ComparisonCall {
   std::string estimate;
   std::string truth;
@@ -21,7 +21,7 @@ struct ComparisonCall {
   bool interpolate = false;
   double max_difference_s = 0.01;
   std::string covariance;  ///< empty: no NEES
-  std::string errors;      ///< empty: no csv
+  std::string errors;      ///< empty: no CSV file
 };
 
 /// One row of the result: errors of one kind, in `unit`.
@@ -41,8 +41,8 @@ struct Comparison {
   std::optional<Consistency> consistency;
 };
 
-/// Reads the files and compares. Throws InputError where a file is unusable, a name is misspelt, nothing matches, or
-/// the alignment is undetermined.
+/// Reads the files and compares. Throws InputError if a file is unusable, a name is misspelt, no stamps match, or the
+/// alignment is undetermined.
 Comparison compare(const ComparisonCall& call);
 
 /// For people.

@@ -25,7 +25,7 @@ std::string_view name_of(Alignment alignment) {
 }  // namespace
 
 std::string to_table(const Comparison& comparison) {
-  std::string text = fmt::format("{} pairs of {} estimated and {} true poses, aligned: {}", comparison.pairs,
+  std::string text = fmt::format("{} pairs of {} estimated and {} ground-truth poses, aligned: {}", comparison.pairs,
                                  comparison.estimate_poses, comparison.truth_poses, name_of(comparison.alignment));
   if (comparison.alignment == Alignment::sim3) text += fmt::format(" (scale {:.6f})", comparison.similarity.scale);
   text += "\n\n";

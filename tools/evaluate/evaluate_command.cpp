@@ -11,7 +11,7 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kEvaluateExamples = R"(
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone run` write:
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone run`:
   lodestone evaluate /tmp/tunnel/run/smoother/trajectory.tum /tmp/tunnel/truth.tum --interpolate
   lodestone evaluate /tmp/tunnel/run/smoother/trajectory.tum /tmp/tunnel/truth.tum --align se3 --relation rpe --delta 1 \
       --delta-unit metres --json)";
@@ -19,28 +19,31 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
 }  // namespace
 
 void add_evaluate_command(CLI::App& app, int* code) {
-  CLI::App* command = app.add_subcommand("evaluate", "Compare a trajectory with the truth: ATE, RPE, heading, NEES");
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Compare a trajectory with the ground truth: ATE, RPE, heading, NEES");
   command->footer(kEvaluateExamples);
   const auto call = std::make_shared<ComparisonCall>();
   const auto json = std::make_shared<bool>(false);
   CommandFiles files(*command);
   files.input(command->add_option("ESTIMATE", call->estimate, "estimated trajectory, TUM"))->required();
-  files.input(command->add_option("TRUTH", call->truth, "true trajectory, TUM or EuRoC csv"))->required();
-  command->add_option("--align", call->align, "none|se3|sim3|origin: how the estimate is moved first")
+  files.input(command->add_option("TRUTH", call->truth, "ground-truth trajectory, TUM or EuRoC CSV"))->required();
+  command->add_option("--align", call->align, "none|se3|sim3|origin: alignment of the estimate with the ground truth")
       ->capture_default_str();
   command
       ->add_option("--relation", call->relations,
-                   "translation|angle|heading|rpe|rpe-angle, several with commas (default: all of them)")
+                   "translation|angle|heading|rpe|rpe-angle, several with commas (default: all)")
       ->delimiter(',');
-  command->add_option("--delta", call->delta, "stretch over which rpe is taken")->capture_default_str();
-  command->add_option("--delta-unit", call->delta_unit, "frames|metres (metres: from every pose on)")
+  command->add_option("--delta", call->delta, "length of a segment for rpe")->capture_default_str();
+  command->add_option("--delta-unit", call->delta_unit, "frames|metres (metres: a segment begins at every pose)")
       ->capture_default_str();
-  command->add_flag("--all-pairs", call->all_pairs, "with frames: a stretch from every pose on, not only end to end");
+  command->add_flag("--all-pairs", call->all_pairs,
+                    "with frames: a segment begins at every pose; default: consecutive segments");
   command->add_flag("--interpolate", call->interpolate,
-                    "interpolate the truth at the estimate's stamps instead of matching");
-  command->add_option("--max-difference", call->max_difference_s, "matching window, seconds")->capture_default_str();
-  files.input(command->add_option("--covariance", call->covariance, "covariance.csv of the estimate: NEES"));
-  files.output(command->add_option("--errors", call->errors, "write the errors over time to this csv"));
+                    "interpolate the ground truth at the estimate's stamps instead of matching stamps");
+  command->add_option("--max-difference", call->max_difference_s, "largest difference of matched stamps, seconds")
+      ->capture_default_str();
+  files.input(command->add_option("--covariance", call->covariance, "covariance.csv of the estimate, for NEES"));
+  files.output(command->add_option("--errors", call->errors, "write the errors over time to this CSV file"));
   command->add_flag("--json", *json, "print JSON instead of a table");
   command->callback([call, json, code]() {
     const Comparison comparison = compare(*call);

@@ -59,7 +59,7 @@ std::string covariance_row(Time time, const Matrix6& covariance) {
 std::vector<StampedCovariance> read_covariances(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file)
-    throw InputError(fmt::format("{}: no such file; --covariance takes the covariance.csv of a run", path.string()));
+    throw InputError(fmt::format("{}: no such file; --covariance requires the covariance.csv of a run", path.string()));
   std::vector<StampedCovariance> result;
   int number = 0;
   for (std::string line; std::getline(file, line);) {
@@ -73,7 +73,8 @@ std::vector<StampedCovariance> read_covariances(const std::filesystem::path& pat
     }
     result.push_back(*entry);
   }
-  if (result.empty()) throw InputError(fmt::format("{}: holds no covariance", path.string()));
+  if (result.empty())
+    throw InputError(fmt::format("{}: has no covariance; use the covariance.csv of a complete run", path.string()));
   return result;
 }
 

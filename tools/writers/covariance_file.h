@@ -20,7 +20,7 @@ std::string covariance_header();
 /// One row of covariance.csv, with its newline; nine significant digits.
 std::string covariance_row(Time time, const Matrix6& covariance);
 
-/// Reads covariance.csv. Throws InputError, naming the line, where it is none.
+/// Reads covariance.csv. Throws InputError with the line if the format is wrong.
 std::vector<StampedCovariance> read_covariances(const std::filesystem::path& path);
 
 }  // namespace lodestone

@@ -29,7 +29,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 
 CsvTable::CsvTable(const std::filesystem::path& path) : path_(path.string()) {
   std::ifstream file(path);
-  if (!file) throw InputError(fmt::format("{}: no such file; expected a file of a run's folder", path_));
+  if (!file) throw InputError(fmt::format("{}: no such file; expected a file of a run folder", path_));
   int number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
@@ -57,7 +57,7 @@ bool CsvTable::has(const std::string& column) const {
 std::size_t CsvTable::index_of(const std::string& column) const {
   const auto found = std::find(header_.begin(), header_.end(), column);
   if (found == header_.end()) {
-    throw InputError(fmt::format("{}: expected a column '{}' in the header row, found {}; write the run again", path_,
+    throw InputError(fmt::format("{}: expected a column '{}' in the header row, found {}; repeat the run", path_,
                                  column, join_names(header_)));
   }
   return static_cast<std::size_t>(found - header_.begin());

@@ -8,17 +8,17 @@
 
 namespace lodestone {
 
-/// A CSV file of a run folder: a header row, then rows of as many values. Lines that begin with '#' are comments.
+/// A CSV file of a run folder: a header row, then rows with the same number of values. Lines with '#' are comments.
 class CsvTable {
  public:
-  /// Reads the file. Throws InputError, naming file and line, where it is missing or a row has another length.
+  /// Reads the file. Throws InputError with file and line if the file is missing or a row has another length.
   explicit CsvTable(const std::filesystem::path& path);
 
   std::size_t rows() const { return cells_.size(); }
   bool has(const std::string& column) const;
   const std::vector<std::string>& columns() const { return header_; }
 
-  /// A column by name. Throw InputError, naming file and line, where it is missing or a value does not parse.
+  /// A column by name. Throw InputError with file and line if the column is missing or a value cannot be parsed.
   std::vector<double> numbers(const std::string& column) const;
   std::vector<std::string> texts(const std::string& column) const;
   std::vector<Time> stamps(const std::string& column) const;  ///< decimal seconds, exact
@@ -29,7 +29,7 @@ class CsvTable {
   std::string path_;
   std::vector<std::string> header_;
   std::vector<std::vector<std::string>> cells_;
-  std::vector<int> lines_;  ///< of each row in the file
+  std::vector<int> lines_;  ///< line number of each row
 };
 
 }  // namespace lodestone

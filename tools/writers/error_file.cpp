@@ -14,7 +14,7 @@
 namespace lodestone {
 
 std::vector<ErrorRow> error_rows(const PosePairs& pairs, const std::vector<Matrix6>& covariances) {
-  if (pairs.size() != covariances.size()) throw std::invalid_argument("error_rows: one covariance a pair");
+  if (pairs.size() != covariances.size()) throw std::invalid_argument("error_rows: expected one covariance per pair");
   const std::vector<double> headings = heading_errors(pairs);
   std::vector<ErrorRow> rows;
   rows.reserve(pairs.size());

@@ -20,7 +20,7 @@ std::string diagnostics_header() {
          "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,clock_offset_s,clock_sigma_s,iterations,step_ms\n";
 }
 
-/// A figure, or nan where nothing was measured: a zero would pass for a very good one.
+/// A number, or nan if nothing was measured: zero would look like a very good value.
 std::string figure(bool measured, double value) {
   return measured ? fmt::format(",{:.6g}", value) : ",nan";
 }

@@ -9,30 +9,31 @@
 
 namespace lodestone {
 
-/// Writes trajectory.tum (best), causal.tum, smoothed.tum (where a batch refines it), covariance.csv (of the best) and
-/// diagnostics.csv (one row a scan, as the causal step saw it) into a folder. The files appear with `finish`.
+/// Writes trajectory.tum (best), causal.tum, smoothed.tum (if a batch refines the trajectory), covariance.csv (of best)
+/// and diagnostics.csv (one row per scan, from the causal step) into a folder. The files appear with `finish`.
 class EstimateFiles : public EstimateSink {
  public:
-  /// Makes the folder. Throws InputError where that cannot be.
+  /// Creates the folder. Throws InputError if this fails.
   explicit EstimateFiles(const std::filesystem::path& folder);
 
   void causal(const Estimate& estimate) override;
   void best(const Estimate& estimate) override;
   void smoothed(const Estimate& estimate) override;
 
-  /// Puts the files in place. `mark` (one line; empty for a whole run) is added to both trajectories as a comment.
+  /// Renames the files to their final names. `mark` (one line; empty for a complete run) is added to both trajectories
+  /// as a comment.
   void finish(const std::string& mark);
 
  private:
   std::filesystem::path folder_;
   OutputFile trajectory_;
   OutputFile causal_;
-  std::unique_ptr<OutputFile> smoothed_;  // made when there is something to write
+  std::unique_ptr<OutputFile> smoothed_;  // created with the first smoothed pose
   OutputFile covariance_;
   OutputFile diagnostics_;
 };
 
-/// The health's name as written: good, degenerate, lost.
+/// The name of the health in files: good, degenerate, lost.
 const char* health_name(Health health);
 
 }  // namespace lodestone

@@ -41,8 +41,8 @@ void OutputFile::commit() {
   if (broken || !closed || error) {
     std::error_code ignored;
     std::filesystem::remove(aside_, ignored);
-    throw InputError(fmt::format("{}: not written whole: {}; make room or choose another --out", path_.string(),
-                                 error ? error.message() : std::strerror(errno)));
+    throw InputError(fmt::format("{}: could not be written completely: {}; free disk space or choose another --out",
+                                 path_.string(), error ? error.message() : std::strerror(errno)));
   }
 }
 
@@ -51,8 +51,8 @@ void check_folder(const std::filesystem::path& folder) {
   std::filesystem::path there = std::filesystem::absolute(folder, ignored);
   while (!std::filesystem::exists(there, ignored) && there != there.parent_path()) there = there.parent_path();
   if (!std::filesystem::is_directory(there, ignored)) {
-    throw InputError(fmt::format("{}: cannot make the folder: {} is no folder; choose another --out", folder.string(),
-                                 there.string()));
+    throw InputError(fmt::format("{}: cannot create the folder: {} is not a folder; choose another --out",
+                                 folder.string(), there.string()));
   }
   if (access(there.c_str(), W_OK | X_OK) != 0) {
     throw InputError(fmt::format("{}: cannot be written: {}: {}; choose another --out", folder.string(), there.string(),
@@ -65,7 +65,7 @@ std::filesystem::path made_folder(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, error);
   if (error) {
     throw InputError(
-        fmt::format("{}: cannot make the folder: {}; choose another --out", folder.string(), error.message()));
+        fmt::format("{}: cannot create the folder: {}; choose another --out", folder.string(), error.message()));
   }
   return folder;
 }

@@ -7,8 +7,8 @@
 
 namespace lodestone {
 
-/// A file that appears under its name only when it is whole: it is written beside it and renamed by `commit`.
-/// Destroyed without `commit` it leaves nothing behind. Throws InputError where the folder cannot be written.
+/// A file that appears under its name when it is complete: it is written under a temporary name and renamed by
+/// `commit`. Without `commit`, the destructor deletes it. Throws InputError if the folder cannot be written.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path);
@@ -18,7 +18,7 @@ class OutputFile {
 
   void write(std::string_view text);
 
-  /// Closes and renames. Throws InputError where the disk did not take everything.
+  /// Closes and renames. Throws InputError if the disk is full.
   void commit();
 
  private:
@@ -27,17 +27,16 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
-/// Throws InputError where a folder of results cannot be made or written there, before any time is spent on them. Makes
-/// nothing.
+/// Throws InputError if a folder of results cannot be created or written, before a long computation. Creates nothing.
 void check_folder(const std::filesystem::path& folder);
 
-/// The folder, made where it is not there. Throws InputError where that cannot be.
+/// Creates the folder if it does not exist. Throws InputError if this fails.
 std::filesystem::path made_folder(const std::filesystem::path& folder);
 
-/// The same, with nothing in it: what an earlier call left there must not stand beside what this one writes.
+/// The same, and deletes its content: results of an earlier call must not mix with new ones.
 std::filesystem::path emptied_folder(const std::filesystem::path& folder);
 
-/// The path of a YAML file that --out names, with its folder made. Throws InputError where the name has another ending.
+/// The path of a YAML file that --out names; creates its folder. Throws InputError if the name has another ending.
 std::filesystem::path yaml_output(const std::string& out);
 
 }  // namespace lodestone

@@ -5,7 +5,7 @@
 
 namespace lodestone {
 
-/// `path` as seen from `folder`, "." where it is that; empty where it is not below it. Neither need be there yet.
+/// `path` relative to `folder`; "." if both are equal, empty if `path` is not below `folder`. Neither needs to exist.
 std::filesystem::path path_below(const std::string& path, const std::string& folder);
 
 }  // namespace lodestone

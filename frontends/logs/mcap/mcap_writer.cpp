@@ -82,7 +82,7 @@ struct McapWriter::Implementation {
 
   [[noreturn]] void fail() const {
     throw InputError(
-        fmt::format("{}: cannot be written: {}; make room or choose another --out", path, std::strerror(errno)));
+        fmt::format("{}: cannot be written: {}; free disk space or choose another --out", path, std::strerror(errno)));
   }
   void put(std::span<const std::uint8_t> bytes) {
     if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
@@ -224,7 +224,7 @@ void McapWriter::close() {
   std::filesystem::rename(self.aside, self.path, error);
   if (error)
     throw InputError(
-        fmt::format("{}: cannot be written: {}; make room or choose another --out", self.path, error.message()));
+        fmt::format("{}: cannot be written: {}; free disk space or choose another --out", self.path, error.message()));
   self.file.reset();
 }
 

@@ -79,7 +79,7 @@ struct BagWriter::Implementation {
   Time chunk_begin = 0, chunk_end = 0;
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw BagError(fmt::format("{}: cannot write the bag: {}; make room or choose another --out", path, what));
+    throw BagError(fmt::format("{}: cannot write the bag: {}; free disk space or choose another --out", path, what));
   }
   void put(const std::string& bytes) {
     if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail(std::strerror(errno));

@@ -25,7 +25,7 @@ struct SqliteWriter::Implementation {
   std::set<std::string> types;
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: cannot be written: {}; make room or choose another --out", path, what));
+    throw InputError(fmt::format("{}: cannot be written: {}; free disk space or choose another --out", path, what));
   }
   void open();
   std::int64_t id_of(const TopicInfo& topic);

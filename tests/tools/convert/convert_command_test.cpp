@@ -78,7 +78,7 @@ TEST_F(ConvertCommand, TwoPartsOfALogAreTheWhole) {
   EXPECT_NEAR(first, whole / 2, whole / 20);
   EXPECT_LT(messages(" --from 1 --to 1.1", "short.mcap"), whole / 10);
   expect_refused("convert " + path("log.bag") + " --from 99 --out " + path("a.mcap"),
-                 "--from 99: is after the log's end");
+                 "--from 99 is after the log's end");
   expect_refused("convert " + path("log.bag") + " --from -1 --out " + path("a.mcap"), "--from: expected seconds");
   expect_refused("convert " + path("log.bag") + " --from 2 --to 1 --out " + path("a.mcap"),
                  "--to: expected seconds, more than --from");
@@ -103,7 +103,7 @@ TEST_F(ConvertCommand, APartSaysWhatWasLatchedBeforeIt) {
   const ProgramResult result = run_lodestone("convert " + path("log.bag") + " --from 5 --out " + path("part.bag"));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr(": 6 messages of"));
-  EXPECT_THAT(result.output, HasSubstr("of them 1 latched before --from"));
+  EXPECT_THAT(result.output, HasSubstr("1 of these are latched messages"));
   WarningLog warnings;
   const auto part = open_log(path("part.bag"), warnings);
   for (const TopicInfo& topic : part->topics()) EXPECT_EQ(topic.begin, from_seconds(105.0)) << topic.name;
@@ -150,7 +150,7 @@ TEST_F(ConvertCommand, AFullDiskIsOneLineAndLeavesNothing) {
     ASSERT_TRUE(WIFEXITED(status)) << out;
     EXPECT_EQ(WEXITSTATUS(status), 2) << out;
     const std::string line = content_of(path("err"));
-    EXPECT_THAT(line, ::testing::HasSubstr("make room or choose another --out")) << out;
+    EXPECT_THAT(line, ::testing::HasSubstr("free disk space or choose another --out")) << out;
     EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
     EXPECT_TRUE(std::filesystem::is_empty(path("full"))) << out;
   }

@@ -116,7 +116,7 @@ TEST_F(EvaluateCommand, RefusesWhatItCannotCompare) {
   expect_refused(both() + "--delta-unit meters", "did you mean 'metres'?");
   expect_refused(both() + "--delta 0.5", "--delta");
   expect_refused(both() + "--align se3", "one line");
-  expect_refused(both() + "--relation rpe --delta 50", "no stretch of 50 frames");
+  expect_refused(both() + "--relation rpe --delta 50", "no segment of 50 frames");
   EXPECT_EQ(run_lodestone("evaluate").code, 2);
 }
 

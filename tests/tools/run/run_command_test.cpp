@@ -177,7 +177,7 @@ TEST_F(RunCommand, LogAndOutputAreLookedAtBeforeTheMaps) {
   expect_refused("run " + path("text.bag") + rest + path("out"), "text.bag: is no log");
   std::ofstream(folder_ / "file") << "x";
   expect_refused("run " + path("log.bag") + rest + path("file") + "/deep/out",
-                 "file is no folder; choose another --out");
+                 "file is not a folder; choose another --out");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   expect_refused("run " + path("log.bag") + rest + path("out"), "nowhere.pcd");
 }
