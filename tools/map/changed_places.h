@@ -11,13 +11,13 @@ namespace lodestone {
 struct ChangedPlace {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< mean of its nodes, map x, y
   double area_m2 = 0.0;
-  double mean_ut = 0.0;  ///< of |ΔB|, the largest of the layers at each node
+  double mean_ut = 0.0;  ///< of |ΔB|; each node counts with its largest layer
   double largest_ut = 0.0;
   Vector3 largest_at = Vector3::Zero();  ///< map
 };
 
-/// Places of nodes with |ΔB| above the threshold that touch, corners included; the largest change first. Throws
-/// InputError if the maps share more than 2^28 nodes.
+/// Connected places (8-neighbourhood) of nodes with |ΔB| above the threshold, the largest change first. Throws
+/// InputError if the maps have more than 2^28 nodes in common.
 std::vector<ChangedPlace> changed_places(const MagneticDifference& difference, double threshold_ut);
 
 }  // namespace lodestone

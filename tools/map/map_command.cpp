@@ -43,7 +43,7 @@ struct MapMagneticCall {
 
 constexpr Time max_pose_gap = from_seconds(0.25);
 
-/// Wall time since the last lap.
+/// Wall time since the previous lap.
 class Clock {
  public:
   double lap() {
@@ -88,27 +88,28 @@ FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platfor
     fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
   }
   if (survey.without_pose > 0) {
-    fmt::print("warning: {} readings without a pose within {} s in {}, left out\n", survey.without_pose,
+    fmt::print("warning: {} readings have no pose within {} s in {} and are ignored\n", survey.without_pose,
                to_seconds(max_pose_gap), call.trajectory);
   }
   if (survey.observations.empty()) {
     throw InputError(fmt::format(
-        "{}: none of its magnetometer readings lies within the time of {} ({} to {} s); give the "
+        "{}: no magnetometer reading is within the time of {} ({} to {} s); set --trajectory to the "
         "trajectory of this survey",
         call.survey, call.trajectory, format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
   }
   const auto readings = static_cast<std::int64_t>(survey.observations.size()) + survey.without_pose;
   if (2 * survey.without_pose > readings) {
     throw InputError(
-        fmt::format("{}: {} of its {} magnetometer readings have no pose in {} ({} to {} s); give the trajectory of "
-                    "this survey, whole",
+        fmt::format("{}: {} of {} magnetometer readings have no pose in {} ({} to {} s); set --trajectory to the "
+                    "complete trajectory of "
+                    "this survey",
                     call.survey, survey.without_pose, readings, call.trajectory, format_stamp(trajectory.front().time),
                     format_stamp(trajectory.back().time)));
   }
   return survey;
 }
 
-/// Of a reading of the array, as the platform says: rms over its magnetometers.
+/// Noise of one reading of the array in the platform file: rms over its magnetometers.
 double reading_noise(const Platform& platform) {
   double sum = 0.0;
   for (const MagnetometerModel& one : platform.suite.magnetometers) sum += one.noise_ut * one.noise_ut;
@@ -120,7 +121,7 @@ std::string method_name(const MagneticMapOptions& options) {
 }
 
 std::string kernels_table(const FieldKernelFit& fit) {
-  std::string text = "  component   signal sigma   length scale   noise a cell (by likelihood alone)\n";
+  std::string text = "  component   signal sigma   length scale   noise per cell (before calibration)\n";
   const char* names[] = {"B_x", "B_y", "B_z"};
   for (int k = 0; k < 3; ++k) {
     text +=
@@ -128,7 +129,7 @@ std::string kernels_table(const FieldKernelFit& fit) {
                     fit.kernels[k].length_scale_m, fit.kernels[k].noise_sigma, fit.uncalibrated_noise[k]);
   }
   if (fit.potential) {
-    text += fmt::format("  one potential: length scale {:.3f} m, in the vertical {:.3f} m; constant field {:.3f} uT\n",
+    text += fmt::format("  one potential: length scale {:.3f} m, vertical {:.3f} m; constant field {:.3f} uT\n",
                         fit.potential->length_scale_m, fit.potential->vertical_length_scale_m,
                         fit.potential->linear_sigma_ut);
   }
@@ -148,14 +149,13 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
     const KernelParameters& kernel = result.fit.kernels[k];
     provenance.push_back(
         {fmt::format("kernel_{}", "xyz"[k]),
-         fmt::format("signal {:.4g} uT, length scale {:.4g} m, noise {:.4g} uT a cell of {:.4g} m", kernel.signal_sigma,
-                     kernel.length_scale_m, kernel.noise_sigma, result.fit.cell_m)});
+         fmt::format("signal {:.4g} uT, length scale {:.4g} m, noise {:.4g} uT per cell of {:.4g} m",
+                     kernel.signal_sigma, kernel.length_scale_m, kernel.noise_sigma, result.fit.cell_m)});
   }
   if (const auto& potential = result.fit.potential) {
-    provenance.push_back(
-        {"potential",
-         fmt::format("length scale {:.4g} m, in the vertical {:.4g} m, constant field {:.4g} uT",
-                     potential->length_scale_m, potential->vertical_length_scale_m, potential->linear_sigma_ut)});
+    provenance.push_back({"potential", fmt::format("length scale {:.4g} m, vertical {:.4g} m, constant field {:.4g} uT",
+                                                   potential->length_scale_m, potential->vertical_length_scale_m,
+                                                   potential->linear_sigma_ut)});
   }
   if (!held_out.empty()) provenance.push_back({"held_out", held_out});
   if (!doubts.empty()) provenance.push_back({"warning", doubts});
@@ -188,9 +188,9 @@ void map_magnetic(const MapMagneticCall& call) {
 
   if (result.nodes == 0) {
     const std::string unreached = unreached_heights(survey.observations, result.map);
-    throw InputError(
-        fmt::format("{}: no node of a map of it has a sigma within {:.3f} uT, so that nothing is written: {}",
-                    call.survey, result.map.max_sigma_ut(), unreached.empty() ? kSurveyCauses : unreached));
+    throw InputError(fmt::format("{}: no node of the map has a sigma below {:.3f} uT; nothing is written: {}",
+                                 call.survey, result.map.max_sigma_ut(),
+                                 unreached.empty() ? kSurveyCauses : unreached));
   }
 
   std::string held_out;
@@ -202,11 +202,11 @@ void map_magnetic(const MapMagneticCall& call) {
       const HeldOutScore score = score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
       held_out_score = score;
       held_out = fmt::format(
-          "every tenth {:g} s, predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
-          "cells; over their sigma {:.2f} {:.2f} {:.2f}; {} cells refused",
+          "every tenth {:g} s predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
+          "cells; normalized by sigma {:.2f} {:.2f} {:.2f}; {} cells without prediction",
           options.held_out_block_s, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
           score.normalized_rms.x(), score.normalized_rms.y(), score.normalized_rms.z(), score.refused);
-      fmt::print("held out, {}; {:.1f} s\n", held_out, clock.lap());
+      fmt::print("held out: {}; {:.1f} s\n", held_out, clock.lap());
     }
   }
   const std::string unreached = unreached_heights(survey.observations, result.map);
@@ -225,32 +225,33 @@ void add_map_magnetic(CLI::App& parent, int* code) {
   const auto call = std::make_shared<MapMagneticCall>();
   CLI::App* command = parent.add_subcommand("magnetic",
                                             "Build a grid map of the ambient magnetic field from a survey drive, by "
-                                            "Gaussian-process regression, with its sigma");
+                                            "Gaussian-process regression, with sigma");
   CommandFiles files(*command);
   files
       .input(
-          command->add_option("SURVEY", call->survey, "the survey's log, of any kind, with the magnetometers' topics"))
+          command->add_option("SURVEY", call->survey, "the survey's log in any format, with the magnetometers' topics"))
       ->required();
-  files.input(command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey grade"))
+  files
+      .input(command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey accuracy"))
       ->required();
   files.input(command->add_option("--platform", call->platform, "the robot's platform file"))->required();
   files
-      .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it"),
+      .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written next to it"),
               CommandFiles::with_endings({".tif", ".png"}))
       ->required();
   command->add_option("--method", call->method,
-                      "s-gpr: each component by itself (default); curl-free: one potential for all three");
-  command->add_option("--resolution", call->resolution_m, "distance of the map's nodes, metres (default 0.1)");
+                      "s-gpr: each component separately (default); curl-free: one potential for all three");
+  command->add_option("--resolution", call->resolution_m, "spacing of the map's nodes, metres (default 0.1)");
   command->add_option("--max-sigma-ut", call->max_sigma_ut,
-                      "no field where the map's sigma exceeds this (default: half the fitted signal sigma)");
-  command->add_option("--threads", call->threads, "at most so many (default: all); the map is the same")
+                      "nodes with larger sigma have no field (default: half of the fitted signal sigma)");
+  command->add_option("--threads", call->threads, "number of threads (default: all); the map does not depend on it")
       ->check(CLI::PositiveNumber);
-  files.input(
-      command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order"));
-  command->add_option("--set", call->settings, "one option, as key.path=value; the keys are below");
+  files.input(command->add_option("--config", call->configurations,
+                                  "YAML files with options; later files override earlier ones"));
+  command->add_option("--set", call->settings, "one option, as key.path=value; for keys see below");
   command->footer("Options of --config and --set:\n" + list_options(MagneticMapOptions{}) +
                   R"(
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/field.yaml
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
@@ -266,10 +267,10 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
 }  // namespace
 
 void add_map_command(CLI::App& app, int* code) {
-  CLI::App* command = app.add_subcommand("map", "Make magnetic maps and compare them");
+  CLI::App* command = app.add_subcommand("map", "Build, import and compare magnetic maps");
   command->require_subcommand(1);
   command->footer(R"(
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/field.yaml
   lodestone map diff /tmp/tunnel/field.yaml /tmp/tunnel/coarse.yaml --out /tmp/tunnel/change

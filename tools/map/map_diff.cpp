@@ -44,7 +44,7 @@ void refuse_disjoint(const MapDiffCall& call, const MagneticMap& first, const Ma
                        grid.origin.y() + grid.resolution_m * (grid.rows - 1));
   };
   throw InputError(
-      fmt::format("the maps have no place in common: {} spans {}, {} spans {}; compare maps of one site, in one "
+      fmt::format("the maps do not overlap: {} spans {}, {} spans {}; compare maps of one site, in one "
                   "frame",
                   call.first, span(first.grid()), call.second, span(second.grid())));
 }
@@ -91,14 +91,14 @@ void print_figures(const MapDiffCall& call, const MagneticDifference& difference
                    const std::vector<ChangedPlace>& places) {
   const Shares shares = shares_of(difference);
   const Vector3& at = difference.largest_at;
-  fmt::print("compared {:.2f} m2, {:.1f} % of what either map covers; only {}: {:.1f} %, only {}: {:.1f} %\n",
+  fmt::print("compared {:.2f} m2, {:.1f} % of the union of both maps; only {}: {:.1f} %, only {}: {:.1f} %\n",
              difference.compared_m2, 100.0 * shares.compared, call.first, 100.0 * shares.only_first, call.second,
              100.0 * shares.only_second);
   fmt::print(
       "|dB|: mean {:.3f} uT, rms {:.3f} uT, 95 % below {:.3f} uT, largest {:.3f} uT at ({:.2f}, {:.2f}, {:.2f}) m\n",
       difference.mean_ut, difference.rms_ut, difference.high_ut, difference.largest_ut, at.x(), at.y(), at.z());
   fmt::print(
-      "over the maps' sigma: rms {:.2f} a component (1 where nothing changed), {:.1f} % above 3 sigma (2.9 % by "
+      "normalized by the maps' sigma: rms {:.2f} per component (1: no change), {:.1f} % above 3 sigma (2.9 % by "
       "chance)\n",
       difference.normalized_rms, 100.0 * difference.share_above_three_sigma);
   fmt::print("{} place{} above {:g} uT\n", places.size(), places.size() == 1 ? "" : "s", call.threshold_ut);
@@ -143,11 +143,10 @@ void map_diff(const MapDiffCall& call) {
 void add_map_diff(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapDiffCall>();
   CLI::App* command = map.add_subcommand(
-      "diff",
-      "Compare two magnetic maps of one site, node by node of the first: what changed, where, beyond their sigma");
+      "diff", "Compare two magnetic maps of one site at the nodes of the first: significant changes and their places");
   CommandFiles files(*command);
-  files.input(command->add_option("FIRST", call->first, "a magnetic map, FIELD.yaml: what was"))->required();
-  files.input(command->add_option("SECOND", call->second, "another one, of any grid and resolution: what is"))
+  files.input(command->add_option("FIRST", call->first, "the earlier magnetic map, FIELD.yaml"))->required();
+  files.input(command->add_option("SECOND", call->second, "the later magnetic map, with any grid and resolution"))
       ->required();
   files
       .output(
@@ -156,7 +155,7 @@ void add_map_diff(CLI::App& map, int* code) {
           CommandFiles::within({"picture.png", "picture.pdf", "picture.svg", "difference.yaml", "difference.tif",
                                 "places.csv", "diff.json"}))
       ->required();
-  command->add_option("--threshold-ut", call->threshold_ut, "places changed by more than this are listed, microtesla")
+  command->add_option("--threshold-ut", call->threshold_ut, "places with a larger change are listed, microtesla")
       ->capture_default_str();
   command->footer(R"(
 Examples:

@@ -59,18 +59,19 @@ void map_import(const MapImportCall& call) {
              grid.rows, grid.resolution_m, heights);
   if (field.metres_in_doubt) {
     fmt::print(
-        "warning: map.metres (1 times): the positions are taken for metres, {:g} m along x and {:g} m along y: if they "
+        "warning: map.metres (1 times): positions are read as metres: {:g} m along x and {:g} m along y. If they "
         "are "
-        "millimetres, divide them by 1000; if they are metres, name the columns x_m, y_m and z_m\n",
+        "millimetres, divide them by 1000. If they are metres, name the columns x_m, y_m and z_m\n",
         grid.resolution_m * (grid.columns - 1), grid.resolution_m * (grid.rows - 1));
   }
   fmt::print("unit {}{}: half of the field is above {:.3g} uT\n", unit,
-             field.unit_from_size ? ", told from the field's size (--unit says otherwise)" : "", field.median_ut);
+             field.unit_from_size ? ", detected from the field's magnitude (set --unit to change)" : "",
+             field.median_ut);
   if (!field.has_sigma) {
-    fmt::print("no column of sigma: {:g} uT taken for every node (--sigma-ut says otherwise)\n", call.sigma_ut);
+    fmt::print("no column of sigma: {:g} uT for every node (set --sigma-ut to change)\n", call.sigma_ut);
   }
   if (field.in_cells < field.nodes) {
-    fmt::print("warning: {} nodes have no three neighbours in a square: there is no field round them\n",
+    fmt::print("warning: {} nodes have no complete grid square: there is no field around them\n",
                field.nodes - field.in_cells);
   }
   const Provenance provenance{
@@ -90,23 +91,24 @@ void map_import(const MapImportCall& call) {
 void add_map_import(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapImportCall>();
   CLI::App* command = map.add_subcommand(
-      "import", "Make a magnetic map of a table of positions on a grid and field vectors that another program wrote");
+      "import", "Build a magnetic map from another program's table of grid positions and field vectors");
   CommandFiles files(*command);
   files
       .input(command->add_option("TABLE", call->table,
-                                 "CSV of x, y, z (m), Bx, By, Bz along the map's axes, and perhaps sigma"))
+                                 "CSV of x, y, z (m), Bx, By, Bz along the map's axes, and optionally sigma"))
       ->required();
   files
-      .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written beside it"),
+      .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written next to it"),
               CommandFiles::with_endings({".tif", ".png"}))
       ->required();
   command->add_option(
       "--unit", call->unit,
-      "of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: as the header says, else told "
-      "from its size)");
-  command->add_option("--height", call->height_m, "z of the map, metres, of a table without");
+      "unit of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: from the header, or detected "
+      "from the field's magnitude)");
+  command->add_option("--height", call->height_m, "z of the map, metres, if the table has no z");
   command
-      ->add_option("--sigma-ut", call->sigma_ut, "one sigma of the field at every node, of a table without, microtesla")
+      ->add_option("--sigma-ut", call->sigma_ut,
+                   "sigma of the field at every node, if the table has no sigma, microtesla")
       ->capture_default_str();
   command->footer(R"(
 Examples:

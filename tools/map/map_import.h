@@ -6,7 +6,7 @@ class App;
 
 namespace lodestone {
 
-/// Adds `map import`, which makes a magnetic map of a table that others wrote, to `map`; see tools/commands.h.
+/// Adds `map import`, which builds a magnetic map from a table. See tools/commands.h.
 void add_map_import(CLI::App& map, int* code);
 
 }  // namespace lodestone

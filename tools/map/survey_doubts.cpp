@@ -19,7 +19,8 @@ double rms(const Vector3& components) {
 }  // namespace
 
 const char* const kSurveyCauses =
-    "the trajectory may be of another drive, its clock not the log's, or the platform's T_imu_mag or calibration wrong";
+    "check that the trajectory is of this drive and clock, and check T_imu_mag and the calibration in the platform "
+    "file";
 
 std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut,
                           const std::optional<HeldOutScore>& held_out) {
@@ -27,16 +28,15 @@ std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut,
   const double by_likelihood = rms(fit.uncalibrated_noise);
   if (noise > kSeveral * reading_noise_ut) {
     return fmt::format(
-        "the readings scatter by {:.2f} uT a cell, and the platform's noise of one reading is {:.2f} uT: {}", noise,
+        "the readings vary by {:.2f} uT per cell, but the platform's noise of one reading is {:.2f} uT: {}", noise,
         reading_noise_ut, kSurveyCauses);
   }
   if (noise > reading_noise_ut && noise > kSeveral * by_likelihood) {
-    return fmt::format(
-        "the readings scatter by {:.2f} uT a cell, {:.1f} times what one pass of them says by itself: {}", noise,
-        noise / by_likelihood, kSurveyCauses);
+    return fmt::format("the readings vary by {:.2f} uT per cell, {:.1f} times more than within one pass: {}", noise,
+                       noise / by_likelihood, kSurveyCauses);
   }
   if (held_out && held_out->cells >= kEnoughCells && rms(held_out->normalized_rms) > kSeveral) {
-    return fmt::format("the readings that were held out miss the map of the others by {:.1f} of its sigmas: {}",
+    return fmt::format("held-out readings differ from the map of the others by {:.1f} sigma: {}",
                        rms(held_out->normalized_rms), kSurveyCauses);
   }
   return {};
@@ -61,7 +61,7 @@ std::string unreached_heights(const std::vector<FieldObservation>& readings, con
   }
   if (heights.empty()) return {};
   return fmt::format(
-      "no field at the height {} m, for the survey's readings lie at {:.3f} to {:.3f} m: change heights_m, or survey "
+      "no field at the height {} m: the survey's readings are at {:.3f} to {:.3f} m; change heights_m, or survey "
       "there",
       heights, low->position.z(), high->position.z());
 }

@@ -8,20 +8,20 @@
 
 namespace lodestone {
 
-/// What speaks against a survey and its trajectory belonging together, in one line with the likely causes; empty where
-/// nothing does. Readings scatter about any map that they can make far more than the magnetometers' noise lets them:
-/// wrong poses put different fields in one place. `reading_noise_ut`: of one reading, as the platform says. Doubtful is
+/// Signs that a survey and its trajectory do not belong together, in one line with the likely causes; empty if there
+/// are none. Wrong poses put different fields at one place. `reading_noise_ut`: of one reading, from the platform.
+/// Signs:
 /// - a cell's noise above three times that of a reading;
-/// - one above a reading's, and three times what the likelihood says without a second pass;
-/// - held-out cells missed by more than three of their sigmas (rms).
+/// - a cell's noise above that of a reading and above three times the likelihood's noise without a second pass;
+/// - normalized errors of held-out cells above three (rms).
 std::string survey_doubts(const FieldKernelFit& fit, double reading_noise_ut,
                           const std::optional<HeldOutScore>& held_out);
 
-/// The layers of `map` above or below all readings, in which no place of a reading has field: in one line, with the
-/// heights that the readings have; empty where there are none such.
+/// The layers of `map` above or below all readings, without field at any reading's place: in one line, with the
+/// readings' heights; empty if there are none.
 std::string unreached_heights(const std::vector<FieldObservation>& readings, const MagneticMap& map);
 
-/// What mostly makes a survey contradict itself.
+/// Most common causes of contradictions within a survey.
 extern const char* const kSurveyCauses;
 
 }  // namespace lodestone

@@ -61,7 +61,7 @@ TEST(MapDiffCommand, EachMistakeIsOneLineAndCodeTwo) {
   write_bump_map(folder / "far.yaml", 50.0, 0.0F);
   const std::string a = (folder / "a.yaml").string();
   const std::string out = " --out " + (folder / "out").string();
-  expect_refused("map diff " + a + " " + (folder / "far.yaml").string() + out, "no place in common");
+  expect_refused("map diff " + a + " " + (folder / "far.yaml").string() + out, "the maps do not overlap");
   expect_refused("map diff " + a + " /absent.yaml" + out, "/absent.yaml");
   expect_refused("map diff " + a + " " + a + out + " --threshold-ut 0", "--threshold-ut");
   std::string text = content_of(folder / "a.yaml");

@@ -21,8 +21,8 @@ TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
   ProgramResult result = run_lodestone("map import " + table + " --out " + out + " --sigma-ut 0.5");
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr("4 nodes with field of 2 x 2 every 0.2 m, at 0.100 m height"));
-  EXPECT_THAT(result.output, HasSubstr("unit tesla, told from the field's size"));
-  EXPECT_THAT(result.output, HasSubstr("no column of sigma: 0.5 uT taken"));
+  EXPECT_THAT(result.output, HasSubstr("unit tesla, detected from the field's magnitude"));
+  EXPECT_THAT(result.output, HasSubstr("no column of sigma: 0.5 uT for every node"));
   const MagneticMap map = read_magnetic_map(out);
   const auto value = map.query({0.1, 0.1, 0.1}, FieldInterpolation::bilinear);
   ASSERT_TRUE(value.has_value());
@@ -51,7 +51,7 @@ TEST(MapImportCommand, SaysThatPositionsWereTakenForMetres) {
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(
       result.output,
-      HasSubstr("warning: map.metres (1 times): the positions are taken for metres, 200 m along x and 200 m along y"));
+      HasSubstr("warning: map.metres (1 times): positions are read as metres: 200 m along x and 200 m along y"));
   EXPECT_THAT(result.output, HasSubstr("name the columns x_m, y_m and z_m"));
   std::ofstream(table) << "x_m,y_m,z_m,Bx,By,Bz\n" << rows;
   result = run_lodestone(call);

@@ -40,12 +40,12 @@ TEST(SurveyDoubts, NameFiguresAndCauses) {
   for (const std::string& doubts : {survey_doubts(fit_with(4.0, 0.5), kReading_ut, missed_by(0.6)),
                                     survey_doubts(fit_with(1.5, 0.4), kReading_ut, missed_by(0.6)),
                                     survey_doubts(fit_with(0.2, 0.2), kReading_ut, missed_by(8.0))}) {
-    EXPECT_THAT(doubts, HasSubstr("another drive"));
+    EXPECT_THAT(doubts, HasSubstr("of this drive"));
     EXPECT_THAT(doubts, HasSubstr("clock"));
     EXPECT_THAT(doubts, HasSubstr("T_imu_mag"));
   }
-  EXPECT_THAT(survey_doubts(fit_with(4.0, 0.5), kReading_ut, std::nullopt), HasSubstr("4.00 uT a cell"));
-  EXPECT_THAT(survey_doubts(fit_with(0.2, 0.2), kReading_ut, missed_by(8.0)), HasSubstr("8.0 of its sigmas"));
+  EXPECT_THAT(survey_doubts(fit_with(4.0, 0.5), kReading_ut, std::nullopt), HasSubstr("4.00 uT per cell"));
+  EXPECT_THAT(survey_doubts(fit_with(0.2, 0.2), kReading_ut, missed_by(8.0)), HasSubstr("by 8.0 sigma"));
 }
 
 TEST(SurveyDoubts, NameLayersThatNoReadingReaches) {
@@ -59,7 +59,7 @@ TEST(SurveyDoubts, NameLayersThatNoReadingReaches) {
   std::fill(nodes.begin() + 25, nodes.end(), Eigen::Vector4f::Constant(nan));
   EXPECT_THAT(
       unreached_heights(readings, MagneticMap(grid, nodes, 2.0)),
-      ::testing::AllOf(HasSubstr("no field at the height 2 m"), HasSubstr("at 0.100 to 0.100 m: change heights_m")));
+      ::testing::AllOf(HasSubstr("no field at the height 2 m"), HasSubstr("at 0.100 to 0.100 m; change heights_m")));
 }
 
 }  // namespace
