@@ -12,11 +12,11 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t least_side = 3;  // values on either side of a step
+constexpr std::size_t least_side = 3;  // values before and after a step
 constexpr double telling_bias_m_s2 = 0.4;
 constexpr double telling_step_m_s2 = 0.15;
 constexpr double step_sigmas = 8.0;
-constexpr double telling_turn_rad = 0.6;  // 35°: an odometry of seconds and a biased accelerometer allow no more
+constexpr double significant_turn_rad = 0.6;  // 35°: limit due to odometry drift and accelerometer bias
 
 }  // namespace
 
@@ -37,14 +37,15 @@ Findings check_acceleration_along(const Trajectory& poses, const LogSample& samp
   if (step.step.norm() > telling_step_m_s2 && step.sigmas() > step_sigmas) {
     findings.push_back(
         {Severity::warning, "imu.accelerometer_step",
-         fmt::format("{}: the accelerometer's bias steps by ({:.2f} {:.2f} {:.2f}) m/s2 against the way driven",
+         fmt::format("{}: the accelerometer's bias steps by ({:.2f} {:.2f} {:.2f}) m/s2 relative to the path driven",
                      platform.imu.topic, step.step.x(), step.step.y(), step.step.z()),
          "check the IMU (shocks, temperature, power)", times[step.index]});
   } else if (mean.norm() > telling_bias_m_s2) {
     findings.push_back({Severity::warning, "imu.accelerometer_bias",
-                        fmt::format("{}: the accelerometer reads ({:.2f} {:.2f} {:.2f}) m/s2 beside the way driven",
+                        fmt::format("{}: the accelerometer differs by ({:.2f} {:.2f} {:.2f}) m/s2 from the path driven",
                                     platform.imu.topic, mean.x(), mean.y(), mean.z()),
-                        "calibrate it, level the map, or check the rotation of lidar.T_imu_lidar", times.front()});
+                        "calibrate the accelerometer, level the map, or check the rotation of lidar.T_imu_lidar",
+                        times.front()});
   }
   return findings;
 }
@@ -53,13 +54,13 @@ Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, c
                        std::size_t lidar) {
   const Pose& T_imu_lidar = model_of(platform, lidar).T_imu_lidar;
   const HeadingFit given = fit_heading(lidar_poses, sample.imu, T_imu_lidar.rotation);
-  if (!given.tells() || std::abs(given.turn_rad) < telling_turn_rad) return {};
+  if (!given.observable() || std::abs(given.turn_rad) < significant_turn_rad) return {};
   const HeadingFit inverse = fit_heading(lidar_poses, sample.imu, T_imu_lidar.rotation.conjugate());
-  const bool inverse_fits = inverse.tells() && std::abs(inverse.turn_rad) < telling_turn_rad;
+  const bool inverse_fits = inverse.observable() && std::abs(inverse.turn_rad) < significant_turn_rad;
   return {
       {Severity::error, inverse_fits ? "extrinsic.inverse" : "extrinsic.heading",
        fmt::format(
-           "the accelerations of IMU and LiDAR point {:.0f} deg apart about the vertical (correlation {:.2f}); with "
+           "the horizontal accelerations of IMU and LiDAR differ by {:.0f} deg in direction (correlation {:.2f}); with "
            "the inverse of T_imu_lidar {:.0f} deg",
            given.turn_rad * degrees_per_radian, given.correlation, inverse.turn_rad * degrees_per_radian),
        fmt::format("{} {}.T_imu_lidar in {}", inverse_fits ? "invert" : "turn", lidar_key(lidar),

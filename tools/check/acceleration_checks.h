@@ -6,14 +6,14 @@
 
 namespace lodestone {
 
-/// The accelerometer held against the way that the robot went: a bias beyond what an estimator expects, and a step of
-/// it. `poses`: T_map_imu at scan ends. The second difference of positions half a second apart is that of the twice
-/// integrated specific force and gravity; what is left is the bias.
+/// Compares the accelerometer with the path driven: a bias above the estimator's expectation, and a step of the bias.
+/// `poses`: T_map_imu at scan ends. The second difference of positions half a second apart is that of the twice
+/// integrated specific force and gravity. The remainder is the bias.
 Findings check_acceleration_along(const Trajectory& poses, const LogSample& sample, const Platform& platform);
 
-/// Whether T_imu_lidar is right about the vertical, which turning on a floor does not show: the directions in which IMU
-/// and LiDAR speed up, held against each other. `lidar_poses`: of follow_scans. Says nothing where too little speeds
-/// up. `lidar`: the index of the LiDAR whose poses they are.
+/// Checks the heading of T_imu_lidar, which yaw turns alone do not show: compares the directions of the accelerations
+/// of IMU and LiDAR. No finding if the robot accelerates too little. `lidar_poses`: of follow_scans. `lidar`: the index
+/// of that LiDAR.
 Findings check_heading(const Trajectory& lidar_poses, const LogSample& sample, const Platform& platform,
                        std::size_t lidar = 0);
 

@@ -7,13 +7,13 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t span = 5;  // poses from one to the next of a second difference
+constexpr std::size_t span = 5;  // poses between the positions of a second difference
 constexpr std::size_t stride = 3;
 constexpr double largest_span_s = 1.0;
 constexpr Time largest_gap = 500'000'000;
 constexpr std::size_t fewest_pairs = 6;
 
-/// The specific force, turned by the poses, integrated twice from rest.
+/// The specific force, rotated by the poses and integrated twice from rest.
 class TwiceIntegrated {
  public:
   TwiceIntegrated(const std::vector<ImuSample>& imu, const Trajectory& poses) {
@@ -22,7 +22,7 @@ class TwiceIntegrated {
     Vector3 last = Vector3::Zero();
     for (const ImuSample& sample : imu) {
       const auto pose = interpolate(poses, sample.time, largest_gap);
-      // Across an outage the last attitude stands: the pairs there are left out.
+      // During an outage, the last attitude is kept; pairs within the outage are rejected.
       if (!pose && times_.empty()) continue;
       const Vector3 force = pose ? (pose->rotation * sample.linear_acceleration).eval() : last;
       if (!times_.empty()) {
@@ -74,8 +74,7 @@ std::vector<AccelerationPair> compare_accelerations(const Trajectory& poses, con
 
 HeadingFit fit_heading(const Trajectory& lidar_poses, const std::vector<ImuSample>& imu,
                        const Quaternion& R_imu_lidar) {
-  Trajectory poses =
-      lidar_poses;  // of a frame with the IMU's axes where the LiDAR is: the arm between them counts little
+  Trajectory poses = lidar_poses;  // poses of a frame at the LiDAR with the IMU's axes; the lever arm is neglected
   for (StampedPose& pose : poses) pose.pose.rotation = pose.pose.rotation * R_imu_lidar.conjugate();
   const std::vector<AccelerationPair> pairs = compare_accelerations(poses, imu);
   if (pairs.size() < fewest_pairs) return {};

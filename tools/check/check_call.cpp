@@ -13,8 +13,8 @@
 #include "frontends/synchronizer/bag_source.h"
 #include "tools/check/check_drive.h"
 #include "tools/check/check_report.h"
+#include "tools/check/initial_pose_checks.h"
 #include "tools/check/log_checks.h"
-#include "tools/check/start_checks.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/run/initial_pose.h"
@@ -33,17 +33,18 @@ void check_call(const CheckCall& call) {
     throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
   const bool maps = !call.cloud.empty() || !call.magnetic.empty();
-  if (maps && call.platform.empty()) throw InputError("--cloud and --magnetic: a map needs --platform too");
+  if (maps && call.platform.empty()) throw InputError("--cloud, --magnetic: a map requires --platform; add it");
   if (!call.initial_pose.empty() && call.initial_pose != "auto") parse_initial_pose(call.initial_pose);
-  if (call.initial_pose == "auto" && call.cloud.empty()) throw InputError("--initial-pose auto: it needs --cloud");
+  if (call.initial_pose == "auto" && call.cloud.empty())
+    throw InputError("--initial-pose auto: requires --cloud; add it");
 }
 
-/// Those that a run with these maps would read; without maps all of them.
+/// The sensors that a run with these maps reads. Without maps: all sensors.
 SensorChoice needed_sensors(const CheckCall& call) {
   return {!call.cloud.empty() || call.magnetic.empty(), true, !call.magnetic.empty() || call.cloud.empty()};
 }
 
-/// What a run would say, should nothing else have said it.
+/// Errors of a run's preparation that no check has reported.
 bool run_would_start(const CheckCall& call, const Platform& platform, Findings& findings) {
   try {
     WarningLog unheard;
@@ -55,8 +56,8 @@ bool run_would_start(const CheckCall& call, const Platform& platform, Findings& 
   return true;
 }
 
-/// `poses`: those of --initial-pose-from.
-std::optional<Pose> given_start(const CheckCall& call, const Trajectory& poses, Time time) {
+/// `poses`: the trajectory of --initial-pose-from.
+std::optional<Pose> given_initial_pose(const CheckCall& call, const Trajectory& poses, Time time) {
   if (!call.initial_pose_from.empty()) return initial_pose_from(poses, call.initial_pose_from, time);
   if (!call.initial_pose.empty() && call.initial_pose != "auto") return parse_initial_pose(call.initial_pose);
   return std::nullopt;
@@ -82,28 +83,29 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
   const bool scans = result.sample.scans().size() >= kFewestScans;
   if (result.sample.imu.empty() || (drive.planes != nullptr && !scans)) return;
   const Time begin = scans ? result.sample.scans().front().start : result.sample.imu.front().time;
-  std::optional<Pose> start = given_start(call, poses, begin);
+  std::optional<Pose> start = given_initial_pose(call, poses, begin);
   if (call.initial_pose == "auto") start = drive.find_start(findings);
   if (!start) {
     if (call.initial_pose.empty()) {
-      findings.push_back({Severity::note, "start.not_given", "no start is given: nothing is held against the maps",
-                          "--initial-pose, --initial-pose-from, or --initial-pose auto"});
+      findings.push_back({Severity::note, "start.not_given",
+                          "there is no initial pose: nothing is compared with the maps",
+                          "set --initial-pose or --initial-pose-from, or use --initial-pose auto"});
     }
     return;
   }
   if (drive.planes != nullptr && !odometry.poses.empty()) {
-    // The trajectory knows where the first scan was taken; a given pose is that of a robot that stands.
+    // The trajectory has the pose of the first scan. A given pose is that of a robot at rest.
     const Pose at_scan =
-        call.initial_pose_from.empty() ? *start : *given_start(call, poses, odometry.poses.front().time);
-    append(findings, check_start({result.sample, platform, odometry, *drive.planes, at_scan,
-                                  [&]() { return drive.find_anywhere(); }}));
+        call.initial_pose_from.empty() ? *start : *given_initial_pose(call, poses, odometry.poses.front().time);
+    append(findings, check_initial_pose({result.sample, platform, odometry, *drive.planes, at_scan,
+                                         [&]() { return drive.find_anywhere(); }}));
   }
   if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning) ||
       has(findings, "start.off", Severity::warning) || has(findings, "extrinsic.inverse", Severity::warning)) {
     findings.push_back({Severity::note, "drive.left_out",
-                        "the drive is not held against the maps: that would only repeat what is "
-                        "said above",
-                        "mend that and check again"});
+                        "the drive is not compared with the maps because of the findings "
+                        "above",
+                        "correct these findings and check again"});
     return;
   }
   append(findings, drive.check(*start, result.sample, findings));
@@ -121,7 +123,7 @@ CheckResult check_log(const CheckCall& call) {
   } else {
     platform = load_platform(call.platform);
   }
-  // Without maps they serve nothing, but a wrong name should not pass in silence.
+  // Read even without maps, so that a wrong file name is an error.
   const Trajectory poses = call.initial_pose_from.empty() ? Trajectory{} : read_trajectory(call.initial_pose_from);
   result.sample = read_log_sample(call.log, platform, call.seconds, warnings);
   for (const auto& [kind, entry] : warnings.entries()) {
@@ -129,13 +131,13 @@ CheckResult check_log(const CheckCall& call) {
   }
   if (std::none_of(result.sample.topics.begin(), result.sample.topics.end(),
                    [](const TopicInfo& topic) { return topic.messages > 0; })) {
-    result.findings.push_back({Severity::error, "log.empty", "the log holds no messages", "record again"});
+    result.findings.push_back({Severity::error, "log.empty", "the log has no messages", "record again"});
     return result;
   }
   if (call.platform.empty()) {
     result.findings.push_back({Severity::note, "platform.none",
-                               "no platform file: topics are listed, nothing is held against them",
-                               "--platform: write one from config/platforms/"});
+                               "there is no platform file: topics are listed, but not checked",
+                               "set --platform; examples are in config/platforms/"});
     return result;
   }
   const std::vector<ScanOdometry> odometry = follow_all_scans(result.sample, platform);

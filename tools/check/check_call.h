@@ -8,7 +8,7 @@
 
 namespace lodestone {
 
-/// What `lodestone check` was asked for, as on its command line; empty strings where nothing was given.
+/// The options of `lodestone check`; empty strings if not given.
 struct CheckCall {
   std::string log;
   std::string platform;
@@ -21,17 +21,17 @@ struct CheckCall {
   std::optional<int> threads;
 };
 
-/// What was looked at and what was found, worst first.
+/// The sample and the findings, worst first.
 struct CheckResult {
   LogSample sample;
   Findings findings;
 };
 
-/// Looks at a log's begin. Throws InputError where the call, the platform file or a map is wrong, or the file is no
-/// log.
+/// Checks the first seconds of a log. Throws InputError if the call, the platform file or a map is wrong, or if the
+/// file is not a log.
 CheckResult check_log(const CheckCall& call);
 
-/// check_log, printed and written to call.out. Returns the exit code: 2 where something is an error.
+/// Runs check_log, prints the result and writes call.out. Returns the exit code: 2 if a finding is an error.
 int execute(const CheckCall& call);
 
 }  // namespace lodestone

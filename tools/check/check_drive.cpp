@@ -18,9 +18,9 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kGoodShare = 0.4;  // of a scan's points that find their plane
+constexpr double kGoodShare = 0.4;  // share of a scan's points with a correspondence
 
-/// The bundles of the log's begin.
+/// The bundles of the checked part of the log.
 class Bundles {
  public:
   Bundles(const CheckDrive& drive, double seconds)
@@ -54,7 +54,7 @@ Findings check_record(const EstimateRecord& record) {
   for (const EstimateRecord::Step& step : record.steps()) {
     if (step.health == Health::lost) {
       findings.push_back({Severity::error, "drive.lost", "the smoother loses track here",
-                          "start, extrinsics, maps and noise: all that is said above and below", step.time});
+                          "check initial pose, extrinsics, maps and noise; see the other findings", step.time});
       break;
     }
     if (step.diagnostics.points > 0) shares.push_back(step.diagnostics.inlier_share);
@@ -63,8 +63,9 @@ Findings check_record(const EstimateRecord& record) {
   const double share = summarize(shares).median;
   findings.push_back(
       {share < kGoodShare ? Severity::warning : Severity::note, "drive.overlap",
-       fmt::format("along the drive {:.0f} % of a scan's points find their plane (median)", 100.0 * share),
-       share < kGoodShare ? "--cloud: has the site changed? or lidar.T_imu_lidar" : "", record.steps().front().time});
+       fmt::format("along the drive, {:.0f} % of a scan's points have a plane on the map (median)", 100.0 * share),
+       share < kGoodShare ? "check that --cloud is up to date; check lidar.T_imu_lidar" : "",
+       record.steps().front().time});
   return findings;
 }
 
@@ -98,7 +99,7 @@ std::optional<PlaceOnMap> CheckDrive::find_anywhere() const {
     const StartHypothesis& best = found.best.front();
     return PlaceOnMap{best.T_map_imu, best.lidar.share, found.sure};
   } catch (const InputError&) {
-    return std::nullopt;  // the map shows no floor
+    return std::nullopt;  // the map has no floor
   }
 }
 
@@ -129,7 +130,7 @@ Findings CheckDrive::check(const Pose& start, const LogSample& sample, const Fin
     append(findings, check_field_along(comparison, platform, broken_magnetometers(before)));
   }
   for (const auto& [kind, entry] : warnings.entries()) {
-    if (kind.rfind("magnetometer.", 0) == 0) continue;  // said before
+    if (kind.rfind("magnetometer.", 0) == 0) continue;  // already reported
     findings.push_back(
         {Severity::note, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), "", entry.first_time});
   }

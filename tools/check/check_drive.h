@@ -7,12 +7,12 @@
 #include "estimators/factory.h"
 #include "frontends/configuration/platform.h"
 #include "tools/check/finding.h"
+#include "tools/check/initial_pose_checks.h"
 #include "tools/check/log_sample.h"
-#include "tools/check/start_checks.h"
 
 namespace lodestone {
 
-/// The log's begin driven through the maps, as a run would.
+/// Runs the smoother on the checked part of the log with the maps.
 struct CheckDrive {
   std::string log;
   Platform platform;
@@ -21,14 +21,14 @@ struct CheckDrive {
   std::shared_ptr<const MagneticMap> field;      ///< may be null
   double seconds = 0.0;
 
-  /// `--initial-pose auto`; where it fails, why is added to `findings`.
+  /// The search of `--initial-pose auto`. If it fails, the reason is added to `findings`.
   std::optional<Pose> find_start(Findings& findings) const;
 
-  /// Looks for the first scans all over the cloud map.
+  /// Searches the whole cloud map for the first scans.
   std::optional<PlaceOnMap> find_anywhere() const;
 
-  /// Runs the smoother from `start` and looks at what it says: lost or not, how much of the scans fits, how
-  /// accelerometer and magnetometers go with the way driven. `before`: what was found already.
+  /// Runs the smoother from `start`: whether it is lost, the share of correspondences, and the residuals of
+  /// accelerometer and magnetometers along the path. `before`: the findings so far.
   Findings check(const Pose& start, const LogSample& sample, const Findings& before) const;
 
  private:

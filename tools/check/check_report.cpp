@@ -30,7 +30,7 @@ double rate_of(const TopicInfo& topic) {
   return topic.messages > 1 && duration_s > 0.0 ? static_cast<double>(topic.messages - 1) / duration_s : std::nan("");
 }
 
-/// Stamps count from the earliest of all sensors.
+/// Reported times are relative to the earliest stamp of all sensors.
 Time first_stamp(const LogSample& sample) {
   std::optional<Time> first;
   for (const StreamSample& stream : sample.streams) {
@@ -40,7 +40,7 @@ Time first_stamp(const LogSample& sample) {
   return first.value_or(sample.begin);
 }
 
-/// The key of the sensor that lies in the topic, and how many more do.
+/// The platform key of the sensor with this topic, and the number of other sensors with it.
 std::string used_as(const LogSample& sample, const TopicInfo& topic) {
   std::string key;
   int more = 0;
@@ -116,7 +116,7 @@ void write_check_json(const std::filesystem::path& path, const CheckResult& resu
                                 {"time_s", finding.time ? Json(to_seconds(*finding.time - zero)) : Json(nullptr)}});
   }
   OutputFile file(path);
-  // Names in a damaged log need be no UTF-8.
+  // Names in a damaged log may be invalid UTF-8.
   file.write(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   file.commit();
 }

@@ -16,18 +16,18 @@
 namespace lodestone {
 namespace {
 
-constexpr double telling_ut = 3.0;  // smaller differences the estimators live with
-constexpr double telling_sigmas = 5.0;
-constexpr double explains = 0.7;                  // of the rms that is left: a model that explains something
-constexpr double telling_array_turn_rad = 0.035;  // 2°
-constexpr double telling_scale = 0.04;
-constexpr double telling_delay_s = 0.012;
+constexpr double significant_ut = 3.0;  // smaller differences do not harm the estimators
+constexpr double significant_sigmas = 5.0;
+constexpr double explains = 0.7;  // largest remaining share of the rms if a model explains the differences
+constexpr double significant_array_turn_rad = 0.035;  // 2°
+constexpr double significant_scale = 0.04;
+constexpr double significant_delay_s = 0.012;
 constexpr double delay_explains = 0.85;
 constexpr std::size_t fewest_readings = 10;
-constexpr double size_tolerance = 0.3;  // of the field's magnitude
+constexpr double size_tolerance = 0.3;  // relative, of the field's magnitude
 constexpr double passing_ut = 2.5;
-constexpr double passing_factor = 4.0;  // times the usual difference
-constexpr double passing_share = 0.7;   // of the magnetometers at once
+constexpr double passing_factor = 4.0;  // relative to the median difference
+constexpr double passing_share = 0.7;   // share of the magnetometers at the same time
 constexpr Time bin = 500'000'000;
 
 struct FieldSensor {
@@ -42,7 +42,7 @@ class FieldCheck {
       : platform_(platform), file_(platform.file_name()) {
     std::vector<FieldSeries> all = field_series(comparison);
     for (const std::size_t j : known) all[j] = FieldSeries{};
-    set_right(all);
+    reassign_exchanged(all);
     for (std::size_t j = 0; j < all.size(); ++j) {
       if (all[j].times.size() < fewest_readings) continue;
       const FieldModels models = fit_models(all[j]);
@@ -52,18 +52,19 @@ class FieldCheck {
 
   Findings run() {
     if (sensors_.empty()) {
-      findings_.push_back({Severity::warning, "field.off_map", "the drive meets no field of the magnetic map",
-                           "--magnetic: the map of this place, in the frame of the cloud map; or --initial-pose"});
+      findings_.push_back(
+          {Severity::warning, "field.off_map", "the magnetic map has no field along the drive",
+           "set --magnetic to the map of this place, in the frame of the cloud map; or check --initial-pose"});
       return findings_;
     }
-    if (whole_map()) return findings_;
+    if (wrong_map()) return findings_;
     if (delays()) return findings_;
     for (const FieldSensor& sensor : sensors_) one(sensor);
-    // What most of them read at once is no single sensor's fault.
-    const bool most = 2 * blamed_.size() > sensors_.size();
-    if (most) blamed_.clear();
+    // A difference of most magnetometers at the same time is not the fault of a single sensor.
+    const bool most = 2 * faulty_.size() > sensors_.size();
+    if (most) faulty_.clear();
     const bool passes = passing();
-    if (!most || !passes) append(findings_, std::move(blames_));
+    if (!most || !passes) append(findings_, std::move(faults_));
     return findings_;
   }
 
@@ -73,17 +74,17 @@ class FieldCheck {
     findings_.push_back({severity, kind, seen, change, time});
   }
 
-  void blame(const std::string& kind, const std::string& seen, const std::string& change, Time time) {
-    blames_.push_back({Severity::warning, kind, seen, change, time});
+  void add_fault(const std::string& kind, const std::string& seen, const std::string& change, Time time) {
+    faults_.push_back({Severity::warning, kind, seen, change, time});
   }
 
   std::string name_of(const FieldSensor& sensor) const { return name_of(sensor.index); }
   const std::string& name_of(std::size_t index) const { return platform_.suite.magnetometers[index].name; }
 
-  /// Readings that were exchanged, which would look turned, stretched and late all at once: said, and taken for what
-  /// they are.
-  void set_right(std::vector<FieldSeries>& all) {
-    const std::vector<std::size_t> followed = mounts_followed(all);
+  /// Reports exchanged magnetometers and reassigns their readings. Otherwise they would also be reported as rotated,
+  /// stretched and late.
+  void reassign_exchanged(std::vector<FieldSeries>& all) {
+    const std::vector<std::size_t> followed = match_mounts(all);
     std::vector<FieldSeries> right = all;
     std::set<std::size_t> told;
     for (std::size_t j = 0; j < all.size(); ++j) {
@@ -99,9 +100,8 @@ class FieldCheck {
                               whole_array ? "path" : "topic", whole_array ? read.path : read.topic);
       }
       add(Severity::warning, "magnetometer.exchanged",
-          fmt::format(
-              "{}: what each of these reads is the field at the next one's place: their topics or plugs are exchanged",
-              ring),
+          fmt::format("{}: each of these reads the field at the position of the next: topics or plugs are exchanged",
+                      ring),
           change + " in " + file_, all[j].times.front());
     }
     all = std::move(right);
@@ -113,8 +113,8 @@ class FieldCheck {
     return summarize(values).median;
   }
 
-  /// Whether so many magnetometers disagree that it is the map, the unit or the place.
-  bool whole_map() {
+  /// True if so many magnetometers differ that the map, the unit or the initial pose must be wrong.
+  bool wrong_map() {
     std::vector<double> measured, expected;
     for (const FieldSensor& sensor : sensors_) {
       measured.push_back(median_length(sensor.series.measured_ut));
@@ -126,23 +126,23 @@ class FieldCheck {
     const Time begin = sensors_.front().series.times.front();
     if (std::abs(found / should - 1.0) > size_tolerance) {
       add(Severity::error, "field.magnitude",
-          fmt::format("the field measures {:.4g} uT where the map has {:.4g} uT (medians over {} magnetometers)", found,
-                      should, sensors_.size()),
-          "magnetometers[].unit in " + file_ + ", calibration, or --magnetic: another map", begin);
+          fmt::format("the measured field is {:.4g} uT, the map's field {:.4g} uT (medians over {} magnetometers)",
+                      found, should, sensors_.size()),
+          "check magnetometers[].unit in " + file_ + ", the calibration, or the map of --magnetic", begin);
       return true;
     }
-    if (rms < 0.25 * should || std::abs(middle(&FieldModels::delay_s)) > telling_delay_s) return false;
+    if (rms < 0.25 * should || std::abs(middle(&FieldModels::delay_s)) > significant_delay_s) return false;
     add(Severity::error, "field.map",
         fmt::format("field and map differ by {:.1f} uT of {:.1f} uT at half of the magnetometers or more", rms, should),
-        "--magnetic: a map of this place and frame; magnetometers[].T_imu_mag in " + file_ + "; or --initial-pose",
+        "check the place and frame of --magnetic, magnetometers[].T_imu_mag in " + file_ + ", or --initial-pose",
         begin);
     return true;
   }
 
-  /// A delay must explain more than any other mistake does.
+  /// A delay is reported only if it explains more than every other model.
   static bool is_late(const FieldSensor& sensor) {
     const FieldModels& models = sensor.models;
-    return std::abs(models.delay_s) > telling_delay_s &&
+    return std::abs(models.delay_s) > significant_delay_s &&
            models.rms_undelayed_ut < delay_explains * models.rms_offset_ut &&
            models.rms_undelayed_ut < std::min({models.rms_turned_ut, models.rms_linear_ut, models.rms_drift_ut});
   }
@@ -155,20 +155,20 @@ class FieldCheck {
     if (2 * late_s.size() > sensors_.size()) {
       const double delay_s = summarize(late_s).median;
       add(Severity::warning, "clock.magnetometers",
-          fmt::format("the magnetometers' stamps are {:.3f} s {} than the drive's ({} of {} magnetometers)",
+          fmt::format("the magnetometers' stamps are {:.3f} s {} than the trajectory's ({} of {} magnetometers)",
                       std::abs(delay_s), delay_s > 0.0 ? "later" : "earlier", late_s.size(), sensors_.size()),
-          fmt::format("let one clock stamp all sensors, or state magnetometer_clock_offset_s: {:.3f} in {}",
+          fmt::format("use one clock for all stamps, or set magnetometer_clock_offset_s: {:.3f} in {}",
                       platform_.magnetometer_clock_offset_s + delay_s, file_),
           sensors_.front().series.times.front());
       return true;
     }
     for (const FieldSensor& sensor : sensors_) {
       if (!is_late(sensor)) continue;
-      blamed_.insert(sensor.index);
+      faulty_.insert(sensor.index);
       add(Severity::warning, "clock.magnetometer",
-          fmt::format("{}: its stamps are {:.3f} s {} than the drive's", name_of(sensor),
+          fmt::format("{}: its stamps are {:.3f} s {} than the trajectory's", name_of(sensor),
                       std::abs(sensor.models.delay_s), sensor.models.delay_s > 0.0 ? "later" : "earlier"),
-          fmt::format("let one clock stamp all sensors, or take magnetometers[{}] out of {}", sensor.index, file_),
+          fmt::format("use one clock for all stamps, or remove magnetometers[{}] from {}", sensor.index, file_),
           sensor.series.times.front());
     }
     return false;
@@ -176,69 +176,74 @@ class FieldCheck {
 
   void one(const FieldSensor& sensor) {
     const FieldModels& models = sensor.models;
-    if (blamed_.count(sensor.index) > 0) return;
+    if (faulty_.count(sensor.index) > 0) return;
     const Time begin = sensor.series.times.front();
     const std::string place = fmt::format("magnetometers[{}]", sensor.index);
     const double offset = models.offset_ut.norm();
-    const bool shifted = offset > telling_ut && offset > telling_sigmas * models.offset_sigma_ut;
+    const bool shifted = offset > significant_ut && offset > significant_sigmas * models.offset_sigma_ut;
     const bool drifts =
-        models.drift_ut.norm() > telling_ut && models.drift_ut.norm() > telling_sigmas * models.drift_sigma_ut;
-    const bool odd = models.rms_offset_ut > telling_ut &&
+        models.drift_ut.norm() > significant_ut && models.drift_ut.norm() > significant_sigmas * models.drift_sigma_ut;
+    const bool odd = models.rms_offset_ut > significant_ut &&
                      models.rms_offset_ut > passing_factor * middle(&FieldModels::rms_offset_ut);
     if (!shifted && !drifts && !odd) return;
-    blamed_.insert(sensor.index);
+    faulty_.insert(sensor.index);
     const bool evenly = drifts && models.rms_drift_ut < explains * models.rms_offset_ut;
     if (evenly && models.rms_drift_ut < std::min(models.rms_turned_ut, models.rms_linear_ut)) {
       add_drift(sensor);
-    } else if (models.turn_rad > telling_array_turn_rad && models.rms_turned_ut < explains * models.rms_offset_ut) {
-      blame(
-          "magnetometer.turned",
+    } else if (models.turn_rad > significant_array_turn_rad && models.rms_turned_ut < explains * models.rms_offset_ut) {
+      add_fault("magnetometer.turned",
+                fmt::format("{}: is rotated by {:.1f} deg relative to the platform file: with this rotation it differs "
+                            "by {:.1f} uT from the map, "
+                            "with an offset by {:.1f} uT",
+                            name_of(sensor), models.turn_rad * degrees_per_radian, models.rms_turned_ut,
+                            models.rms_offset_ut),
+                fmt::format("correct {}.T_imu_mag in {}", place, file_), begin);
+    } else if (models.scale_error > significant_scale && models.rms_linear_ut < explains * models.rms_offset_ut) {
+      add_fault(
+          "magnetometer.stretched",
           fmt::format(
-              "{}: sits {:.1f} deg from how the platform says it does: so turned it differs by {:.1f} uT from the map, "
-              "with an offset by {:.1f} uT",
-              name_of(sensor), models.turn_rad * degrees_per_radian, models.rms_turned_ut, models.rms_offset_ut),
-          fmt::format("{}.T_imu_mag in {}", place, file_), begin);
-    } else if (models.scale_error > telling_scale && models.rms_linear_ut < explains * models.rms_offset_ut) {
-      blame("magnetometer.stretched",
-            fmt::format("{}: stretches the field by up to {:.0f} % along an axis (soft iron, scale): {:.1f} uT from "
-                        "the map, with "
-                        "that taken off {:.1f} uT",
-                        name_of(sensor), 100.0 * models.scale_error, models.rms_ut, models.rms_linear_ut),
-            "calibrate " + place, begin);
+              "{}: scales the field by up to {:.0f} % along an axis (soft iron, scale): it differs by {:.1f} uT from "
+              "the map, after "
+              "correction by {:.1f} uT",
+              name_of(sensor), 100.0 * models.scale_error, models.rms_ut, models.rms_linear_ut),
+          "calibrate " + place, begin);
     } else if (drifts) {
       add_drift(sensor);
     } else if (shifted) {
-      blame(
+      add_fault(
           "magnetometer.offset",
           fmt::format(
-              "{}: reads ({:.1f} {:.1f} {:.1f}) uT beside the map, sigma {:.2f} uT: hard iron, or a mounting that the "
-              "platform does not say",
+              "{}: differs by ({:.1f} {:.1f} {:.1f}) uT from the map, sigma {:.2f} uT: hard iron, or a mounting that "
+              "differs from the platform file",
               name_of(sensor), models.offset_ut.x(), models.offset_ut.y(), models.offset_ut.z(),
               models.offset_sigma_ut),
-          "calibrate " + place + ", or its T_imu_mag in " + file_, begin);
+          "calibrate " + place + ", or correct its T_imu_mag in " + file_, begin);
     } else {
-      blame("magnetometer.odd",
-            fmt::format("{}: differs from the map by {:.1f} uT from place to place, the others by {:.1f} uT",
-                        name_of(sensor), models.rms_offset_ut, middle(&FieldModels::rms_offset_ut)),
-            "check it, or take " + place + " out of " + file_, begin);
+      add_fault(
+          "magnetometer.odd",
+          fmt::format(
+              "{}: its difference from the map varies by {:.1f} uT along the path, that of the others by {:.1f} uT",
+              name_of(sensor), models.rms_offset_ut, middle(&FieldModels::rms_offset_ut)),
+          "check the sensor, or remove " + place + " from " + file_, begin);
     }
   }
 
   void add_drift(const FieldSensor& sensor) {
     const Vector3& drift = sensor.models.drift_ut;
-    blame("magnetometer.drift",
-          fmt::format("{}: drifts by ({:.1f} {:.1f} {:.1f}) uT in this span", name_of(sensor), drift.x(), drift.y(),
-                      drift.z()),
-          fmt::format("calibrate it, warm it up, or take magnetometers[{}] out of {}", sensor.index, file_),
-          sensor.series.times.front());
+    add_fault(
+        "magnetometer.drift",
+        fmt::format("{}: drifts by ({:.1f} {:.1f} {:.1f}) uT in this span", name_of(sensor), drift.x(), drift.y(),
+                    drift.z()),
+        fmt::format("calibrate the sensor, let it warm up, or remove magnetometers[{}] from {}", sensor.index, file_),
+        sensor.series.times.front());
   }
 
-  /// Spans in which most magnetometers at once depart from their usual difference.
+  /// Intervals in which most magnetometers at once deviate from their usual difference.
   bool passing() {
     std::map<Time, std::vector<double>> bins;
     std::size_t healthy = 0;
     for (const FieldSensor& sensor : sensors_) {
-      if (blamed_.count(sensor.index) > 0) continue;
+      if (faulty_.count(sensor.index) > 0) continue;
       ++healthy;
       std::map<Time, std::vector<Vector3>> own;
       const std::vector<Vector3> differences = sensor.series.differences();
@@ -262,8 +267,8 @@ class FieldCheck {
     if (!first) return false;
     add(Severity::warning, "field.passing",
         fmt::format(
-            "for {:.1f} s the whole array differs from the map by up to {:.1f} uT, at other times by {:.1f} uT: steel "
-            "that passes or has been moved",
+            "for {:.1f} s, the whole array differs from the map by up to {:.1f} uT, otherwise by {:.1f} uT: passing or "
+            "moved steel",
             count * to_seconds(bin), largest, usual),
         "", first);
     return true;
@@ -272,8 +277,8 @@ class FieldCheck {
   const Platform& platform_;
   std::string file_;
   std::vector<FieldSensor> sensors_;
-  std::set<std::size_t> blamed_;  ///< magnetometers that are wrong by themselves
-  Findings blames_;               ///< what is wrong with each of them
+  std::set<std::size_t> faulty_;  ///< magnetometers with a fault of their own
+  Findings faults_;               ///< their findings
   Findings findings_;
 };
 

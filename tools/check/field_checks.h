@@ -8,9 +8,8 @@
 
 namespace lodestone {
 
-/// The magnetometers against the magnetic map along a drive: hard iron, a turned or stretched sensor, drift, late
-/// stamps, steel that passes, and a map that does not fit at all. Magnetometers in `known` are known to be broken: left
-/// out.
+/// Compares the magnetometers with the magnetic map along a path: hard iron, rotated or stretched sensors, drift, late
+/// stamps, passing steel, and a map that does not fit at all. `known`: magnetometers already found faulty; ignored.
 Findings check_field_along(const FieldComparison& comparison, const Platform& platform,
                            const std::set<std::size_t>& known);
 

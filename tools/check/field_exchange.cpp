@@ -9,16 +9,16 @@
 namespace lodestone {
 namespace {
 
-constexpr double exchanged_ut = 0.8;  // what differs by less does no harm where it is
+constexpr double exchanged_ut = 0.8;  // smaller differences do no harm
 constexpr double exchange_explains = 0.7;
 constexpr double shape_explains =
-    0.85;  // the offset taken off: hard iron that happens to bring one close to another does not do it
-constexpr double least_common = 0.5;  // of the readings
+    0.85;  // after subtracting the offset, so that hard iron alone cannot look like an exchange
+constexpr double least_common = 0.5;  // share of readings at common times
 
-/// How far readings are from a mount's field, µT: medians, for steel that passes has no say.
+/// Difference of readings from a mount's field, µT. Medians are robust to passing steel.
 struct Misfit {
   double all_ut = std::numeric_limits<double>::infinity();
-  double shape_ut = std::numeric_limits<double>::infinity();  ///< the median difference taken off
+  double shape_ut = std::numeric_limits<double>::infinity();  ///< after subtracting the median difference
 
   bool explains(const Misfit& other) const {
     return all_ut < exchange_explains * other.all_ut && shape_ut < shape_explains * other.shape_ut;
@@ -55,7 +55,7 @@ FieldSeries exchanged(const FieldSeries& mount, const FieldSeries& readings) {
   return result;
 }
 
-std::vector<std::size_t> mounts_followed(const std::vector<FieldSeries>& all) {
+std::vector<std::size_t> match_mounts(const std::vector<FieldSeries>& all) {
   std::vector<std::size_t> followed(all.size());
   std::iota(followed.begin(), followed.end(), std::size_t{0});
   std::vector<std::size_t> odd;
@@ -76,7 +76,7 @@ std::vector<std::size_t> mounts_followed(const std::vector<FieldSeries>& all) {
       best[j] = k;
     }
   }
-  // Of those that fit elsewhere, the rings: each must find its place taken by one that was found one, too.
+  // Keep closed rings only: each magnetometer must take the mount of another exchanged one.
   for (const std::size_t j : odd) {
     std::size_t k = best[j];
     std::size_t steps = 1;

@@ -7,14 +7,13 @@
 
 namespace lodestone {
 
-/// Which of the mounts' fields each magnetometer's readings follow: its own, but for those that were exchanged (topics,
-/// plugs) in pairs or in a ring. One of these differs from the map by more than 0.8 µT as it is named and by less than
-/// 0.7 of that in the other's place, and so do all of its ring; a sensor that is turned or stretched may fit another's
-/// place better, but the other does not fit its own. `all`: one a magnetometer; those without readings follow their
-/// own.
-std::vector<std::size_t> mounts_followed(const std::vector<FieldSeries>& all);
+/// For each magnetometer, the mount whose field its readings match: its own, unless topics or plugs are exchanged in
+/// pairs or in a ring. In an exchange, every magnetometer of the ring differs from its own mount's field by more than
+/// 0.8 µT, and from the other's by less than 0.7 of that. A rotated or stretched sensor may match another mount better,
+/// but the other sensor does not match its own. `all`: one per magnetometer; without readings, the own mount.
+std::vector<std::size_t> match_mounts(const std::vector<FieldSeries>& all);
 
-/// What a mount should have read against what another magnetometer did, at the times of both.
+/// The expected field of a mount and the readings of another magnetometer, at common times.
 FieldSeries exchanged(const FieldSeries& mount, const FieldSeries& readings);
 
 }  // namespace lodestone

@@ -13,19 +13,19 @@
 namespace lodestone {
 namespace {
 
-constexpr double correlation_m = 0.5;  // over which the errors of a map are alike
+constexpr double correlation_m = 0.5;  // correlation length of the map's errors
 constexpr double largest_delay_s = 1.0;
 constexpr double coarse_delay_s = 0.02;
 constexpr double fine_delay_s = 0.002;
 constexpr Time largest_hole = 200'000'000;
-constexpr double matrix_sigma = 0.3;  // what a sensor's matrix may be off by at all
+constexpr double matrix_sigma = 0.3;  // prior sigma of the entries of a sensor's matrix
 constexpr double offset_sigma_ut = 100.0;
 
-/// The root of the median of squares, brought to that of a mean for a normal vector: outliers have no say.
+/// Robust rms of normally distributed vectors, from the median of squares.
 double robust_rms(const std::vector<Vector3>& vectors) {
   std::vector<double> squares;
   for (const Vector3& vector : vectors) squares.push_back(vector.squaredNorm());
-  constexpr double mean_over_median = 3.0 / 2.366;  // of a χ² of three degrees
+  constexpr double mean_over_median = 3.0 / 2.366;  // of χ² with three degrees of freedom
   return squares.empty() ? 0.0 : std::sqrt(mean_over_median * summarize(squares).median);
 }
 
@@ -52,7 +52,7 @@ void fit_turn(const FieldSeries& series, FieldModels& models) {
   models.rms_turned_ut = robust_rms(left);
 }
 
-/// measured = A expected + b, held to A = 1 and b = 0 where the readings do not say otherwise.
+/// Fits measured = A expected + b, with a prior of A = 1 and b = 0.
 void fit_linear(const FieldSeries& series, FieldModels& models) {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
@@ -77,7 +77,8 @@ void fit_linear(const FieldSeries& series, FieldModels& models) {
   models.rms_linear_ut = robust_rms(left);
 }
 
-/// Between two readings the map's field hardly bends; the readings' noise would average out and favour any delay.
+/// The expected field, interpolated. Only the map is interpolated: interpolated readings would have less noise, which
+/// would favour any delay.
 std::optional<Vector3> expected_at(const FieldSeries& series, Time time) {
   const auto after = std::upper_bound(series.times.begin(), series.times.end(), time);
   if (after == series.times.begin() || after == series.times.end()) return std::nullopt;
@@ -87,7 +88,7 @@ std::optional<Vector3> expected_at(const FieldSeries& series, Time time) {
   return series.expected_ut[i - 1] + share * (series.expected_ut[i] - series.expected_ut[i - 1]);
 }
 
-/// What the map does not explain, the median taken off.
+/// rms of the differences for a given delay, after subtracting the median.
 double rms_delayed(const FieldSeries& series, double delay_s) {
   std::vector<Vector3> left;
   for (std::size_t i = 0; i < series.times.size(); ++i) {
@@ -122,7 +123,7 @@ void fit_drift(const FieldSeries& series, const std::vector<Vector3>& difference
   const double lasted_s = to_seconds(series.times.back() - series.times.front());
   std::vector<Vector3> left;
   for (std::size_t i = 0; i < differences.size(); ++i) {
-    // From the middle of the first third to that of the last: two thirds of the span.
+    // From the middle of the first third to the middle of the last third: two thirds of the duration.
     const double share = to_seconds(series.times[i] - series.times.front()) / std::max(lasted_s, 1e-9);
     left.push_back(differences[i] - 1.5 * share * models.drift_ut);
   }

@@ -12,28 +12,26 @@
 
 namespace lodestone {
 
-/// How much something found in a log matters.
+/// Severity of a finding.
 enum class Severity {
   error,    ///< a run would be refused, lost or wrong
-  warning,  ///< a run would be worse than it need be
-  note      ///< worth knowing; also on a log without fault
+  warning,  ///< a run would be worse than necessary
+  note      ///< information; also on healthy logs
 };
 
-/// One thing that a check saw.
+/// One result of a check.
 struct Finding {
   Severity severity = Severity::note;
-  std::string kind;  ///< a short stable name in the form part.what, for example "imu.gap"
-  std::string seen;  ///< one line: topic, numbers with their units
-  std::string
-      change;  ///< the line of the configuration to change, or what else to do; empty where nothing is to be done
-  std::optional<Time> time = std::nullopt;                 ///< when it was seen first
-  std::optional<std::size_t> magnetometer = std::nullopt;  ///< index, where it concerns but one
+  std::string kind;    ///< a short stable name in the form part.what, for example "imu.gap"
+  std::string seen;    ///< one line: topic, numbers with their units
+  std::string change;  ///< the line of the configuration to change, or another remedy; empty if there is none
+  std::optional<Time> time = std::nullopt;                 ///< of the first occurrence
+  std::optional<std::size_t> magnetometer = std::nullopt;  ///< index, if it concerns a single one
 };
 
 using Findings = std::vector<Finding>;
 
-/// What another part of the house refuses, as a finding: an InputError ends with what to change, after its last
-/// semicolon.
+/// Converts an InputError to a finding. The text after the error's last semicolon is what to change.
 inline Finding error_finding(const std::string& kind, const InputError& error) {
   const std::string text = error.what();
   const std::size_t cut = text.rfind("; ");
@@ -46,7 +44,7 @@ inline bool has_error(const Findings& findings) {
                      [](const Finding& one) { return one.severity == Severity::error; });
 }
 
-/// Whether there is a finding of this kind, at least so severe.
+/// True if there is a finding of this kind with at least this severity.
 inline bool has(const Findings& findings, const std::string& kind, Severity at_least) {
   return std::any_of(findings.begin(), findings.end(),
                      [&](const Finding& one) { return one.kind == kind && one.severity <= at_least; });

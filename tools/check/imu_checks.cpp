@@ -15,14 +15,14 @@ namespace lodestone {
 namespace {
 
 constexpr Time rest_length = 500'000'000;
-constexpr double rest_shaking_m_s2 = 0.6;     // more is motion, whatever the noise
-constexpr double gravity_tolerance = 0.03;    // of gravity: a good accelerometer is within a hundredth
-constexpr double largest_bias_rad_s = 0.05;   // 3 °/s: more than any gyroscope that serves here
-constexpr double degrees_bias_rad_s = 0.2;    // a gyroscope in degrees reads so much of a bias of 0.2 °/s
-constexpr double noise_factor = 8.0;          // times what the platform says
-constexpr double normal_step_sigma = 1.4826;  // of a normal distribution over its median absolute deviation
+constexpr double rest_shaking_m_s2 = 0.6;     // more is motion, for any noise
+constexpr double gravity_tolerance = 0.03;    // relative; a good accelerometer is within 1 %
+constexpr double largest_bias_rad_s = 0.05;   // 3 °/s: above the bias of any suitable gyroscope
+constexpr double degrees_bias_rad_s = 0.2;    // a bias of 0.2 °/s, recorded in degrees
+constexpr double noise_factor = 8.0;          // relative to the platform file
+constexpr double normal_step_sigma = 1.4826;  // standard deviation over median absolute deviation, normal distribution
 
-/// One sigma of white noise from the differences of neighbours, which motion hardly touches; robust to steps.
+/// Sigma of white noise from differences of neighbours, which motion hardly affects; robust to steps.
 double white_noise(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Vector3 ImuSample::*value) {
   std::vector<double> steps;
   for (std::size_t i = begin + 1; i < end; ++i) {
@@ -73,7 +73,7 @@ class ImuCheck {
             ? fmt::format("at rest from {:.2f} s on for {:.2f} s: specific force {:.3f} m/s2, turn rate {:.3f} deg/s",
                           to_seconds(rest->begin - sample_.imu.front().time), to_seconds(rest->end - rest->begin),
                           rest->linear_acceleration.norm(), rest->angular_velocity.norm() * degrees_per_radian)
-            : "the robot never stands still in this span: gravity and biases are told less well",
+            : "the robot never stands still in this part: gravity and biases are less accurate",
         "", rest->begin);
     return findings_;
   }
@@ -84,7 +84,7 @@ class ImuCheck {
     findings_.push_back({severity, "imu." + what, platform_.imu.topic + ": " + seen, change, time});
   }
 
-  /// What a run refuses; true where it does.
+  /// Checks the unit of acceleration. True if a run would refuse it.
   bool unit() {
     FirstReadings readings;
     for (std::size_t i = 0; i < std::min<std::size_t>(200, sample_.imu.size()); ++i) {
@@ -104,12 +104,13 @@ class ImuCheck {
     const double found = rest.linear_acceleration.norm();
     if (std::abs(found / expected - 1.0) < (rest.at_rest ? 1.0 : 2.0) * gravity_tolerance) return;
     add(Severity::warning, "gravity",
-        fmt::format("the specific force at its calmest is {:.3f} m/s2; gravity here is {:.4g}", found, expected),
-        fmt::format("gravity_m_s2 or imu.acceleration_unit in {}, or calibrate the accelerometer (scale, bias)", file_),
+        fmt::format("the specific force in the calmest part is {:.3f} m/s2; gravity is {:.4g} m/s2", found, expected),
+        fmt::format("check gravity_m_s2 and imu.acceleration_unit in {}, or calibrate the accelerometer (scale, bias)",
+                    file_),
         rest.begin);
   }
 
-  /// Over what the platform says.
+  /// Noise at rest over the noise in the platform file.
   double gyroscope_noise(const RestSpan& rest) const {
     const ImuNoise& model = platform_.suite.imu;
     return rest.gyroscope_noise / (model.gyroscope_noise_density * std::sqrt(model.rate_hz));
@@ -120,16 +121,16 @@ class ImuCheck {
     return ratio > 0.5 * degrees_per_radian && ratio < 2.0 * degrees_per_radian;
   }
 
-  /// A robot at rest that reads a turn which no gyroscope has as its bias, with the noise of degrees: that is no
-  /// chance.
+  /// Degrees per second: at rest, the mean turn rate exceeds any gyroscope's bias, and the noise is also that of
+  /// degrees.
   bool in_degrees(const RestSpan& rest) {
     const double rate = rest.angular_velocity.norm();
     if (!rest.at_rest || rate < degrees_bias_rad_s || !noise_is_of_degrees(rest)) return false;
     add(Severity::error, "gyroscope_unit",
-        fmt::format("at rest the gyroscope reads {:.3f} rad/s, with {:.0f} times the noise that the platform says: "
+        fmt::format("at rest, the gyroscope reads {:.3f} rad/s, with {:.0f} times the platform's noise: "
                     "degrees per second",
                     rate, gyroscope_noise(rest)),
-        "an Imu message holds rad/s: convert before recording", rest.begin);
+        "an Imu message requires rad/s: convert before recording", rest.begin);
     return true;
   }
 
@@ -137,10 +138,9 @@ class ImuCheck {
     const double rate = rest.angular_velocity.norm();
     if (rate < largest_bias_rad_s) return;
     add(Severity::warning, "gyroscope_bias",
-        fmt::format("a robot at rest reads a turn of {:.3f} rad/s ({:.1f} deg/s)", rate, rate * degrees_per_radian),
-        rate > degrees_bias_rad_s
-            ? "are these degrees per second? an Imu message holds rad/s: convert them before recording"
-            : "let the driver calibrate the gyroscope at rest",
+        fmt::format("at rest, the gyroscope reads {:.3f} rad/s ({:.1f} deg/s)", rate, rate * degrees_per_radian),
+        rate > degrees_bias_rad_s ? "check the unit: an Imu message requires rad/s, these may be degrees per second"
+                                  : "calibrate the gyroscope at rest with its driver",
         rest.begin);
   }
 
@@ -151,17 +151,18 @@ class ImuCheck {
     const double accelerometer = rest.accelerometer_noise / (model.accelerometer_noise_density * root_rate);
     if (gyroscope > noise_factor) {
       add(Severity::warning, "gyroscope_noise",
-          fmt::format("the turn rate's noise is {:.2g} rad/s a sample, {:.1f} times what the platform says",
+          fmt::format("the turn rate's noise is {:.2g} rad/s per sample, {:.1f} times that of the platform file",
                       rest.gyroscope_noise, gyroscope),
-          fmt::format(
-              "{}imu.gyroscope_noise_density_rad_s_sqrt_hz: {:.2g} in {}",
-              noise_is_of_degrees(rest) ? "are these degrees per second? an Imu message holds rad/s; else " : "",
-              rest.gyroscope_noise / root_rate, file_),
+          fmt::format("{}imu.gyroscope_noise_density_rad_s_sqrt_hz: {:.2g} in {}",
+                      noise_is_of_degrees(rest)
+                          ? "check the unit: an Imu message requires rad/s, these may be degrees per second; otherwise "
+                          : "",
+                      rest.gyroscope_noise / root_rate, file_),
           rest.begin);
     }
     if (accelerometer > noise_factor) {
       add(Severity::warning, "accelerometer_noise",
-          fmt::format("the acceleration's noise is {:.2g} m/s2 a sample, {:.1f} times what the platform says",
+          fmt::format("the acceleration's noise is {:.2g} m/s2 per sample, {:.1f} times that of the platform file",
                       rest.accelerometer_noise, accelerometer),
           fmt::format("imu.accelerometer_noise_density_m_s2_sqrt_hz: {:.2g} in {}",
                       rest.accelerometer_noise / root_rate, file_),

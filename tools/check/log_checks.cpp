@@ -38,17 +38,18 @@ void check_motion(const LogSample& sample, const Platform& platform, const std::
     if (odometry[i].lost) {
       findings.push_back(
           {Severity::note, "lidar.motion",
-           fmt::format("{}: the scans by themselves could be followed for {:.1f} s only: they see too little there",
+           fmt::format("{}: scan odometry ends after {:.1f} s: the scans have too few planes or the motion is too fast",
                        layout_of(platform, i).topic, to_seconds(poses.back().time - poses.front().time)),
            "", poses.back().time});
     }
     const Findings turns = check_rotation(rotation, platform, i);
     append(findings, turns);
-    // Stamps that differ make accelerations that differ, too; and turns tell more of the heading where they tell of it.
-    if (has(turns, "clock.lidar_imu", Severity::warning) || has_error(findings) || (rotation && rotation->tells_turn()))
+    // A clock offset also changes accelerations. If turns determine the heading, they are more accurate.
+    if (has(turns, "clock.lidar_imu", Severity::warning) || has_error(findings) ||
+        (rotation && rotation->turn_observable()))
       continue;
     const Findings heading = check_heading(poses, sample, platform, i);
-    // Turns about axes that are taken for others look like a bias.
+    // A wrong heading of T_imu_lidar looks like a step of the gyroscope's bias.
     if (!heading.empty()) std::erase_if(findings, [](const Finding& one) { return one.kind == "imu.gyroscope_step"; });
     append(findings, heading);
   }

@@ -12,11 +12,11 @@
 namespace lodestone {
 namespace {
 
-constexpr ScanSamplingOptions thinning{0.2, 4000};  // voxel, m; most points
-/// Stamps that leap further than this from one message to the next are broken ones: their readings would fill hours.
+constexpr ScanSamplingOptions thinning{0.2, 4000};  // voxel side, m; largest number of points
+/// A larger step between two stamps is a broken stamp. Its readings would fill hours.
 constexpr Time largest_leap = 100'000'000'000;
 
-/// The platform's sensors, each with its topic where the log has one that fits; what cannot be bound is put into
+/// The platform's sensors, each with a matching topic of the log if there is one. Sensors that cannot be bound go to
 /// `refused`.
 std::vector<StreamSample> find_streams(const std::string& path, const Platform& platform, SensorChoice choice,
                                        const std::vector<TopicInfo>& topics, std::vector<InputError>& refused) {
@@ -45,7 +45,7 @@ bool may_follow(Time stamp, const std::vector<Sample>& list, Time Sample::*time)
   return list.empty() || (stamp > list.back().*time && stamp - list.back().*time < largest_leap);
 }
 
-/// Fills a sample message by message.
+/// Builds a sample message by message.
 class Collector {
  public:
   Collector(LogSample& sample, const Platform& platform, std::size_t topics)
@@ -124,7 +124,7 @@ class Collector {
   const Platform& platform_;
   WarningLog unheard_;
   StreamDecoder decoder_;
-  std::vector<bool> refused_;  ///< whether a topic has had a message that was
+  std::vector<bool> refused_;  ///< whether a message of the topic was refused
 };
 
 }  // namespace

@@ -12,11 +12,11 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t bundle = 20;  // readings that the monitor looks at together
-constexpr std::int64_t few = 3;     // spikes or readings at a limit that chance alone may bring
+constexpr std::size_t bundle = 20;  // readings per call of the monitor
+constexpr std::int64_t few = 3;     // spikes or readings at a limit that occur by chance
 constexpr double zero_ut = 1e-6;
 
-/// What a run refuses; true where it does.
+/// Checks the unit. True if a run would refuse it.
 bool check_unit(const LogSample& sample, const Platform& platform, std::size_t magnetometer, Findings& findings) {
   FirstReadings readings;
   const std::vector<MagneticSample>& list = sample.fields[magnetometer];
@@ -30,13 +30,13 @@ bool check_unit(const LogSample& sample, const Platform& platform, std::size_t m
   }
   if (readings.finite_count == 0 || readings.mean_magnitude() > zero_ut) return false;
   findings.push_back({Severity::error, "magnetometer.zero",
-                      fmt::format("{}: reads zero", platform.magnetometers[magnetometer].topic),
-                      fmt::format("check the sensor, or take magnetometers[{}] out of the platform file", magnetometer),
+                      fmt::format("{}: all readings are zero", platform.magnetometers[magnetometer].topic),
+                      fmt::format("check the sensor, or remove magnetometers[{}] from the platform file", magnetometer),
                       list.front().time});
   return true;
 }
 
-/// The estimators' own monitor, on what they get of one magnetometer.
+/// The estimators' monitor, applied to one magnetometer.
 WarningLog monitored(const std::vector<MagneticSample>& list, const MagnetometerMessageLayout& layout,
                      const MagnetometerModel& model) {
   WarningLog warnings;
@@ -60,8 +60,8 @@ struct Symptom {
 
 constexpr std::array<Symptom, 3> symptoms{{
     {"stuck", "check the sensor and its driver"},
-    {"limit", "set the sensor's range higher, or move it away from steel"},
-    {"spike", "check its cable and bus"},
+    {"limit", "increase the sensor's range, or mount it farther from steel"},
+    {"spike", "check the sensor's cable and bus"},
 }};
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 namespace lodestone {
 
-/// Each magnetometer by its own readings: unit of the field, zeros, stuck, at its limit, spikes, noise.
+/// Checks each magnetometer alone: unit of the field, zeros, stuck values, saturation, spikes, noise.
 Findings check_magnetometers(const LogSample& sample, const Platform& platform);
 
 }  // namespace lodestone

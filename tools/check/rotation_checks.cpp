@@ -11,28 +11,27 @@
 namespace lodestone {
 namespace {
 
-constexpr double telling_offset_s = 0.015;
-constexpr double better_by = 1.5;  // times less unexplained variance at the offset than without
+constexpr double significant_offset_s = 0.015;
+constexpr double better_by = 1.5;  // smallest ratio of unexplained variances without and with the offset
 constexpr double scale_tolerance = 0.05;
-constexpr double axis_tolerance_rad = 0.07;  // 4°: what a drifting odometry may be wrong by
-constexpr double least_turn_rad =
-    0.17;  // 10°: noise that is the same scan after scan counts for more than its sigma says
+constexpr double axis_tolerance_rad = 0.07;  // 4°: limit due to odometry drift
+constexpr double least_turn_rad = 0.17;      // 10°: correlated noise exceeds the sigma
 constexpr double turn_sigmas = 8.0;
 constexpr double better_inverse = 0.5;
-constexpr double steady_rad_s = 0.03;  // the LiDAR's turn rate about its mean, of a robot at rest or on a straight way
+constexpr double steady_rad_s = 0.03;  // rms turn rate about its mean, for a robot at rest or on a straight path
 constexpr double rotation_step_sigmas = 8.0;
-constexpr double telling_step_rad_s = 0.01;
+constexpr double significant_step_rad_s = 0.01;
 
 double share_of_scan(ScanStamp stamp) {
   return stamp == ScanStamp::start ? 0.0 : stamp == ScanStamp::middle ? 0.5 : 1.0;
 }
 
-/// What concerns the clocks of the IMU and one LiDAR.
+/// The finding about the clocks of the IMU and one LiDAR.
 Finding clock_finding(const RotationFit& fit, const Platform& platform, std::size_t lidar) {
   const std::string name = lidar == 0 ? "the LiDAR" : lidar_key(lidar);
   const double unexplained = 1.0 - fit.correlation * fit.correlation;
   const double unexplained_unshifted = 1.0 - fit.correlation_unshifted * fit.correlation_unshifted;
-  if (std::abs(fit.offset_s) <= telling_offset_s || unexplained_unshifted <= better_by * unexplained) {
+  if (std::abs(fit.offset_s) <= significant_offset_s || unexplained_unshifted <= better_by * unexplained) {
     return {
         Severity::note, "clock.lidar_imu",
         fmt::format("{} and the IMU turn together (correlation {:.3f}), the IMU's stamps {:+.3f} s from the LiDAR's",
@@ -41,9 +40,9 @@ Finding clock_finding(const RotationFit& fit, const Platform& platform, std::siz
   }
   const double period_s = model_of(platform, lidar).scan_period_s;
   const LidarMessageLayout& layout = layout_of(platform, lidar);
-  std::string change = fmt::format("let one clock stamp both, or state {}.clock_offset_s: {:.3f} in the platform file",
+  std::string change = fmt::format("use one clock for both, or set {}.clock_offset_s: {:.3f} in the platform file",
                                    lidar_key(lidar), layout.clock_offset_s - fit.offset_s);
-  // Where in the scan its stamp would be, for the clocks to agree. A deskewed scan has but one instant.
+  // The position of the stamp within the scan for which the clocks agree. A deskewed scan has a single instant.
   const double stamped = share_of_scan(layout.stamp.value_or(ScanStamp::start)) - fit.offset_s / period_s;
   for (const auto& [stamp, name_of_stamp] : enum_names(ScanStamp::start)) {
     if (layout.point_times == PointTimes::none || stamp == layout.stamp ||
@@ -52,11 +51,11 @@ Finding clock_finding(const RotationFit& fit, const Platform& platform, std::siz
     change = fmt::format("{}.stamp: {}; else ", lidar_key(lidar), name_of_stamp) + change;
   }
   return {Severity::warning, "clock.lidar_imu",
-          fmt::format(
-              "the IMU's stamps are {:.3f} s {} than those of {}: their turns agree to {:.3f} there and to {:.3f} as "
-              "stamped (correlation)",
-              std::abs(fit.offset_s), fit.offset_s > 0.0 ? "later" : "earlier", name, fit.correlation,
-              fit.correlation_unshifted),
+          fmt::format("the IMU's stamps are {:.3f} s {} than those of {}: the correlation of turns is {:.3f} with this "
+                      "offset and {:.3f} "
+                      "without",
+                      std::abs(fit.offset_s), fit.offset_s > 0.0 ? "later" : "earlier", name, fit.correlation,
+                      fit.correlation_unshifted),
           change};
 }
 
@@ -66,10 +65,10 @@ Findings check_scale(const RotationFit& fit, const Platform& platform) {
   return {{in_degrees ? Severity::error : Severity::warning, "imu.gyroscope_unit",
            fmt::format("{}: the gyroscope's turns are {:.3f} times those of the LiDAR{}", platform.imu.topic, fit.scale,
                        in_degrees ? ": degrees per second" : ""),
-           "an Imu message holds rad/s: convert or calibrate before recording"}};
+           "an Imu message requires rad/s: convert or calibrate before recording"}};
 }
 
-/// The rotation that both show, for the platform file.
+/// The estimated rotation, as a line for the platform file.
 std::string rotation_line(const RotationFit& fit) {
   const Quaternion q = fit.R_imu_lidar.w() < 0.0 ? Quaternion(-fit.R_imu_lidar.coeffs()) : fit.R_imu_lidar;
   return fmt::format("quaternion_xyzw: [{:.3f}, {:.3f}, {:.3f}, {:.3f}] to some degrees", q.x(), q.y(), q.z(), q.w());
@@ -79,10 +78,11 @@ Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_
   const std::string name = lidar == 0 ? "LiDAR" : lidar_key(lidar);
   const double turn_tolerance_rad = std::max(least_turn_rad, turn_sigmas * fit.turn_sigma_rad);
   const bool turned =
-      fit.tells_turn() && std::abs(fit.turn_about_axis_rad) > std::max(turn_tolerance_rad, fit.axis_error_rad);
-  // Of a mounting near the identity the inverse is hardly another: it must be the better by far, for it stops a run.
+      fit.turn_observable() && std::abs(fit.turn_about_axis_rad) > std::max(turn_tolerance_rad, fit.axis_error_rad);
+  // Near the identity, a mounting hardly differs from its inverse. The inverse must fit much better, for it stops a
+  // run.
   const bool inverse_fits_turn =
-      !fit.tells_turn() || std::abs(fit.turn_about_axis_inverse_rad) <= turn_tolerance_rad ||
+      !fit.turn_observable() || std::abs(fit.turn_about_axis_inverse_rad) <= turn_tolerance_rad ||
       std::abs(fit.turn_about_axis_inverse_rad) < better_inverse * std::abs(fit.turn_about_axis_rad);
   const double given_rad = turned ? std::abs(fit.turn_about_axis_rad) : fit.axis_error_rad;
   const double inverse_rad = turned ? std::abs(fit.turn_about_axis_inverse_rad) : fit.axis_error_inverse_rad;
@@ -93,56 +93,57 @@ Findings check_axis(const RotationFit& fit, const Platform& platform, std::size_
                                    : turned ? "turn"
                                             : "correct",
                                    lidar_key(lidar), platform.file_name());
-  if (!inverse && fit.tells_turn()) change += ": " + rotation_line(fit);
+  if (!inverse && fit.turn_observable()) change += ": " + rotation_line(fit);
   if (fit.axis_error_rad > axis_tolerance_rad && !turned) {
     return {
         {Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.rotation",
-         fmt::format("the axis about which the robot turns differs by {:.1f} deg between IMU and {}; with "
+         fmt::format("the robot's turning axis differs by {:.1f} deg between IMU and {}; with "
                      "the inverse of T_imu_lidar by {:.1f} deg",
                      fit.axis_error_rad * degrees_per_radian, name, fit.axis_error_inverse_rad * degrees_per_radian),
          change}};
   }
   if (!turned) return {};
   return {{Severity::error, inverse ? "extrinsic.inverse" : "extrinsic.heading",
-           fmt::format("about the axis about which the robot turns {} is {:.0f} deg from where T_imu_lidar has it, by "
-                       "the little turns "
-                       "across (sigma {:.1f} deg); {:.0f} deg from its inverse",
+           fmt::format("{} is rotated by {:.0f} deg about the robot's turning axis relative to T_imu_lidar, from "
+                       "the small turns "
+                       "about the other axes (sigma {:.1f} deg); by {:.0f} deg relative to its inverse",
                        lidar == 0 ? "the LiDAR" : name, given_rad * degrees_per_radian,
                        fit.turn_sigma_rad * degrees_per_radian, inverse_rad * degrees_per_radian),
            change}};
 }
 
 Findings check_step(const RotationFit& fit, const Platform& platform) {
-  if (fit.bias_step_rad_s <= std::max(telling_step_rad_s, rotation_step_sigmas * fit.bias_step_sigma_rad_s)) return {};
-  if (fit.tells() && fit.axis_error_rad >= axis_tolerance_rad) return {};
-  // Turns that do not go together say nothing of a bias: an odometry that does not see a heading turns by itself.
-  if (!fit.tells() && fit.excitation_rad_s > steady_rad_s) return {};
+  if (fit.bias_step_rad_s <= std::max(significant_step_rad_s, rotation_step_sigmas * fit.bias_step_sigma_rad_s))
+    return {};
+  if (fit.axis_observable() && fit.axis_error_rad >= axis_tolerance_rad) return {};
+  // Without correlation there is no evidence of a bias: on open ground, the odometry's heading drifts.
+  if (!fit.axis_observable() && fit.excitation_rad_s > steady_rad_s) return {};
   return {{Severity::warning, "imu.gyroscope_step",
-           fmt::format("{}: the gyroscope's bias steps by {:.4f} rad/s against the LiDAR's turns", platform.imu.topic,
-                       fit.bias_step_rad_s),
+           fmt::format("{}: the gyroscope's bias steps by {:.4f} rad/s relative to the LiDAR's turns",
+                       platform.imu.topic, fit.bias_step_rad_s),
            "check the IMU (shocks, temperature, power)", fit.bias_step_time}};
 }
 
-std::string why_untold(const std::optional<RotationFit>& fit) {
-  if (!fit) return "too few scans that could be followed, with IMU samples, to compare their turns";
-  const char* untold = "the clocks of LiDAR and IMU and the direction of T_imu_lidar are not told";
+std::string reason_unobservable(const std::optional<RotationFit>& fit) {
+  if (!fit) return "too few scans with odometry and IMU samples to compare their turns";
+  const char* unobservable = "the clocks of LiDAR and IMU and the rotation of T_imu_lidar are not observable";
   if (fit->excitation_rad_s <= RotationFit::least_excitation_rad_s) {
     return fmt::format("the robot turns too little ({:.3f} rad/s rms about the mean): {}", fit->excitation_rad_s,
-                       untold);
+                       unobservable);
   }
   return fmt::format(
-      "the turns of LiDAR ({:.3f} rad/s rms about the mean) and IMU go too little together (correlation {:.2f} over {} "
+      "the turns of LiDAR ({:.3f} rad/s rms about the mean) and IMU have a low correlation ({:.2f} over {} "
       "scans): {}",
-      fit->excitation_rad_s, fit->correlation, fit->intervals, untold);
+      fit->excitation_rad_s, fit->correlation, fit->intervals, unobservable);
 }
 
 }  // namespace
 
 Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar) {
   Findings findings;
-  if (!fit || !fit->tells()) {
-    findings.push_back(
-        {Severity::note, "clock.untold", why_untold(fit), fit ? "--seconds: a longer span, with a turn in it" : ""});
+  if (!fit || !fit->axis_observable()) {
+    findings.push_back({Severity::note, "clock.untold", reason_unobservable(fit),
+                        fit ? "increase --seconds; use a part of the log with turns" : ""});
   } else {
     findings.push_back(clock_finding(*fit, platform, lidar));
     if (lidar == 0) append(findings, check_scale(*fit, platform));

@@ -8,8 +8,8 @@
 
 namespace lodestone {
 
-/// Offset of clocks, unit of the turn rate, direction of T_imu_lidar, a step of the gyroscope's bias. Of a further
-/// LiDAR (its index above 0) what concerns itself alone.
+/// Checks clock offset, unit of the turn rate, rotation of T_imu_lidar, and steps of the gyroscope's bias. For a
+/// further LiDAR (index above 0), only findings about that LiDAR.
 Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar = 0);
 
 }  // namespace lodestone

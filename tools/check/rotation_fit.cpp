@@ -15,7 +15,7 @@ namespace {
 constexpr double largest_offset_s = 5.0;
 constexpr double coarse_step_s = 0.02;
 constexpr double fine_step_s = 0.002;
-constexpr double least_overlap = 0.6;  // of the intervals: a few that happen to agree are no evidence
+constexpr double least_overlap = 0.6;  // share of intervals; a few may agree by chance
 constexpr std::size_t fewest_turns = 20;
 constexpr std::size_t least_rotation_side = 5;
 
@@ -63,12 +63,12 @@ Moments moments_of(const std::vector<Pair>& pairs) {
   return result;
 }
 
-/// The rotation that takes the LiDAR's turns closest to the gyroscope's (Kabsch), and what it makes of the cross
+/// The rotation that maps the LiDAR's turns best to the gyroscope's (Kabsch), with the singular values of the cross
 /// moments.
 struct BestRotation {
   Quaternion R_imu_lidar;
   double along = 0.0;   ///< the largest singular value
-  double across = 0.0;  ///< the other two: what determines the turn about the main axis
+  double across = 0.0;  ///< the other two: they determine the rotation about the main axis
 };
 
 BestRotation best_rotation(const Matrix3& cross) {
@@ -111,13 +111,13 @@ double angle_between(const Vector3& a, const Vector3& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// The one axis that a robot on a floor turns about, as both see it. `R_imu_lidar` is then turned by as little as
-/// brings the two together.
+/// Compares the main turning axis of both sensors. `R_imu_lidar` is then corrected by the smallest rotation that aligns
+/// the axes.
 void compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, RotationFit& fit) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments.lidar);
   const Vector3 axis = solver.eigenvectors().col(2);
   const Vector3 seen = moments.cross * axis;
-  // Noise of the LiDAR makes the one too small, the gyroscope's the other too large.
+  // Noise of the LiDAR decreases the first ratio; noise of the gyroscope increases the second.
   fit.scale_least = seen.norm() / solver.eigenvalues()[2];
   fit.scale_most = seen.normalized().dot(moments.gyroscope * seen.normalized()) / seen.norm();
   fit.scale = std::sqrt(fit.scale_least * fit.scale_most);
@@ -126,8 +126,8 @@ void compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, Rotatio
   fit.R_imu_lidar = Quaternion::FromTwoVectors(R_imu_lidar * axis, seen) * R_imu_lidar;
 }
 
-/// The turn about that axis. Its variance is that of Σ (what is not explained)·(turns across): noise on both sides,
-/// where no turns across are, leaves it unknown.
+/// Estimates the rotation about that axis. Its variance is Σ (unexplained)·(turns across): with noise on both sides and
+/// no turns across, the rotation is unobservable.
 void compare_turns(const Moments& moments, const Quaternion& R_imu_lidar, RotationFit& fit) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(moments.lidar);
   const double lidar_across = solver.eigenvalues()[0] + solver.eigenvalues()[1];
@@ -145,8 +145,8 @@ void compare_turns(const Moments& moments, const Quaternion& R_imu_lidar, Rotati
   };
   fit.turn_about_axis_rad = about_axis(R_imu_lidar);
   fit.turn_about_axis_inverse_rad = about_axis(R_imu_lidar.conjugate());
-  if (!fit.tells_turn()) return;
-  // Of two strong axes noise mixes a little of one into the other; the whole rotation is free of that.
+  if (!fit.turn_observable()) return;
+  // With two strong axes, noise mixes them slightly. The complete rotation does not have this error.
   const Vector3 axis_lidar = best.R_imu_lidar.conjugate() * axis;
   fit.axis_error_rad = angle_between(R_imu_lidar * axis_lidar, axis);
   fit.axis_error_inverse_rad = angle_between(R_imu_lidar.conjugate() * axis_lidar, axis);
@@ -158,7 +158,7 @@ void find_step(const std::vector<Pair>& pairs, const Quaternion& R_imu_lidar, do
   for (const Pair& pair : pairs) differences.push_back(pair.gyroscope / scale - R_imu_lidar * pair.lidar);
   const LargestStep step = largest_step(differences, least_rotation_side);
   if (step.index == 0) return;
-  // A few turns that the odometry got wrong move a mean; a bias moves the median as much.
+  // The median: single wrong turns of the odometry shift a mean, but not the median.
   const std::span<const Vector3> all(differences);
   const Vector3 middles = component_medians(all.subspan(step.index)) - component_medians(all.first(step.index));
   if (middles.dot(step.step) < 0.5 * step.step.squaredNorm()) return;
@@ -177,7 +177,7 @@ std::optional<RotationFit> fit_rotation(const Trajectory& lidar_poses, const std
     const StampedPose& after = lidar_poses[i];
     const double step_s = to_seconds(after.time - before.time);
     if (step_s > 0.5) continue;
-    // Exp(φ) is the turn of the moving frame; φ is the same in the frames before and after it.
+    // Exp(φ) is the rotation of the moving frame. φ is the same in the frames before and after the rotation.
     turns.push_back(
         {before.time, after.time, so3::log(before.pose.rotation.conjugate() * after.pose.rotation) / step_s});
   }
@@ -193,9 +193,9 @@ std::optional<RotationFit> fit_rotation(const Trajectory& lidar_poses, const std
   fit.excitation_rad_s = std::sqrt(moments.lidar.trace() / static_cast<double>(pairs.size()));
   compare_axes(moments, R_imu_lidar, fit);
   compare_turns(moments, R_imu_lidar, fit);
-  // Turns about an axis that is a little off look like a bias while they last.
-  find_step(fit.tells() ? pairs : pairs_at(turns, gyroscope, 0.0), fit.tells() ? fit.R_imu_lidar : R_imu_lidar,
-            fit.tells() ? fit.scale : 1.0, fit);
+  // With a slightly wrong axis, turns look like a bias.
+  find_step(fit.axis_observable() ? pairs : pairs_at(turns, gyroscope, 0.0),
+            fit.axis_observable() ? fit.R_imu_lidar : R_imu_lidar, fit.axis_observable() ? fit.scale : 1.0, fit);
   return fit;
 }
 

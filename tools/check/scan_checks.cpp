@@ -12,7 +12,7 @@
 namespace lodestone {
 namespace {
 
-constexpr double span_tolerance = 0.4;  // of the period: a scan may be cut off, not stretched
+constexpr double span_tolerance = 0.4;  // relative to the period; a scan may be shorter, not longer
 constexpr std::size_t fewest_points = 100;
 
 bool sounds_like_time(const std::string& name) {
@@ -20,7 +20,7 @@ bool sounds_like_time(const std::string& name) {
          time_part_of(name);
 }
 
-/// One LiDAR of a platform and what the log has of it.
+/// One LiDAR of a platform and its sample in the log.
 struct LidarOfLog {
   const LogSample& log;
   const Platform& platform;
@@ -32,7 +32,7 @@ struct LidarOfLog {
   std::string key() const { return lidar_key(index); }
 };
 
-/// Which keys of the platform file would make the cloud readable: every field that sounds like a time, in every unit.
+/// Keys of the platform file that would make the cloud readable: every field with a time-like name, in every unit.
 std::vector<std::string> readable_times(const LidarOfLog& lidar) {
   std::vector<std::string> found;
   if (!lidar.sample().cloud) return found;
@@ -53,7 +53,7 @@ std::vector<std::string> readable_times(const LidarOfLog& lidar) {
       } catch (const InputError&) {
         continue;
       }
-      // Units beside the right one give spans that pass the reader and are no scan all the same.
+      // A wrong unit can pass the reader, but its span is not a scan period.
       if (std::abs(to_seconds(scan.end - scan.start) / lidar.model().scan_period_s - 1.0) > span_tolerance) continue;
       found.push_back(fmt::format("{0}.fields.time: {1}, {0}.time_unit: {2}", lidar.key(), name, unit_name));
     }
@@ -92,12 +92,11 @@ Findings check_spans(const LidarOfLog& lidar) {
   const std::string& topic = lidar.layout().topic;
   const std::string key = lidar.key();
   if (lidar.layout().point_times == PointTimes::none) {
-    // Nothing to see: the reader puts all points at one time.
+    // No finding: the reader gives all points one time.
   } else if (span_s <= 0.0) {
     findings.push_back({Severity::error, "lidar.point_time",
-                        topic + ": all points of a scan have the same time: the scan cannot be undistorted",
-                        key +
-                            ".fields.time: the field with each point's own time; record the driver's full points; or " +
+                        topic + ": all points of a scan have the same time, so the scan cannot be deskewed",
+                        key + ".fields.time: the field with each point's time; record the driver's full points; or " +
                             key + ".point_times: none if the scans are deskewed already",
                         first});
   } else if (std::abs(span_s / period_s - 1.0) > span_tolerance) {
@@ -109,9 +108,9 @@ Findings check_spans(const LidarOfLog& lidar) {
   if (sparse > 0) {
     findings.push_back(
         {Severity::warning, "lidar.sparse",
-         fmt::format("{}: {} of {} scans have fewer than {} points, thinned to 0.2 m, between {:g} and {:g} m", topic,
+         fmt::format("{}: {} of {} scans have fewer than {} points between {:g} and {:g} m, thinned to 0.2 m", topic,
                      sparse, scans.size(), fewest_points, lidar.model().min_range_m, lidar.model().max_range_m),
-         fmt::format("{0}.min_range_m and {0}.max_range_m; are x, y, z metres?", key), first});
+         fmt::format("check {0}.min_range_m, {0}.max_range_m, and that x, y, z are metres", key), first});
   }
   return findings;
 }
@@ -126,8 +125,8 @@ Findings check_scans(const LogSample& sample, const Platform& platform) {
     append(findings, check_spans(lidar));
     if (lidar.sample().empty_scans == 0) continue;
     findings.push_back({Severity::warning, "lidar.empty",
-                        fmt::format("{}: {} scans have no point", lidar.layout().topic, lidar.sample().empty_scans),
-                        "check the sensor: it is covered, or stopped", lidar.sample().first_empty_scan});
+                        fmt::format("{}: {} scans have no points", lidar.layout().topic, lidar.sample().empty_scans),
+                        "check whether the sensor is covered or stopped", lidar.sample().first_empty_scan});
   }
   return findings;
 }

@@ -5,8 +5,8 @@
 
 namespace lodestone {
 
-/// The clouds by themselves: fields that are missing, each point's time (absent, all equal, another unit, longer or
-/// shorter than the scan), scans without points or with hardly any within the platform's ranges.
+/// Checks the clouds alone: missing fields, point times (absent, all equal, wrong unit, longer or shorter than the
+/// scan), scans without points, and scans with few points within the platform's ranges.
 Findings check_scans(const LogSample& sample, const Platform& platform);
 
 }  // namespace lodestone

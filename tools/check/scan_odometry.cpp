@@ -19,27 +19,26 @@ namespace {
 constexpr std::size_t kept_keyframes = 12;
 constexpr double keyframe_m = 0.25;
 constexpr double keyframe_rad = 0.12;
-constexpr double longest_step_s = 1.0;  // over longer outages nothing is predicted
-constexpr int rounds = 2;               // of deskewing and registering
-// What no robot does from one scan to the next: the way is lost from there on.
+constexpr double longest_step_s = 1.0;  // no prediction across longer outages
+constexpr int rounds = 2;               // rounds of deskewing and registration
+// No robot moves so fast between two scans. From there on, odometry is lost.
 constexpr double largest_turn_step_rad_s = 2.0;
 constexpr double largest_velocity_step_m_s = 3.0;
-// A sparse scan by itself makes few planes: far points lie in voxels that hold a row of them at most.
+// A single sparse scan has few planes: voxels far away contain at most one row of points.
 constexpr double least_share = 0.03;
 constexpr double fewest_on_planes = 60.0;
-constexpr double enough_of_few = 0.4;  // of scans of hardly more points than that
-// The share on planes, over that where the scan was predicted and over the last scan's: above 0.85 on the shipped
+constexpr double enough_of_few = 0.4;  // share for scans with hardly more points than that
+// Share of points on planes relative to the predicted pose, and relative to the last scan. Above 0.85 on all shipped
 // worlds.
 constexpr double least_of_before = 0.6;
-// What is not known of a motion that is only beginning, and the changes that robots bring about from one scan to the
-// next.
-constexpr PredictionTrust first_trust{4.0 * degree, 0.3};
-constexpr double trusted_turn_change_rad_s2 = 5.0;
-constexpr double trusted_velocity_change_m_s2 = 10.0;
+// Uncertainty of the initial motion, and the usual change of motion from scan to scan.
+constexpr PredictionSigmas initial_sigmas{4.0 * degree, 0.3};
+constexpr double turn_change_sigma_rad_s2 = 5.0;
+constexpr double velocity_change_sigma_m_s2 = 10.0;
 constexpr std::size_t beginning = 3;
 
-/// The rows of a scan must fall into one voxel: the finest in which enough of a first scan's points lie on planes, else
-/// the one with the most.
+/// Candidate voxel sides: the rows of a scan must fall into one voxel. The finest side with enough points on planes is
+/// used, otherwise the side with the most.
 constexpr std::array<double, 3> voxel_edges_m{0.6, 1.2, 2.4};
 constexpr double enough_on_planes = 0.05;
 
@@ -67,15 +66,14 @@ Twist twist_between(const Pose& before, const Pose& after, double seconds) {
   return {so3::log(step.rotation) / seconds, step.position / seconds};
 }
 
-PredictionTrust trust_after(std::size_t scans, double step_s) {
-  if (scans < beginning) return first_trust;
-  return {std::clamp(trusted_turn_change_rad_s2 * step_s * step_s, 1.0 * degree, first_trust.sigma_rad),
-          std::clamp(trusted_velocity_change_m_s2 * step_s * step_s, 0.02, first_trust.sigma_m)};
+PredictionSigmas sigmas_after(std::size_t scans, double step_s) {
+  if (scans < beginning) return initial_sigmas;
+  return {std::clamp(turn_change_sigma_rad_s2 * step_s * step_s, 1.0 * degree, initial_sigmas.sigma_rad),
+          std::clamp(velocity_change_sigma_m_s2 * step_s * step_s, 0.02, initial_sigmas.sigma_m)};
 }
 
-/// A scan says where its points were on average: there an error of the twist that undistorts it cancels. At its end the
-/// turn of its first half would stand for the whole, some 25 ms late at 10 Hz. Points that have no times of their own
-/// are of its stamp.
+/// The mean of the points' times. There, errors of the twist used for deskewing cancel; at the scan's end, they would
+/// cause a delay of some 25 ms at 10 Hz. Points without times have the scan's stamp.
 Time middle_of(const LidarScan& scan) {
   const auto add = [](double sum, const LidarPoint& point) { return sum + point.offset_ns; };
   const double mean_ns =
@@ -102,7 +100,7 @@ std::vector<Eigen::Vector3f> deskew_to_middle(const LidarScan& scan, const Twist
   return points;
 }
 
-/// The planes of the last scans that were taken at different places.
+/// Planes of the last keyframes.
 class LocalMap {
  public:
   bool empty() const { return keyframes_.empty(); }
@@ -163,7 +161,7 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
     const Time time = middle_of(scan);
     const StampedPose before = result.poses.empty() ? StampedPose{time, Pose{}} : result.poses.back();
     const double step_s = to_seconds(time - before.time);
-    if (!result.poses.empty() && !(step_s > 0.0)) continue;  // within the one before
+    if (!result.poses.empty() && !(step_s > 0.0)) continue;  // within the previous scan
     if (step_s > longest_step_s) {
       map = LocalMap{};
       twist = Twist{};
@@ -178,14 +176,14 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
     }
     const Twist predicted = twist;
     const Pose predicted_pose = before.pose * twist.over(step_s);
-    const PredictionTrust trust = trust_after(followed, step_s);
+    const PredictionSigmas sigmas = sigmas_after(followed, step_s);
     std::vector<Eigen::Vector3f> points = deskew_to_middle(scan, twist);
     double share_before = agreement(points, predicted_pose, map.planes()).share;
     if (followed > 1) share_before = std::max(share_before, share_of_last);
     Pose pose = predicted_pose;
     for (int round = 0; round < rounds; ++round) {
       if (round > 0) points = deskew_to_middle(scan, twist);
-      pose = track_scan(points, predicted_pose, trust, map.planes(), own);
+      pose = track_scan(points, predicted_pose, sigmas, map.planes(), own);
       twist = twist_between(before.pose, pose, step_s);
     }
     const double share = agreement(points, pose, map.planes()).share;

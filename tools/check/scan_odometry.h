@@ -9,19 +9,19 @@
 
 namespace lodestone {
 
-/// How the LiDAR moved by its scans alone.
+/// Motion of a LiDAR, estimated from its scans only.
 struct ScanOdometry {
-  /// T_start_lidar at each scan's middle (the mean of its points' times): the lidar frame then, in that of the first
-  /// scan.
+  /// T_start_lidar at each scan's middle (the mean of its points' times): from the lidar frame then to that of the
+  /// first scan.
   Trajectory poses;
   std::vector<Eigen::Vector3f> first_scan;  ///< lidar frame, metres
-  bool lost = false;                        ///< the scans could not be followed to their end: what is here ends before
+  bool lost = false;                        ///< odometry was lost; the poses end before the last scan
 };
 
-/// Follows scan after scan on planes fitted to those before it, with a constant velocity to deskew and to predict. It
-/// uses nothing of the platform but ranges and noise, no IMU, no extrinsics and no map: what these say can be held
-/// against it. Drifts; along a direction that the scans do not see (a tunnel's axis) it goes on at its last velocity.
-/// Empty scans are passed over; after more than a second without any it starts anew where it was, at rest.
+/// Registers scan after scan to planes fitted to earlier scans, with constant velocity for deskewing and prediction.
+/// Uses only ranges and noise of the platform, no IMU, extrinsics or map, so that these can be checked independently.
+/// Drifts; along a degenerate direction, it continues at the last velocity. Empty scans are skipped. After an outage of
+/// more than a second, it restarts at the same pose, at rest.
 ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& lidar);
 
 }  // namespace lodestone

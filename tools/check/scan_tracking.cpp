@@ -11,16 +11,15 @@
 namespace lodestone {
 namespace {
 
-/// All points at once: the nearest alone, which a search for a start looks at first, lie on too few planes to hold a
-/// heading.
+/// Always uses all points: the nearest points of a coarse search are on too few planes to determine the heading.
 struct TrackingRound {
-  double sigma_m;  // how far off the pose may be: what residuals are held to
+  double sigma_m;  // sigma of the pose error, for the gate of residuals
   double sigma_rad;
   int iterations;
 };
 constexpr std::array<TrackingRound, 2> tracking_rounds{{{0.15, 1.5 * degree, 5}, {0.03, 0.15 * degree, 5}}};
 constexpr double least_share_of_best = 0.01;
-constexpr double held = 1e9;  // 1/m²: not moved along this direction
+constexpr double fixed_information = 1e9;  // 1/m²: no motion along this direction
 constexpr double converged_m = 1e-3;
 constexpr double converged_rad = 1e-4;
 
@@ -30,10 +29,9 @@ Matrix6 information_of(double sigma_rad, double sigma_m) {
   return variance.cwiseInverse().asDiagonal();
 }
 
-/// What holds a scan along the translations that `seen` (order φ, p), its rotation free within `trust`, hardly knows
-/// of.
-Matrix3 hold_unseen(const Matrix6& seen, const Matrix6& trust) {
-  const Matrix3 rotation = seen.topLeftCorner<3, 3>() + trust.topLeftCorner<3, 3>();
+/// Prior information along degenerate translations of `seen` (order φ, p), with the rotation free within `prior`.
+Matrix3 constrain_degenerate(const Matrix6& seen, const Matrix6& prior) {
+  const Matrix3 rotation = seen.topLeftCorner<3, 3>() + prior.topLeftCorner<3, 3>();
   const Matrix3 coupling = seen.topRightCorner<3, 3>();
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(seen.bottomRightCorner<3, 3>() -
                                                       coupling.transpose() * rotation.ldlt().solve(coupling));
@@ -41,14 +39,14 @@ Matrix3 hold_unseen(const Matrix6& seen, const Matrix6& trust) {
   for (int i = 0; i < 3; ++i) {
     if (solver.eigenvalues()[i] >= least_share_of_best * solver.eigenvalues()[2]) continue;
     const Vector3 direction = solver.eigenvectors().col(i);
-    result += held * direction * direction.transpose();
+    result += fixed_information * direction * direction.transpose();
   }
   return result;
 }
 
 }  // namespace
 
-Pose track_scan(std::span<const Eigen::Vector3f> points, const Pose& predicted, const PredictionTrust& trust,
+Pose track_scan(std::span<const Eigen::Vector3f> points, const Pose& predicted, const PredictionSigmas& sigmas,
                 const PlaneMap& map, const LidarModel& lidar) {
   Pose pose = predicted;
   for (const TrackingRound& round : tracking_rounds) {
@@ -56,8 +54,8 @@ Pose track_scan(std::span<const Eigen::Vector3f> points, const Pose& predicted, 
     for (int i = 0; i < round.iterations; ++i) {
       const CondensedCost cost = condense(associate(points, pose, gate, map, lidar, AssociationOptions{}), pose);
       const Matrix6 seen = cost.hessian(pose);
-      Matrix6 prior = information_of(trust.sigma_rad, trust.sigma_m);
-      prior.bottomRightCorner<3, 3>() += hold_unseen(seen, prior);
+      Matrix6 prior = information_of(sigmas.sigma_rad, sigmas.sigma_m);
+      prior.bottomRightCorner<3, 3>() += constrain_degenerate(seen, prior);
       const Vector6 gradient = cost.gradient(pose) + prior * pose.boxminus(predicted);
       const Vector6 step = -(seen + prior).ldlt().solve(gradient);
       if (!step.allFinite()) return pose;

@@ -11,18 +11,18 @@
 namespace lodestone {
 namespace {
 
-constexpr double rate_tolerance = 0.1;      // of the nominal rate
+constexpr double rate_tolerance = 0.1;      // relative to the nominal rate
 constexpr double sensor_gap_periods = 5.0;  // a lost packet or two are no gap
 constexpr double scan_gap_periods = 1.7;    // every scan counts
-constexpr double silent_s = 0.5;            // at the begin or the end of the sample, and two periods
+constexpr double silent_s = 0.5;            // at the begin or end of the sample, plus two periods
 constexpr double leap_s = 10.0;
-constexpr double foreign_clock_s = 1.0;  // from the recorder's clock: worth a note
+constexpr double foreign_clock_s = 1.0;  // offset from the recorder's clock; a note
 
 double median_s(std::vector<double> values) {
   return values.empty() ? 0.0 : summarize(values).median;
 }
 
-/// One sensor's stamps against what is expected of them.
+/// Checks the stamps of one sensor.
 class StreamCheck {
  public:
   StreamCheck(const LogSample& sample, const StreamSample& stream, const Platform& platform)
@@ -50,7 +50,7 @@ class StreamCheck {
 
   std::string file() const { return platform_.file_name(); }
 
-  /// A platform says nothing of a magnetometer's rate.
+  /// Zero for magnetometers: the platform file has no rate for them.
   double nominal_s() const {
     if (stream_.sensor == Sensor::imu) return 1.0 / platform_.suite.imu.rate_hz;
     return stream_.sensor == Sensor::lidar ? model_of(platform_, stream_.index).scan_period_s : 0.0;
@@ -61,11 +61,11 @@ class StreamCheck {
     if (zeros == 0) return false;
     add(Severity::error, "stamp_zero",
         fmt::format("{} of {} messages have no stamp (0 s)", zeros, stream_.stamps.size()),
-        "record with the sensor's time in the messages' headers");
+        "record the sensor's time in the messages' headers");
     return true;
   }
 
-  /// Fills `intervals_` with those between neighbours whose stamps increase.
+  /// Sets `intervals_`: differences of neighbouring stamps, if they increase.
   void order() {
     int back = 0, repeated = 0, leaps = 0;
     double furthest_s = 0.0;
@@ -87,11 +87,11 @@ class StreamCheck {
     }
     if (back + repeated + leaps == 0) return;
     add(Severity::warning, "stamp_order",
-        fmt::format(
-            "{} stamps go back, {} repeat, {} leap by more than {:g} s; the furthest by {:.3f} s; those messages are "
-            "dropped",
-            back, repeated, leaps, leap_s, furthest_s),
-        "let the driver stamp with one steady clock", first);
+        fmt::format("{} stamps go back, {} repeat, {} jump by more than {:g} s; the largest step is {:.3f} s; these "
+                    "messages are "
+                    "dropped",
+                    back, repeated, leaps, leap_s, furthest_s),
+        "use one steady clock for the driver's stamps", first);
   }
 
   void rate() {
@@ -101,8 +101,8 @@ class StreamCheck {
     if (std::abs(period_s_ / nominal - 1.0) < rate_tolerance) return;
     const bool imu = stream_.sensor == Sensor::imu;
     add(Severity::warning, imu ? "rate" : "period",
-        imu ? fmt::format("{:.1f} samples a second; the platform says {:g}", 1.0 / period_s_, 1.0 / nominal)
-            : fmt::format("a scan every {:.4f} s; the platform says {:g} s", period_s_, nominal),
+        imu ? fmt::format("{:.1f} samples per second; the platform file has {:g}", 1.0 / period_s_, 1.0 / nominal)
+            : fmt::format("one scan every {:.4f} s; the platform file has {:g} s", period_s_, nominal),
         imu ? fmt::format("imu.rate_hz: {:.1f} in {}", 1.0 / period_s_, file())
             : fmt::format("{}.scan_period_s: {:.4g} in {}", lidar_key(stream_.index), period_s_, file()),
         stream_.stamps.front());
@@ -122,20 +122,20 @@ class StreamCheck {
     if (count == 0) return;
     const bool lidar = stream_.sensor == Sensor::lidar;
     add(Severity::warning, lidar ? "outage" : "gap",
-        fmt::format("{} gap{} without a {}, {:.3f} s in all, the longest {:.3f} s; expected one every {:.4g} s", count,
-                    count == 1 ? "" : "s", lidar ? "scan" : "sample", total_s, longest_s, period_s_),
-        "look for lost messages in the recorder and the driver's buffers", first);
+        fmt::format("{} gap{} without a {}, {:.3f} s in total, the longest {:.3f} s; expected one every {:.4g} s",
+                    count, count == 1 ? "" : "s", lidar ? "scan" : "sample", total_s, longest_s, period_s_),
+        "check the recorder and the driver's buffers for lost messages", first);
   }
 
   void silence(Time from, Time until, const char* where) {
     add(Severity::warning, "silent", fmt::format("no message {} ({:.2f} s)", where, to_seconds(until - from)),
         stream_.sensor == Sensor::magnetometer
-            ? fmt::format("check the sensor, or take magnetometers[{}] out of {}", stream_.index, file())
+            ? fmt::format("check the sensor, or remove magnetometers[{}] from {}", stream_.index, file())
             : "check the sensor and its driver",
         from);
   }
 
-  /// By record times: stamps may be of another clock.
+  /// Uses record times, because stamps may be of another clock.
   void edges() {
     const Time least = from_seconds(std::max(silent_s, 2.0 * period_s_));
     if (stream_.record_times.front() - sample_.begin > least)
@@ -152,7 +152,7 @@ class StreamCheck {
     const double lag_s = median_s(lags);
     if (std::abs(lag_s) < foreign_clock_s) return;
     add(Severity::note, "clock",
-        fmt::format("stamps lie {:.3f} s {} the recorder's clock", std::abs(lag_s), lag_s > 0.0 ? "behind" : "before"),
+        fmt::format("stamps are {:.3f} s {} the recorder's clock", std::abs(lag_s), lag_s > 0.0 ? "behind" : "before"),
         "", stream_.stamps.front());
   }
 
@@ -161,12 +161,12 @@ class StreamCheck {
   const Platform& platform_;
   std::string part_;
   std::vector<double> intervals_;
-  std::vector<Time> before_;  ///< stamp at which each begins
+  std::vector<Time> before_;  ///< stamp at the begin of each interval
   double period_s_ = 0.0;
   Findings findings_;
 };
 
-/// Sensors that were never stamped by one clock: what a run refuses.
+/// Sensors with unrelated clocks, which a run refuses.
 Findings check_common_clock(const LogSample& sample) {
   Findings findings;
   const StreamSample* reference = nullptr;
@@ -178,10 +178,11 @@ Findings check_common_clock(const LogSample& sample) {
     }
     const double apart_s = to_seconds(stream.stamps.front() - reference->stamps.front());
     if (std::abs(apart_s) <= sample.log_duration_s + 1.0) continue;
-    findings.push_back({Severity::error, "clock.foreign",
-                        fmt::format("{} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: two clocks",
-                                    stream.topic, apart_s, reference->topic, sample.log_duration_s),
-                        "stamp both with one clock (PTP, or the host's time on arrival)", stream.stamps.front()});
+    findings.push_back(
+        {Severity::error, "clock.foreign",
+         fmt::format("the first stamps of {} and {} differ by {:.3f} s, in a log of {:.3f} s: two clocks", stream.topic,
+                     reference->topic, apart_s, sample.log_duration_s),
+         "use one clock for both (PTP, or the host's time on arrival)", stream.stamps.front()});
   }
   return findings;
 }
@@ -191,9 +192,9 @@ Findings check_values(const LogSample& sample) {
   for (const StreamSample& stream : sample.streams) {
     if (stream.not_finite == 0) continue;
     findings.push_back({Severity::warning, std::string(part_of(stream.sensor)) + ".not_finite",
-                        fmt::format("{}: {} of {} messages hold values that are no numbers", stream.topic,
-                                    stream.not_finite, stream.stamps.size()),
-                        "check the driver; they are dropped"});
+                        fmt::format("{}: {} of {} messages have non-finite values", stream.topic, stream.not_finite,
+                                    stream.stamps.size()),
+                        "check the driver; these messages are discarded"});
   }
   return findings;
 }

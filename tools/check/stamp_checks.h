@@ -5,9 +5,8 @@
 
 namespace lodestone {
 
-/// Whether the messages of each sensor come as the platform says and as regularly as they should: rates, gaps, silence
-/// at the begin or the end, stamps that are zero, go back, repeat or leap, and stamps of another clock than the
-/// recorder's.
+/// Checks the stamps of each sensor: rate, gaps, silence at the begin or the end, stamps that are zero, go back, repeat
+/// or jump, and an offset from the recorder's clock.
 Findings check_stamps(const LogSample& sample, const Platform& platform);
 
 }  // namespace lodestone

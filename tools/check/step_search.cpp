@@ -9,9 +9,9 @@
 namespace lodestone {
 namespace {
 
-constexpr double normal_sigma = 1.4826;  // of a normal distribution over its median absolute deviation
+constexpr double normal_sigma = 1.4826;  // standard deviation over median absolute deviation, normal distribution
 
-/// One sigma of a component from the differences of neighbours, on which a step leaves next to no trace.
+/// Sigma per component from differences of neighbours, which a step hardly affects.
 double spread_of(std::span<const Vector3> series) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < series.size(); ++i) {

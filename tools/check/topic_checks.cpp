@@ -15,7 +15,7 @@ bool is_named(const LogSample& sample, const std::string& topic) {
                      [&](const StreamSample& stream) { return stream.topic == topic; });
 }
 
-/// Topics of a type that fits; those that the platform does not name for something else first.
+/// Topics of a matching type; first those that the platform does not use.
 std::vector<std::string> candidates(const LogSample& sample, Sensor sensor) {
   std::vector<std::string> free;
   std::vector<std::string> taken;
@@ -23,7 +23,7 @@ std::vector<std::string> candidates(const LogSample& sample, Sensor sensor) {
     if (!is_type_of(sensor, topic.type) || topic.messages == 0) continue;
     (is_named(sample, topic.name) ? taken : free).push_back(topic.name);
   }
-  // Another magnetometer's topic cannot be this one's.
+  // The topic of another magnetometer cannot be the topic of this one.
   return free.empty() && sensor != Sensor::magnetometer ? taken : free;
 }
 
@@ -38,17 +38,17 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
   std::string change;
   if (!fitting.empty()) {
     change = fmt::format("{}: {} in {}", stream.key, nearest_name(stream.topic, fitting), file);
-    if (fitting.size() > 1) change += fmt::format(" (of {})", join_names(fitting));
+    if (fitting.size() > 1) change += fmt::format(" (candidates: {})", join_names(fitting));
   } else if (there != sample.topics.end() && there->messages > 0 && stream.sensor != Sensor::lidar) {
     change = fmt::format("{} in {}, or another {}",
                          stream.sensor == Sensor::imu ? "imu.angular_velocity and imu.linear_acceleration"
                                                       : fmt::format("magnetometers[{}].values", stream.index),
                          file, stream.key);
   } else if (stream.sensor == Sensor::magnetometer) {
-    change =
-        fmt::format("take magnetometers[{}] out of {}: it was silent, and no other topic fits", stream.index, file);
+    change = fmt::format("remove magnetometers[{}] from {}: there are no messages, and no other topic fits",
+                         stream.index, file);
   } else {
-    seen += fmt::format(", and none with a {}", type_of(stream.sensor));
+    seen += fmt::format(", and no topic with a {}", type_of(stream.sensor));
     change = "record this sensor";
   }
   return {Severity::error, "topic.missing", seen, change};
@@ -71,7 +71,7 @@ Findings check_topics(const LogSample& sample, const Platform& platform, SensorC
   for (const TopicInfo& topic : sample.topics) {
     if (message_type(topic.type) == MessageType::other || is_named(sample, topic.name) || topic.messages == 0) continue;
     findings.push_back({Severity::note, "topic.unused",
-                        fmt::format("{} ({}, {} messages) is in the log and not in the platform file", topic.name,
+                        fmt::format("{} ({}, {} messages) is in the log, but not in the platform file", topic.name,
                                     topic.type, topic.messages),
                         ""});
   }

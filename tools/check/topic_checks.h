@@ -6,9 +6,9 @@
 
 namespace lodestone {
 
-/// Topics of the platform that the log has not, or has with another type, each with the topic of the log that fits
-/// best; topics of known types that the platform does not name; messages that cannot be decoded. What `needed` leaves
-/// out may be missing: that is a note.
+/// Reports topics of the platform that are missing or have another type, with the best topic of the log; topics of
+/// known types that the platform does not use; and messages that cannot be decoded. A missing topic that is not
+/// `needed` is a note.
 Findings check_topics(const LogSample& sample, const Platform& platform, SensorChoice needed = {});
 
 }  // namespace lodestone

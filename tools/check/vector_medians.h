@@ -6,10 +6,10 @@
 
 namespace lodestone {
 
-/// Each component's median; `vectors` must not be empty.
+/// The median of each component; `vectors` must not be empty.
 Vector3 component_medians(std::span<const Vector3> vectors);
 
-/// The median of their lengths; 0 where there are none.
+/// The median of the lengths; 0 if `vectors` is empty.
 double median_length(std::span<const Vector3> vectors);
 
 }  // namespace lodestone

@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "frontends/synchronizer/bag_source.h"
+#include "tools/check/initial_pose_checks.h"
 #include "tools/check/log_checks.h"
-#include "tools/check/start_checks.h"
 
 namespace lodestone {
 
@@ -71,7 +71,7 @@ Findings look(const FirstSeconds& run, const LogSample& sample) {
     // The run says it where it needs the start.
   }
   if (start && run.planes != nullptr && !has_error(findings)) {
-    append(findings, check_start({sample, run.platform, odometry.front(), *run.planes, *start, nullptr}));
+    append(findings, check_initial_pose({sample, run.platform, odometry.front(), *run.planes, *start, nullptr}));
   }
   return findings;
 }

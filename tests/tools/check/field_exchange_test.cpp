@@ -44,7 +44,7 @@ TEST(FieldExchange, FindsEveryPermutation) {
   std::vector<std::size_t> read(mounts);
   std::iota(read.begin(), read.end(), std::size_t{0});
   for (int run = 0; run < 40; ++run) {
-    EXPECT_EQ(mounts_followed(make_array(read, 0.0, random)), read);
+    EXPECT_EQ(match_mounts(make_array(read, 0.0, random)), read);
     std::shuffle(read.begin(), read.end(), random);
   }
 }
@@ -54,17 +54,17 @@ TEST(FieldExchange, BlamesNoHardIronOnTheWiring) {
   std::vector<std::size_t> own(mounts);
   std::iota(own.begin(), own.end(), std::size_t{0});
   for (const double offset_ut : {1.0, 3.0, 10.0}) {
-    for (int run = 0; run < 40; ++run) EXPECT_EQ(mounts_followed(make_array(own, offset_ut, random)), own);
+    for (int run = 0; run < 40; ++run) EXPECT_EQ(match_mounts(make_array(own, offset_ut, random)), own);
   }
 }
 
 /// One plug in two sockets: the second reading is wrong, but nobody has what it lacks.
 TEST(FieldExchange, NeedsAWholeRing) {
   std::mt19937 random(7);
-  EXPECT_EQ(mounts_followed(make_array({0, 0, 2, 3, 4, 5}, 0.0, random)), (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(match_mounts(make_array({0, 0, 2, 3, 4, 5}, 0.0, random)), (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
   std::vector<FieldSeries> silent = make_array({1, 0, 2, 3, 4, 5}, 0.0, random);
   silent[0] = FieldSeries{};
-  EXPECT_EQ(mounts_followed(silent), (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(match_mounts(silent), (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
 }
 
 }  // namespace

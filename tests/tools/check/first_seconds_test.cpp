@@ -66,7 +66,7 @@ TEST(CheckFirstSeconds, RefuseWhatMakesARunWrong) {
       << "the reader refuses it whatever is checked";
 }
 
-/// Both T_imu_lidar and its inverse lie on the map somewhere: the start says which.
+/// The scan fits the map with T_imu_lidar and with its inverse. Only the initial pose decides between them.
 TEST(CheckFirstSeconds, AnInverseIsToldByTheStart) {
   Begin begin;
   Pose& T_imu_lidar = begin.platform.suite.lidar.T_imu_lidar;

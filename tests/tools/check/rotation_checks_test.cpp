@@ -49,7 +49,7 @@ TEST(RotationFit, FindsOffsetAndScaleWhateverTheMounting) {
       const Motion motion = make_motion(kMount, offset_s, scale, Vector3::Zero());
       const auto fit = fit_rotation(motion.lidar, motion.imu, Quaternion::Identity());
       ASSERT_TRUE(fit);
-      EXPECT_TRUE(fit->tells());
+      EXPECT_TRUE(fit->axis_observable());
       EXPECT_NEAR(fit->offset_s, offset_s, 0.003);
       EXPECT_NEAR(fit->scale / scale, 1.0, 0.01);
       EXPECT_LE(fit->scale_least, fit->scale);
@@ -86,9 +86,9 @@ TEST(RotationFit, TellsTheTurnAboutTheAxisByTheSwayAlone) {
         pose.pose.rotation = pose.pose.rotation * drift;
       }
       const auto fit = fit_rotation(motion.lidar, motion.imu, wrong);
-      ASSERT_TRUE(fit && fit->tells());
+      ASSERT_TRUE(fit && fit->axis_observable());
       EXPECT_LT(fit->axis_error_rad, 0.02);
-      EXPECT_EQ(fit->tells_turn(), sway_rad_s > 0.0) << fit->turn_sigma_rad;
+      EXPECT_EQ(fit->turn_observable(), sway_rad_s > 0.0) << fit->turn_sigma_rad;
       squares += std::pow(std::abs(fit->turn_about_axis_rad) - half_turn, 2) / runs;
       sigma += fit->turn_sigma_rad / runs;
       const double off_rad = so3::log(fit->R_imu_lidar * kMount.conjugate()).norm();
@@ -113,7 +113,7 @@ TEST(RotationFit, SaysThatItCannotTellWhereNothingTurns) {
   for (StampedPose& pose : motion.lidar) pose.pose.rotation.setIdentity();
   const auto fit = fit_rotation(motion.lidar, motion.imu, kMount);
   ASSERT_TRUE(fit);
-  EXPECT_FALSE(fit->tells());
+  EXPECT_FALSE(fit->axis_observable());
   motion.lidar.resize(5);
   EXPECT_FALSE(fit_rotation(motion.lidar, motion.imu, kMount));
 }

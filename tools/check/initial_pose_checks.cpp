@@ -1,4 +1,4 @@
-#include "tools/check/start_checks.h"
+#include "tools/check/initial_pose_checks.h"
 
 #include <fmt/format.h>
 
@@ -16,23 +16,23 @@
 namespace lodestone {
 namespace {
 
-constexpr double good_share = 0.6;  // below, another place may fit better: edges and furniture fit nowhere
+constexpr double good_share = 0.6;  // below, another place may fit better; edges and furniture never fit
 constexpr double low_share = 0.38;
 constexpr double poor_share = 0.28;
-constexpr double clearly_better = 0.15;  // share by which one T_imu_lidar must beat the other
+constexpr double clearly_better = 0.15;  // smallest difference of shares between T_imu_lidar and its inverse
 constexpr double cost_ratio = 0.5;
-constexpr double clearly_lower = 0.9;  // cost of a fit further off, for it to win
+constexpr double clearly_lower = 0.9;  // largest relative cost at which a fit farther away is preferred
 constexpr double search_step_m = 0.35;
-constexpr int search_places = 5;  // a side
-constexpr double near_m = 0.25;   // a start further off spoils the first scans
+constexpr int search_places = 5;  // per side of the search grid
+constexpr double near_m = 0.25;   // a larger error of the initial pose spoils the first scans
 constexpr double near_deg = 2.0;
-constexpr double same_share = 0.05;  // two fits so near to each other are as good
-constexpr double exact_m = 0.08;     // a start so near is the right one
+constexpr double same_share = 0.05;  // fits within this difference are equally good
+constexpr double exact_m = 0.08;     // an initial pose with a smaller error is right
 constexpr double exact_deg = 0.7;
-constexpr double tilt_deg = 2.5;         // of a robot at rest: the accelerometer's bias is within
-constexpr double moving_tilt_deg = 6.0;  // of one that drives off: 2.5 m/s within the span are 3 degrees
+constexpr double tilt_deg = 2.5;         // at rest; includes the accelerometer's bias
+constexpr double moving_tilt_deg = 6.0;  // driving off; 2.5 m/s within the interval are 3 degrees
 constexpr double floor_tilt_deg = 2.0;
-constexpr double gravity_span_s = 5.0;  // of a robot that does not rest at the begin
+constexpr double gravity_span_s = 5.0;  // if the robot does not rest at the begin
 constexpr double rest_within_s = 2.0;
 
 struct Up {
@@ -40,7 +40,7 @@ struct Up {
   bool at_rest = false;
 };
 
-/// Against gravity, at the first sample.
+/// The direction opposite to gravity at the first sample.
 Up up_at_begin(const LogSample& sample) {
   const Time begin = sample.imu.front().time;
   const std::optional<RestSpan> rest = calmest_span(sample.imu);
@@ -55,7 +55,7 @@ double tilt_between_deg(const Vector3& a, const Vector3& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * degrees_per_radian;
 }
 
-/// The first scan on the map with one T_imu_lidar.
+/// Registration of the first scan to the map with one T_imu_lidar.
 struct Fit {
   ScanAgreement registered;
   Pose T_map_imu;
@@ -63,13 +63,13 @@ struct Fit {
   double turned_deg = 0.0;
 };
 
-class StartCheck {
+class InitialPoseCheck {
  public:
-  explicit StartCheck(const StartMaterial& material)
-      : material_(material), map_(material.map.around(material.start.position)), file_(material.platform.file_name()) {}
+  explicit InitialPoseCheck(const InitialPoseInputs& inputs)
+      : inputs_(inputs), map_(inputs.map.around(inputs.start.position)), file_(inputs.platform.file_name()) {}
 
   Findings run() {
-    const Pose& T_imu_lidar = material_.platform.suite.lidar.T_imu_lidar;
+    const Pose& T_imu_lidar = inputs_.platform.suite.lidar.T_imu_lidar;
     const Fit given = fit_with(T_imu_lidar);
     const Fit inverse = fit_with(T_imu_lidar.inverse());
     const bool inverse_fits = inverse.registered.share > poor_share &&
@@ -78,39 +78,37 @@ class StartCheck {
                               inverse.moved_m < 1.5 * near_m;
     if (inverse_fits) {
       add(Severity::error, "extrinsic.inverse",
-          fmt::format("{:.0f} % of the first scan lie on the map with T_imu_lidar as given, {:.0f} % with its inverse",
+          fmt::format("{:.0f} % of the first scan are on the map with the given T_imu_lidar, {:.0f} % with its inverse",
                       100.0 * given.registered.share, 100.0 * inverse.registered.share),
-          "invert lidar.T_imu_lidar in " + file_ + " (T_imu_lidar takes points of the LiDAR to the IMU)");
+          "invert lidar.T_imu_lidar in " + file_ + " (T_imu_lidar transforms points from lidar to imu)");
       return findings_;
     }
     if (given.registered.share < good_share && elsewhere(given)) return findings_;
     if (given.registered.share < low_share) {
       add(given.registered.share < poor_share ? Severity::error : Severity::warning, "start.no_overlap",
-          seen_of(given) + (material_.find_anywhere ? ", and no place was found where clearly more do" : ""),
-          "--cloud: the map of this site and its frame (metres, z up), --initial-pose, or lidar.T_imu_lidar in " +
-              file_);
+          seen_of(given) + (inputs_.find_anywhere ? ", and no clearly better place was found" : ""),
+          "check site, unit (metres) and axes (z up) of --cloud, --initial-pose, or lidar.T_imu_lidar in " + file_);
     } else {
       add(Severity::note, "start.overlap",
-          fmt::format("{:.0f} % of the first scan lie on the map, {:.2f} m and {:.1f} deg from the given start",
+          fmt::format("{:.0f} % of the first scan are on the map, {:.2f} m and {:.1f} deg from the initial pose",
                       100.0 * given.registered.share, given.moved_m, given.turned_deg),
           "");
       if ((given.moved_m > near_m || given.turned_deg > near_deg) && fits_at_start(inverse, given)) {
-        // Where the start is exactly so far off by chance, it is the start: no error.
+        // A wrong initial pose could cause the same offset by chance. Therefore a warning, not an error.
         add(Severity::warning, "extrinsic.inverse",
             fmt::format(
-                "the scan fits {:.2f} m and {:.1f} deg from the given start with T_imu_lidar as given, {:.2f} m and "
-                "{:.1f} deg from it with its inverse",
+                "the scan fits {:.2f} m and {:.1f} deg from the initial pose with the given T_imu_lidar, {:.2f} m and "
+                "{:.1f} deg with its inverse",
                 given.moved_m, given.turned_deg, inverse.moved_m, inverse.turned_deg),
-            fmt::format(
-                "invert lidar.T_imu_lidar in {} (T_imu_lidar takes points of the LiDAR to the IMU); or, should it be "
-                "right, --initial-pose \"{}\"",
-                file_, pose_text(given.T_map_imu)));
+            fmt::format("invert lidar.T_imu_lidar in {} (T_imu_lidar transforms points from lidar to imu); if it is "
+                        "right, set --initial-pose \"{}\"",
+                        file_, pose_text(given.T_map_imu)));
       } else if (given.moved_m > near_m || given.turned_deg > near_deg) {
         add(Severity::warning, "start.off",
-            fmt::format("the scan fits {:.2f} m and {:.1f} deg from the given start", given.moved_m, given.turned_deg),
-            fmt::format(
-                "--initial-pose \"{}\"; or, should the start be right, the translation of lidar.T_imu_lidar in {}",
-                pose_text(given.T_map_imu), file_));
+            fmt::format("the scan fits {:.2f} m and {:.1f} deg from the initial pose", given.moved_m, given.turned_deg),
+            fmt::format("set --initial-pose \"{}\"; if the initial pose is right, correct the translation of "
+                        "lidar.T_imu_lidar in {}",
+                        pose_text(given.T_map_imu), file_));
       }
     }
     if (given.registered.share > poor_share) upright(given.T_map_imu);
@@ -119,28 +117,28 @@ class StartCheck {
 
  private:
   void add(Severity severity, const std::string& kind, const std::string& seen, const std::string& change) {
-    findings_.push_back({severity, kind, seen, change, material_.odometry.poses.front().time});
+    findings_.push_back({severity, kind, seen, change, inputs_.odometry.poses.front().time});
   }
 
   Fit fit_with(const Pose& T_imu_lidar) const {
-    LidarModel lidar = material_.platform.suite.lidar;
+    LidarModel lidar = inputs_.platform.suite.lidar;
     lidar.T_imu_lidar = T_imu_lidar;
-    // One scan alone, from a poor start: wider gates than an estimate wants that knows its pose.
+    // A single scan from an inaccurate pose requires wider gates than an estimator that knows its pose.
     AssociationOptions association;
     association.map_error_repeats = 30.0;
     association.surface_roughness_m = 0.005;
     std::vector<Eigen::Vector3f> points;
-    for (const Eigen::Vector3f& point : material_.odometry.first_scan) {
+    for (const Eigen::Vector3f& point : inputs_.odometry.first_scan) {
       points.push_back((T_imu_lidar * point.cast<double>()).cast<float>());
     }
     Fit fit;
-    fit.T_map_imu = material_.start;
-    fit.registered = agreement(points, material_.start, *map_);
-    // A scan finds its planes from a third of a metre off; a start is wrong by more now and then.
-    // The start itself first, then round it.
+    fit.T_map_imu = inputs_.start;
+    fit.registered = agreement(points, inputs_.start, *map_);
+    // Association works up to a third of a metre; an initial pose may be worse.
+    // The initial pose first, then a grid around it.
     for (int i = 0; i < search_places * search_places; ++i) {
       const int place = (i + search_places * search_places / 2) % (search_places * search_places);
-      Pose from = material_.start;
+      Pose from = inputs_.start;
       from.position += search_step_m * Vector3(place % search_places - search_places / 2,
                                                place / search_places - search_places / 2, 0.0);
       const Pose pose = register_scan(points, from, *map_, lidar, association).T_map_imu;
@@ -149,7 +147,7 @@ class StartCheck {
       fit.T_map_imu = pose;
       fit.registered = found;
     }
-    const Vector6 step = fit.T_map_imu.boxminus(material_.start);
+    const Vector6 step = fit.T_map_imu.boxminus(inputs_.start);
     fit.turned_deg = step.head<3>().norm() * degrees_per_radian;
     fit.moved_m = step.tail<3>().norm();
     return fit;
@@ -161,39 +159,40 @@ class StartCheck {
   }
 
   std::string seen_of(const Fit& given) const {
-    return fmt::format("only {:.0f} % of the first scan lie on the map at the given start ({:.2f} {:.2f} {:.2f})",
-                       100.0 * given.registered.share, material_.start.position.x(), material_.start.position.y(),
-                       material_.start.position.z());
+    return fmt::format("only {:.0f} % of the first scan are on the map at the initial pose ({:.2f} {:.2f} {:.2f})",
+                       100.0 * given.registered.share, inputs_.start.position.x(), inputs_.start.position.y(),
+                       inputs_.start.position.z());
   }
 
-  /// Whether the scan fits clearly better at another place.
+  /// True if the scan fits clearly better at another place.
   bool elsewhere(const Fit& given) {
-    const std::optional<PlaceOnMap> place = material_.find_anywhere ? material_.find_anywhere() : std::nullopt;
+    const std::optional<PlaceOnMap> place = inputs_.find_anywhere ? inputs_.find_anywhere() : std::nullopt;
     if (!place || place->share < given.registered.share + clearly_better || place->share < low_share) return false;
-    const Vector6 step = place->T_map_imu.boxminus(material_.start);
+    const Vector6 step = place->T_map_imu.boxminus(inputs_.start);
     add(Severity::error, "start.wrong",
-        fmt::format("{}; {:.0f} % do {:.2f} m and {:.1f} deg from it{}", seen_of(given), 100.0 * place->share,
+        fmt::format("{}; {:.0f} % are on the map {:.2f} m and {:.1f} deg away{}", seen_of(given), 100.0 * place->share,
                     step.tail<3>().norm(), step.head<3>().norm() * degrees_per_radian,
-                    place->sure ? "" : ", and perhaps elsewhere"),
-        fmt::format("--initial-pose \"{}\", or the map's frame where the start is right", pose_text(place->T_map_imu)));
+                    place->sure ? "" : ", and possibly at other places"),
+        fmt::format("set --initial-pose \"{}\"; if the initial pose is right, check the map's frame",
+                    pose_text(place->T_map_imu)));
     return true;
   }
 
   void upright(const Pose& T_map_imu) {
-    if (material_.sample.imu.empty()) return;
-    const Up up = up_at_begin(material_.sample);
+    if (inputs_.sample.imu.empty()) return;
+    const Up up = up_at_begin(inputs_.sample);
     const double tilt = tilt_between_deg(T_map_imu.rotation * up.direction, Vector3::UnitZ());
     if (tilt > 90.0) {
-      add(Severity::error, "imu.upside_down", fmt::format("gravity points up ({:.0f} deg from the map's down)", tilt),
-          "imu: acceleration must read +g upwards at rest; or the IMU's axes in lidar.T_imu_lidar");
+      add(Severity::error, "imu.upside_down", fmt::format("gravity points up ({:.0f} deg from the map's -z)", tilt),
+          "at rest, the accelerometer must read +g upwards; check the IMU's axes and lidar.T_imu_lidar");
     } else if (tilt > (up.at_rest ? tilt_deg : moving_tilt_deg)) {
       add(Severity::error, "start.tilt",
-          fmt::format("where the scan fits the map, gravity stands {:.1f} deg from the map's vertical", tilt),
-          "--cloud: a map that is level; or the rotation of lidar.T_imu_lidar in " + file_);
+          fmt::format("with the scan on the map, gravity differs by {:.1f} deg from the map's vertical", tilt),
+          "level the map of --cloud, or correct the rotation of lidar.T_imu_lidar in " + file_);
     }
   }
 
-  const StartMaterial& material_;
+  const InitialPoseInputs& inputs_;
   std::shared_ptr<const PlaneMap> map_;
   std::string file_;
   Findings findings_;
@@ -201,9 +200,9 @@ class StartCheck {
 
 }  // namespace
 
-Findings check_start(const StartMaterial& material) {
-  if (material.odometry.first_scan.empty()) return {};
-  return StartCheck(material).run();
+Findings check_initial_pose(const InitialPoseInputs& inputs) {
+  if (inputs.odometry.first_scan.empty()) return {};
+  return InitialPoseCheck(inputs).run();
 }
 
 Findings check_floor(const LogSample& sample, const Platform& platform, const ScanOdometry& odometry) {
@@ -228,7 +227,7 @@ Findings check_floor(const LogSample& sample, const Platform& platform, const Sc
   return {
       {Severity::error, "extrinsic.inverse",
        fmt::format(
-           "the floor in the first scan is {} with T_imu_lidar as given, and {:.1f} deg from level ({} points) with "
+           "the floor in the first scan is {} with the given T_imu_lidar, and {:.1f} deg from level ({} points) with "
            "its inverse",
            given.points > 0 ? fmt::format("{:.1f} deg from level ({} points)", given.tilt_deg, given.points)
                             : "not found",
