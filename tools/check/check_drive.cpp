@@ -11,7 +11,7 @@
 #include "tools/check/acceleration_checks.h"
 #include "tools/check/field_checks.h"
 #include "tools/progress.h"
-#include "tools/run/automatic_start.h"
+#include "tools/run/automatic_initialization.h"
 #include "tools/run/estimate_record.h"
 
 namespace lodestone {
@@ -79,7 +79,7 @@ std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
   Bundles bundles(*this, seconds);
   WarningLog warnings;
   try {
-    return find_automatic_start(
+    return find_initial_pose(
                log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings)
         .T_map_imu;
   } catch (const InputError& error) {

@@ -20,7 +20,7 @@ struct Predicted {
 };
 
 Predicted predicted(const Pose& pose, const Matrix6& covariance) {
-  // A turn about the map's z, seen in the body.
+  // The map's z axis in the body frame.
   const Vector3 up = pose.rotation.conjugate() * Vector3::UnitZ();
   return {covariance.bottomRightCorner<3, 3>().trace(), up.dot(covariance.topLeftCorner<3, 3>() * up)};
 }
@@ -50,7 +50,7 @@ Bound run_bound(const std::function<OpenedLog()>& open,
       throw_if_interrupted();
     }
   }
-  if (!estimator) throw InputError("the log holds no scan between its first and last IMU sample; nothing to bound");
+  if (!estimator) throw InputError("the log has no scan between its first and last IMU sample; the bound requires one");
   estimator->finish(record);
 
   const std::pair<const char*, const EstimateRecord::Poses*> stages[] = {

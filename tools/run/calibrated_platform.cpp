@@ -9,7 +9,7 @@ namespace lodestone {
 
 namespace {
 
-/// The platform file's sigma after a run that left `largest` at most; 0: not estimated.
+/// Reduces the platform file's sigma to `largest`, the largest remaining sigma. 0: not estimated.
 void narrow(double& sigma, double largest) {
   if (largest > 0.0) sigma = std::min(sigma, largest);
 }

@@ -12,11 +12,11 @@ namespace lodestone {
 ///   b + (1 + E) field follows C' (reading − hard iron) = b' + Exp(−θ) field: exactly, not to first order.
 /// - Clock offsets grow by the clocks' corrections.
 ///
-/// A sigma of the file stands for several axes and magnetometers: it becomes the largest of what is left of them, and
-/// never grows. What was not estimated keeps value and sigma. If the run did not use all magnetometers, their sigmas
-/// stay.
+/// A sigma of the file is common to several axes and magnetometers: it becomes the largest of their remaining sigmas,
+/// and never grows. Parameters that were not estimated keep value and sigma. If the run did not use all magnetometers,
+/// their sigmas are unchanged.
 ///
-/// `suite`: of the run; its magnetometers, in the order of `estimate`, are found in `platform` by their names.
+/// `suite`: of the run. Its magnetometers, in the order of `estimate`, are identified in `platform` by name.
 Platform calibrated_platform(Platform platform, const SensorSuite& suite, const CalibrationEstimate& estimate);
 
 }  // namespace lodestone

@@ -31,7 +31,7 @@ const ConfigurationNode& magnetometer_of(const ConfigurationNode& list, const st
     if (names.back() == name) return element;
   }
   list.fail(
-      fmt::format("has no magnetometer '{}' of the platform file (it has: {}); both files must come from one "
+      fmt::format("has no magnetometer '{}' of the platform file (found: {}); both files must be from the same "
                   "simulation",
                   name, join_names(names)));
 }
@@ -58,7 +58,7 @@ CalibrationEstimate read_true_calibration(const std::string& path, const SensorS
     const ConfigurationNode& node = magnetometer_of(root.at("magnetometers"), magnetometer.name);
     const Vector3 turn =
         so3::log(magnetometer.T_imu_mag.rotation.conjugate() * read_true_pose(node.at("T_imu_mag")).rotation);
-    // Readings are matrix · Exp(−turn) · believed field. The estimator splits 1 + E into −hat(θ) and a symmetric part.
+    // Readings are matrix · Exp(−turn) · nominal field. The estimator divides 1 + E into −hat(θ) and a symmetric part.
     const Matrix3 E = read_matrix(node.at("matrix")) * so3::exp(-turn).toRotationMatrix() - Matrix3::Identity();
     const Matrix3 symmetric = 0.5 * (E + E.transpose());
     CalibrationEstimate::Magnetometer departure;

@@ -8,20 +8,20 @@
 
 namespace lodestone {
 
-/// How large the errors of an estimated calibration are beside its sigmas.
+/// Errors of an estimated calibration relative to its sigmas.
 struct CalibrationConsistency {
-  int parameters = 0;                ///< that were estimated
+  int parameters = 0;                ///< number of estimated parameters
   double nees = 0.0;                 ///< mean of (error / sigma)²; 1 is consistent, above 1 overconfident
-  std::optional<double> nees_lidar;  ///< the same of the LiDAR alone: few of many; nothing if it was not estimated
-  double prior_nees = 0.0;           ///< the same of the platform file: its error over its own sigma
+  std::optional<double> nees_lidar;  ///< the same for the LiDAR's parameters; nothing if not estimated
+  double prior_nees = 0.0;           ///< the same for the platform file: its error over its sigma
 };
 
-/// Reads the true calibration from reality.yaml as `lodestone simulate` writes it: departures from the calibration in
-/// `suite`, each as CalibrationEstimate defines it, with sigmas zero. Throws InputError where the file is broken or has
-/// no magnetometer of a name in `suite`.
+/// Reads the true calibration from reality.yaml of `lodestone simulate`: differences from the calibration in `suite`,
+/// as CalibrationEstimate defines them, with zero sigmas. Throws InputError if the file is broken or lacks a
+/// magnetometer of `suite`.
 CalibrationEstimate read_true_calibration(const std::string& path, const SensorSuite& suite);
 
-/// Compares every parameter that was estimated; nothing where there is none.
+/// Compares every estimated parameter. Nothing if there is none.
 std::optional<CalibrationConsistency> compare_calibration(const SensorSuite& suite, const CalibrationEstimate& estimate,
                                                           const CalibrationEstimate& truth);
 

@@ -17,7 +17,7 @@ constexpr double kFarSigmas = 3.0;
 constexpr const char* kAxes[] = {"x", "y", "z"};
 constexpr const char* kEntries[] = {"xx", "xy", "xz", "yy", "yz", "zz"};
 
-/// Where the platform file has a part of a sensor's calibration.
+/// The place of a part of a sensor's calibration in the platform file.
 struct CalibrationPlace {
   std::string sensor, part, unit, key, sigma_key;
 };
@@ -36,7 +36,7 @@ class CalibrationRows {
   std::vector<CalibrationRow> rows_;
 };
 
-double sigmas_off(const CalibrationRow& row) {
+double deviation_in_sigmas(const CalibrationRow& row) {
   return std::abs(row.estimate) / row.platform_sigma;
 }
 
@@ -121,14 +121,14 @@ void warn_of_calibration(const SensorSuite& suite, const CalibrationEstimate& es
   };
   std::map<std::string, Far> kinds;
   for (CalibrationRow& row : calibration_rows(suite, estimate)) {
-    if (!row.is_estimated() || !(sigmas_off(row) > kFarSigmas)) continue;
+    if (!row.is_estimated() || !(deviation_in_sigmas(row) > kFarSigmas)) continue;
     const bool of_imu = row.sensor == "gyroscope" || row.sensor == "accelerometer";
     Far& far = kinds[fmt::format("calibration.{}.{}",
                                  of_imu                  ? "imu"
                                  : row.sensor == "lidar" ? "lidar"
                                                          : "magnetometers",
                                  row.part)];
-    if (far.count++ == 0 || sigmas_off(row) > sigmas_off(far.row)) far.row = std::move(row);
+    if (far.count++ == 0 || deviation_in_sigmas(row) > deviation_in_sigmas(far.row)) far.row = std::move(row);
   }
   for (const auto& [kind, far] : kinds) {
     const CalibrationRow& row = far.row;
@@ -138,10 +138,10 @@ void warn_of_calibration(const SensorSuite& suite, const CalibrationEstimate& es
             ? ""
             : fmt::format("replace {} by the value in the results' platform.yaml if other logs agree, or ", row.key);
     warnings.add(kind,
-                 fmt::format("{}: {} is {:.3g} {}off, {:.1f} times {} ({:g}); {}state a larger {}",
+                 fmt::format("{}: {} differs by {:.3g}{} from the platform file, {:.1f} times {} ({:g}); {}increase {}",
                              row.key.empty() ? row.sensor : row.key, row.parameter, row.estimate,
-                             row.unit == "1" ? "" : row.unit + " ", sigmas_off(row), row.sigma_key, row.platform_sigma,
-                             replace, row.sigma_key),
+                             row.unit == "1" ? "" : " " + row.unit, deviation_in_sigmas(row), row.sigma_key,
+                             row.platform_sigma, replace, row.sigma_key),
                  time, far.count);
   }
 }

@@ -7,7 +7,7 @@
 
 namespace lodestone {
 
-/// What one run gave, kept for the figures and pictures at its end: about 1 kB a scan.
+/// The estimates of one run, kept in memory for figures and pictures: about 1 kB per scan.
 class EstimateRecord : public EstimateSink {
  public:
   struct Step {
@@ -34,12 +34,12 @@ class EstimateRecord : public EstimateSink {
   void smoothed(const Estimate& estimate) override { smoothed_.add(estimate); }
   void best(const Estimate& estimate) override { best_.add(estimate); }
 
-  const std::vector<Step>& steps() const { return steps_; }  ///< one a scan, of the causal estimate
+  const std::vector<Step>& steps() const { return steps_; }  ///< one per scan, of the causal estimate
   const Trajectory& best() const { return best_.trajectory; }
-  const std::vector<Matrix6>& covariances() const { return best_.covariances; }  ///< of the best
+  const std::vector<Matrix6>& covariances() const { return best_.covariances; }  ///< of the best estimate
 
   const Poses& causal_poses() const { return causal_; }
-  const Poses& smoothed_poses() const { return smoothed_; }  ///< empty where nothing refines them
+  const Poses& smoothed_poses() const { return smoothed_; }  ///< empty without a batch refinement
   const Poses& best_poses() const { return best_; }
 
  private:

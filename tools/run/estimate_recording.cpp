@@ -9,10 +9,10 @@ namespace lodestone {
 
 namespace {
 
-// The file: estimates, each after one byte for its kind; the pass as JSON; the end below.
+// File format: estimates, each after one byte for its kind; the pass as JSON; the trailer below.
 struct End {
   std::uint64_t pass_bytes = 0;
-  std::uint64_t hash = 0;  ///< of everything before
+  std::uint64_t hash = 0;  ///< of all bytes before the trailer
 };
 
 constexpr std::size_t kEntryBytes = 1 + sizeof(Estimate);
@@ -45,7 +45,7 @@ PassRecord pass_of(std::string_view text) {
     pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[3].get<Time>(),
                       entry[1].get<std::int64_t>());
     pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[4].get<Time>(),
-                      0);  // its last time
+                      0);  // time of the last occurrence
   }
   return pass;
 }

@@ -12,7 +12,7 @@
 
 namespace lodestone {
 
-/// What a pass over a log leaves beside its estimates.
+/// Results of a pass over a log in addition to its estimates.
 struct PassRecord {
   double wall_s = 0.0;
   double refine_s = 0.0;
@@ -20,9 +20,8 @@ struct PassRecord {
   WarningLog warnings;
 };
 
-/// Writes all estimates of one estimator to a file, so that `run --resume` need not estimate them again. The file
-/// appears when the estimator has ended. The file holds numbers as they lie in memory: only the program that wrote the
-/// file may read it.
+/// Writes all estimates of one estimator to a file for `run --resume`. The file appears when the estimator has ended.
+/// Numbers are stored as in memory, so that only the same program may read the file.
 class EstimateRecorder final : public EstimateSink {
  public:
   /// Throws InputError if the folder of `path` cannot be written.
@@ -32,7 +31,7 @@ class EstimateRecorder final : public EstimateSink {
   void best(const Estimate& estimate) override { write(Kind::best, estimate); }
   void smoothed(const Estimate& estimate) override { write(Kind::smoothed, estimate); }
 
-  /// The estimator has ended. Throws InputError if the disk did not take everything.
+  /// Completes the file. Throws InputError if the disk is full.
   void finish(const PassRecord& pass);
 
  private:
@@ -45,13 +44,13 @@ class EstimateRecorder final : public EstimateSink {
   std::uint64_t hash_ = kHashOfNothing;
 };
 
-/// The content of such a file.
+/// The content of a recording.
 class EstimateRecording {
  public:
   /// Nothing if there is no such file, or if the file is damaged.
   static std::optional<EstimateRecording> read(const std::filesystem::path& path);
 
-  /// Gives every estimate to `sink`, in the order in which they were recorded.
+  /// Passes every estimate to `sink`, in the recorded order.
   void replay(EstimateSink& sink) const;
 
   const PassRecord& pass() const { return pass_; }

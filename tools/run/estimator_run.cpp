@@ -24,7 +24,7 @@ namespace lodestone {
 
 namespace {
 
-/// Hands every estimate to several.
+/// Passes every estimate to several sinks.
 class ManySinks : public EstimateSink {
  public:
   explicit ManySinks(std::vector<EstimateSink*> sinks) : sinks_(std::move(sinks)) {}
@@ -69,22 +69,21 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
     if (step.diagnostics.magnetic_samples > 0 &&
         step.diagnostics.magnetic_set_aside >= step.diagnostics.magnetic_samples) {
       warnings.add("magnetometer.contradicted",
-                   "a magnetometer or several read what the rest of the array contradicts, and were "
-                   "set aside, from " +
+                   "readings of one or several magnetometers contradict the rest of the array and were "
+                   "rejected, from " +
                        format_stamp(step.time) + " s",
                    step.time);
     }
     if (step.health == Health::lost) {
-      warnings.add("run.lost", "the estimator no longer trusts its pose from " + format_stamp(step.time) + " s",
-                   step.time);
+      warnings.add("run.lost", "the estimator lost track at " + format_stamp(step.time) + " s", step.time);
     }
   }
   if (samples > 0) summary.magnetic_nis = innovations / samples;
   if (scans > 0) summary.lidar_nis = scans_nis / scans;
 }
 
-/// How late the magnetometers' stamps are, where that was estimated.
-void tell_clock(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
+/// Reports the delay of the magnetometers' stamps, if it was estimated.
+void report_clock_offset(const EstimateRecord& record, RunSummary& summary, WarningLog& warnings) {
   constexpr double kSigmas = 5.0;
   constexpr double kNotable_s = 0.003;
   if (record.steps().empty()) return;
@@ -94,51 +93,49 @@ void tell_clock(const EstimateRecord& record, RunSummary& summary, WarningLog& w
   const double late_s = std::abs(summary.clock_offset_s);
   if (summary.clock_sigma_s <= 0.0 || late_s < kSigmas * summary.clock_sigma_s || late_s < kNotable_s) return;
   warnings.add("magnetometer.clock",
-               fmt::format("the magnetometers' stamps are {:.1f} ms too {} (one sigma {:.1f} ms), which was "
-                           "estimated and taken into account",
+               fmt::format("the magnetometers' stamps are {:.1f} ms too {} (sigma {:.1f} ms); this was "
+                           "estimated and corrected",
                            1e3 * late_s, summary.clock_offset_s > 0.0 ? "late" : "early", 1e3 * summary.clock_sigma_s),
                last.time);
 }
 
-/// Stretches in which the position is known to worse than half a metre, of the best estimate.
+/// Warns of intervals in which the best estimate's position sigma exceeds half a metre.
 void warn_of_uncertainty(const EstimateRecord& record, WarningLog& warnings) {
   constexpr double kUncertain_m = 0.5;
   for (std::size_t i = 0; i < record.best().size(); ++i) {
     const double variance = record.covariances()[i].diagonal().tail<3>().maxCoeff();
     if (variance < kUncertain_m * kUncertain_m) continue;
     const Time time = record.best()[i].time;
-    warnings.add(
-        "run.uncertain",
-        fmt::format("the position is known to worse than {} m (one sigma) from {} s", kUncertain_m, format_stamp(time)),
-        time);
+    warnings.add("run.uncertain",
+                 fmt::format("the position's sigma exceeds {} m from {} s", kUncertain_m, format_stamp(time)), time);
   }
 }
 
-/// The error of every pose that the truth knows.
+/// Writes the error of every pose with ground truth.
 void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const std::filesystem::path& path) {
   std::vector<Matrix6> covariances;
   for (const PosePair& pair : pairs) covariances.push_back(record.covariances()[pair.estimate_index]);
   write_errors(path, error_rows(pairs, covariances));
 }
 
-/// What the log says of the calibration, and the platform file of a next run.
+/// Writes the estimated calibration, and the platform file for the next run.
 void keep_calibration(const EstimatorRun& run, const CalibrationEstimate& calibration, const std::string& mark,
                       bool lost) {
   const SensorSuite& suite = *run.field.suite;
   write_calibration(run.folder / "calibration.csv", suite, calibration);
   if (run.platform == nullptr || lost) return;
   const std::string comment = fmt::format(
-      "Made from {} by `lodestone run`: the calibration that {} estimated from {}.\n"
+      "From {}, with the calibration that `lodestone run` estimated with {} from {}.\n"
       "{}"
-      "calibration.csv beside this file lists the changes. Each calibration sigma is the largest that is left of its "
+      "calibration.csv in this folder lists the changes. Each calibration sigma is the largest remaining sigma of its "
       "axes and sensors.\n"
-      "For other logs: a second run over the same log would count that log twice.",
+      "Use this file for other logs. A second run over the same log would use its data twice.",
       run.platform->file_name(), run.name, run.log, mark.empty() ? "" : mark + "\n");
   save_platform(calibrated_platform(*run.platform, suite, calibration), (run.folder / "platform.yaml").string(),
                 comment);
 }
 
-/// One pass: reads bundle after bundle and feeds the estimator, or a recording of its estimates.
+/// One pass over the log: feeds an estimator with bundles, or replays a recording of its estimates.
 class Pass {
  public:
   Pass(const EstimatorRun& run, Clock::time_point start, OpenedLog log, EstimateSink& results, WarningLog& warnings)
@@ -150,8 +147,8 @@ class Pass {
         readings_(run.field.map != nullptr ? run.field.suite->magnetometers.size() : 0),
         sinks_({&results}) {}
 
-  /// From the first bundle to the last. Returns whether a signal ended the pass.
-  bool work_off() {
+  /// From the first bundle to the last. True if a signal ended the pass.
+  bool process_log() {
     if (run_.resume && !run_.recording.empty()) recording_ = EstimateRecording::read(run_.recording);
     if (!recording_ && !run_.recording.empty()) record();
     Progress progress(recording_ ? run_.name + ", reading again" : run_.name, log_.begin, log_.end);
@@ -167,16 +164,16 @@ class Pass {
       if (interrupt_requested()) return true;
     }
     if (!estimator_)
-      throw InputError("the log holds no scan between its first and last IMU sample; nothing to estimate");
+      throw InputError("the log has no scan between its first and last IMU sample; an estimate requires one");
     return false;
   }
 
-  /// Hands out what is left; `refine_s` and `wall_s` are known from then on.
+  /// Outputs the remaining estimates. Sets `refine_s` and `wall_s`.
   void finish() {
     const auto worked_off = Clock::now();
     if (recording_) {
       recording_->replay(results_);
-      warnings_ = recording_->pass().warnings;  // with those of the estimator
+      warnings_ = recording_->pass().warnings;  // includes the estimator's warnings
       record_ = recording_->pass();
       return;
     }
@@ -187,7 +184,7 @@ class Pass {
     record_ = {seconds_since(start_), seconds_since(worked_off), peak_memory_mb(), warnings_};
   }
 
-  /// The estimator has ended: keeps its estimates for --resume. If the disk does not take them, the run goes on.
+  /// Completes the recording for --resume. If the disk is full, the run continues without it.
   void keep() {
     if (recorder_ == nullptr) return;
     try {
@@ -200,7 +197,7 @@ class Pass {
   bool replayed() const { return recording_.has_value(); }
   bool began() const { return estimator_ != nullptr; }
   std::string solver() const { return estimator_->solver(); }
-  /// Null: not estimated, or written by the call that is replayed.
+  /// Null if the calibration is not estimated, or if a replay keeps the file of the earlier call.
   const CalibrationEstimate* calibration() const { return recording_ ? nullptr : estimator_->calibration(); }
   std::int64_t scans() const { return scans_; }
   Time first_start() const { return first_start_; }
@@ -248,7 +245,7 @@ class Pass {
   std::int64_t scans_ = 0;
   Time first_start_ = 0;
   Time last_end_ = 0;
-  std::optional<EstimateRecording> recording_;  // of a call before, which is replayed
+  std::optional<EstimateRecording> recording_;  // of an earlier call, to be replayed
   std::unique_ptr<EstimateRecorder> recorder_;  // of this pass
   ManySinks sinks_;
   PassRecord record_;
@@ -270,7 +267,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   std::optional<InputError> failure;
   Pass pass(run, start, std::move(log), sinks, warnings);
   try {
-    if (pass.work_off()) summary.status = RunStatus::interrupted;
+    if (pass.process_log()) summary.status = RunStatus::interrupted;
   } catch (const InputError& error) {
     if (!pass.began()) throw;
     failure = error;
@@ -279,7 +276,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   pass.finish();
   outcome.replayed = pass.replayed();
   summary.refine_s = pass.record_of_pass().refine_s;
-  // A signal ends a refinement, too.
+  // A signal also ends a refinement.
   if (summary.status == RunStatus::done && run.refines && interrupt_requested())
     summary.status = RunStatus::interrupted;
   const bool whole = summary.status == RunStatus::done;
@@ -288,7 +285,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   const Time last_end = pass.last_end();
   summary.duration_s = to_seconds(last_end - pass.first_start());
   count_steps(outcome.record, summary, warnings);
-  tell_clock(outcome.record, summary, warnings);
+  report_clock_offset(outcome.record, summary, warnings);
   warn_of_uncertainty(outcome.record, warnings);
   const auto& steps = outcome.record.steps();
   if (summary.status == RunStatus::done && !steps.empty() && steps.back().health == Health::lost) {
@@ -325,7 +322,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   if (summary.truth) write_errors_of(outcome.record, summary.truth->pairs, run.folder / "errors.csv");
   if (summary.truth && summary.truth->pairs.empty()) {
-    warnings.add("run.truth", "no pose of the estimate lies within the truth's time; both must use one clock",
+    warnings.add("run.truth", "no pose of the estimate is within the time of the ground truth; both must use one clock",
                  last_end);
   }
   summary.warnings = warnings;

@@ -13,8 +13,8 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kTellingOffset_ut = 0.5;  // smaller ones are taken off without a word
-constexpr double kTooMuchStale = 0.5;      // share of the cells from which on the map need not be what is wrong
+constexpr double kReportedOffset_ut = 0.5;   // smaller offsets are subtracted without a warning
+constexpr double kDoubtfulStaleShare = 0.5;  // share of stale cells above which the map may not be the cause
 
 /// Sums over one scan's readings.
 struct RowSums {
@@ -23,7 +23,7 @@ struct RowSums {
   Vector3 position = Vector3::Zero();
   Vector3 difference = Vector3::Zero();
   double size = 0.0;
-  double alike = 0.0;  // variance, a component, of what is alike for neighbours
+  double correlated = 0.0;  // variance per component of errors that are correlated between neighbours
   double noise = 0.0;
 
   void add(const FieldDifference& one) {
@@ -31,12 +31,12 @@ struct RowSums {
     position += one.position;
     difference += one.difference_ut;
     size += one.difference_ut.norm();
-    alike += one.map_variance + one.pose_variance.trace() / 3.0;
+    correlated += one.map_variance + one.pose_variance.trace() / 3.0;
     noise += one.noise_variance;
   }
 };
 
-/// The estimator's weight of magnetic samples at `time`; `next` is where to look from on.
+/// The estimator's weight of magnetic samples at `time`. The search begins at `next`, which is advanced.
 double weight_at(const std::vector<EstimateRecord::Step>& steps, Time time, std::size_t& next) {
   while (next < steps.size() && steps[next].time < time) ++next;
   if (next == steps.size() || steps[next].time != time || steps[next].diagnostics.magnetic_samples == 0)
@@ -56,7 +56,8 @@ std::vector<FieldRow> field_rows(const FieldComparison& comparison, const std::v
       row.position = sums.position / sums.count;
       row.mean_size_ut = sums.size / sums.count;
       row.difference_ut = sums.difference / sums.count;
-      row.sigma_ut = std::sqrt(sums.alike / sums.count + sums.noise / (static_cast<double>(sums.count) * sums.count));
+      row.sigma_ut =
+          std::sqrt(sums.correlated / sums.count + sums.noise / (static_cast<double>(sums.count) * sums.count));
       row.weight = weight_at(record.steps(), row.time, next_step);
       rows.push_back(row);
     }
@@ -78,26 +79,27 @@ void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog
     const MagnetometerOffset& offset = stale.offsets[j];
     const std::string& name = suite.magnetometers[j].name;
     if (offset.odd) {
-      warnings.add(
-          "field.odd_magnetometer",
-          fmt::format("{} differs from the map by {:.1f} uT from place to place, far more than the others: stuck, "
-                      "drifting or loose; left out of the stale-map report",
-                      name, offset.spread_ut),
-          time);
-    } else if (offset.offset_ut.norm() > kTellingOffset_ut) {
+      warnings.add("field.odd_magnetometer",
+                   fmt::format("{}: its difference from the map varies by {:.1f} uT along the path, far more than for "
+                               "the others: stuck, "
+                               "drifting or loose; not used in the stale-map report",
+                               name, offset.spread_ut),
+                   time);
+    } else if (offset.offset_ut.norm() > kReportedOffset_ut) {
       warnings.add(
           "field.offset",
-          fmt::format("{} reads ({:.2f} {:.2f} {:.2f}) uT beside the map all along the drive: hard iron, drift or a "
-                      "map made with it; taken off in the stale-map report",
-                      name, offset.offset_ut.x(), offset.offset_ut.y(), offset.offset_ut.z()),
+          fmt::format(
+              "{} differs by ({:.2f} {:.2f} {:.2f}) uT from the map along the whole path: hard iron, drift or a "
+              "map built with this offset; subtracted in the stale-map report",
+              name, offset.offset_ut.x(), offset.offset_ut.y(), offset.offset_ut.z()),
           time);
     }
   }
   const std::size_t count = stale.stale_cells();
-  if (static_cast<double>(count) > kTooMuchStale * static_cast<double>(stale.cells.size())) {
+  if (static_cast<double>(count) > kDoubtfulStaleShare * static_cast<double>(stale.cells.size())) {
     warnings.add("field.disagrees",
-                 fmt::format("the field disagrees with the map in {} of {} cells driven through: the trajectory, the "
-                             "calibration or the choice of the map is as likely to be wrong as the map itself",
+                 fmt::format("the field differs from the map in {} of {} visited cells: trajectory, "
+                             "calibration or choice of the map may be wrong instead of the map",
                              count, stale.cells.size()),
                  time);
   }
@@ -105,12 +107,12 @@ void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog
 
 }  // namespace
 
-FieldReport report_field(const FieldMaterial& material, const ArrayLog& readings, const EstimateRecord& record,
+FieldReport report_field(const FieldReportInputs& inputs, const ArrayLog& readings, const EstimateRecord& record,
                          WarningLog& warnings) {
-  const MagneticOptions& magnetic = material.options->magnetic;
-  FieldComparison comparison{readings, *material.suite, record.best(), record.covariances(), {}, {}};
-  comparison.map = [&](const Vector3& position) { return material.map->query(position, magnetic.interpolation); };
-  const std::vector<double>& heights = material.map->grid().heights_m;
+  const MagneticOptions& magnetic = inputs.options->magnetic;
+  FieldComparison comparison{readings, *inputs.suite, record.best(), record.covariances(), {}, {}};
+  comparison.map = [&](const Vector3& position) { return inputs.map->query(position, magnetic.interpolation); };
+  const std::vector<double>& heights = inputs.map->grid().heights_m;
   if (heights.size() == 1) comparison.only_height_m = heights.front();
   comparison.map_sigma_floor_ut = magnetic.map_sigma_floor_ut;
   for (const EstimateRecord::Step& step : record.steps()) {
@@ -120,9 +122,9 @@ FieldReport report_field(const FieldMaterial& material, const ArrayLog& readings
     }
   }
   FieldReport report;
-  report.stale = find_stale_places(comparison, material.options->report.stale_map);
+  report.stale = find_stale_places(comparison, inputs.options->report.stale_map);
   report.rows = field_rows(comparison, report.stale.offsets, record);
-  warn(report.stale, *material.suite, record.best().empty() ? 0 : record.best().front().time, warnings);
+  warn(report.stale, *inputs.suite, record.best().empty() ? 0 : record.best().front().time, warnings);
   return report;
 }
 
@@ -161,10 +163,10 @@ void write_field_report(const std::filesystem::path& folder, const FieldReport& 
 }
 
 std::string stale_map_text(const std::string& estimator, const StaleMap& stale) {
-  if (stale.cells.empty()) return fmt::format("Stale map ({}): the drive met no field of the map\n", estimator);
+  if (stale.cells.empty()) return fmt::format("Stale map ({}): the map has no field along the path\n", estimator);
   std::string text = fmt::format(
-      "Stale map ({}): {} place{} ({} of {} cells of {:g} m driven through) where the field disagrees with the map\n"
-      "  probability of false alarm {:g} a cell: {:.1f} cells of this drive by chance\n",
+      "Stale map ({}): {} place{} ({} of {} visited cells of {:g} m) where the field differs from the map\n"
+      "  probability of false alarm {:g} per cell: {:.1f} cells by chance\n",
       estimator, stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.stale_cells(), stale.cells.size(),
       stale.options.cell_m, stale.options.false_alarm_probability, stale.expected_false_alarms());
   if (stale.places.empty()) return text;

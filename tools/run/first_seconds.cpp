@@ -15,14 +15,14 @@ namespace lodestone {
 
 namespace {
 
-/// Errors that a run may survive all the same: it drops, weighs down or bridges what they tell of, a start that is off
-/// is drawn in, and a few seconds of motion say less of a direction than a map does.
+/// Errors that do not refuse a run: the run discards, down-weights or bridges the data, corrects the initial pose, or a
+/// few seconds of motion are less reliable than the map.
 constexpr std::array<std::string_view, 9> kSurvived{
     "imu.stamp_zero",    "lidar.stamp_zero",   "magnetometer.stamp_zero",
     "magnetometer.zero", "extrinsic.rotation", "extrinsic.heading",
     "start.no_overlap",  "start.tilt",         "start.wrong"};
 
-/// What the reader, the synchronizer and the estimators count themselves, along the whole log.
+/// Kinds that reader, synchronizer and estimators count along the whole log.
 constexpr std::array<std::string_view, 11> kCounted{"imu.stamp_order",
                                                     "lidar.stamp_order",
                                                     "magnetometer.stamp_order",
@@ -42,7 +42,7 @@ bool is_among(const Kinds& kinds, const std::string& kind) {
 
 bool ends_a_run(const Finding& finding, const LogSample& sample) {
   if (finding.severity != Severity::error || is_among(kSurvived, finding.kind)) return false;
-  // Points that all have one time are no fault of a robot that stands, or of a driver that takes the motion out itself.
+  // Equal times of all points are valid for a robot at rest and for deskewed scans.
   if (finding.kind == "lidar.point_time") {
     return std::any_of(sample.lidars.begin(), sample.lidars.end(),
                        [](const LidarSample& lidar) { return lidar.refused_cloud.has_value(); });
@@ -59,7 +59,7 @@ std::string line_of(const Finding& finding, const std::string& log) {
   return without_path(finding.seen, log) + (finding.change.empty() ? "" : "; " + finding.change);
 }
 
-Findings look(const FirstSeconds& run, const LogSample& sample) {
+Findings run_checks(const FirstSeconds& run, const LogSample& sample) {
   Findings findings = check_sensors(sample, run.platform, run.sensors);
   if (has_error(findings) || !run.sensors.lidar || sample.imu.empty() || sample.scans().empty()) return findings;
   const std::vector<ScanOdometry> odometry = follow_all_scans(sample, run.platform);
@@ -68,7 +68,7 @@ Findings look(const FirstSeconds& run, const LogSample& sample) {
   try {
     if (!odometry.front().poses.empty()) start = run.start_at(odometry.front().poses.front().time);
   } catch (const InputError&) {
-    // The run says it where it needs the start.
+    // The run itself reports the error of the initial pose.
   }
   if (start && run.planes != nullptr && !has_error(findings)) {
     append(findings, check_initial_pose({sample, run.platform, odometry.front(), *run.planes, *start, nullptr}));
@@ -79,13 +79,13 @@ Findings look(const FirstSeconds& run, const LogSample& sample) {
 }  // namespace
 
 void check_first_seconds(const FirstSeconds& run, WarningLog& warnings) {
-  WarningLog unheard;  // the run's own reading says it again
-  const LogSample sample = read_log_sample(run.log, run.platform, run.seconds, unheard, run.sensors);
-  const Findings findings = look(run, sample);
+  WarningLog ignored;  // the run reports these warnings itself
+  const LogSample sample = read_log_sample(run.log, run.platform, run.seconds, ignored, run.sensors);
+  const Findings findings = run_checks(run, sample);
   for (const Finding& finding : findings) {
     if (!ends_a_run(finding, sample)) continue;
-    BagSource(run.log, run.platform, unheard, run.sensors);  // what the reader refuses it says better
-    throw InputError(fmt::format("{}: {}: {}; --check-seconds 0 runs all the same", run.log, finding.kind,
+    BagSource(run.log, run.platform, ignored, run.sensors);  // the reader's own error is more specific
+    throw InputError(fmt::format("{}: {}: {}; --check-seconds 0 skips this check", run.log, finding.kind,
                                  line_of(finding, run.log)));
   }
   for (const Finding& finding : findings) {

@@ -12,19 +12,18 @@
 
 namespace lodestone {
 
-/// What a run can have looked at before it begins.
+/// Inputs of the check before a run.
 struct FirstSeconds {
   std::string log;
   const Platform& platform;
   SensorChoice sensors;
-  double seconds = 0.0;                               ///< of the log's begin
+  double seconds = 0.0;                               ///< duration of the checked part
   std::shared_ptr<const PlaneMapSource> planes;       ///< may be null
-  std::function<std::optional<Pose>(Time)> start_at;  ///< T_map_imu where a start is given; may throw InputError
+  std::function<std::optional<Pose>(Time)> start_at;  ///< T_map_imu, if an initial pose is given; may throw InputError
 };
 
-/// The quick checks of `lodestone check` (docs/user/check.md) on a log's first seconds. Throws InputError for what
-/// makes a run wrong beyond doubt; what a run would be worse for is counted as check.KIND, unless the run itself counts
-/// it.
+/// The quick checks of `lodestone check` (docs/user/check.md) on a log's first seconds. Throws InputError for errors
+/// that certainly make a run wrong. Other findings are counted as check.KIND, except those that the run itself counts.
 void check_first_seconds(const FirstSeconds& run, WarningLog& warnings);
 
 }  // namespace lodestone

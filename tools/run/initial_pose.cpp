@@ -26,8 +26,8 @@ Pose parse_initial_pose(const std::string& text) {
   }
   if (std::abs(rotation.norm() - 1.0) > 1e-2) {
     throw InputError(
-        fmt::format("--initial-pose: the quaternion \"qx qy qz qw\" has length {:.4f} instead of 1; without a "
-                    "turn it is 0 0 0 1",
+        fmt::format("--initial-pose: the quaternion \"qx qy qz qw\" has length {:.4f} instead of 1; without "
+                    "rotation, use 0 0 0 1",
                     rotation.norm()));
   }
   return {rotation.normalized(), {v[0], v[1], v[2]}};
@@ -39,7 +39,8 @@ Pose initial_pose_from(const Trajectory& trajectory, const std::string& path, Ti
   const Time wait = trajectory.front().time - time;
   if (wait > 0 && wait < kEarliest) return trajectory.front().pose;
   throw InputError(fmt::format(
-      "{}: no pose at the log's begin, {} s: it spans {} s to {} s; --initial-pose-from takes a "
+      "{}: there is no pose at the log's begin, {} s; the trajectory spans {} s to {} s; --initial-pose-from requires "
+      "a "
       "trajectory with the log's clock",
       path, format_stamp(time), format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
 }

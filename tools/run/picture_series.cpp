@@ -10,7 +10,7 @@ namespace lodestone {
 
 namespace {
 
-/// The part of the truth that belongs to the log: a survey of the whole day would make the picture too wide.
+/// The part of the ground truth during the log. A ground truth of a whole day would make the picture too wide.
 Trajectory during(const Trajectory& truth, const std::vector<PictureSeries>& series) {
   Trajectory part;
   for (const PictureSeries& one : series) {

@@ -10,7 +10,7 @@
 #include "frontends/configuration/number_text.h"
 #include "frontends/logs/csv/csv_text.h"
 
-// OpenBLAS and BLIS are chosen at installation by Debian's alternatives: neither may be there.
+// Debian's alternatives select OpenBLAS or BLIS at installation. Either may be absent.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 extern "C" void bli_thread_set_num_threads(long) __attribute__((weak));
 
@@ -24,7 +24,7 @@ double peak_memory_mb() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
     const std::vector<std::string_view> words = split_cells(line, ' ');
-    double kib = 0.0;  // the kernel's kB
+    double kib = 0.0;  // in kB of the kernel (1024 bytes)
     if (words.size() == 3 && words[0] == "VmHWM:" && parse_number(words[1], kib)) return kib * 1.024e-3;
   }
   rusage usage{};

@@ -24,12 +24,12 @@ fs::path checkpoint_folder(const RunCall& call) {
   return fs::path(call.out) / "checkpoint";
 }
 
-/// What the recordings beside it were made from.
+/// Identity of the call that made the recordings.
 fs::path identity_file(const RunCall& call) {
   return checkpoint_folder(call) / "call.json";
 }
 
-/// The exit code of a call of this identity that ended whole.
+/// The exit code of a complete call with this identity.
 std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity& identity) {
   const fs::path summary = fs::path(call.out) / "summary.json";
   if (fs::exists(checkpoint_folder(call)) || !fs::exists(summary)) return std::nullopt;
@@ -43,7 +43,7 @@ std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity&
   return std::nullopt;
 }
 
-/// What a killed process had written aside, wherever a run writes.
+/// Removes temporary files of a killed process from all folders of a run.
 void remove_leftovers(const RunCall& call) {
   const fs::path out(call.out);
   std::vector<fs::path> folders{out, out / "pictures", out / "overview", checkpoint_folder(call)};
@@ -64,7 +64,7 @@ fs::path recording_of(const RunCall& call, const std::string& estimator) {
 
 namespace {
 
-/// Of a call that did not end; nothing if there is none.
+/// Identity of an unfinished call; nothing if there is none.
 std::optional<RunIdentity> unfinished_identity(const RunCall& call) {
   const fs::path file = identity_file(call);
   if (!fs::exists(file)) return std::nullopt;
@@ -72,18 +72,18 @@ std::optional<RunIdentity> unfinished_identity(const RunCall& call) {
   try {
     return json.get<RunIdentity>();
   } catch (const nlohmann::json::exception&) {
-    throw InputError(fmt::format("{}: damaged; run without --resume to begin anew", file.string()));
+    throw InputError(fmt::format("{}: the file is damaged; run without --resume to begin again", file.string()));
   }
 }
 
-void say_what_is_kept(const RunCall& call) {
+void print_kept_estimators(const RunCall& call) {
   bool any = false;
   for (const std::string& name : call.estimators) {
     if (!EstimateRecording::read(recording_of(call, name))) continue;
-    std::printf("%s: had ended; its estimates are kept\n", name.c_str());
+    std::printf("%s: finished; its estimates are kept\n", name.c_str());
     any = true;
   }
-  if (!any) std::printf("%s: no estimator had ended; the run begins anew\n", call.out.c_str());
+  if (!any) std::printf("%s: no estimator has finished; the run begins again\n", call.out.c_str());
 }
 
 }  // namespace
@@ -91,17 +91,17 @@ void say_what_is_kept(const RunCall& call) {
 std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& identity) {
   if (call.resume) {
     if (const auto code = code_of_whole_results(call, identity)) {
-      std::printf("%s: the results are whole already; nothing is left to resume\n", call.out.c_str());
+      std::printf("%s: the results are complete; nothing to resume\n", call.out.c_str());
       return code;
     }
     if (const auto written = unfinished_identity(call)) {
       if (const std::string difference = difference_between(*written, identity); !difference.empty()) {
-        throw InputError(fmt::format("{}: this call cannot be resumed: {}; run without --resume to begin anew",
+        throw InputError(fmt::format("{}: this call cannot be resumed: {}; run without --resume to begin again",
                                      call.out, difference));
       }
-      say_what_is_kept(call);
+      print_kept_estimators(call);
     } else {
-      std::printf("%s: nothing to resume; the run begins anew\n", call.out.c_str());
+      std::printf("%s: nothing to resume; the run begins again\n", call.out.c_str());
       remove_recordings(call);
     }
   } else {
@@ -125,9 +125,9 @@ void remove_recordings(const RunCall& call) {
         entry.path().extension() == ".estimates" &&
         std::find(estimators.begin(), estimators.end(), entry.path().stem().string()) != estimators.end();
     if (!recording && entry.path() != identity_file(call) && !is_aside_name(name)) {
-      throw InputError(fmt::format(
-          "{}: this file is not of a run, and the run empties its folder; move the file, or choose another --out",
-          entry.path().string()));
+      throw InputError(
+          fmt::format("{}: no run wrote this file, but the run would delete it; move the file, or choose another --out",
+                      entry.path().string()));
     }
     ours.push_back(entry.path());
   }
@@ -135,7 +135,8 @@ void remove_recordings(const RunCall& call) {
   for (const fs::path& each : ours) {
     std::error_code error;
     fs::remove(each, error);
-    if (error) throw InputError(fmt::format("{}: cannot be removed: {}", each.string(), error.message()));
+    if (error)
+      throw InputError(fmt::format("{}: cannot be removed: {}; check its permissions", each.string(), error.message()));
   }
 }
 

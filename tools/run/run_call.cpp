@@ -23,14 +23,14 @@
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/report/overview.h"
-#include "tools/run/automatic_start.h"
+#include "tools/run/automatic_initialization.h"
 #include "tools/run/bound_run.h"
 #include "tools/run/estimator_run.h"
 #include "tools/run/first_seconds.h"
 #include "tools/run/initial_pose.h"
+#include "tools/run/output_folder_check.h"
 #include "tools/run/picture_series.h"
 #include "tools/run/resources.h"
-#include "tools/run/results_apart.h"
 #include "tools/run/resumption.h"
 #include "tools/run/stale_results.h"
 #include "tools/writers/output_file.h"
@@ -39,18 +39,18 @@ namespace lodestone {
 
 namespace {
 
-/// Everything that the estimators of one call share.
-struct RunMaterial {
+/// Data that all estimators of one call share.
+struct RunInputs {
   Platform platform;
-  Platform stated;  ///< the platform file's: all magnetometers, its own range
+  Platform platform_file;  ///< unchanged: all magnetometers, its own range
   RunOptions options;
   std::shared_ptr<const PlaneMapSource> planes;
   std::shared_ptr<const MagneticMap> field;
   Trajectory truth;
   std::optional<CalibrationEstimate> true_calibration;
-  Trajectory start;
+  Trajectory initial_poses;  ///< of --initial-pose-from
   SensorChoice sensors;
-  std::optional<AutomaticStart> found;  ///< with --initial-pose auto
+  std::optional<AutomaticInitialization> found;  ///< with --initial-pose auto
 };
 
 bool is_automatic(const RunCall& call) {
@@ -68,7 +68,7 @@ void check_call(const RunCall& call) {
     if (!seen.insert(name).second) throw InputError(fmt::format("--estimator: '{}' is named twice", name));
   }
   if (call.cloud.empty() && call.magnetic.empty()) {
-    throw InputError("no map: give --cloud MAP.pcd, --magnetic FIELD.yaml, or both");
+    throw InputError("no map: set --cloud MAP.pcd, --magnetic FIELD.yaml, or both");
   }
   if (call.max_range_m && !(*call.max_range_m > 0.0)) {
     throw InputError(fmt::format("--max-range: expected metres above 0, found {}", *call.max_range_m));
@@ -79,131 +79,131 @@ void check_call(const RunCall& call) {
   if (!(call.check_seconds >= 0.0)) {
     throw InputError(fmt::format("--check-seconds: expected seconds, or 0 for none, found {}", call.check_seconds));
   }
-  if (call.bound && call.truth.empty()) throw InputError("--bound: it holds at the true trajectory; give --truth too");
+  if (call.bound && call.truth.empty()) throw InputError("--bound: requires the ground truth; add --truth");
   if (is_automatic(call) && call.cloud.empty()) {
     throw InputError(
-        "--initial-pose auto: expected --cloud MAP.pcd, found a magnetic map alone, in which places repeat; "
-        "add the cloud map or give the start's pose");
+        "--initial-pose auto: expected --cloud MAP.pcd, found only a magnetic map, in which places repeat; "
+        "add the cloud map or set an initial pose");
   }
   if (!call.initial_pose.empty() && !is_automatic(call)) parse_initial_pose(call.initial_pose);
   if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
   check_folder(call.out);
-  check_results_apart(call);
+  check_output_folder(call);
 }
 
-/// Everything but the maps.
-RunMaterial load_small_files(const RunCall& call) {
-  RunMaterial material;
+/// All inputs except the maps.
+RunInputs load_small_files(const RunCall& call) {
+  RunInputs inputs;
   std::vector<std::string> settings = call.settings;
   if (!call.refine.empty()) settings.push_back("smoother.refine=" + call.refine);
-  load_options(load_configuration(call.configurations, settings), material.options);
-  material.stated = load_platform(call.platform);
-  material.platform = material.stated;
-  if (!call.magnetic.empty()) choose_magnetometers(material.options.magnetic.magnetometers, material.platform);
+  load_options(load_configuration(call.configurations, settings), inputs.options);
+  inputs.platform_file = load_platform(call.platform);
+  inputs.platform = inputs.platform_file;
+  if (!call.magnetic.empty()) choose_magnetometers(inputs.options.magnetic.magnetometers, inputs.platform);
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
-    throw InputError(
-        "--refine: none of the estimators chosen can be refined; expected smoother or magnetic among them");
+    throw InputError("--refine: no chosen estimator supports it; add smoother or magnetic to --estimator");
   }
-  if (call.max_range_m) material.platform.suite.lidar.max_range_m = *call.max_range_m;
-  if (!call.truth.empty()) material.truth = read_trajectory(call.truth);
+  if (call.max_range_m) inputs.platform.suite.lidar.max_range_m = *call.max_range_m;
+  if (!call.truth.empty()) inputs.truth = read_trajectory(call.truth);
   if (!call.calibration_truth.empty()) {
-    material.true_calibration = read_true_calibration(call.calibration_truth, material.platform.suite);
+    inputs.true_calibration = read_true_calibration(call.calibration_truth, inputs.platform.suite);
   }
-  if (!call.initial_pose_from.empty()) material.start = read_trajectory(call.initial_pose_from);
-  material.sensors.lidar = !call.cloud.empty();
-  material.sensors.magnetometers = !call.magnetic.empty();
-  return material;
+  if (!call.initial_pose_from.empty()) inputs.initial_poses = read_trajectory(call.initial_pose_from);
+  inputs.sensors.lidar = !call.cloud.empty();
+  inputs.sensors.magnetometers = !call.magnetic.empty();
+  return inputs;
 }
 
-void load_maps(const RunCall& call, RunMaterial& material, WarningLog& warnings) {
+void load_maps(const RunCall& call, RunInputs& inputs, WarningLog& warnings) {
   if (!call.cloud.empty()) {
     const LoadedPlanes loaded =
-        load_planes(call.cloud, material.options.lidar.map, material.platform.suite.lidar, call.out, warnings);
-    material.planes = loaded.source;
+        load_planes(call.cloud, inputs.options.lidar.map, inputs.platform.suite.lidar, call.out, warnings);
+    inputs.planes = loaded.source;
     std::printf("%s: %s\n", call.cloud.c_str(), loaded.description.c_str());
   } else {
-    std::printf("no --cloud: LiDAR is left out, the run is magnetic-inertial\n");
+    std::printf("no --cloud: LiDAR is not used, the run is magnetic-inertial\n");
   }
   if (!call.magnetic.empty()) {
-    material.field =
-        std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, material.options.magnetic.map.max_bytes()));
-    if (material.platform.magnetometers.empty()) {
-      throw InputError(
-          fmt::format("{}: it has no magnetometers, which --magnetic is for; add them under 'magnetometers', or leave "
-                      "--magnetic out",
-                      material.platform.file_name()));
+    inputs.field =
+        std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, inputs.options.magnetic.map.max_bytes()));
+    if (inputs.platform.magnetometers.empty()) {
+      throw InputError(fmt::format(
+          "{}: there are no magnetometers, but --magnetic requires them; add them under 'magnetometers', or "
+          "omit --magnetic",
+          inputs.platform.file_name()));
     }
-    const FieldGrid& grid = material.field->grid();
+    const FieldGrid& grid = inputs.field->grid();
     std::printf("%s: %d x %d nodes of %g m, %zu layer%s\n", call.magnetic.c_str(), grid.columns, grid.rows,
                 grid.resolution_m, grid.heights_m.size(), grid.heights_m.size() == 1 ? "" : "s");
   } else {
-    std::printf("no --magnetic: magnetometers are left out, the run is LiDAR-inertial\n");
+    std::printf("no --magnetic: magnetometers are not used, the run is LiDAR-inertial\n");
   }
 }
 
-/// `lodestone check` in small, on the log's begin.
-void check_begin(const RunCall& call, const RunMaterial& material, WarningLog& warnings) {
+/// The quick part of `lodestone check` on the first seconds of the log.
+void check_begin(const RunCall& call, const RunInputs& inputs, WarningLog& warnings) {
   if (call.check_seconds == 0.0) return;
   const auto start_at = [&](Time time) -> std::optional<Pose> {
     if (is_automatic(call) || (call.initial_pose.empty() && call.initial_pose_from.empty())) return std::nullopt;
     if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
-    return initial_pose_from(material.start, call.initial_pose_from, time);
+    return initial_pose_from(inputs.initial_poses, call.initial_pose_from, time);
   };
-  check_first_seconds({call.log, material.platform, material.sensors, call.check_seconds, material.planes, start_at},
+  check_first_seconds({call.log, inputs.platform, inputs.sensors, call.check_seconds, inputs.planes, start_at},
                       warnings);
 }
 
-/// A start that no map reaches can only fail: better said at once.
-void check_start(const RunCall& call, const RunMaterial& material, const Pose& pose, Time time, WarningLog& warnings) {
+/// An initial pose outside the cloud map can only fail, and is refused before the run.
+void check_within_map(const RunCall& call, const RunInputs& inputs, const Pose& pose, Time time, WarningLog& warnings) {
   const Vector3& p = pose.position;
-  if (material.planes != nullptr) {
-    const double reach = material.platform.suite.lidar.max_range_m;
-    const auto map = material.planes->around(p);
+  if (inputs.planes != nullptr) {
+    const double reach = inputs.platform.suite.lidar.max_range_m;
+    const auto map = inputs.planes->around(p);
     const bool seen = std::any_of(map->planes().begin(), map->planes().end(), [&](const Plane& plane) {
       return (plane.center.cast<double>() - p).squaredNorm() < reach * reach;
     });
     if (!seen) {
-      throw InputError(
-          fmt::format("{}: no plane of this map within the LiDAR's {} m of the start ({:.2f} {:.2f} {:.2f}); "
-                      "check --initial-pose and the map's frame",
-                      call.cloud, reach, p.x(), p.y(), p.z()));
+      throw InputError(fmt::format(
+          "{}: this map has no plane within the LiDAR's range of {} m of the initial pose ({:.2f} {:.2f} {:.2f}); "
+          "check --initial-pose and the map's frame",
+          call.cloud, reach, p.x(), p.y(), p.z()));
     }
   }
-  if (material.field != nullptr && !material.field->query(p, FieldInterpolation::bilinear)) {
+  if (inputs.field != nullptr && !inputs.field->query(p, FieldInterpolation::bilinear)) {
     warnings.add("run.start_off_field",
-                 fmt::format("the start ({:.2f} {:.2f} {:.2f}) has no field in {}", p.x(), p.y(), p.z(), call.magnetic),
+                 fmt::format("at the initial pose ({:.2f} {:.2f} {:.2f}) there is no field in {}", p.x(), p.y(), p.z(),
+                             call.magnetic),
                  time);
   }
 }
 
-Pose find_start(const RunCall& call, const RunMaterial& material, Time time, WarningLog& warnings) {
-  if (material.found) return material.found->T_map_imu;
+Pose choose_initial_pose(const RunCall& call, const RunInputs& inputs, Time time, WarningLog& warnings) {
+  if (inputs.found) return inputs.found->T_map_imu;
   if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
-  if (!call.initial_pose_from.empty()) return initial_pose_from(material.start, call.initial_pose_from, time);
+  if (!call.initial_pose_from.empty()) return initial_pose_from(inputs.initial_poses, call.initial_pose_from, time);
   warnings.add("run.initial_pose",
-               "none given: the map's origin is taken; --initial-pose or --initial-pose-from says better", time);
+               "there is no initial pose: the map's origin is used; set --initial-pose or --initial-pose-from", time);
   return {};
 }
 
-/// The bag and the synchronizer over it, alive as long as the function that reads them.
+/// The log and its synchronizer. They live as long as the function that reads them.
 struct LogReader {
-  LogReader(const RunCall& call, const RunMaterial& material, WarningLog& warnings)
-      : source(call.log, material.platform, warnings, material.sensors),
-        synchronizer(source, material.platform.suite, warnings, material.sensors) {}
+  LogReader(const RunCall& call, const RunInputs& inputs, WarningLog& warnings)
+      : source(call.log, inputs.platform, warnings, inputs.sensors),
+        synchronizer(source, inputs.platform.suite, warnings, inputs.sensors) {}
   BagSource source;
   Synchronizer synchronizer;
 };
 
-OpenedLog open_log(const RunCall& call, const RunMaterial& material, WarningLog& warnings) {
-  const auto reader = std::make_shared<LogReader>(call, material, warnings);
+OpenedLog open_log(const RunCall& call, const RunInputs& inputs, WarningLog& warnings) {
+  const auto reader = std::make_shared<LogReader>(call, inputs, warnings);
   return {reader->source.begin_time(), reader->source.end_time(),
           [reader](ScanBundle& bundle) { return reader->synchronizer.next(bundle); }};
 }
 
-/// Maps may take minutes to load: that the log cannot be read is said before.
-void check_log(const RunCall& call, const RunMaterial& material) {
-  WarningLog unheard;  // the estimators' own passes tell
-  BagSource(call.log, material.platform, unheard, material.sensors);
+/// Refuses an unreadable log before the maps are loaded, which may take minutes.
+void check_log(const RunCall& call, const RunInputs& inputs) {
+  WarningLog ignored;  // the estimators' passes report these warnings
+  BagSource(call.log, inputs.platform, ignored, inputs.sensors);
 }
 
 struct LogSpan {
@@ -211,7 +211,7 @@ struct LogSpan {
   Time end = 0;
 };
 
-/// Shows how far a refinement at the log's end has come; a signal ends it.
+/// Shows the progress of a refinement. A signal ends the refinement.
 std::function<bool(double)> refining_progress(const std::string& name, const std::shared_ptr<const LogSpan>& log) {
   const auto progress = std::make_shared<std::unique_ptr<Progress>>();
   return [name, log, progress](double share) {
@@ -221,61 +221,61 @@ std::function<bool(double)> refining_progress(const std::string& name, const std
   };
 }
 
-/// The bound where it was asked for.
-std::optional<Bound> find_bound(const RunCall& call, const RunMaterial& material) {
+/// The bound, if the call has --bound.
+std::optional<Bound> find_bound(const RunCall& call, const RunInputs& inputs) {
   if (!call.bound) return std::nullopt;
-  WarningLog unheard;  // the estimators' own passes tell
-  const auto open = [&]() { return open_log(call, material, unheard); };
+  WarningLog ignored;  // the estimators' passes report these warnings
+  const auto open = [&]() { return open_log(call, inputs, ignored); };
   const auto make = [&](const ScanBundle& first) {
-    const Pose start = initial_pose_from(material.truth, call.truth, first.scan.start);
-    return make_estimator("smoother", bound_input({material.platform.suite, material.planes, material.field, start,
-                                                   Vector3::Zero(), material.options, &unheard, nullptr, nullptr},
-                                                  material.truth));
+    const Pose start = initial_pose_from(inputs.truth, call.truth, first.scan.start);
+    return make_estimator("smoother", bound_input({inputs.platform.suite, inputs.planes, inputs.field, start,
+                                                   Vector3::Zero(), inputs.options, &ignored, nullptr, nullptr},
+                                                  inputs.truth));
   };
-  return run_bound(open, make, material.truth, std::filesystem::path(call.out) / "bound.csv");
+  return run_bound(open, make, inputs.truth, std::filesystem::path(call.out) / "bound.csv");
 }
 
-EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunMaterial& material, const Bound* bound,
+EstimatorOutcome run_one(const std::string& name, const RunCall& call, const RunInputs& inputs, const Bound* bound,
                          WarningLog warnings) {
   EstimatorRun run;
   run.recording = recording_of(call, name);
   run.resume = call.resume;
-  run.refines = material.options.smoother.refine == Refinement::batch;
+  run.refines = inputs.options.smoother.refine == Refinement::batch;
   run.bound = bound;
-  run.platform = &material.stated;
+  run.platform = &inputs.platform_file;
   run.log = call.log;
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
-  run.truth = call.truth.empty() ? nullptr : &material.truth;
-  run.true_calibration = material.true_calibration ? &*material.true_calibration : nullptr;
-  run.field = {material.field.get(), &material.platform.suite, &material.options};
+  run.truth = call.truth.empty() ? nullptr : &inputs.truth;
+  run.true_calibration = inputs.true_calibration ? &*inputs.true_calibration : nullptr;
+  run.field = {inputs.field.get(), &inputs.platform.suite, &inputs.options};
   const auto span = std::make_shared<LogSpan>();
   run.open = [&]() {
-    OpenedLog log = open_log(call, material, warnings);
+    OpenedLog log = open_log(call, inputs, warnings);
     span->begin = log.begin;
     span->end = log.end;
     return log;
   };
   run.make_estimator = [&](const ScanBundle& first) {
-    const Pose start = find_start(call, material, first.scan.start, warnings);
-    check_start(call, material, start, first.scan.start, warnings);
-    const Vector3 velocity = material.found ? material.found->velocity : Vector3::Zero();
-    return make_estimator(name, {material.platform.suite, material.planes, material.field, start, velocity,
-                                 material.options, &warnings, nullptr, refining_progress(name, span)});
+    const Pose start = choose_initial_pose(call, inputs, first.scan.start, warnings);
+    check_within_map(call, inputs, start, first.scan.start, warnings);
+    const Vector3 velocity = inputs.found ? inputs.found->velocity : Vector3::Zero();
+    return make_estimator(name, {inputs.platform.suite, inputs.planes, inputs.field, start, velocity, inputs.options,
+                                 &warnings, nullptr, refining_progress(name, span)});
   };
   return run_estimator(run, warnings);
 }
 
-/// Looks for the start once for all estimators.
-void find_start_anywhere(const RunCall& call, RunMaterial& material, WarningLog& warnings) {
-  WarningLog unheard;  // what is odd in these seconds is counted by the runs themselves
-  const OpenedLog log = open_log(call, material, unheard);
-  const EstimatorInput input{material.platform.suite, material.planes, material.field, {}, Vector3::Zero(),
-                             material.options,        nullptr,         nullptr,        {}};
-  material.found = find_automatic_start(call.log, input, log.next, warnings);
+/// Searches the initial pose once for all estimators.
+void search_initial_pose(const RunCall& call, RunInputs& inputs, WarningLog& warnings) {
+  WarningLog ignored;  // the estimators' passes report these warnings
+  const OpenedLog log = open_log(call, inputs, ignored);
+  const EstimatorInput input{inputs.platform.suite, inputs.planes, inputs.field, {}, Vector3::Zero(),
+                             inputs.options,        nullptr,       nullptr,      {}};
+  inputs.found = find_initial_pose(call.log, input, log.next, warnings);
 }
 
-std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunMaterial& material,
+std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, const RunInputs& inputs,
                                                            const RunIdentity& identity) {
   return {{"lodestone", LODESTONE_VERSION},
           {"log", call.log},
@@ -286,13 +286,13 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, 
           {"calibration_truth", call.calibration_truth},
           {"initial_pose", call.initial_pose},
           {"initial_pose_from", call.initial_pose_from},
-          {"initial_pose_found", material.found ? pose_text(material.found->T_map_imu) : ""},
+          {"initial_pose_found", inputs.found ? pose_text(inputs.found->T_map_imu) : ""},
           {"identity", digest(identity)}};
 }
 
-CallRecord record_of(const RunCall& call, const RunMaterial& material) {
-  CallRecord record{call, std::nullopt, material.options.smoother.refine == Refinement::batch};
-  if (!call.cloud.empty()) record.max_range_m = material.platform.suite.lidar.max_range_m;
+CallRecord record_of(const RunCall& call, const RunInputs& inputs) {
+  CallRecord record{call, std::nullopt, inputs.options.smoother.refine == Refinement::batch};
+  if (!call.cloud.empty()) record.max_range_m = inputs.platform.suite.lidar.max_range_m;
   return record;
 }
 
@@ -305,13 +305,13 @@ int exit_code_of(const std::vector<RunSummary>& runs) {
   return code;
 }
 
-/// Keeps what a report needs of log and maps.
-void keep_overview(const RunCall& call, const RunMaterial& material, Time log_begin,
+/// Writes the data of log and maps that a report requires.
+void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin,
                    const std::vector<PictureSeries>& series) {
-  OverviewInput input{log_begin, call.truth.empty() ? nullptr : &material.truth, material.field.get(), call.cloud, {}};
+  OverviewInput input{log_begin, call.truth.empty() ? nullptr : &inputs.truth, inputs.field.get(), call.cloud, {}};
   for (const PictureSeries& one : series) input.estimates.push_back(&one.trajectory);
   write_overview(std::filesystem::path(call.out) / "overview", input);
-  std::printf("for one page of it all: lodestone report %s\n", call.out.c_str());
+  std::printf("for a report on one page: lodestone report %s\n", call.out.c_str());
 }
 
 }  // namespace
@@ -321,34 +321,34 @@ int execute(const RunCall& call) {
   check_call(call);
   const ThreadLimit limit(call.threads.value_or(0));
   WarningLog shared;
-  RunMaterial material = load_small_files(call);
-  check_log(call, material);
-  load_maps(call, material, shared);
-  check_begin(call, material, shared);
+  RunInputs inputs = load_small_files(call);
+  check_log(call, inputs);
+  load_maps(call, inputs, shared);
+  check_begin(call, inputs, shared);
   const std::filesystem::path out = made_folder(call.out);
-  const RunIdentity identity = identify(call, material.options);
+  const RunIdentity identity = identify(call, inputs.options);
   if (const auto code = begin_or_resume(call, identity)) return *code;
   write_text_file(
       (out / "config.yaml").string(),
-      "# Every option of this run; --config takes it again. What else the call said is in summary.json: call.\n" +
-          save_options(material.options));
+      "# All options of this run, for --config. The other arguments of the call are in summary.json: call.\n" +
+          save_options(inputs.options));
   StaleResults stale(out, estimator_names());
 
-  if (is_automatic(call)) find_start_anywhere(call, material, shared);
-  const std::optional<Bound> bound = find_bound(call, material);
+  if (is_automatic(call)) search_initial_pose(call, inputs, shared);
+  const std::optional<Bound> bound = find_bound(call, inputs);
   std::vector<RunSummary> summaries;
   std::vector<PictureSeries> series;
   std::vector<EstimatorOutcome> outcomes;
   Time log_begin = 0;
   for (const std::string& name : call.estimators) {
-    EstimatorOutcome outcome = run_one(name, call, material, bound ? &*bound : nullptr, shared);
+    EstimatorOutcome outcome = run_one(name, call, inputs, bound ? &*bound : nullptr, shared);
     series.push_back(picture_series(outcome));
     log_begin = outcome.log_begin;
     if (outcome.replayed) stale.keep_calibration(out / name);
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
     write_text_file((out / "summary.json").string(),
-                    to_json(inputs_of(call, material, identity), record_of(call, material), summaries, bound));
+                    to_json(inputs_of(call, inputs, identity), record_of(call, inputs), summaries, bound));
     if (summaries.back().status == RunStatus::interrupted) break;
   }
   std::printf("\n%s\n%s", ab_table(summaries).c_str(), warnings_text(summaries).c_str());
@@ -359,12 +359,12 @@ int execute(const RunCall& call) {
   for (const RunSummary& summary : summaries) {
     if (summary.stale_map) std::printf("%s", stale_map_text(summary.estimator, *summary.stale_map).c_str());
   }
-  if (material.field != nullptr) write_stale_map_pictures(out / "pictures", *material.field, outcomes);
+  if (inputs.field != nullptr) write_stale_map_pictures(out / "pictures", *inputs.field, outcomes);
   if (!call.truth.empty()) {
-    write_pictures(out / "pictures", material.field.get(), material.truth, series);
+    write_pictures(out / "pictures", inputs.field.get(), inputs.truth, series);
   }
-  if (material.field != nullptr || !call.truth.empty()) std::printf("pictures: %s\n", (out / "pictures").c_str());
-  keep_overview(call, material, log_begin, series);
+  if (inputs.field != nullptr || !call.truth.empty()) std::printf("pictures: %s\n", (out / "pictures").c_str());
+  keep_overview(call, inputs, log_begin, series);
   const int code = exit_code_of(summaries);
   if (code != exit_code::interrupted) {
     stale.remove();

@@ -6,7 +6,7 @@
 
 namespace lodestone {
 
-/// What `lodestone run` was asked for, as on its command line; empty strings where nothing was given.
+/// The options of `lodestone run`; empty strings if not given.
 struct RunCall {
   std::string log;
   std::string platform;
@@ -18,18 +18,18 @@ struct RunCall {
   std::string initial_pose_from;
   std::vector<std::string> configurations;
   std::vector<std::string> settings;
-  std::optional<double> max_range_m;  ///< nothing: as the platform says
-  std::optional<int> threads;         ///< nothing: as many as the machine has
+  std::optional<double> max_range_m;  ///< nothing: the platform's range
+  std::optional<int> threads;         ///< nothing: all of the machine
   std::string truth;
   std::string calibration_truth;
-  bool bound = false;          ///< what accuracy the sensors allow, too
-  double check_seconds = 5.0;  ///< of the log's begin are looked at beforehand; 0: none
-  bool resume = false;         ///< keep the estimators that had ended
-  std::string refine;          ///< none or batch; empty: as the configuration says
+  bool bound = false;          ///< also compute the bound
+  double check_seconds = 5.0;  ///< checked part of the log; 0: no check
+  bool resume = false;         ///< keep finished estimators
+  std::string refine;          ///< none or batch; empty: as in the configuration
 };
 
-/// Runs every estimator over the log and writes everything (docs/design/architecture.md). Returns the exit code. Throws
-/// InputError where the call or a file is wrong.
+/// Runs every estimator over the log and writes all results. Returns the exit code. Throws InputError if the call or a
+/// file is wrong.
 int execute(const RunCall& call);
 
 }  // namespace lodestone

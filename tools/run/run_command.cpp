@@ -14,7 +14,7 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kRunExamples = R"(
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/field.yaml
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
@@ -25,14 +25,13 @@ Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunne
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
       --magnetic /tmp/tunnel/field.yaml --initial-pose auto --out /tmp/tunnel/kidnapped
 
-If a call was killed or interrupted, give the same words again and --resume: estimators that had ended are kept.
-`lodestone run --list-options` shows every key that --set and --config take.)";
+If a call was killed or interrupted, repeat the call with --resume: finished estimators are kept.
+`lodestone run --list-options` lists all keys of --set and --config.)";
 
 }  // namespace
 
 void add_run_command(CLI::App& app, int* code) {
-  CLI::App* command =
-      app.add_subcommand("run", "Localize a log in prior maps with one estimator, or several side by side");
+  CLI::App* command = app.add_subcommand("run", "Localize a log in prior maps with one or several estimators");
   command->footer(kRunExamples);
   const auto call = std::make_shared<RunCall>();
   CommandFiles files(*command);
@@ -44,49 +43,50 @@ void add_run_command(CLI::App& app, int* code) {
   files.input(command->add_option("--platform", call->platform, "platform file: sensors, topics, extrinsics, noise"))
       ->required();
   files.input(
-      command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD or PLY (left out: no LiDAR is used)"));
+      command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD or PLY (without it, LiDAR is not used)"));
   files.input(command->add_option("--magnetic", call->magnetic,
-                                  "prior magnetic map, YAML (left out: no magnetometer is used)"));
+                                  "prior magnetic map, YAML (without it, magnetometers are not used)"));
   files.output(command->add_option("--out", call->out, "folder for the results"))->required();
   command->add_option("--estimator", call->estimators, "one or several with commas: " + join_names(estimator_names()))
       ->delimiter(',')
       ->capture_default_str();
   auto* pose =
       command->add_option("--initial-pose", call->initial_pose,
-                          "T_map_imu at the log's begin, \"x y z qx qy qz qw\", or auto: found anywhere on the maps "
+                          "T_map_imu at the first scan, \"x y z qx qy qz qw\", or auto: searched on the whole map "
                           "(default: the map's origin)");
-  files.input(command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) to take it from"))
+  files
+      .input(
+          command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) with the initial pose"))
       ->excludes(pose);
-  files.input(
-      command->add_option("--config", call->configurations, "options, YAML; later files win over earlier ones"));
-  command->add_option("--set", call->settings, "key.path=value: one option; wins over every file");
-  command->add_option("--max-range", call->max_range_m, "use LiDAR points up to this many metres only");
-  command->add_option("--refine", call->refine, "batch: solve the whole log together at its end (smoother, magnetic)")
+  files.input(command->add_option("--config", call->configurations,
+                                  "YAML files with options; later files override earlier ones"));
+  command->add_option("--set", call->settings, "key.path=value: one option; overrides all files");
+  command->add_option("--max-range", call->max_range_m, "largest range of LiDAR points, metres");
+  command->add_option("--refine", call->refine, "batch: also solve the whole log at once (smoother, magnetic)")
       ->check(CLI::IsMember({"none", "batch"}));
   command->add_flag("--bound", call->bound,
-                    "with --truth: the least error that the sensors allow (Cramér-Rao), and ATE / bound");
+                    "with --truth: the smallest error that the sensors allow (Cramér-Rao), and ATE / bound");
   command
-      ->add_option(
-          "--check-seconds", call->check_seconds,
-          "look at so many seconds of the log's begin first, as `lodestone check` does; refuse what makes the run "
-          "wrong (0: do not look)")
+      ->add_option("--check-seconds", call->check_seconds,
+                   "seconds of the log to check first, as `lodestone check` does; refuse errors that make the run "
+                   "wrong (0: no check)")
       ->capture_default_str();
   command->add_flag(
       "--resume", call->resume,
-      "after a killed or interrupted call of the same words: keep the estimators that had ended, run the others "
-      "again; ends with the same bytes");
-  command->add_option("--threads", call->threads, "at most so many (default: all); results are the same");
-  files.input(
-      command->add_option("--truth", call->truth, "true trajectory (TUM or EuRoC csv): figures, A/B table, pictures"));
+      "after a killed or interrupted call with the same options: keep finished estimators, run the others "
+      "again; gives the same bytes");
+  command->add_option("--threads", call->threads, "number of threads (default: all); results do not depend on it");
+  files.input(command->add_option("--truth", call->truth,
+                                  "ground truth (TUM or EuRoC csv), for errors, A/B table and pictures"));
   files.input(command->add_option("--calibration-truth", call->calibration_truth,
-                                  "reality.yaml of `lodestone simulate`: errors of the estimated calibration"));
+                                  "reality.yaml of `lodestone simulate`, for errors of the estimated calibration"));
   command->add_flag_callback(
       "--list-options",
       []() {
         std::fputs(list_options(RunOptions{}).c_str(), stdout);
-        throw CLI::Success();  // ends the parsing here: the required options need not be there
+        throw CLI::Success();  // skips the check of required options
       },
-      "list every key of --set with its default, and end");
+      "list all keys of --set with defaults and exit");
   command->callback([call, code]() { *code = execute(*call); });
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every option as one part.
+/// Lists every option with its value.
 class Flattener {
  public:
   Flattener(std::string prefix, RunIdentity& parts) : prefix_(std::move(prefix)), parts_(parts) {}
@@ -37,22 +37,22 @@ class Flattener {
   RunIdentity& parts_;
 };
 
-std::string mark_of_file(const fs::path& path) {
+std::string file_fingerprint(const fs::path& path) {
   return fmt::format("{} bytes changed at {}", fs::file_size(path),
                      fs::last_write_time(path).time_since_epoch().count());
 }
 
-/// Of a file, or of all in a folder.
-std::string mark(const std::string& path) {
+/// Fingerprint of a file, or of all files in a folder.
+std::string fingerprint(const std::string& path) {
   if (path.empty()) return "none";
-  if (!fs::is_directory(path)) return mark_of_file(path);
+  if (!fs::is_directory(path)) return file_fingerprint(path);
   const std::vector<fs::path> files = files_below(path);
   std::uint64_t hash = kHashOfNothing;
-  for (const fs::path& file : files) hash = hash_of(file.string() + ": " + mark_of_file(file) + "\n", hash);
+  for (const fs::path& file : files) hash = hash_of(file.string() + ": " + file_fingerprint(file) + "\n", hash);
   return fmt::format("{} files, {:016x}", files.size(), hash);
 }
 
-std::string content_mark(const std::string& path) {
+std::string content_fingerprint(const std::string& path) {
   return path.empty() ? "none" : fmt::format("{:016x}", hash_of(read_text_file(path)));
 }
 
@@ -70,18 +70,18 @@ RunIdentity identify(const RunCall& call, const RunOptions& options) {
   const std::string raster = call.magnetic.empty() ? "" : image_of_magnetic_map(call.magnetic);
   std::string estimators;
   for (const std::string& name : call.estimators) estimators += (estimators.empty() ? "" : ",") + name;
-  RunIdentity parts{{"the program", std::string(LODESTONE_VERSION) + " " + content_mark("/proc/self/exe")},
-                    {"the log", mark(call.log)},
-                    {"--platform", content_mark(call.platform)},
-                    {"--cloud", mark(call.cloud)},
-                    {"--magnetic", content_mark(call.magnetic)},
-                    {"the image of --magnetic", fs::exists(raster) ? mark(raster) : "none"},
+  RunIdentity parts{{"the program", std::string(LODESTONE_VERSION) + " " + content_fingerprint("/proc/self/exe")},
+                    {"the log", fingerprint(call.log)},
+                    {"--platform", content_fingerprint(call.platform)},
+                    {"--cloud", fingerprint(call.cloud)},
+                    {"--magnetic", content_fingerprint(call.magnetic)},
+                    {"the image of --magnetic", fs::exists(raster) ? fingerprint(raster) : "none"},
                     {"--estimator", estimators},
                     {"--initial-pose", call.initial_pose},
-                    {"--initial-pose-from", content_mark(call.initial_pose_from)},
+                    {"--initial-pose-from", content_fingerprint(call.initial_pose_from)},
                     {"--max-range", call.max_range_m ? fmt::format("{}", *call.max_range_m) : "none"},
-                    {"--truth", content_mark(call.truth)},
-                    {"--calibration-truth", content_mark(call.calibration_truth)},
+                    {"--truth", content_fingerprint(call.truth)},
+                    {"--calibration-truth", content_fingerprint(call.calibration_truth)},
                     {"--bound", call.bound ? "yes" : "no"}};
   RunOptions visited = options;
   Flattener flattener("", parts);

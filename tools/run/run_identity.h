@@ -11,23 +11,22 @@
 
 namespace lodestone {
 
-/// What a run's bytes depend on, by name: the program, the log, maps and files, every option. Not the number of
-/// threads, on which nothing depends.
+/// All inputs that determine a run's bytes, by name: program, log, maps, files, options. Not the number of threads.
 using RunIdentity = std::vector<std::pair<std::string, std::string>>;
 
 constexpr std::uint64_t kHashOfNothing = 14695981039346656037ULL;
 
-/// FNV-1a, 64 bits, continued from `hash`. Finds damage; protects against nobody.
+/// FNV-1a, 64 bits, continued from `hash`. Detects damage; not cryptographic.
 std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash = kHashOfNothing);
 
-/// Of a call with the options in force. Small files are told by their content, logs and maps by size and time of
-/// change.
+/// The identity of a call with its final options. Small files are identified by content, logs and maps by size and
+/// modification time.
 RunIdentity identify(const RunCall& call, const RunOptions& options);
 
-/// Sixteen hexadecimal digits that stand for all of it.
+/// Hash of an identity, sixteen hexadecimal digits.
 std::string digest(const RunIdentity& identity);
 
-/// The first part that differs, with both values; empty where none does.
+/// The first difference, with both values; empty if there is none.
 std::string difference_between(const RunIdentity& written, const RunIdentity& now);
 
 }  // namespace lodestone

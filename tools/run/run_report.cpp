@@ -1,4 +1,4 @@
-// How a run's figures are written down: JSON for scripts, tables for people.
+// Output of a run's figures: JSON for scripts, tables for the terminal.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON knows no NaN.
+/// JSON has no NaN; null instead.
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
@@ -83,8 +83,8 @@ Json json_of(const RunSummary& summary) {
   if (summary.stale_map) {
     const StaleMap& stale = *summary.stale_map;
     const double largest_ut = stale.places.empty() ? 0.0 : stale.places.front().largest_difference_ut;
-    json["stale_map"] = {{"places", stale.cells.size()},  // cells driven through
-                         {"stale", stale.stale_cells()},  // of these
+    json["stale_map"] = {{"places", stale.cells.size()},  // visited cells
+                         {"stale", stale.stale_cells()},  // stale cells
                          {"stale_places", stale.places.size()},
                          {"largest_difference_ut", number(largest_ut)},
                          {"false_alarm_probability", stale.options.false_alarm_probability},
@@ -93,7 +93,7 @@ Json json_of(const RunSummary& summary) {
   return json;
 }
 
-/// The worst status names the whole call.
+/// The worst status is the status of the call.
 RunStatus overall(const std::vector<RunSummary>& runs) {
   RunStatus status = RunStatus::done;
   for (const RunSummary& run : runs) status = std::max(status, run.status);
@@ -162,7 +162,7 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
   for (const char* name : {"degenerate", "mag. rejected", "x real time", "peak MB"}) header.emplace_back(name);
   Table table(header);
   for (const RunSummary& run : runs) {
-    // What a batch began with stands below what it made of it.
+    // The causal estimate is a row of its own below the refined one.
     const bool refined = run.stages.size() == 3;
     std::vector<std::string> row{refined ? run.estimator + " (batch)" : run.estimator, status_name(run.status),
                                  std::to_string(run.scans)};
@@ -194,7 +194,7 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
 }
 
 std::string warnings_text(const std::vector<RunSummary>& runs) {
-  // Front ends warn in every run of one log alike: a line for each kind, with the runs that differ in count told apart.
+  // Warnings of the front end occur in every run of the same log: one line per kind, with differing counts by run.
   std::map<std::string, std::map<std::int64_t, std::vector<std::string>>> counts;
   std::map<std::string, std::string> details;
   for (const RunSummary& run : runs) {

@@ -35,15 +35,15 @@ const char* status_name(RunStatus status) {
 
 namespace {
 
-/// Poses held against the truth: what stages and the whole run share.
-struct Held {
+/// A comparison with the ground truth, common to stages and the whole run.
+struct PoseComparison {
   PosePairs pairs;
-  bool finite = false;  ///< there are pairs, and every estimate is a number
+  bool finite = false;  ///< there are pairs, and every estimate is finite
   StageFigures figures;
 };
 
-/// Share of the time from the first pose to `end` (at the log's end, with its tolerance) in which the position error is
-/// at most `limit_m`. A step between two poses counts where both ends do, and no pose is missing in between.
+/// Share of the time from the first pose to `end` (the log's end, with a tolerance) in which the position error is at
+/// most `limit_m`. An interval between two poses counts if the error is small at both ends and no pose is missing.
 double share_within(const PosePairs& pairs, const std::vector<double>& error_m, double limit_m, Time end) {
   if (pairs.size() < 2) return !pairs.empty() && error_m.front() <= limit_m ? 1.0 : 0.0;
   double within_s = 0.0;
@@ -55,48 +55,51 @@ double share_within(const PosePairs& pairs, const std::vector<double>& error_m, 
   return within_s / to_seconds((at_the_end ? pairs.back().time : end) - pairs.front().time);
 }
 
-/// `end`: the last time that the estimate should reach.
-Held hold_against(const std::string& name, const EstimateRecord::Poses& poses, const Trajectory& truth, Time end) {
-  Held held;
-  held.figures.name = name;
-  held.pairs = associate_interpolated(poses.trajectory, truth);
-  held.finite = !held.pairs.empty() && std::all_of(held.pairs.begin(), held.pairs.end(), [](const PosePair& pair) {
-    return pair.estimate.position.allFinite() && pair.estimate.rotation.coeffs().allFinite();
-  });
-  StageFigures& figures = held.figures;
-  const std::vector<double> error_m = translation_errors(held.pairs);
-  figures.share_within_100mm = share_within(held.pairs, error_m, kNear_m, end);
-  figures.share_within_1m = share_within(held.pairs, error_m, kLostError_m, end);
-  if (!held.finite) {
+/// `end`: the last time that the estimate should cover.
+PoseComparison compare_poses(const std::string& name, const EstimateRecord::Poses& poses, const Trajectory& truth,
+                             Time end) {
+  PoseComparison compared;
+  compared.figures.name = name;
+  compared.pairs = associate_interpolated(poses.trajectory, truth);
+  compared.finite =
+      !compared.pairs.empty() && std::all_of(compared.pairs.begin(), compared.pairs.end(), [](const PosePair& pair) {
+        return pair.estimate.position.allFinite() && pair.estimate.rotation.coeffs().allFinite();
+      });
+  StageFigures& figures = compared.figures;
+  const std::vector<double> error_m = translation_errors(compared.pairs);
+  figures.share_within_100mm = share_within(compared.pairs, error_m, kNear_m, end);
+  figures.share_within_1m = share_within(compared.pairs, error_m, kLostError_m, end);
+  if (!compared.finite) {
     figures.ate_m = figures.max_error_m = figures.heading_rmse_deg = std::nan("");
-    return held;
+    return compared;
   }
   const ErrorStatistics translation = summarize(error_m);
   figures.ate_m = translation.rmse;
   figures.max_error_m = translation.max;
-  if (held.pairs.size() > 1) {
+  if (compared.pairs.size() > 1) {
     figures.largest_jump_m =
-        summarize(translations_of(relative_errors(held.pairs, segments_by_count(held.pairs.size(), 1, true)))).max;
+        summarize(translations_of(relative_errors(compared.pairs, segments_by_count(compared.pairs.size(), 1, true))))
+            .max;
   }
-  figures.heading_rmse_deg = summarize(heading_errors(held.pairs)).rmse * 180.0 / std::numbers::pi;
+  figures.heading_rmse_deg = summarize(heading_errors(compared.pairs)).rmse * 180.0 / std::numbers::pi;
   std::vector<Matrix6> covariances;
-  for (const PosePair& pair : held.pairs) covariances.push_back(poses.covariances[pair.estimate_index]);
-  const Consistency consistency = evaluate_consistency(held.pairs, covariances);
+  for (const PosePair& pair : compared.pairs) covariances.push_back(poses.covariances[pair.estimate_index]);
+  const Consistency consistency = evaluate_consistency(compared.pairs, covariances);
   if (consistency.count > 0) figures.consistency = consistency;
-  return held;
+  return compared;
 }
 
 }  // namespace
 
 TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status) {
-  Held held = hold_against("best", record.best_poses(), truth, log_end);
+  PoseComparison compared = compare_poses("best", record.best_poses(), truth, log_end);
   TruthFigures figures;
-  figures.ate_m = held.figures.ate_m;
-  figures.max_error_m = held.figures.max_error_m;
-  figures.heading_rmse_deg = held.figures.heading_rmse_deg;
-  if (held.figures.consistency) figures.nees_pose = held.figures.consistency->nees;
-  figures.pairs = std::move(held.pairs);
-  if (!held.finite) return figures;
+  figures.ate_m = compared.figures.ate_m;
+  figures.max_error_m = compared.figures.max_error_m;
+  figures.heading_rmse_deg = compared.figures.heading_rmse_deg;
+  if (compared.figures.consistency) figures.nees_pose = compared.figures.consistency->nees;
+  figures.pairs = std::move(compared.pairs);
+  if (!compared.finite) return figures;
   if (const auto similarity = find_alignment(figures.pairs, Alignment::se3)) {
     figures.ate_se3_m = summarize(translation_errors(align(*similarity, figures.pairs))).rmse;
   }
@@ -109,8 +112,8 @@ std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Tra
   std::vector<StageFigures> result;
   const Time end = truth.empty() ? log_end : std::min(log_end, truth.back().time);
   const auto add = [&](const char* name, const EstimateRecord::Poses& poses) {
-    Held held = hold_against(name, poses, truth, end);
-    if (!held.pairs.empty()) result.push_back(std::move(held.figures));
+    PoseComparison compared = compare_poses(name, poses, truth, end);
+    if (!compared.pairs.empty()) result.push_back(std::move(compared.figures));
   };
   const auto same = [](const StampedPose& a, const StampedPose& b) {
     return a.time == b.time && a.pose.position == b.pose.position &&

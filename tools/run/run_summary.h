@@ -17,38 +17,38 @@ namespace lodestone {
 
 struct Bound;
 
-/// How a run ended.
+/// The end of a run.
 enum class RunStatus {
   done,
-  lost,         ///< the estimator's last word was that it lost track
+  lost,         ///< at the end, the estimator had lost track
   interrupted,  ///< by a signal
-  stopped       ///< the log became unusable on the way
+  stopped       ///< the log became unusable
 };
 
 const char* status_name(RunStatus status);
 
-/// A run held against the truth (interpolated at the estimate's stamps). Of the best estimate.
+/// Errors of the best estimate against the ground truth (interpolated at the estimate's stamps).
 struct TruthFigures {
   PosePairs pairs;
   double ate_m = 0.0;               ///< unaligned rmse
-  std::optional<double> ate_se3_m;  ///< nothing where the path fixes no alignment
+  std::optional<double> ate_se3_m;  ///< nothing if the alignment is undetermined
   double max_error_m = 0.0;
   double heading_rmse_deg = 0.0;
   std::optional<double> nees_pose;  ///< per degree of freedom; nothing without usable covariances
-  bool success = false;             ///< never more than 1 m off, and at the end of the log
+  bool success = false;             ///< position error always within 1 m, up to the end of the log
 };
 
-/// One kind of estimate of a run held against the truth.
+/// Errors of one kind of estimate against the ground truth.
 struct StageFigures {
-  std::string name;  ///< causal: the newest states; smoothed: those that leave the window; batch: of the whole log
+  std::string name;  ///< causal: the newest states; smoothed: states as they leave the window; batch: of the whole log
   double ate_m = 0.0;
   double max_error_m = 0.0;
-  std::optional<double> largest_jump_m;  ///< between neighbouring poses, against the truth's step; nothing for one pose
+  std::optional<double> largest_jump_m;  ///< error of the motion between neighbouring poses; nothing for one pose
   double heading_rmse_deg = 0.0;
   std::optional<Consistency> consistency;  ///< nothing without usable covariances
-  std::optional<double> ate_over_bound;    ///< nothing where no bound was asked for
+  std::optional<double> ate_over_bound;    ///< nothing without a bound
   double share_within_100mm = 0.0;         ///< of the time from the first pose to the end of the log
-  double share_within_1m = 0.0;            ///< likewise
+  double share_within_1m = 0.0;            ///< of the same time
 };
 
 struct RunSummary {
@@ -56,56 +56,55 @@ struct RunSummary {
   std::string solver;  ///< library and linear solver; empty if the estimator minimizes no cost
   RunStatus status = RunStatus::done;
   std::int64_t scans = 0;
-  double duration_s = 0.0;  ///< of the log, as far as it was worked off
+  double duration_s = 0.0;  ///< of the processed part of the log
   double wall_s = 0.0;      ///< reading, estimating and writing
   double peak_rss_mb = 0.0;
   std::int64_t degenerate_scans = 0;
-  bool saw_lidar =
-      false;  ///< in at least one scan directions were analysed; else there are no degenerate ones to count
-  bool saw_field = false;  ///< in at least one scan a sample of the array met the map
+  bool saw_lidar = false;  ///< at least one scan was tested for degenerate directions
+  bool saw_field = false;  ///< at least one array sample was on the map
   std::int64_t magnetic_rejected = 0;
-  double refine_s = 0.0;               ///< of it what came after the log's end: the batch refinement
-  std::optional<double> lidar_nis;     ///< mean over the scans, a point; 1 is consistent
+  double refine_s = 0.0;               ///< part of wall_s: the batch refinement after the log's end
+  std::optional<double> lidar_nis;     ///< mean over the scans, per point; 1 is consistent
   std::optional<double> magnetic_nis;  ///< mean over the scans' array samples, per component; 1 is consistent
-  double clock_offset_s = 0.0;         ///< how late the magnetometers' stamps are, as estimated at the end
-  double clock_sigma_s = 0.0;          ///< of it; 0: not estimated
+  double clock_offset_s = 0.0;         ///< delay of the magnetometers' stamps, final estimate
+  double clock_sigma_s = 0.0;          ///< sigma of clock_offset_s; 0: not estimated
   WarningLog warnings;
   std::optional<TruthFigures> truth;
-  std::vector<StageFigures> stages;                   ///< against the truth, where there is one
+  std::vector<StageFigures> stages;                   ///< errors of each stage; empty without ground truth
   std::optional<CalibrationConsistency> calibration;  ///< nothing without a true calibration or an estimated one
   std::optional<StaleMap> stale_map;                  ///< nothing without a magnetic map
 
   double real_time_factor() const { return wall_s > 0.0 ? duration_s / wall_s : 0.0; }
 };
 
-/// Holds the best estimate of `record` against `truth`. `log_end`: the log's last stamp.
+/// Compares the best estimate of `record` with `truth`. `log_end`: the log's last stamp.
 TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& truth, Time log_end, RunStatus status);
 
-/// Every kind of estimate that `record` holds against `truth`, the best last. A filter has the causal one alone.
+/// Compares every kind of estimate in `record` with `truth`, the best last. A filter has only the causal estimate.
 /// `log_end`: the log's last stamp.
 std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth, Time log_end);
 
-/// summary.json of one estimator: the keys of docs/design/architecture.md; `warnings` is {kind: {count, first, at_s}}.
+/// summary.json of one estimator. `warnings` is {kind: {count, first, at_s}}.
 std::string to_json(const RunSummary& summary);
 
-/// How a run was called: what config.yaml does not hold. Not what changes no result: threads, --resume.
+/// Arguments of a call that are not in config.yaml. Excludes arguments that change no result: threads, --resume.
 struct CallRecord {
   RunCall call;
-  std::optional<double> max_range_m;  ///< in force: of the call, else of the platform; nothing without LiDAR
-  bool refines = false;               ///< by a batch, as call and options say
+  std::optional<double> max_range_m;  ///< range used: of the call or of the platform; nothing without LiDAR
+  bool refines = false;               ///< with batch refinement, by call or options
 };
 
-/// summary.json of the whole call. `inputs`: name and value of what was given on the command line.
+/// summary.json of the whole call. `inputs`: name and value of the command line's inputs.
 std::string to_json(const std::vector<std::pair<std::string, std::string>>& inputs, const CallRecord& call,
                     const std::vector<RunSummary>& runs, const std::optional<Bound>& bound);
 
-/// The bound of each stage, and how much of it each run's estimates leave.
+/// The bound of each stage, and the ratio of each run's error to the bound.
 std::string bound_text(const Bound& bound, const std::vector<RunSummary>& runs);
 
-/// The A/B table: against the truth where there is one, else of what was seen.
+/// The A/B table. Without ground truth, only figures of the runs themselves.
 std::string ab_table(const std::vector<RunSummary>& runs);
 
-/// All warnings of all runs, one line a kind, each with its count and what was seen first; empty where there are none.
+/// All warnings of all runs, one line per kind with count and first occurrence; empty without warnings.
 std::string warnings_text(const std::vector<RunSummary>& runs);
 
 }  // namespace lodestone

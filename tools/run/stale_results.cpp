@@ -10,9 +10,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kOfAnEstimator[] = {"trajectory.tum",   "causal.tum",   "smoothed.tum",        "covariance.csv",
-                                          "diagnostics.csv",  "errors.csv",   "field_residuals.csv", "field_cells.csv",
-                                          "stale_places.csv", "summary.json", "calibration.csv",     "platform.yaml"};
+constexpr const char* kEstimatorFiles[] = {"trajectory.tum",   "causal.tum",   "smoothed.tum",        "covariance.csv",
+                                           "diagnostics.csv",  "errors.csv",   "field_residuals.csv", "field_cells.csv",
+                                           "stale_places.csv", "summary.json", "calibration.csv",     "platform.yaml"};
 constexpr const char* kPictures[] = {"map", "error", "distribution", "stale_map"};
 constexpr const char* kEndings[] = {".png", ".pdf", ".svg"};
 
@@ -22,7 +22,7 @@ StaleResults::StaleResults(fs::path folder, const std::vector<std::string>& esti
   note(folder_ / "bound.csv");
   std::vector<std::string> pictures(std::begin(kPictures), std::end(kPictures));
   for (const std::string& name : estimators) {
-    for (const char* file : kOfAnEstimator) note(folder_ / name / file);
+    for (const char* file : kEstimatorFiles) note(folder_ / name / file);
     estimator_folders_.push_back(folder_ / name);
     pictures.push_back("stale_map_" + name);
   }

@@ -8,18 +8,18 @@
 
 namespace lodestone {
 
-/// What an earlier run left in a result folder, so that nothing of it stays beside the new results. Looks at the files
-/// alone that `lodestone run` itself names; everything else in the folder is left as it is.
+/// Files of an earlier run in a result folder. Those that the new run does not write are deleted. Considers only files
+/// that `lodestone run` writes; other files are kept.
 class StaleResults {
  public:
-  /// Notes what is there. `estimators`: every name that a run's folder may have.
+  /// Lists existing files. `estimators`: all names of estimators' folders.
   StaleResults(std::filesystem::path folder, const std::vector<std::string>& estimators);
 
-  /// Leaves calibration.csv and platform.yaml of an estimator's folder: a replayed pass does not write them again.
+  /// Keeps calibration.csv and platform.yaml of an estimator's folder: a replayed pass does not write them.
   void keep_calibration(const std::filesystem::path& folder);
 
-  /// Removes what has not been written anew since, and the folders of estimators that are empty then. Called when the
-  /// new results are in place: who is killed before has both.
+  /// Deletes listed files that were not rewritten, and empty estimator folders. Called after the new results are
+  /// complete, so that a killed run leaves the old results.
   void remove() const;
 
  private:

@@ -198,7 +198,7 @@ TEST_F(CalibratedPlatformTest, AParameterBeyondThreeSigmasIsWarnedOfWithItsKey) 
   // Beyond 0.03: ±size from 0.04 on (5 each), 0.4 size at 0.08, 0.5 size at 0.07 and 0.08.
   EXPECT_EQ(warnings.count("calibration.magnetometers.matrix"), 13);
   const std::string text = warnings.entries().at("calibration.lidar.translation").first_detail;
-  EXPECT_THAT(text, HasSubstr("lidar.T_imu_lidar: shift_z is -0.031 m off, 3.1 times "
+  EXPECT_THAT(text, HasSubstr("lidar.T_imu_lidar: shift_z differs by -0.031 m from the platform file, 3.1 times "
                               "lidar.calibration.translation_sigma_m (0.01)"));
   EXPECT_THAT(warnings.entries().at("calibration.magnetometers.matrix").first_detail,
               HasSubstr("soft_iron_correction of " + platform_.suite.magnetometers[7].name));

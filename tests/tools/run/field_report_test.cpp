@@ -107,12 +107,12 @@ TEST_F(FieldReportTest, NamesThePlaceAndTheOffset) {
   EXPECT_NEAR(to_seconds(place.first_time), 20.0, 0.6);
   EXPECT_NEAR(to_seconds(place.last_time), 28.0, 0.6);
   EXPECT_EQ(warnings_.count("field.offset"), 1);
-  EXPECT_THAT(warnings_.entries().at("field.offset").first_detail, HasSubstr("left reads ("));
+  EXPECT_THAT(warnings_.entries().at("field.offset").first_detail, HasSubstr("left differs by ("));
   EXPECT_EQ(warnings_.count("field.disagrees"), 0);
   EXPECT_NEAR(found.stale.expected_false_alarms(), 1e-3 * static_cast<double>(found.stale.cells.size()), 1e-12);
   const std::string text = stale_map_text("smoother", found.stale);
   EXPECT_THAT(text, HasSubstr("smoother): 1 place ("));
-  EXPECT_THAT(text, HasSubstr("false alarm 0.001 a cell"));
+  EXPECT_THAT(text, HasSubstr("false alarm 0.001 per cell"));
 }
 
 TEST_F(FieldReportTest, WritesARowAScanAndARowAPlace) {

@@ -151,8 +151,8 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused(call("--config " + path("nowhere.yaml")), "nowhere.yaml");
   expect_refused(call("--set no.such.key=3"), "unknown key");
   expect_refused(call("--initial-pose '1 2 3'"), "--initial-pose");
-  expect_refused(call("--initial-pose '900 2 3 0 0 0 1'"), "no plane of this map");
-  expect_refused(call("--initial-pose auto"), "not sure of the start");  // the bare room looks the same turned by half
+  expect_refused(call("--initial-pose '900 2 3 0 0 0 1'"), "this map has no plane");
+  expect_refused(call("--initial-pose auto"), "no certain initial pose");  // the bare room is symmetric
   expect_refused(call("--max-range -3"), "--max-range");
   expect_refused(call("--threads 0"), "--threads");
   const std::string rest = " --platform " + path("platform.yaml") + " --out " + path("out");
@@ -192,7 +192,7 @@ TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
   const std::string truth = content_of(folder_ / "truth.tum");
   for (const char* given : {"--truth ", "--initial-pose-from "}) {
     for (const char* name : {"out/smoother/trajectory.tum", "out/../out/summary.json"}) {
-      expect_refused(call(given + path(name)), "is among the results that --out");
+      expect_refused(call(given + path(name)), "is among the files that --out");
       EXPECT_EQ(content_of(folder_ / name), truth);
     }
   }
@@ -205,7 +205,7 @@ TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
   // A run removes its own recordings alone.
   std::ofstream(folder_ / "out/checkpoint/model.pt") << "weeks of work";
   std::ofstream(folder_ / "out/checkpoint/smoother.estimates") << "of old";
-  expect_refused(call(""), "model.pt: this file is not of a run");
+  expect_refused(call(""), "model.pt: no run wrote this file");
   EXPECT_EQ(content_of(folder_ / "out/checkpoint/model.pt"), "weeks of work");
 }
 
@@ -215,7 +215,7 @@ TEST_F(RunCommand, AMagneticMapIsForMagnetometers) {
       MagneticMap(grid, std::vector<Eigen::Vector4f>(25, Eigen::Vector4f(20.0F, 0.0F, -40.0F, 0.5F)), 2.0), {},
       path("field.yaml"));
   expect_refused(call("--magnetic " + path("field.yaml")),
-                 "platform.yaml: it has no magnetometers, which --magnetic is for");
+                 "platform.yaml: there are no magnetometers, but --magnetic requires them");
 }
 
 TEST_F(RunCommand, FilesOfAnotherKindAreCalledWhatTheyAre) {
@@ -237,7 +237,7 @@ TEST_F(RunCommand, ThePlatformFileItWritesBeginsTheNextRun) {
   ASSERT_EQ(run_lodestone(call("--estimator smoother,ieskf --max-range 30" + start)).code, 0);
   const std::string written = path("out/smoother/platform.yaml");
   EXPECT_FALSE(std::filesystem::exists(path("out/ieskf/platform.yaml"))) << "ieskf estimates no calibration";
-  EXPECT_THAT(content_of(written), testing::StartsWith("# Made from " + path("platform.yaml")));
+  EXPECT_THAT(content_of(written), testing::StartsWith("# From " + path("platform.yaml")));
   const Platform given = load_platform(path("platform.yaml"));
   const Platform calibrated = load_platform(written);
   EXPECT_EQ(calibrated.suite.lidar.max_range_m, given.suite.lidar.max_range_m) << "--max-range is of the call alone";
@@ -257,7 +257,7 @@ TEST_F(RunCommand, ThePlatformFileItWritesBeginsTheNextRun) {
   EXPECT_NEAR(calibrated.suite.calibration.lidar.translation_sigma_m, largest, 1e-5 * largest);
   const std::string again = "run " + path("log.bag") + " --platform " + written + " --cloud " + path("cloud.pcd");
   EXPECT_EQ(run_lodestone(again + " --out " + path("again") + start).code, 0);
-  expect_refused(again + " --out " + path("out") + start, "is among the results");
+  expect_refused(again + " --out " + path("out") + start, "is among the files");
   // Of another estimator's run nothing of it is left.
   ASSERT_EQ(run_lodestone(call("--estimator ieskf" + start)).code, 0);
   EXPECT_FALSE(std::filesystem::exists(written));
@@ -285,7 +285,7 @@ TEST_F(RunCommand, NothingOfAnEarlierRunStaysBesideTheNewResults) {
   EXPECT_EQ(call_of["estimators"], nlohmann::json({"smoother"}));
   EXPECT_EQ(call_of["log"], path("log.bag"));
   // A run that fails leaves what is there.
-  expect_refused(call("--estimator smoother --initial-pose '900 2 3 0 0 0 1'"), "no plane of this map");
+  expect_refused(call("--estimator smoother --initial-pose '900 2 3 0 0 0 1'"), "this map has no plane");
   EXPECT_TRUE(std::filesystem::exists(out / "smoother/trajectory.tum"));
 }
 

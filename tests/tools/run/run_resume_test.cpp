@@ -185,8 +185,8 @@ TEST_F(RunResume, InterruptedItKeepsWhatHadEnded) {
   EXPECT_FALSE(fs::exists(path("interrupted/checkpoint/smoother.estimates")));
   const ProgramResult resumed = run_lodestone(call("interrupted", options + " --resume"));
   ASSERT_EQ(resumed.code, 0) << resumed.errors;
-  EXPECT_THAT(resumed.output, HasSubstr("ieskf: had ended; its estimates are kept"));
-  EXPECT_THAT(resumed.output, Not(HasSubstr("smoother: had ended")));
+  EXPECT_THAT(resumed.output, HasSubstr("ieskf: finished; its estimates are kept"));
+  EXPECT_THAT(resumed.output, Not(HasSubstr("smoother: finished")));
   expect_same(results_in(path("interrupted")), wanted);
 }
 
@@ -197,7 +197,7 @@ TEST_F(RunResume, SaysWhatItFinds) {
   EXPECT_THAT(anew.output, HasSubstr("nothing to resume"));
   const ProgramResult whole = run_lodestone(call("whole", options + " --resume"));
   EXPECT_EQ(whole.code, 0) << whole.errors;
-  EXPECT_THAT(whole.output, HasSubstr("whole already"));
+  EXPECT_THAT(whole.output, HasSubstr("the results are complete"));
   const ProgramResult other = run_lodestone(call("whole", options + " --resume --max-range 20"));
   EXPECT_THAT(other.output, HasSubstr("nothing to resume"));
 }
@@ -226,7 +226,7 @@ TEST_F(RunResume, RefusesResultsOfAnotherCall) {
   };
   const std::string identity = content_of(path("refused/checkpoint/call.json"));
   write(path("refused/checkpoint/call.json"), identity.substr(0, identity.size() / 2));
-  expect_refused(call("refused", options + " --resume"), "call.json: damaged");
+  expect_refused(call("refused", options + " --resume"), "call.json: the file is damaged");
   write(path("refused/checkpoint/call.json"), identity);
 
   // An estimator with a damaged recording runs again.
@@ -234,7 +234,7 @@ TEST_F(RunResume, RefusesResultsOfAnotherCall) {
   write(recording, whole.substr(0, whole.size() / 2));
   const ProgramResult resumed = run_lodestone(call("refused", options + " --resume"));
   ASSERT_EQ(resumed.code, 0) << resumed.errors;
-  EXPECT_THAT(resumed.output, HasSubstr("no estimator had ended"));
+  EXPECT_THAT(resumed.output, HasSubstr("no estimator has finished"));
   expect_same(results_in(path("refused")), wanted);
 }
 

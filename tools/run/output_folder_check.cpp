@@ -1,4 +1,4 @@
-#include "tools/run/results_apart.h"
+#include "tools/run/output_folder_check.h"
 
 #include <fmt/format.h>
 
@@ -29,10 +29,10 @@ bool is_written_by_a_run(const fs::path& in_out) {
 
 }  // namespace
 
-void check_results_apart(const RunCall& call) {
+void check_output_folder(const RunCall& call) {
   if (fs::is_directory(call.log) && !path_below(call.out, call.log).empty()) {
     throw InputError(fmt::format(
-        "--out {}: is in the folder of the log {}, so that the results would be read as parts of it; choose "
+        "--out {}: is in the folder of the log {}, so that the results would be read as parts of the log; choose "
         "another folder",
         call.out, call.log));
   }
@@ -41,8 +41,8 @@ void check_results_apart(const RunCall& call) {
     if (input.empty()) continue;
     const fs::path in_out = path_below(input, call.out);
     if (in_out.empty() || in_out == "." || !is_written_by_a_run(in_out)) continue;
-    throw InputError(fmt::format("{}: is among the results that --out {} would replace; choose another folder for them",
-                                 input, call.out));
+    throw InputError(fmt::format(
+        "{}: is among the files that --out {} would replace; choose another folder for the results", input, call.out));
   }
 }
 

@@ -1,4 +1,4 @@
-#include "tools/run/automatic_start.h"
+#include "tools/run/automatic_initialization.h"
 
 #include <fmt/format.h>
 
@@ -26,16 +26,16 @@ std::string candidates_text(const FoundStart& found) {
   std::string text;
   for (std::size_t i = 0; i < std::min(kNamed, found.best.size()); ++i) {
     const StartHypothesis& one = found.best[i];
-    text += fmt::format("{}\"{}\" ({:.1f} %, {:.0f} % of the scan fits)", i == 0 ? "" : ", ", pose_text(one.T_map_imu),
-                        100.0 * one.probability, 100.0 * one.lidar.share);
+    text += fmt::format("{}\"{}\" ({:.1f} %, {:.0f} % of the scan on the map)", i == 0 ? "" : ", ",
+                        pose_text(one.T_map_imu), 100.0 * one.probability, 100.0 * one.lidar.share);
   }
   return text;
 }
 
 }  // namespace
 
-AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput& input,
-                                    const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {
+AutomaticInitialization find_initial_pose(const std::string& log, const EstimatorInput& input,
+                                          const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {
   const auto begin = std::chrono::steady_clock::now();
   std::vector<ScanBundle> bundles;
   ScanBundle bundle;
@@ -45,28 +45,30 @@ AutomaticStart find_automatic_start(const std::string& log, const EstimatorInput
     bundles.push_back(bundle);
   }
   if (bundles.empty())
-    throw InputError(log + ": no scan between its first and last IMU sample; --initial-pose auto needs one");
+    throw InputError(log +
+                     ": there is no scan between the first and the last IMU sample; --initial-pose auto requires one");
   const FoundStart found = StartFinder(input).find(bundles);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!found.sure) {
-    const std::string advice = found.best.empty() ? "give --initial-pose"
-                                                  : "give --initial-pose yourself, one of " + candidates_text(found) +
-                                                        ", or lower search.min_probability to take the first";
-    throw InputError(fmt::format("{}: --initial-pose auto is not sure of the start after {:.1f} s of data: {}; {}", log,
-                                 found.data_s, found.doubt, advice));
+    const std::string advice = found.best.empty() ? "set --initial-pose"
+                                                  : "set --initial-pose to one of " + candidates_text(found) +
+                                                        ", or lower search.min_probability to accept the first";
+    throw InputError(fmt::format("{}: --initial-pose auto found no certain initial pose in {:.1f} s of data: {}; {}",
+                                 log, found.data_s, found.doubt, advice));
   }
   const StartHypothesis& best = found.best.front();
   const Vector3& p = best.T_map_imu.position;
   const std::string line = fmt::format(
-      "start: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} s of "
+      "initial pose: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} "
+      "s of "
       "data, found in {:.1f} s",
       p.x(), p.y(), p.z(), heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability,
       found.candidates, found.data_s, wall_s);
   std::printf("%s\n", line.c_str());
   if (best.probability < PlaceSearchOptions{}.min_probability) {
     warnings.add("run.initial_pose",
-                 fmt::format("the start is {:.1f} % probable only; candidates: {}", 100.0 * best.probability,
-                             candidates_text(found)),
+                 fmt::format("the initial pose has a probability of only {:.1f} %; candidates: {}",
+                             100.0 * best.probability, candidates_text(found)),
                  bundles.front().scan.start);
   }
   return {best.T_map_imu, best.velocity};

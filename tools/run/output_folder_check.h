@@ -1,0 +1,11 @@
+#pragma once
+
+#include "tools/run/run_call.h"
+
+namespace lodestone {
+
+/// Throws InputError if the results of a run would replace an input or would be read as a part of it: --out in the
+/// log's folder, or an input among the files that a run writes to --out.
+void check_output_folder(const RunCall& call);
+
+}  // namespace lodestone
