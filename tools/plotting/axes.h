@@ -7,30 +7,30 @@
 
 namespace lodestone {
 
-/// Values between round numbers that divide `low` to `high` into about `count` parts.
+/// Round values between `low` and `high` that divide the range into about `count` parts.
 std::vector<double> round_ticks(double low, double high, int count);
 
-/// Powers of ten within `low` to `high`, both above 0.
+/// Powers of ten between `low` and `high`; both limits are positive.
 std::vector<double> decade_ticks(double low, double high);
 
-/// A value as short text for an axis.
+/// Short text of a value for an axis.
 std::string tick_text(double value);
 
-/// One axis: the range of values that it shows.
+/// The range of values of one axis.
 struct Scale {
   double low = 0.0;
   double high = 1.0;
   bool logarithmic = false;
 
-  /// 0 at `low`, 1 at `high`; on a logarithmic scale values at or below 0 are held at the lower edge.
+  /// 0 at `low`, 1 at `high`. On a logarithmic scale, values at or below 0 are at the lower edge.
   double share(double value) const;
   std::vector<double> ticks(int count) const;
 
-  /// The 2 to 9 times powers of ten of a logarithmic scale; none of a linear one, or of one over many decades.
+  /// The multiples 2 to 9 of powers of ten on a logarithmic scale. None on a linear scale or over many decades.
   std::vector<double> minor_ticks() const;
 };
 
-/// A box with two axes in which data is drawn.
+/// A box with two axes for data.
 class Axes {
  public:
   Axes(Canvas& canvas, CanvasBox box, Scale x, Scale y) : canvas_(canvas), box_(box), x_(x), y_(y) {}
@@ -42,23 +42,22 @@ class Axes {
   /// Fine lines at the ticks, below the data.
   void grid(int x_count, int y_count);
 
-  /// Frame, ticks and their numbers, and the titles. Without `x_title` the x axis has no numbers: a panel below has
-  /// them.
+  /// Frame, ticks with numbers, and titles. Without `x_title`, the x axis has no numbers; the panel below has them.
   void labels(const std::string& x_title, const std::string& y_title, int x_count, int y_count);
 
-  /// The frame and the ticks, with numbers where wanted; the parts between the powers of a logarithmic axis are ticked
-  /// too. Returns the width of the widest number of the y axis.
+  /// Frame and ticks, optionally with numbers. Logarithmic axes also have minor ticks. Returns the width of the widest
+  /// number of the y axis.
   double ticks(bool x_numbers, bool y_numbers, int x_count, int y_count);
 
-  /// A line through the points, cut off at the box; points that are not finite break it.
+  /// A line through the points, clipped at the box. Points that are not finite interrupt the line.
   void curve(const std::vector<double>& x, const std::vector<double>& y, Color color, double width,
              Stroke stroke = Stroke::solid);
 
-  /// The area between two curves over the same x, cut off at the box; broken as a curve.
+  /// The area between two curves over the same x, clipped at the box; interrupted like a curve.
   void ribbon(const std::vector<double>& x, const std::vector<double>& low, const std::vector<double>& high,
               Color color, double opacity);
 
-  /// The stretch from x0 to x1 in full height.
+  /// The interval from x0 to x1 in full height.
   void band(double x0, double x1, Color color, double opacity);
 
   const CanvasBox& box() const { return box_; }
@@ -74,14 +73,14 @@ struct LegendEntry {
   std::string name;
   Color color;
   double width = 2.0;  ///< of the line
-  bool patch = false;  ///< a filled patch rather than a line
+  bool patch = false;  ///< a filled patch instead of a line
   Stroke stroke = Stroke::solid;
 };
 
-/// Entries side by side from `from` on; what does not fit before `right` goes to the next row. Returns the height used.
+/// Entries side by side from `from` on. Entries that do not fit before `right` start a new row. Returns the height.
 double draw_legend(Canvas& canvas, CanvasPoint from, double right, const std::vector<LegendEntry>& entries);
 
-/// What all pictures share.
+/// Colours and sizes of all pictures.
 namespace ink {
 constexpr Color text{40, 40, 40};
 constexpr Color frame{90, 90, 90};

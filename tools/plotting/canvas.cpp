@@ -12,21 +12,20 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kCapitalHeight = 0.73;  // of DejaVu Sans, in letter sizes
+constexpr double kCapitalHeight = 0.73;  // of DejaVu Sans, relative to the letter size
 
-/// Edges that run along the sheet lie on whole pixels of the PNG and stay sharp there.
-double on_pixel(double logical) {
-  return std::round(logical * kPixelsALogical) / kPixelsALogical;
+/// Snaps edges parallel to the sheet to whole pixels of the PNG, so that they are sharp.
+double snap_to_pixel(double logical) {
+  return std::round(logical * kPixelsPerLogical) / kPixelsPerLogical;
 }
 
-/// A lost estimate may lie kilometres off the sheet; the libraries' coordinates end before that.
-CanvasPoint brought_near(CanvasPoint point) {
+/// Limits coordinates to the range of the libraries: a lost estimate may be kilometres away.
+CanvasPoint clamp_point(CanvasPoint point) {
   constexpr double kLimit = 2e4;
   return {std::clamp(point.x, -kLimit, kLimit), std::clamp(point.y, -kLimit, kLimit)};
 }
 
-/// Text with every byte that is not part of a well-formed UTF-8 letter, and every control character, as '?': the
-/// writers would refuse the whole picture.
+/// Replaces invalid UTF-8 and control characters by '?': otherwise the writers refuse the whole picture.
 std::string well_formed(std::string_view text) {
   std::string result;
   for (std::size_t i = 0; i < text.size();) {
@@ -79,37 +78,39 @@ void Canvas::unclip() {
 }
 
 void Canvas::fill(const CanvasBox& box, Color color, double opacity) {
-  const CanvasBox on{on_pixel(box.left), on_pixel(box.top), on_pixel(box.right), on_pixel(box.bottom)};
+  const CanvasBox on{snap_to_pixel(box.left), snap_to_pixel(box.top), snap_to_pixel(box.right),
+                     snap_to_pixel(box.bottom)};
   polygon({{on.left, on.top}, {on.right, on.top}, {on.right, on.bottom}, {on.left, on.bottom}}, color, opacity);
 }
 
 void Canvas::polygon(const std::vector<CanvasPoint>& corners, Color color, double opacity) {
   AreaMark area{{}, color, opacity};
   for (const CanvasPoint& corner : corners) {
-    if (std::isfinite(corner.x) && std::isfinite(corner.y)) area.corners.push_back(brought_near(corner));
+    if (std::isfinite(corner.x) && std::isfinite(corner.y)) area.corners.push_back(clamp_point(corner));
   }
   if (area.corners.size() > 2) sheet_->add(std::move(area));
 }
 
 void Canvas::frame(const CanvasBox& box, Color color, double width) {
-  const CanvasBox on{on_pixel(box.left), on_pixel(box.top), on_pixel(box.right), on_pixel(box.bottom)};
+  const CanvasBox on{snap_to_pixel(box.left), snap_to_pixel(box.top), snap_to_pixel(box.right),
+                     snap_to_pixel(box.bottom)};
   LineMark line{{{on.left, on.top}, {on.right, on.top}, {on.right, on.bottom}, {on.left, on.bottom}}, color, width};
   line.closed = true;
   sheet_->drawing.marks.push_back({std::move(line), std::nullopt});
 }
 
 void Canvas::line(CanvasPoint from, CanvasPoint to, Color color, double width, Stroke stroke) {
-  if (from.x == to.x) from.x = to.x = on_pixel(to.x);
-  if (from.y == to.y) from.y = to.y = on_pixel(to.y);
+  if (from.x == to.x) from.x = to.x = snap_to_pixel(to.x);
+  if (from.y == to.y) from.y = to.y = snap_to_pixel(to.y);
   polyline({from, to}, color, width, stroke);
 }
 
 void Canvas::polyline(const std::vector<CanvasPoint>& points, Color color, double width, Stroke stroke) {
-  constexpr double kSame = 0.05;  // points nearer to each other than this look as one and would only swell the file
+  constexpr double kSame = 0.05;  // points closer than this are merged, for a smaller file
   LineMark line{{}, color, width, stroke};
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!std::isfinite(points[i].x) || !std::isfinite(points[i].y)) continue;
-    const CanvasPoint point = brought_near(points[i]);
+    const CanvasPoint point = clamp_point(points[i]);
     const bool near =
         !line.points.empty() && std::hypot(point.x - line.points.back().x, point.y - line.points.back().y) < kSame;
     if (!near || i + 1 == points.size()) line.points.push_back(point);
@@ -118,11 +119,11 @@ void Canvas::polyline(const std::vector<CanvasPoint>& points, Color color, doubl
 }
 
 void Canvas::disk(CanvasPoint center, double radius, Color color) {
-  if (std::isfinite(center.x) && std::isfinite(center.y)) sheet_->add(DiskMark{brought_near(center), radius, color});
+  if (std::isfinite(center.x) && std::isfinite(center.y)) sheet_->add(DiskMark{clamp_point(center), radius, color});
 }
 
 cv::Rect Canvas::pixels_of(const CanvasBox& box) const {
-  const auto pixel = [](double logical) { return static_cast<int>(std::lround(logical * kPixelsALogical)); };
+  const auto pixel = [](double logical) { return static_cast<int>(std::lround(logical * kPixelsPerLogical)); };
   const cv::Point first(pixel(std::max(0.0, box.left)), pixel(std::max(0.0, box.top)));
   const cv::Point last(pixel(std::min(sheet_->drawing.width, box.right)),
                        pixel(std::min(sheet_->drawing.height, box.bottom)));
@@ -132,8 +133,8 @@ cv::Rect Canvas::pixels_of(const CanvasBox& box) const {
 void Canvas::shade(const CanvasBox& box, const cv::Mat1f& shares, ColorRamp ramp) {
   const cv::Rect pixels = pixels_of(box);
   if (pixels.empty()) return;
-  const CanvasBox covered{pixels.x / kPixelsALogical, pixels.y / kPixelsALogical, pixels.br().x / kPixelsALogical,
-                          pixels.br().y / kPixelsALogical};
+  const CanvasBox covered{pixels.x / kPixelsPerLogical, pixels.y / kPixelsPerLogical, pixels.br().x / kPixelsPerLogical,
+                          pixels.br().y / kPixelsPerLogical};
   sheet_->add(ImageMark{covered, colored(shares, ramp)});
 }
 
@@ -143,7 +144,7 @@ void Canvas::shade(const CanvasBox& box, const std::function<double(CanvasPoint)
   for (int row = 0; row < shares.rows; ++row) {
     for (int column = 0; column < shares.cols; ++column) {
       shares(row, column) = static_cast<float>(
-          share({(pixels.x + column + 0.5) / kPixelsALogical, (pixels.y + row + 0.5) / kPixelsALogical}));
+          share({(pixels.x + column + 0.5) / kPixelsPerLogical, (pixels.y + row + 0.5) / kPixelsPerLogical}));
     }
   }
   shade(box, shares, ramp);
@@ -156,7 +157,7 @@ double Canvas::text_width(const std::string& text, double size) const {
 void Canvas::text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal,
                   Anchor vertical) {
   if (text.empty()) return;
-  // The height of a capital, whatever the letters are: so neighbours stand on one line.
+  // The height of a capital for any text, so that neighbouring texts are on one line.
   if (vertical == Anchor::begin) at.y += kCapitalHeight * size;
   if (vertical == Anchor::middle) at.y += 0.5 * kCapitalHeight * size;
   sheet_->drawing.marks.push_back({TextMark{at, well_formed(text), size, color, horizontal, false}, std::nullopt});

@@ -20,14 +20,14 @@ void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, Co
               Anchor::end);
 }
 
-void shade_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& stretch, const PlanRaster& raster,
+void shade_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const PlanRaster& raster,
                   const Scale& scale, ColorRamp ramp, RasterInterpolation interpolation) {
   const cv::Rect pixels = canvas.pixels_of(box);
-  const double x_step = stretch.width() / box.width() / kPixelsALogical;
-  const double y_step = stretch.height() / box.height() / kPixelsALogical;
+  const double x_step = extent.width() / box.width() / kPixelsPerLogical;
+  const double y_step = extent.height() / box.height() / kPixelsPerLogical;
   PlanPoints points;
-  points.x_m = stretch.x_low + (pixels.x + 0.5 - box.left * kPixelsALogical) * x_step;
-  points.y_m = stretch.y_high - (pixels.y + 0.5 - box.top * kPixelsALogical) * y_step;
+  points.x_m = extent.x_low + (pixels.x + 0.5 - box.left * kPixelsPerLogical) * x_step;
+  points.y_m = extent.y_high - (pixels.y + 0.5 - box.top * kPixelsPerLogical) * y_step;
   points.x_step_m = x_step;
   points.y_step_m = -y_step;
   points.count = pixels.size();

@@ -7,12 +7,12 @@
 
 namespace lodestone {
 
-/// The colours of `ramp` from the scale's low end, at the bottom, to its high end, with ticks at the right and `title`
+/// The colours of `ramp` from the scale's low end at the bottom to its high end, with ticks at the right and `title`
 /// above.
 void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, ColorRamp ramp, const std::string& title);
 
-/// Colours the raster's values on `box`, which shows `stretch`. Without a value, what was drawn before shows.
-void shade_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& stretch, const PlanRaster& raster,
+/// Colours the raster's values on `box`, which shows `extent`. Places without value are transparent.
+void shade_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const PlanRaster& raster,
                   const Scale& scale, ColorRamp ramp, RasterInterpolation interpolation);
 
 }  // namespace lodestone

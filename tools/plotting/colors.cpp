@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kColors = 256;
 
-/// The colours of one of OpenCV's maps, with a share of white mixed in.
+/// The colours of one of OpenCV's maps, mixed with a share of white.
 cv::Mat3b map_of(int opencv_map, double white) {
   cv::Mat1b shares(kColors, 1);
   for (int i = 0; i < kColors; ++i) shares(i) = static_cast<unsigned char>(i);
@@ -22,7 +22,7 @@ cv::Mat3b map_of(int opencv_map, double white) {
   return colors;
 }
 
-/// Colours between even steps, given as red, green, blue.
+/// Interpolates evenly spaced colours, given as red, green, blue.
 cv::Mat3b between(const std::vector<cv::Vec3b>& steps) {
   const int last = static_cast<int>(steps.size()) - 1;
   cv::Mat3b colors(kColors, 1);
@@ -35,9 +35,9 @@ cv::Mat3b between(const std::vector<cv::Vec3b>& steps) {
   return colors;
 }
 
-/// Blue, green, red of the shares 0, 1/255, ... 1.
+/// Blue, green, red for the shares 0, 1/255, ... 1.
 const cv::Mat3b& table_of(ColorRamp ramp) {
-  // Viridis and plasma: Smith and van der Walt 2015. The reds are ColorBrewer's OrRd, with white as their first step.
+  // Viridis and plasma: Smith and van der Walt 2015. The reds are ColorBrewer's OrRd, beginning with white.
   static const std::array<cv::Mat3b, 5> tables{map_of(cv::COLORMAP_VIRIDIS, 0.4),
                                                between({{255, 255, 255},
                                                         {254, 232, 200},

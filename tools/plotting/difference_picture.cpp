@@ -13,28 +13,28 @@
 namespace lodestone {
 namespace {
 
-/// From 0 to the 99.5 % quantile of the nodes: a single bolt must not take the whole scale.
+/// From 0 to the 99.5 % quantile of the nodes, so that single strong nodes do not dominate the scale.
 Scale change_range(const PlanRaster& change) {
   const double high = quantile(change.values, 0.995);
   return std::isfinite(high) ? Scale{0.0, std::max(high, 0.1)} : Scale{0.0, 1.0};
 }
 
-/// What was compared.
-PlanStretch stretch_of(const PlanRaster& change) {
-  PlanStretch stretch;
+/// The extent of the compared nodes.
+PlanExtent drawn_extent(const PlanRaster& change) {
+  PlanExtent extent;
   const cv::Rect compared = cv::boundingRect(~without_value(change.values));
   if (!compared.empty()) {
     const auto node = [&](cv::Point at) {
-      stretch.include(change.x_m + change.resolution_m * at.x, change.y_m + change.resolution_m * at.y);
+      extent.include(change.x_m + change.resolution_m * at.x, change.y_m + change.resolution_m * at.y);
     };
     node(compared.tl());
     node(compared.br() - cv::Point(1, 1));
   }
-  stretch.widen(0.5, 0.02);
-  return stretch;
+  extent.widen(0.5, 0.02);
+  return extent;
 }
 
-/// A ring, white and black so that it shows on every colour.
+/// A white and black ring, visible on every colour.
 void draw_ring(Canvas& canvas, CanvasPoint center, double radius) {
   constexpr int corners = 40;
   std::vector<CanvasPoint> ring;
@@ -46,7 +46,7 @@ void draw_ring(Canvas& canvas, CanvasPoint center, double radius) {
   canvas.polyline(ring, ink::truth, 2.0);
 }
 
-/// Text on a white plate, within `box`.
+/// Text on a white background, within `box`.
 void draw_note(Canvas& canvas, const CanvasBox& box, CanvasPoint at, const std::string& text, double size) {
   const double width = canvas.text_width(text, size) + 8.0;
   const double left = std::clamp(at.x, box.left, std::max(box.left, box.right - width));
@@ -60,7 +60,7 @@ void draw_note(Canvas& canvas, const CanvasBox& box, CanvasPoint at, const std::
 void draw_difference_picture(const std::filesystem::path& path, const MagneticDifference& difference,
                              const std::vector<ChangedPlace>& places, const std::string& title) {
   const PlanRaster change = change_raster(difference);
-  const PlanSheet sheet = plan_sheet(stretch_of(change), 76.0);
+  const PlanSheet sheet = plan_sheet(drawn_extent(change), 76.0);
   const CanvasBox& box = sheet.box;
   Canvas canvas(sheet.width, sheet.height);
   canvas.text({box.left, 14.0}, title, ink::title, ink::text, Anchor::begin, Anchor::begin);
@@ -70,10 +70,10 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
               ink::letter, ink::text, Anchor::begin, Anchor::begin);
 
   const Scale scale = change_range(change);
-  const PlanStretch& stretch = sheet.stretch;
-  Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
+  const PlanExtent& extent = sheet.extent;
+  Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
   canvas.fill(box, {240, 240, 240});
-  shade_raster(canvas, box, stretch, change, scale, ColorRamp::heat, RasterInterpolation::nearest);
+  shade_raster(canvas, box, extent, change, scale, ColorRamp::heat, RasterInterpolation::nearest);
   draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::heat, "|ΔB| µT");
   for (std::size_t i = 1; i < std::min<std::size_t>(places.size(), 10); ++i) {
     const CanvasPoint at = axes.at(places[i].largest_at.x(), places[i].largest_at.y());

@@ -9,7 +9,7 @@
 
 namespace lodestone {
 
-/// What a canvas has recorded, in logical pixels: the writers of PNG, PDF and SVG draw it from here.
+/// Recorded marks of a canvas, in logical pixels. The input of the writers of PNG, PDF and SVG.
 
 struct AreaMark {
   std::vector<CanvasPoint> corners;
@@ -37,12 +37,12 @@ struct ImageMark {
 };
 
 struct TextMark {
-  CanvasPoint at;  ///< on the base line, at the text's begin, middle or end
+  CanvasPoint at;  ///< on the baseline, at the text's begin, middle or end
   std::string text;
   double size = 1.0;
   Color color;
   Anchor anchor = Anchor::begin;
-  bool upward = false;  ///< read from below to above
+  bool upward = false;  ///< read upwards
 };
 
 struct Mark {
@@ -56,9 +56,9 @@ struct Drawing {
   std::vector<Mark> marks;
 };
 
-constexpr double kPixelsALogical = 2.0;    ///< of the PNG, and of images in PDF and SVG
-constexpr double kPointsALogical = 0.5;    ///< of PDF and SVG: 15 logical pixels are letters of 7.5 pt
-constexpr double kDashes[2] = {5.0, 2.5};  ///< drawn and left out, in line widths
+constexpr double kPixelsPerLogical = 2.0;  ///< of the PNG, and of images in PDF and SVG
+constexpr double kPointsPerLogical = 0.5;  ///< of PDF and SVG: 15 logical pixels are letters of 7.5 pt
+constexpr double kDashes[2] = {5.0, 2.5};  ///< dash and gap, in line widths
 constexpr double kDots[2] = {1.3, 1.7};
 
 }  // namespace lodestone

@@ -31,7 +31,7 @@ void set_color(cairo_t* pen, Color color, double opacity = 1.0) {
   cairo_set_source_rgba(pen, color.red / 255.0, color.green / 255.0, color.blue / 255.0, opacity);
 }
 
-/// Letters that are the same shape at every resolution: no hinting.
+/// Disables hinting, so that letters have the same shape at every resolution.
 void set_letters(cairo_t* pen, double size) {
   cairo_select_font_face(pen, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
   cairo_font_options_t* options = cairo_font_options_create();
@@ -54,7 +54,7 @@ void trace(cairo_t* pen, const std::vector<CanvasPoint>& points) {
   for (const CanvasPoint& point : points) cairo_line_to(pen, point.x, point.y);
 }
 
-/// The pixels of a surface, shared: blue, green, red, opacity as cairo keeps them on little-endian machines.
+/// The pixels of a surface, shared: blue, green, red, opacity, cairo's order on little-endian machines.
 cv::Mat4b pixels_of(cairo_surface_t* surface) {
   cairo_surface_flush(surface);
   return {cairo_image_surface_get_height(surface), cairo_image_surface_get_width(surface),
@@ -147,12 +147,12 @@ double advance_of(const std::string& text, double size) {
 
 std::string png_of(const Drawing& drawing) {
   const Surface surface(
-      cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(drawing.width * kPixelsALogical + 0.5),
-                                 static_cast<int>(drawing.height * kPixelsALogical + 0.5)),
+      cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(drawing.width * kPixelsPerLogical + 0.5),
+                                 static_cast<int>(drawing.height * kPixelsPerLogical + 0.5)),
       &cairo_surface_destroy);
   require(cairo_surface_status(surface.get()), "PNG");
   const Context pen(cairo_create(surface.get()), &cairo_destroy);
-  paint(drawing, pen.get(), kPixelsALogical, "PNG");
+  paint(drawing, pen.get(), kPixelsPerLogical, "PNG");
   cv::Mat3b image;
   cv::cvtColor(pixels_of(surface.get()), image, cv::COLOR_BGRA2BGR);
   return encode_png(image);
@@ -161,15 +161,15 @@ std::string png_of(const Drawing& drawing) {
 std::string pdf_of(const Drawing& drawing) {
   std::string bytes;
   {
-    const Surface surface(cairo_pdf_surface_create_for_stream(append, &bytes, drawing.width * kPointsALogical,
-                                                              drawing.height * kPointsALogical),
+    const Surface surface(cairo_pdf_surface_create_for_stream(append, &bytes, drawing.width * kPointsPerLogical,
+                                                              drawing.height * kPointsPerLogical),
                           &cairo_surface_destroy);
     require(cairo_surface_status(surface.get()), "PDF");
-    // The hour of drawing would make every file differ from the last.
+    // A fixed date, so that the same drawing gives the same bytes.
     cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, "2000-01-01T00:00:00Z");
     {
       const Context pen(cairo_create(surface.get()), &cairo_destroy);
-      paint(drawing, pen.get(), kPointsALogical, "PDF");
+      paint(drawing, pen.get(), kPointsPerLogical, "PDF");
     }
     cairo_surface_finish(surface.get());
     require(cairo_surface_status(surface.get()), "PDF");

@@ -1,5 +1,4 @@
-// A drawing as SVG, written here because cairo's SVG turns letters into outlines: a text that cannot be searched or
-// mended.
+// A drawing as SVG. Not written by cairo, because cairo converts text to outlines.
 #include <fmt/format.h>
 
 #include <string_view>
@@ -12,7 +11,7 @@ namespace lodestone {
 
 namespace {
 
-/// At most two decimals, without trailing zeros: a fiftieth of a real pixel.
+/// At most two decimals (a fiftieth of a real pixel), without trailing zeros.
 std::string short_number(double value) {
   std::string text = fmt::format("{:.2f}", value);
   while (text.back() == '0') text.pop_back();
@@ -98,7 +97,7 @@ struct SvgElement {
   }
 };
 
-/// Named by what it is: pictures that share a page may share names, and then mean the same.
+/// A name made of the box: equal boxes of pictures on the same page share a definition.
 std::string clip_name(const CanvasBox& box) {
   std::string name = "clip";
   for (const double value : {box.left, box.top, box.width(), box.height()})
@@ -118,7 +117,7 @@ std::string svg_of(const Drawing& drawing) {
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
       "xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"{0}pt\" height=\"{1}pt\" viewBox=\"0 0 {2} {3}\" "
       "font-family=\"DejaVu Sans, Verdana, sans-serif\">\n<rect width=\"{2}\" height=\"{3}\" fill=\"#ffffff\"/>\n",
-      short_number(drawing.width * kPointsALogical), short_number(drawing.height * kPointsALogical),
+      short_number(drawing.width * kPointsPerLogical), short_number(drawing.height * kPointsPerLogical),
       short_number(drawing.width), short_number(drawing.height));
   std::optional<CanvasBox> clip;
   for (const Mark& mark : drawing.marks) {

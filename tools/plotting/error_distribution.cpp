@@ -17,9 +17,9 @@ constexpr double kDistributionLeft = 76.0;
 constexpr double kDistributionRight = 14.0;
 constexpr double kDistributionGap = 24.0;
 constexpr double kDistributionPanelHeight = 210.0;
-constexpr double kRowGap = 66.0;  // numbers of the axis above, and the title of the panel below
+constexpr double kRowGap = 66.0;  // space for the axis numbers above and the title of the panel below
 
-/// The distribution's steps would only swell the file: at most so many of its points are drawn.
+/// Most points drawn of a distribution; more would only increase the file.
 constexpr std::size_t kMostPoints = 600;
 
 void draw_curve(Axes& axes, const Scale& scale, const MethodErrors& method, const MethodStyle& style) {

@@ -7,12 +7,12 @@
 
 namespace lodestone::figures {
 
-/// The errors of one method, over as many logs as the caller puts together.
+/// The errors of one method over one or several logs.
 struct MethodErrors {
   std::string method;
   std::vector<double> error_m;
-  std::size_t expected = 0;  ///< scans that there should have been: what a lost run did not reach counts as beyond
-                             ///< every error; 0 where none is missing
+  std::size_t expected = 0;  ///< expected number of scans; missing scans of a lost run count as larger than every
+                             ///< error; 0: none is missing
 };
 
 struct DistributionPanel {
@@ -20,7 +20,7 @@ struct DistributionPanel {
   std::vector<MethodErrors> methods;
 };
 
-/// The share of scans within an error, over that error (logarithmic), a panel a case, with one legend for all.
+/// Cumulative distribution of the error (logarithmic axis), one panel per case, with a common legend.
 void draw_error_distributions(const std::filesystem::path& path, const std::vector<DistributionPanel>& panels);
 
 }  // namespace lodestone::figures

@@ -16,7 +16,7 @@ namespace lodestone::figures {
 namespace {
 
 constexpr double kGridLeft = 88.0;
-constexpr double kStrip = 30.0;  // the rows' headings, at the right
+constexpr double kStrip = 30.0;  // width of the rows' headings, at the right
 constexpr double kGridPanelHeight = 216.0;
 constexpr double kGridGap = 22.0;
 constexpr int kTimeTicks = 6;
@@ -76,7 +76,7 @@ void draw_error_grid(const std::filesystem::path& path, const ErrorGrid& grid) {
   if (!styles.empty()) legend.push_back({"± 1 σ in the window", {200, 213, 228}, 0.0, true});
   if (shaded) legend.push_back({"LiDAR degenerate", {230, 230, 230}, 0.0, true});
 
-  // The legend may need a second row; its height is known only when it has been laid out.
+  // The legend may need a second row. Its height is known only after the layout.
   Canvas measure(kPageWidth, 100.0);
   const double top = draw_legend(measure, {kGridLeft, 4.0}, right, legend) + 40.0;
   Canvas canvas(kPageWidth, top + static_cast<double>(rows) * (kGridPanelHeight + kGridGap) - kGridGap + 62.0);
@@ -90,7 +90,7 @@ void draw_error_grid(const std::filesystem::path& path, const ErrorGrid& grid) {
     Axes axes(canvas, box, {begin[column], end[column] > begin[column] ? end[column] : begin[column] + 1.0}, error);
     for (const auto& [from, to] : grid.panels[i].degenerate) axes.band(from, to, ink::shade, 0.22);
     axes.grid(kTimeTicks, kErrorTicks);
-    // From last to first: the first of the legend lies on top.
+    // From last to first, so that the first series of the legend is on top.
     for (const bool band : {true, false}) {
       for (std::size_t k = methods.size(); k-- > 0;) {
         for (const SmoothSeries& one : panels[i]) {

@@ -22,7 +22,7 @@ double value_at(std::vector<double> values, double share) {
   return *place;
 }
 
-/// Linear where all errors are of one size; logarithmic where one estimator's are many times another's.
+/// Linear if all errors are of similar size; logarithmic if one estimator's errors are many times larger.
 Scale error_scale(const std::vector<PictureSeries>& series) {
   double smallest_median = 0.0;
   double low = 0.0;
@@ -41,22 +41,22 @@ Scale error_scale(const std::vector<PictureSeries>& series) {
   return {floor, std::pow(10.0, std::ceil(std::log10(high) + 0.02)), true};
 }
 
-/// Stretches of at least one scan in which some direction was degenerate.
-std::vector<std::pair<double, double>> degenerate_stretches(const PictureSeries& series) {
-  std::vector<std::pair<double, double>> stretches;
+/// Intervals of at least one scan with a degenerate direction.
+std::vector<std::pair<double, double>> degenerate_intervals(const PictureSeries& series) {
+  std::vector<std::pair<double, double>> intervals;
   for (std::size_t i = 0; i < std::min(series.step_time_s.size(), series.degenerate_directions.size()); ++i) {
     if (series.degenerate_directions[i] == 0) continue;
     const double begin = i > 0 ? series.step_time_s[i - 1] : series.step_time_s[i];
-    if (!stretches.empty() && stretches.back().second >= begin) {
-      stretches.back().second = series.step_time_s[i];
+    if (!intervals.empty() && intervals.back().second >= begin) {
+      intervals.back().second = series.step_time_s[i];
     } else {
-      stretches.emplace_back(begin, series.step_time_s[i]);
+      intervals.emplace_back(begin, series.step_time_s[i]);
     }
   }
-  return stretches;
+  return intervals;
 }
 
-/// Steps instead of slopes for counts: each value holds from the previous scan on.
+/// Counts as steps: each value is valid from the previous scan on.
 void step_curve(Axes& axes, const std::vector<double>& time, const std::vector<int>& counts, Color color) {
   std::vector<double> x;
   std::vector<double> y;
@@ -71,7 +71,7 @@ void step_curve(Axes& axes, const std::vector<double>& time, const std::vector<i
   axes.curve(x, y, color, 1.6);
 }
 
-/// The latest series lies on top; drawn in reverse, that is the first one, which the reader looks for.
+/// Draws in reverse order, so that the first series is on top.
 template <class Function>
 void from_last_to_first(const std::vector<PictureSeries>& series, Function draw) {
   for (std::size_t i = series.size(); i-- > 0;) draw(i, series[i]);
@@ -104,7 +104,7 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   std::vector<LegendEntry> legend;
   bool shaded = false;
   if (!series.empty()) {
-    for (const auto& [from, to] : degenerate_stretches(series.front())) {
+    for (const auto& [from, to] : degenerate_intervals(series.front())) {
       error_axes.band(from, to, ink::shade, 0.2);
       shaded = true;
     }

@@ -10,7 +10,7 @@ namespace {
 constexpr double kWorst_m = 100.0;
 constexpr double kBest_m = 1e-4;
 
-/// The value of 1, 2, 5 · 10ⁿ next below (or at) `value`, or next above.
+/// The largest value of 1, 2, 5 · 10ⁿ at or below `value`; the smallest at or above it.
 double round_down(double value) {
   const double power = std::pow(10.0, std::floor(std::log10(value) + 1e-12));
   for (const double digit : {5.0, 2.0}) {
@@ -28,9 +28,9 @@ double round_up(double value) {
 }
 
 struct Spread {
-  double low = 0.0;  ///< of all methods, the smallest 2 % quantile
+  double low = 0.0;  ///< the smallest 2 % quantile of all methods
   double smallest_median = 0.0;
-  double high = 0.0;  ///< the largest error; 0 where there are no errors
+  double high = 0.0;  ///< the largest error; 0 without errors
 };
 
 Spread spread_of(const std::vector<std::vector<double>>& errors) {

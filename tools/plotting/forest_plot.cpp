@@ -16,9 +16,9 @@ constexpr double kRow = 40.0;
 constexpr double kTop = 34.0;
 constexpr double kBottom = 66.0;
 constexpr double kMargin = 14.0;
-constexpr double kLeastSpan = 1.1;   // of the axis to each side of its middle, as a factor
-constexpr double kMostRatio = 50.0;  // beyond it nobody asks by how much
-constexpr double kSpread = 11.0;     // half height over which single pairs lie
+constexpr double kLeastSpan = 1.1;   // smallest half range of the axis, as a factor
+constexpr double kMostRatio = 50.0;  // largest ratio on the axis
+constexpr double kSpread = 11.0;     // half height of the points of single pairs
 
 std::string row_text(const ForestRow& row) {
   std::string text;
@@ -28,8 +28,8 @@ std::string row_text(const ForestRow& row) {
   return text + (text.empty() || row.note.empty() ? "" : "  ") + row.note;
 }
 
-/// Holds every ratio and every estimate; of intervals, which from two pairs reach anywhere, no more than that and as
-/// much again.
+/// Contains every ratio and estimate. Intervals of few pairs can be huge; they extend the axis at most to twice that
+/// range.
 Scale axis_of(const std::vector<ForestRow>& rows) {
   double least = 0.0;  // logarithms
   double most = 0.0;
@@ -60,7 +60,7 @@ class ForestDrawing {
   double at(double ratio) const { return box_.left + std::clamp(scale_.share(ratio), 0.0, 1.0) * box_.width(); }
   bool beyond(double ratio) const { return ratio < scale_.low || ratio > scale_.high; }
 
-  /// `middle`: of the sheet, where the title is centred: it may be wider than the axis.
+  /// `middle`: of the sheet, where the title is centred. The title may be wider than the axis.
   void axis(const std::string& title, double middle) {
     for (const double tick : ratio_ticks(scale_.low, scale_.high)) {
       canvas_.line({at(tick), box_.top}, {at(tick), box_.bottom}, ink::grid, 1.0);
@@ -74,7 +74,7 @@ class ForestDrawing {
     canvas_.text({middle, box_.bottom + 36.0}, title, ink::letter, ink::text, Anchor::middle, Anchor::begin);
   }
 
-  /// Pairs one below the other, in their order, so that equal ones show.
+  /// Pairs one below the other in their order, so that equal ratios do not overlap.
   void pairs(const std::vector<double>& ratios, double y) {
     for (std::size_t i = 0; i < ratios.size(); ++i) {
       const double share = ratios.size() < 2 ? 0.5 : static_cast<double>(i) / static_cast<double>(ratios.size() - 1);
@@ -138,7 +138,7 @@ void draw_forest_plot(const std::filesystem::path& path, const ForestPlot& plot)
     labels = std::max(labels, measure.text_width(row.label, ink::letter));
     texts = std::max(texts, measure.text_width(row_text(row), ink::letter));
   }
-  constexpr double kLeastAxis = 300.0;  // long names make the sheet wider rather than the axis narrower
+  constexpr double kLeastAxis = 300.0;  // long names widen the sheet instead of narrowing the axis
   const double width = std::max(kPageWidth, labels + texts + 4.0 * kMargin + kLeastAxis);
   const double height = kTop + kRow * static_cast<double>(std::max<std::size_t>(plot.rows.size(), 1)) + kBottom;
   Canvas canvas(width, height);

@@ -9,24 +9,24 @@
 
 namespace lodestone::figures {
 
-/// One thing that is compared with what all rows are compared with.
+/// One case, compared with the common reference.
 struct ForestRow {
   std::string label;
-  std::vector<double> ratios;             ///< of single pairs, drawn small
-  std::optional<RatioEstimate> estimate;  ///< of all of them; nothing: `note` stands in its place
+  std::vector<double> ratios;             ///< of single pairs, as small points
+  std::optional<RatioEstimate> estimate;  ///< of all pairs; nothing: `note` is shown instead
   std::string note;                       ///< to the right of the row's numbers, e.g. "2 lost"
 };
 
 struct ForestPlot {
-  std::string axis;  ///< what the ratios are of
+  std::string axis;  ///< title of the axis
   std::vector<ForestRow> rows;
 };
 
-/// Ratios with their confidence intervals, a row each, on a logarithmic axis with a line at 1: left of it is better.
-/// The numbers stand at the right. What lies beyond the axis is marked by an arrow at its end.
+/// Ratios with their confidence intervals, one per row, on a logarithmic axis with a line at 1; smaller is better. The
+/// numbers are at the right. An arrow at the end of the axis marks values beyond the axis.
 void draw_forest_plot(const std::filesystem::path& path, const ForestPlot& plot);
 
-/// Round ratios within `low` to `high`, both above 0, 1 among them where it is: close ones where the range is narrow.
+/// Round ratios between `low` and `high`, both positive, including 1 if in range. Narrow ranges have closer ratios.
 std::vector<double> ratio_ticks(double low, double high);
 
 }  // namespace lodestone::figures

@@ -12,23 +12,23 @@ namespace lodestone {
 
 namespace {
 
-/// What the truth and the map cover. A lost estimate may lie far off: it is cut at the edge, not shown whole.
-PlanStretch stretch_of(const MagneticMap* map, const Trajectory& truth, const std::vector<PictureSeries>& series) {
-  PlanStretch stretch;
-  for (const StampedPose& pose : truth) stretch.include(pose.pose.position.x(), pose.pose.position.y());
+/// The extent of ground truth and map. A lost estimate may be far away and is clipped at the edge.
+PlanExtent drawn_extent(const MagneticMap* map, const Trajectory& truth, const std::vector<PictureSeries>& series) {
+  PlanExtent extent;
+  for (const StampedPose& pose : truth) extent.include(pose.pose.position.x(), pose.pose.position.y());
   if (map != nullptr) {
     const FieldGrid& grid = map->grid();
-    stretch.include(grid.origin.x(), grid.origin.y());
-    stretch.include(grid.origin.x() + grid.resolution_m * (grid.columns - 1),
-                    grid.origin.y() + grid.resolution_m * (grid.rows - 1));
+    extent.include(grid.origin.x(), grid.origin.y());
+    extent.include(grid.origin.x() + grid.resolution_m * (grid.columns - 1),
+                   grid.origin.y() + grid.resolution_m * (grid.rows - 1));
   }
   if (truth.empty() && map == nullptr) {
     for (const PictureSeries& one : series) {
-      for (const StampedPose& pose : one.trajectory) stretch.include(pose.pose.position.x(), pose.pose.position.y());
+      for (const StampedPose& pose : one.trajectory) extent.include(pose.pose.position.x(), pose.pose.position.y());
     }
   }
-  stretch.widen(0.5, 0.02);
-  return stretch;
+  extent.widen(0.5, 0.02);
+  return extent;
 }
 
 double mean_height(const Trajectory& truth, const std::vector<PictureSeries>& series) {
@@ -39,7 +39,7 @@ double mean_height(const Trajectory& truth, const std::vector<PictureSeries>& se
   return trajectory->empty() ? 0.0 : sum / static_cast<double>(trajectory->size());
 }
 
-/// The strength between whose 1 % and 99 % quantiles the colours run: a single bolt must not take the whole scale.
+/// Colours range from the 1 % to the 99 % quantile, so that single strong nodes do not dominate the scale.
 Scale strength_range(const MagneticMap& map) {
   std::vector<float> strengths;
   map.for_each_node([&](const Eigen::Vector4f& node) {
@@ -77,9 +77,9 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
   constexpr double kLegendTop = 44.0;
   const bool tracks = !truth.empty() || !series.empty();
   const double plot_top = tracks ? 100.0 : 60.0;  // a map alone has no legend
-  const PlanSheet sheet = plan_sheet(stretch_of(map, truth, series), plot_top);
+  const PlanSheet sheet = plan_sheet(drawn_extent(map, truth, series), plot_top);
   const CanvasBox& box = sheet.box;
-  const PlanStretch& stretch = sheet.stretch;
+  const PlanExtent& extent = sheet.extent;
   Canvas canvas(sheet.width, sheet.height);
   canvas.text({box.left, 14.0},
               map == nullptr ? "Trajectories"
@@ -87,7 +87,7 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
                              : "Magnetic map",
               ink::title, ink::text, Anchor::begin, Anchor::begin);
 
-  Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
+  Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
   if (map != nullptr) {
     const Scale strength = strength_range(*map);
     draw_field(canvas, sheet, *map, mean_height(truth, series), strength);
@@ -96,7 +96,7 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
     axes.grid(sheet.x_ticks, sheet.y_ticks);
   }
 
-  // Lines that lie on each other are told apart by their width: the truth widest, later estimates ever narrower on top.
+  // Widths distinguish overlapping lines: the ground truth is widest, later estimates are narrower and on top.
   canvas.clip(box);
   std::vector<LegendEntry> legend;
   constexpr double kTruthWidth = 7.5;

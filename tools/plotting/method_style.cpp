@@ -13,7 +13,7 @@ struct Known {
   Stroke stroke;
 };
 
-/// In the legend's order. Strokes differ as well: a paper may be printed in grey.
+/// In the legend's order. Strokes differ too, for print in grey.
 constexpr std::array<Known, 4> kKnown{{{"smoother", 0, Stroke::solid},
                                        {"ieskf", 1, Stroke::dashed},
                                        {"lidar-inertial", 2, Stroke::solid},

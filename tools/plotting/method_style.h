@@ -7,7 +7,7 @@
 
 namespace lodestone::figures {
 
-/// How a method looks, in every figure alike.
+/// Style of a method, the same in all figures.
 struct MethodStyle {
   std::string label;
   Color color;
@@ -15,11 +15,11 @@ struct MethodStyle {
   double width = 2.0;
 };
 
-/// A style a method, in the order of `methods`. Well-known estimators look the same whoever is with them; others take
-/// the colours that are left.
+/// One style per method, in the order of `methods`. Well-known estimators always have the same style; others get the
+/// remaining colours.
 std::vector<MethodStyle> method_styles(const std::vector<std::string>& methods);
 
-/// The names in the order in which they should stand in a legend, each once.
+/// The names in the order of a legend, each once.
 std::vector<std::string> legend_order(std::vector<std::string> methods);
 
 }  // namespace lodestone::figures

@@ -13,13 +13,13 @@ namespace lodestone::figures {
 namespace {
 
 constexpr double kLeft = 66.0;
-constexpr double kBarSpace = 92.0;  // a colour bar with its numbers and title
+constexpr double kBarSpace = 92.0;  // width of a colour bar with its numbers and title
 constexpr double kBarWidth = 16.0;
-constexpr double kTitle = 28.0;  // above a panel
+constexpr double kTitle = 28.0;  // height above a panel
 constexpr double kLeastHeight = 84.0;
 constexpr double kTallest = 900.0;  // two thirds of a page
 
-/// As many columns as it takes to stay below kTallest; `a_row` is what a row needs besides its panel.
+/// The fewest columns with a height below kTallest. `a_row`: height of a row in addition to its panel.
 struct Layout {
   std::size_t columns = 1;
   double width = 0.0;
@@ -39,7 +39,7 @@ Layout layout_of(std::size_t panels, double ratio, double gap, double a_row) {
   return layout;
 }
 
-/// From 0 to a value that all but the strongest points stay below: one point at a bolt must not take the whole scale.
+/// From 0 to a quantile, so that single strong points do not dominate the scale.
 Scale difference_scale(double high) {
   return {0.0, high > 0.5 ? high : 0.5};
 }
@@ -50,7 +50,7 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
   double ratio = 100.0;
   double high = 0.0;
   for (const DifferencePanel& panel : panels) {
-    const PlanStretch extent = extent_of(panel.difference_ut, panel.track);
+    const PlanExtent extent = extent_of(panel.difference_ut, panel.track);
     ratio = std::min(ratio, extent.width() / extent.height());
     const double strong = quantile(panel.difference_ut.values, 0.998);
     if (std::isfinite(strong)) high = std::max(high, strong);
@@ -68,7 +68,7 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
     const double left = kLeft + static_cast<double>(column) * (layout.width + kGap);
     const double top = kTitle + static_cast<double>(i / layout.columns) * (layout.height + kRow);
     const CanvasBox box{left, top, left + layout.width, top + layout.height};
-    const PlanStretch extent = extent_of(panel.difference_ut, panel.track).filling(layout.width / layout.height);
+    const PlanExtent extent = extent_of(panel.difference_ut, panel.track).filling(layout.width / layout.height);
     draw_raster(canvas, box, extent, panel.difference_ut, scale, ColorRamp::difference);
     Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
     if (!panel.track.empty()) draw_track(canvas, axes, panel.track, ink::truth, 1.6);
@@ -95,14 +95,14 @@ void draw_map_differences(const std::filesystem::path& path, const std::vector<D
 void draw_residuals_over_difference(const std::filesystem::path& path, const PlanRaster& difference_ut,
                                     const std::vector<ResidualPanel>& panels) {
   const std::size_t count = std::max<std::size_t>(1, panels.size());
-  const PlanStretch whole =
+  const PlanExtent whole =
       extent_of(difference_ut, panels.empty() ? std::vector<Vector3>{} : panels.front().track.position);
   constexpr double kRow = kTitle + 10.0;
   constexpr double kTwoBars = 2.0 * kBarSpace;
   const double width = kPageWidth - kLeft - kTwoBars;
   const double fit = (kTallest - static_cast<double>(count) * kRow) / static_cast<double>(count);
   const double height = std::clamp(width * whole.height() / whole.width(), 110.0, std::max(110.0, fit));
-  const PlanStretch extent = whole.filling(width / height);
+  const PlanExtent extent = whole.filling(width / height);
   std::vector<double> residuals;
   for (const ResidualPanel& panel : panels) {
     for (const double value : panel.track.difference_ut) {

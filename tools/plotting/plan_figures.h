@@ -7,16 +7,16 @@
 #include "tools/plotting/plan_raster.h"
 #include "tools/plotting/run_folder.h"
 
-/// Figures on the floor plan: small multiples to one scale of metres where they share a site, with colour bars.
+/// Figures on the floor plan: small multiples with colour bars, in a common scale if they show one site.
 namespace lodestone::figures {
 
 struct DifferencePanel {
   std::string title;
   PlanRaster difference_ut;    ///< |ΔB|
-  std::vector<Vector3> track;  ///< drawn over it; may be empty
+  std::vector<Vector3> track;  ///< drawn on top; may be empty
 };
 
-/// Differences of magnetic maps from a reference: a panel a map, all in one scale of colours, each with its largest
+/// Differences of magnetic maps from a reference: one panel per map, with a common colour scale, each with its largest
 /// value.
 void draw_map_differences(const std::filesystem::path& path, const std::vector<DifferencePanel>& panels);
 
@@ -25,8 +25,8 @@ struct ResidualPanel {
   ResidualTrack track;
 };
 
-/// |measured − map| along trajectories, a panel a trajectory one above the other, over |ΔB| of two maps as background.
-/// Both have their own scale of colours, each one bar.
+/// |measured − map| along trajectories, one panel per trajectory, on |ΔB| of two maps as background. Each quantity has
+/// one colour bar.
 void draw_residuals_over_difference(const std::filesystem::path& path, const PlanRaster& difference_ut,
                                     const std::vector<ResidualPanel>& panels);
 
@@ -38,10 +38,10 @@ struct WorldTrack {
 struct WorldPanel {
   std::string title;
   PlanRaster strength_ut;          ///< |B|
-  std::vector<WorldTrack> tracks;  ///< one a sequence
+  std::vector<WorldTrack> tracks;  ///< one per sequence
 };
 
-/// Every world's drives over its magnetic map: a panel a world, each with its own scale of metres and of colours.
+/// Every world's drives on its magnetic map: one panel per world, each with its own scale and colours.
 void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel>& panels);
 
 }  // namespace lodestone::figures

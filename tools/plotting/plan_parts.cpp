@@ -13,10 +13,10 @@ constexpr Color kNoValue{226, 231, 237};
 
 }  // namespace
 
-PlanStretch extent_of(const PlanRaster& raster, const std::vector<Vector3>& track) {
+PlanExtent extent_of(const PlanRaster& raster, const std::vector<Vector3>& track) {
   if (raster.values.cols > 1 && raster.values.rows > 1)
     return {raster.x_m, raster.x_high(), raster.y_m, raster.y_high()};
-  PlanStretch extent;
+  PlanExtent extent;
   for (const Vector3& point : track) {
     if (point.allFinite()) extent.include(point.x(), point.y());
   }
@@ -25,7 +25,7 @@ PlanStretch extent_of(const PlanRaster& raster, const std::vector<Vector3>& trac
   return extent;
 }
 
-void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanStretch& extent, const PlanRaster& raster,
+void draw_raster(Canvas& canvas, const CanvasBox& box, const PlanExtent& extent, const PlanRaster& raster,
                  const Scale& scale, ColorRamp ramp) {
   canvas.fill(box, kNoValue);
   shade_raster(canvas, box, extent, raster, scale, ramp, RasterInterpolation::bilinear);

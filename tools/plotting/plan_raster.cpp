@@ -15,10 +15,10 @@ namespace {
 
 constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 
-/// OpenCV's warps address pixels by 16 bits.
+/// OpenCV's warps use 16-bit pixel coordinates.
 constexpr int kLongestSide = 30'000;
 
-/// Means of squares of `factor` by `factor` neighbours, of those that have a value.
+/// Means of `factor` by `factor` neighbours, of those with a value.
 PlanRaster shrunk(const PlanRaster& raster, int factor) {
   const cv::Size size((raster.values.cols + factor - 1) / factor, (raster.values.rows + factor - 1) / factor);
   cv::Mat values;
@@ -39,7 +39,7 @@ PlanRaster shrunk(const PlanRaster& raster, int factor) {
   return result;
 }
 
-/// The indices from 0 to count − 1 whose place, first + step * index, lies in [low, high].
+/// The indices from 0 to count − 1 with first + step * index in [low, high].
 cv::Range indices_within(double first, double step, int count, double low, double high) {
   const double at_low = (low - first) / step;
   const double at_high = (high - first) / step;
@@ -50,7 +50,7 @@ cv::Range indices_within(double first, double step, int count, double low, doubl
 
 }  // namespace
 
-PlanStretch whole_plan() {
+PlanExtent whole_plan() {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   return {-kFar, kFar, -kFar, kFar};
 }
@@ -60,19 +60,19 @@ double strength_at(const MagneticMap& map, const Vector3& point) {
   return value ? value->field_ut.norm() : std::numeric_limits<double>::quiet_NaN();
 }
 
-PlanRaster strength_raster(const MagneticMap& map, double height_m, const PlanStretch& stretch, std::size_t limit) {
+PlanRaster strength_raster(const MagneticMap& map, double height_m, const PlanExtent& extent, std::size_t limit) {
   const FieldGrid& grid = map.grid();
   PlanRaster raster;
   raster.height_m = height_m;
-  raster.x_m = std::max(stretch.x_low, grid.origin.x());
-  raster.y_m = std::max(stretch.y_low, grid.origin.y());
-  const double x_high = std::min(stretch.x_high, grid.origin.x() + grid.resolution_m * (grid.columns - 1));
-  const double y_high = std::min(stretch.y_high, grid.origin.y() + grid.resolution_m * (grid.rows - 1));
+  raster.x_m = std::max(extent.x_low, grid.origin.x());
+  raster.y_m = std::max(extent.y_low, grid.origin.y());
+  const double x_high = std::min(extent.x_high, grid.origin.x() + grid.resolution_m * (grid.columns - 1));
+  const double y_high = std::min(extent.y_high, grid.origin.y() + grid.resolution_m * (grid.rows - 1));
   const double width = x_high - raster.x_m;
   const double height = y_high - raster.y_m;
   if (!(width > 0.0) || !(height > 0.0)) return raster;
   raster.resolution_m = std::max(grid.resolution_m, std::sqrt(width * height / static_cast<double>(limit)));
-  // One value more would lie on the map's very edge, or beyond the edge by rounding.
+  // One more value would be on the map's edge, or beyond it after rounding.
   raster.values.create(static_cast<int>(height / raster.resolution_m + 1e-6) + 1,
                        static_cast<int>(width / raster.resolution_m + 1e-6) + 1);
   for (int row = 0; row < raster.values.rows; ++row) {
@@ -108,7 +108,7 @@ PlanRaster change_raster(const MagneticDifference& difference) {
   constexpr double kMostNodes = 1U << 28U;
   if (static_cast<double>(box.width) * box.height > kMostNodes) {
     throw InputError(
-        fmt::format("the maps share {} x {} nodes; at most {:.0f} can be compared; make the first map coarser",
+        fmt::format("the maps have {} x {} nodes in common; at most {:.0f} can be compared; use a coarser first map",
                     box.width, box.height, kMostNodes));
   }
   const FieldGrid& grid = difference.grid;

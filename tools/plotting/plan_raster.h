@@ -9,7 +9,7 @@
 
 namespace lodestone {
 
-/// Values on a regular grid of the floor plan: node (column i, row j) lies at (x_m, y_m) + resolution_m * (i, j), map
+/// Values on a regular grid of the floor plan: node (column i, row j) is at (x_m, y_m) + resolution_m * (i, j), map
 /// frame. Row 0 has the smallest y. Copies share their values.
 struct PlanRaster {
   double resolution_m = 0.1;
@@ -23,15 +23,15 @@ struct PlanRaster {
   double y_high() const { return y_m + resolution_m * (values.rows - 1); }
 };
 
-/// A stretch without end.
-PlanStretch whole_plan();
+/// An unlimited extent.
+PlanExtent whole_plan();
 
 /// |B| at a point of the map frame, µT; NaN if the map has no field there.
 double strength_at(const MagneticMap& map, const Vector3& point);
 
-/// |B|, µT, at height `height_m` within `stretch`, at the map's own resolution, or as coarse as `limit` values require.
-/// Empty if stretch and map do not overlap.
-PlanRaster strength_raster(const MagneticMap& map, double height_m, const PlanStretch& stretch = whole_plan(),
+/// |B|, µT, at height `height_m` within `extent`, at the map's resolution, or coarser for at most `limit` values. Empty
+/// if extent and map do not overlap.
+PlanRaster strength_raster(const MagneticMap& map, double height_m, const PlanExtent& extent = whole_plan(),
                            std::size_t limit = std::numeric_limits<std::size_t>::max());
 
 /// |B_reference − B_other|, µT, at the nodes of `other`, at height `height_m`; NaN if one of the maps has no field.
@@ -41,7 +41,7 @@ PlanRaster difference_raster(const MagneticMap& reference, const MagneticMap& ot
 /// covers the pieces of the difference. Throws InputError for more than 2^28 nodes.
 PlanRaster change_raster(const MagneticDifference& difference);
 
-/// At most `limit` values: each is the mean of a square of neighbours.
+/// Reduces the raster to at most `limit` values: each is the mean of a square of neighbours.
 PlanRaster coarsened(const PlanRaster& raster, std::size_t limit);
 
 /// A grid of points: (x_m + i * x_step_m, y_m + j * y_step_m). Steps may be negative.
@@ -59,10 +59,10 @@ enum class RasterInterpolation { nearest, bilinear };
 cv::Mat1f values_at(const PlanRaster& raster, const PlanPoints& points,
                     RasterInterpolation interpolation = RasterInterpolation::bilinear);
 
-/// 255 where the raster has no value, else 0. OpenCV's own comparison takes NaN for equal to itself.
+/// 255 for pixels without value, otherwise 0. OpenCV's comparison treats NaN as equal to itself.
 cv::Mat1b without_value(const cv::Mat1f& values);
 
-/// The value that a share (0 to 1) of the finite values does not exceed; NaN if there are none.
+/// The quantile for a share (0 to 1) of the finite values; NaN if there are none.
 double quantile(const cv::Mat1f& values, double share);
 
 }  // namespace lodestone

@@ -4,20 +4,20 @@
 
 namespace lodestone {
 
-void PlanStretch::include(double x, double y) {
+void PlanExtent::include(double x, double y) {
   x_low = std::min(x_low, x);
   x_high = std::max(x_high, x);
   y_low = std::min(y_low, y);
   y_high = std::max(y_high, y);
 }
 
-void PlanStretch::widen(double least_m, double share) {
+void PlanExtent::widen(double least_m, double share) {
   if (!(x_high >= x_low)) *this = {-1.0, 1.0, -1.0, 1.0};
   const double margin = std::max(least_m, share * std::max(width(), height()));
   *this = {x_low - margin, x_high + margin, y_low - margin, y_high + margin};
 }
 
-PlanStretch PlanStretch::filling(double width_over_height) const {
+PlanExtent PlanExtent::filling(double width_over_height) const {
   const double wide = std::max(width(), height() * width_over_height);
   const double high = wide / width_over_height;
   const double x = 0.5 * (x_low + x_high);
@@ -26,20 +26,20 @@ PlanStretch PlanStretch::filling(double width_over_height) const {
 }
 
 double PlanSheet::x_at(double canvas_x) const {
-  return stretch.x_low + (canvas_x - box.left) / box.width() * stretch.width();
+  return extent.x_low + (canvas_x - box.left) / box.width() * extent.width();
 }
 
 double PlanSheet::y_at(double canvas_y) const {
-  return stretch.y_high - (canvas_y - box.top) / box.height() * stretch.height();
+  return extent.y_high - (canvas_y - box.top) / box.height() * extent.height();
 }
 
-PlanSheet plan_sheet(const PlanStretch& stretch, double top) {
+PlanSheet plan_sheet(const PlanExtent& extent, double top) {
   constexpr double kWidth = 1200.0;
   constexpr double kLeastWidth = 500.0;
   constexpr double kMostHeight = 1000.0;
   constexpr double kLeastHeight = 260.0;
-  const double wide = stretch.width();
-  const double high = stretch.height();
+  const double wide = extent.width();
+  const double high = extent.height();
   const double pixels_a_metre = std::min(kWidth / wide, kMostHeight / high);
   const double width = std::max(kLeastWidth, wide * pixels_a_metre);
   const double height = std::max(kLeastHeight, high * pixels_a_metre);
@@ -47,8 +47,7 @@ PlanSheet plan_sheet(const PlanStretch& stretch, double top) {
   const double spare_y = 0.5 * (height / pixels_a_metre - high);
 
   PlanSheet sheet;
-  sheet.stretch = {stretch.x_low - spare_x, stretch.x_high + spare_x, stretch.y_low - spare_y,
-                   stretch.y_high + spare_y};
+  sheet.extent = {extent.x_low - spare_x, extent.x_high + spare_x, extent.y_low - spare_y, extent.y_high + spare_y};
   sheet.box = {100.0, top, 100.0 + width, top + height};
   sheet.width = sheet.box.right + 120.0;
   sheet.height = sheet.box.bottom + 70.0;

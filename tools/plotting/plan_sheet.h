@@ -6,8 +6,8 @@
 
 namespace lodestone {
 
-/// A stretch of the floor plan, map x and y in metres; empty until something is included.
-struct PlanStretch {
+/// A rectangle of the floor plan, map x and y in metres; empty until something is included.
+struct PlanExtent {
   double x_low = std::numeric_limits<double>::infinity();
   double x_high = -std::numeric_limits<double>::infinity();
   double y_low = std::numeric_limits<double>::infinity();
@@ -20,18 +20,18 @@ struct PlanStretch {
 
   void include(double x, double y);
 
-  /// Adds surroundings: `share` of the longer side, at least `least_m`. What is empty becomes two metres about the
+  /// Adds a margin: `share` of the longer side, at least `least_m`. An empty rectangle becomes two metres around the
   /// origin.
   void widen(double least_m, double share);
 
-  /// As wide and high as a box of this ratio, about the same middle: metres stay metres both ways.
-  PlanStretch filling(double width_over_height) const;
+  /// Enlarges the rectangle to this aspect ratio, with the same centre.
+  PlanExtent filling(double width_over_height) const;
 };
 
-/// Where a plan stands on its sheet, metres alike both ways: where the box is wider or higher than the stretch that was
-/// asked for, it shows more of its surroundings.
+/// The place of a plan on its sheet, with equal scales of x and y. If the box has another aspect ratio than the
+/// requested rectangle, the plan shows more of the surroundings.
 struct PlanSheet {
-  PlanStretch stretch;
+  PlanExtent extent;
   CanvasBox box;
   double width = 0.0;  ///< of the whole sheet, with room for axes and a colour bar
   double height = 0.0;
@@ -43,7 +43,7 @@ struct PlanSheet {
   double y_at(double canvas_y) const;
 };
 
-/// `top`: height of what stands above the plan.
-PlanSheet plan_sheet(const PlanStretch& stretch, double top);
+/// `top`: height of the part above the plan.
+PlanSheet plan_sheet(const PlanExtent& extent, double top);
 
 }  // namespace lodestone

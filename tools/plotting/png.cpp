@@ -8,7 +8,7 @@ namespace lodestone {
 
 std::string encode_png(const cv::Mat& image) {
   std::vector<unsigned char> bytes;
-  // The default level favours speed: reports would be a third larger.
+  // The default level favours speed; reports would be a third larger.
   if (!cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 6}))
     throw std::runtime_error("cannot encode a PNG");
   return {bytes.begin(), bytes.end()};
@@ -20,7 +20,7 @@ cv::Mat decode_png(const std::string& bytes) {
     return cv::imdecode(
         cv::Mat1b(1, static_cast<int>(bytes.size()), reinterpret_cast<unsigned char*>(const_cast<char*>(bytes.data()))),
         cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {  // the header announces more pixels than OpenCV accepts
+  } catch (const cv::Exception&) {  // the header has more pixels than OpenCV accepts
     return {};
   }
 }

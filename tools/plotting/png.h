@@ -9,7 +9,7 @@ namespace lodestone {
 /// Throws std::runtime_error if the encoder fails.
 std::string encode_png(const cv::Mat& image);
 
-/// The image of a PNG file; empty if the bytes are no readable PNG.
+/// The image of a PNG file; empty if the bytes are not a readable PNG.
 cv::Mat decode_png(const std::string& bytes);
 
 }  // namespace lodestone

@@ -24,7 +24,9 @@ std::vector<double> seconds_since(const std::vector<Time>& times, Time begin) {
 
 Time begin_of(const std::filesystem::path& folder) {
   const std::vector<Time> times = CsvTable(folder / "diagnostics.csv").stamps("t_s");
-  if (times.empty()) throw InputError(fmt::format("{}: holds no scan", (folder / "diagnostics.csv").string()));
+  if (times.empty())
+    throw InputError(fmt::format("{}: there is no scan; use the folder of a run with estimates",
+                                 (folder / "diagnostics.csv").string()));
   return times.front();
 }
 
@@ -38,25 +40,26 @@ ErrorSeries read_error_series(const std::filesystem::path& folder, Time begin) {
   return series;
 }
 
-std::vector<TimeStretch> read_degenerate_stretches(const std::filesystem::path& folder, Time begin, double join_s,
-                                                   double least_s) {
+std::vector<TimeInterval> read_degenerate_stretches(const std::filesystem::path& folder, Time begin, double join_s,
+                                                    double least_s) {
   const CsvTable table(folder / "diagnostics.csv");
   const std::vector<double> time = seconds_since(table.stamps("t_s"), begin);
   const std::vector<double> directions = table.numbers("degenerate_directions");
-  std::vector<TimeStretch> stretches;
+  std::vector<TimeInterval> intervals;
   for (std::size_t i = 0; i < time.size(); ++i) {
     if (!(directions[i] > 0.0)) continue;
     const double from = i > 0 ? time[i - 1] : time[i];  // a scan ends at its stamp
-    if (!stretches.empty() && from - stretches.back().second <= join_s) {
-      stretches.back().second = time[i];
+    if (!intervals.empty() && from - intervals.back().second <= join_s) {
+      intervals.back().second = time[i];
     } else {
-      stretches.emplace_back(from, time[i]);
+      intervals.emplace_back(from, time[i]);
     }
   }
-  stretches.erase(std::remove_if(stretches.begin(), stretches.end(),
-                                 [&](const TimeStretch& stretch) { return stretch.second - stretch.first < least_s; }),
-                  stretches.end());
-  return stretches;
+  intervals.erase(
+      std::remove_if(intervals.begin(), intervals.end(),
+                     [&](const TimeInterval& interval) { return interval.second - interval.first < least_s; }),
+      intervals.end());
+  return intervals;
 }
 
 ResidualTrack read_residuals(const std::filesystem::path& folder, Time begin) {

@@ -7,42 +7,42 @@
 
 #include "core/geometry/trajectory.h"
 
-/// The figures of a paper, drawn from what runs leave in their folders: logs and maps may be gone by then. Every figure
-/// takes plain data and the path it is saved under, with the extension .png, .pdf or .svg, or without for all three.
-/// Sizes are those of a two-column page. docs/user/figures.md shows them.
+/// Figures for papers, drawn from the files of run folders; logs and maps are not required. A figure's function gets
+/// plain data and the path of the file, with the extension .png, .pdf or .svg, or without for all three. Sizes are
+/// those of a two-column page (docs/user/figures.md).
 namespace lodestone::figures {
 
 /// The errors of one method over one log.
 struct ErrorSeries {
-  std::string method;           ///< as `run --estimator` calls it
-  std::vector<double> time_s;   ///< since the series' first scan, or what the caller counts from
-  std::vector<double> error_m;  ///< of the position, one a time
+  std::string method;           ///< name for `run --estimator`
+  std::vector<double> time_s;   ///< since the series' first scan, or another reference
+  std::vector<double> error_m;  ///< of the position, one per time
 };
 
-/// From one time to another, seconds.
-using TimeStretch = std::pair<double, double>;
+/// Begin and end, seconds.
+using TimeInterval = std::pair<double, double>;
 
-/// What the field differed from the map along a trajectory.
+/// Differences of the measured field from the map along a trajectory.
 struct ResidualTrack {
   std::vector<double> time_s;         ///< since `begin`
   std::vector<Vector3> position;      ///< map, metres
   std::vector<double> difference_ut;  ///< |measured − map|
 };
 
-/// The readers below take DIR/NAME, the folder of one estimator of `lodestone run`. Times become seconds since `begin`;
-/// `begin_of` gives the first scan's, so that all methods of one log count from the same moment.
-/// They throw InputError, naming file and line, where a file is missing or malformed.
+/// The readers below require DIR/NAME, the folder of one estimator of `lodestone run`. Times are seconds since `begin`.
+/// `begin_of` gives the first scan's time, a common reference for all methods of a log. The readers throw InputError
+/// with file and line if a file is missing or malformed.
 
-/// The first scan's time, of diagnostics.csv.
+/// The first scan's time, from diagnostics.csv.
 Time begin_of(const std::filesystem::path& folder);
 
 /// errors.csv; the method is the folder's name.
 ErrorSeries read_error_series(const std::filesystem::path& folder, Time begin);
 
-/// The stretches of scans, of diagnostics.csv, with a direction that LiDAR did not see. Those nearer to each other than
-/// `join_s` become one; of these, those shorter than `least_s` are left out.
-std::vector<TimeStretch> read_degenerate_stretches(const std::filesystem::path& folder, Time begin, double join_s = 1.0,
-                                                   double least_s = 0.5);
+/// Intervals of scans with a degenerate direction, from diagnostics.csv. Intervals closer than `join_s` are joined;
+/// then intervals shorter than `least_s` are dropped.
+std::vector<TimeInterval> read_degenerate_stretches(const std::filesystem::path& folder, Time begin,
+                                                    double join_s = 1.0, double least_s = 0.5);
 
 /// field_residuals.csv.
 ResidualTrack read_residuals(const std::filesystem::path& folder, Time begin);

@@ -13,18 +13,18 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLongestStep_m = 1.0;  // between points of one line: beyond it readings are missing
+constexpr double kLongestStep_m = 1.0;  // longest segment of a line; longer ones are gaps of readings
 constexpr Color kStale{20, 20, 20};
 
-/// The drive with some surroundings: what of the map was not driven through has nothing to say here.
-PlanStretch stretch_of(const std::vector<DifferencePoint>& drive) {
-  PlanStretch stretch;
-  for (const DifferencePoint& point : drive) stretch.include(point.position.x(), point.position.y());
-  stretch.widen(1.5, 0.03);
-  return stretch;
+/// The drive with some surroundings. The rest of the map is of no interest.
+PlanExtent drawn_extent(const std::vector<DifferencePoint>& drive) {
+  PlanExtent extent;
+  for (const DifferencePoint& point : drive) extent.include(point.position.x(), point.position.y());
+  extent.widen(1.5, 0.03);
+  return extent;
 }
 
-/// Up to what all but one in two hundred points stay below; logarithmic where one spot would make all else look alike.
+/// Up to the 99.5 % quantile; logarithmic if single spots would dominate a linear scale.
 Scale difference_scale(const std::vector<DifferencePoint>& drive) {
   std::vector<double> sizes;
   for (const DifferencePoint& point : drive) sizes.push_back(point.size_ut);
@@ -39,8 +39,8 @@ Scale difference_scale(const std::vector<DifferencePoint>& drive) {
 void draw_pale_map(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, double height) {
   const CanvasBox& box = sheet.box;
   constexpr std::size_t kSamples = 100'000;
-  const PlanRaster seen = strength_raster(map, height, sheet.stretch, kSamples);
-  const double low = quantile(seen.values, 0.02);  // sets the greys; a bolt must not take the whole scale
+  const PlanRaster seen = strength_raster(map, height, sheet.extent, kSamples);
+  const double low = quantile(seen.values, 0.02);  // limits the greys, so that single strong nodes do not dominate
   if (!std::isfinite(low)) return;
   const Scale scale{low, std::max(low + 0.1, quantile(seen.values, 0.98))};
   canvas.shade(
@@ -62,7 +62,7 @@ void draw_drive(Canvas& canvas, const Axes& axes, const std::vector<DifferencePo
   }
 }
 
-/// The outline of a place: the sides of its cells that no other of its cells shares.
+/// The outline of a place: sides of its cells without a neighbour of the same place.
 void draw_outlines(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
   const double side = stale.options.cell_m;
   const auto place_at = [&](CellKey key) {
@@ -85,7 +85,7 @@ void draw_outlines(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
   }
 }
 
-/// Numbers of the places, the worst on top; places whose number would lie on another's go without.
+/// Numbers of the places, the worst on top. Overlapping numbers are omitted.
 void draw_numbers(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
   constexpr double kRadius = 11.0;
   std::vector<CanvasPoint> drawn;
@@ -112,20 +112,19 @@ void draw_numbers(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
 
 void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap& map,
                             const std::vector<DifferencePoint>& drive, const StaleMap& stale) {
-  const PlanSheet sheet = plan_sheet(stretch_of(drive), 76.0);
+  const PlanSheet sheet = plan_sheet(drawn_extent(drive), 76.0);
   const CanvasBox& box = sheet.box;
   Canvas canvas(sheet.width, sheet.height);
-  canvas.text({box.left, 14.0}, "Measured field less the map's, along the drive", ink::title, ink::text, Anchor::begin,
+  canvas.text({box.left, 14.0}, "Measured minus mapped field along the drive", ink::title, ink::text, Anchor::begin,
               Anchor::begin);
-  canvas.text(
-      {box.left, 44.0},
-      fmt::format("{} stale place{} in {} cells of {:g} m driven through; probability of false alarm {:g} a cell",
-                  stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.cells.size(), stale.options.cell_m,
-                  stale.options.false_alarm_probability),
-      ink::letter, ink::text, Anchor::begin, Anchor::begin);
+  canvas.text({box.left, 44.0},
+              fmt::format("{} stale place{} in {} visited cells of {:g} m; probability of false alarm {:g} per cell",
+                          stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.cells.size(),
+                          stale.options.cell_m, stale.options.false_alarm_probability),
+              ink::letter, ink::text, Anchor::begin, Anchor::begin);
 
-  const PlanStretch& stretch = sheet.stretch;
-  Axes axes(canvas, box, {stretch.x_low, stretch.x_high}, {stretch.y_low, stretch.y_high});
+  const PlanExtent& extent = sheet.extent;
+  Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
   double height = 0.0;
   for (const DifferencePoint& point : drive) height += point.position.z() / static_cast<double>(drive.size());
   draw_pale_map(canvas, sheet, map, height);

@@ -8,14 +8,14 @@
 
 namespace lodestone {
 
-/// A point of the drive and how far the field was from the map there.
+/// A point of the drive with the difference of the field from the map.
 struct DifferencePoint {
   Vector3 position = Vector3::Zero();  ///< map, metres
   double size_ut = 0.0;                ///< |measured − map|
 };
 
-/// The map's |B| in pale grey, the drive over it coloured by |measured − map|, cells that are stale hatched with a
-/// frame and each stale place's number beside it. `drive` in order of time.
+/// The map's |B| in pale grey, the drive coloured by |measured − map|, stale cells hatched with a frame, and the number
+/// of each stale place. `drive` in order of time.
 void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap& map,
                             const std::vector<DifferencePoint>& drive, const StaleMap& stale);
 

@@ -8,16 +8,16 @@ namespace lodestone::figures {
 
 WindowStatistics window_statistics(const std::vector<double>& time_s, const std::vector<double>& values,
                                    double window_s) {
-  if (time_s.size() != values.size()) throw std::invalid_argument("window_statistics: one value a time");
+  if (time_s.size() != values.size()) throw std::invalid_argument("window_statistics: expected one value per time");
   if (!(window_s > 0.0)) throw std::invalid_argument("window_statistics: expected a window above 0");
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kRounding = 1e-9;  // stamps a window apart, of which the difference is a little more
+  constexpr double kRounding = 1e-9;  // tolerance for rounding of stamps that are one window apart
   const double half = 0.5 * window_s + kRounding;
   WindowStatistics result;
   std::size_t begin = 0;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     const double time = time_s[i];
-    if (i > 0 && !(time >= time_s[i - 1])) throw std::invalid_argument("window_statistics: times must rise");
+    if (i > 0 && !(time >= time_s[i - 1])) throw std::invalid_argument("window_statistics: expected increasing times");
     if (i > 0 && time - time_s[i - 1] > window_s + kRounding) {
       result.time_s.push_back(0.5 * (time + time_s[i - 1]));
       result.mean.push_back(kNone);

@@ -9,36 +9,36 @@ namespace lodestone::figures {
 
 namespace {
 
-constexpr double kWorldLeft = 58.0;   // of a cell: numbers and title of the y axis
-constexpr double kWorldRight = 88.0;  // of a cell: colour bar
+constexpr double kWorldLeft = 58.0;   // left margin of a cell: numbers and title of the y axis
+constexpr double kWorldRight = 88.0;  // right margin of a cell: colour bar
 constexpr double kWorldTitle = 30.0;
 constexpr double kBelow = 62.0;
 constexpr double kWorldLeastHeight = 84.0;
 constexpr double kMostHeight = 300.0;
-constexpr double kLong = 2.5;  // width over height from which on a world takes half a page
-constexpr int kUnits = 6;      // of a shelf: a long world takes 3, another 2
+constexpr double kLong = 2.5;  // aspect ratio above which a world gets half a page
+constexpr int kUnits = 6;      // width of a row in units: a long world has 3, others 2
 
 struct Cell {
   const WorldPanel* panel = nullptr;
   double left = 0.0;
   double top = 0.0;
-  double width = 0.0;  // of the plan's box
+  double width = 0.0;  // width of the plan's box
   double height = 0.0;
 };
 
-PlanStretch extent_of_world(const WorldPanel& panel) {
+PlanExtent extent_of_world(const WorldPanel& panel) {
   std::vector<Vector3> all;
   for (const WorldTrack& track : panel.tracks) all.insert(all.end(), track.position.begin(), track.position.end());
   return extent_of(panel.strength_ut, all);
 }
 
-/// Worlds on shelves: compact ones first, three a shelf, then long ones, two a shelf. Returns the height of all.
+/// Places worlds in rows: compact ones first, three per row, then long ones, two per row. Returns the total height.
 double place(const std::vector<WorldPanel>& panels, std::vector<Cell>& cells) {
   double top = 0.0;
   for (const bool is_long : {false, true}) {
     std::vector<const WorldPanel*> group;
     for (const WorldPanel& panel : panels) {
-      const PlanStretch extent = extent_of_world(panel);
+      const PlanExtent extent = extent_of_world(panel);
       if ((extent.width() > kLong * extent.height()) == is_long) group.push_back(&panel);
     }
     const std::size_t a_shelf = kUnits / (is_long ? 3 : 2);
@@ -47,7 +47,7 @@ double place(const std::vector<WorldPanel>& panels, std::vector<Cell>& cells) {
       double highest = 0.0;
       const std::size_t last = std::min(group.size(), first + a_shelf);
       for (std::size_t i = first; i < last; ++i) {
-        const PlanStretch extent = extent_of_world(*group[i]);
+        const PlanExtent extent = extent_of_world(*group[i]);
         Cell one{group[i], cell * static_cast<double>(i - first), top, cell - kWorldLeft - kWorldRight, 0.0};
         one.height = std::clamp(one.width * extent.height() / extent.width(), kWorldLeastHeight, kMostHeight);
         highest = std::max(highest, one.height);
@@ -70,7 +70,7 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
     const WorldPanel& panel = *cell.panel;
     const CanvasBox box{cell.left + kWorldLeft, cell.top + kWorldTitle, cell.left + kWorldLeft + cell.width,
                         cell.top + kWorldTitle + cell.height};
-    const PlanStretch extent = extent_of_world(panel).filling(cell.width / cell.height);
+    const PlanExtent extent = extent_of_world(panel).filling(cell.width / cell.height);
     double low = quantile(panel.strength_ut.values, 0.01);
     double high = quantile(panel.strength_ut.values, 0.99);
     const bool known = std::isfinite(low);
@@ -83,7 +83,7 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
     Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
     std::vector<LegendEntry> legend;
     for (std::size_t i = 0; i < panel.tracks.size(); ++i) {
-      // The first drive is dark, others follow the colours of series: both stand out on the pale field.
+      // The first drive is dark, others have the colours of series: both are visible on the pale field.
       const Color color = i == 0 ? ink::truth : series_color(i - 1);
       draw_track(canvas, axes, panel.tracks[i].position, color, 2.2);
       legend.push_back({panel.tracks[i].name, color, 2.5});

@@ -6,7 +6,7 @@ namespace lodestone {
 
 namespace {
 
-/// 21 bits an axis: at voxels of a centimetre still 20 km across.
+/// 21 bits per axis: 20 km with voxels of a centimetre.
 std::uint64_t voxel_key(const Eigen::Vector3f& point, double voxel_m) {
   std::uint64_t key = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -18,7 +18,7 @@ std::uint64_t voxel_key(const Eigen::Vector3f& point, double voxel_m) {
 
 }  // namespace
 
-CloudThinning::CloudThinning(PlanStretch box, std::size_t limit, double voxel_m)
+CloudThinning::CloudThinning(PlanExtent box, std::size_t limit, double voxel_m)
     : box_(box), limit_(limit), voxel_m_(voxel_m) {}
 
 bool CloudThinning::take(const Eigen::Vector3f& point) {

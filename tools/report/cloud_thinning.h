@@ -11,17 +11,16 @@
 
 namespace lodestone {
 
-/// Thins a cloud of any size to at most `limit` points as it streams by: one point a voxel, the first that came. The
-/// voxels grow whenever more are taken than wanted, so memory is bounded by `limit`. The same points in the same order
-/// give the same result.
+/// Thins a streamed cloud of any size to at most `limit` points: the first point of each voxel. Voxels grow if there
+/// are too many points, so that memory is bounded by `limit`. The same points in the same order give the same result.
 class CloudThinning {
  public:
-  /// Points outside `box` are left out. `voxel_m`: the finest spacing worth keeping.
-  CloudThinning(PlanStretch box, std::size_t limit, double voxel_m);
+  /// Points outside `box` are ignored. `voxel_m`: the finest spacing.
+  CloudThinning(PlanExtent box, std::size_t limit, double voxel_m);
 
   void add(std::span<const Eigen::Vector3f> points);
 
-  /// The kept points in the order in which they came.
+  /// The kept points in their order of arrival.
   const std::vector<Eigen::Vector3f>& points() const { return points_; }
 
   double voxel_m() const { return voxel_m_; }
@@ -30,7 +29,7 @@ class CloudThinning {
   bool take(const Eigen::Vector3f& point);
   void coarsen();
 
-  PlanStretch box_;
+  PlanExtent box_;
   std::size_t limit_;
   double voxel_m_;
   std::vector<Eigen::Vector3f> points_;

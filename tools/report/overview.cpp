@@ -19,10 +19,10 @@ namespace {
 
 constexpr std::size_t kFieldLimit = 1'000'000;
 constexpr std::size_t kCloudLimit = 150'000;
-constexpr double kFinestVoxel = 0.1;    // metres; finer is not seen on a site's plan
-constexpr double kSurroundings = 40.0;  // metres round the drive
+constexpr double kFinestVoxel = 0.1;    // metres; finer voxels are not visible on a plan
+constexpr double kSurroundings = 40.0;  // metres around the drive
 
-/// The truth interpolated at the scan ends of all estimates.
+/// The ground truth interpolated at the scan ends of all estimates.
 Trajectory truth_at_scans(const OverviewInput& input) {
   Trajectory result;
   for (const Trajectory* estimate : input.estimates) {
@@ -36,9 +36,9 @@ Trajectory truth_at_scans(const OverviewInput& input) {
   return result;
 }
 
-/// The drive's surroundings. A lost estimate may end up anywhere: it does not count where another leads.
-PlanStretch box_around(const Trajectory& drive) {
-  PlanStretch box;
+/// The drive's surroundings. A lost estimate is ignored if there is a better trajectory.
+PlanExtent box_around(const Trajectory& drive) {
+  PlanExtent box;
   for (const StampedPose& pose : drive) {
     if (pose.pose.position.allFinite()) box.include(pose.pose.position.x(), pose.pose.position.y());
   }
@@ -56,7 +56,7 @@ double mean_height(const Trajectory& drive) {
 void write_overview(const std::filesystem::path& folder, const OverviewInput& input) {
   made_folder(folder);
   std::error_code error;
-  // What an earlier run into the same folder left must not pass for this one's.
+  // Files of an earlier run in the same folder must not remain.
   for (const char* name : {"overview.json", "truth.tum", "field.png", "field.json", "cloud.pcd"}) {
     std::filesystem::remove(folder / name, error);
   }
@@ -66,11 +66,11 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
   if (input.truth != nullptr) {
     drive = truth_at_scans(input);
     if (!drive.empty())
-      write_tum((folder / "truth.tum").string(), drive, "the truth at scan ends: t_s x_m y_m z_m qx qy qz qw");
+      write_tum((folder / "truth.tum").string(), drive, "the ground truth at scan ends: t_s x_m y_m z_m qx qy qz qw");
   }
   if (drive.empty() && !input.estimates.empty()) drive = *input.estimates.front();
   if (!drive.empty()) {
-    const PlanStretch box = box_around(drive);
+    const PlanExtent box = box_around(drive);
     if (input.field != nullptr) {
       const PlanRaster raster = strength_raster(*input.field, mean_height(drive), box, kFieldLimit);
       if (!raster.empty()) write_raster(raster, folder / "field.png");
