@@ -19,7 +19,7 @@ namespace lodestone {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double kUnseen = 1e6;  // metres: what an infinite sigma is drawn as
+constexpr double kUnseen = 1e6;  // metres; replaces an infinite sigma in charts
 constexpr int kPositionDecimals = 3;
 
 bool has_poses(const std::filesystem::path& path) {
@@ -52,7 +52,7 @@ void add_sigmas(Json& json, const EstimatorFiles& files, const TimeBuckets& buck
   for (const StampedCovariance& entry : read_covariances(path)) {
     times.push_back(entry.time);
     position.push_back(std::sqrt(entry.covariance.bottomRightCorner<3, 3>().trace()));
-    // A ground robot's turn about its own z axis is its heading's, to within its tilt.
+    // For a ground robot, the rotation about the body's z axis equals the heading, except for tilt.
     heading.push_back(degrees_per_radian * std::sqrt(entry.covariance(2, 2)));
   }
   json["sigma"] = rounded(buckets.summarize(times, position, Summary::largest), 4, kUnseen);
@@ -76,7 +76,7 @@ void add_errors(Json& json, const EstimatorFiles& files, const Trajectory& truth
   json["distribution"] = rounded(quantiles, 4);
 }
 
-/// Figures of the field only where a sample met the map: runs of older builds have zeros elsewhere.
+/// Removes field values without samples on the map; runs of older versions have zeros there.
 std::vector<double> where_sampled(std::vector<double> values, const std::vector<double>& samples) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!(samples[i] > 0.0)) values[i] = std::nan("");

@@ -12,25 +12,25 @@
 
 namespace lodestone {
 
-/// What one estimator left in a run folder.
+/// The files of one estimator in a run folder.
 struct EstimatorFiles {
   std::string name;
-  Trajectory trajectory;  ///< the best estimate, T_map_imu at scan ends; empty where it gave none
-  CsvTable diagnostics;   ///< one row a scan
+  Trajectory trajectory;  ///< the best estimate, T_map_imu at scan ends; empty if there is none
+  CsvTable diagnostics;   ///< one row per scan
   std::vector<Time> diagnostics_times;
   std::filesystem::path folder;
 };
 
-/// Reads trajectory.tum and diagnostics.csv. Throws InputError where they are missing or malformed.
+/// Reads trajectory.tum and diagnostics.csv. Throws InputError if they are missing or malformed.
 EstimatorFiles read_estimator(const std::filesystem::path& folder);
 
-/// Its series on the axis of `buckets`, as columns by name: x, y, z, sigma, sigma_heading, direction_1 to 6,
-/// degenerate, weight, shrink, residual; with `truth` (null: none; interpolated at scan ends) error and heading, and
-/// `distribution`: the error that a share of 0, 1/400, … 1 of the scans does not exceed.
+/// Series of an estimator on the axis of `buckets`, as columns by name: x, y, z, sigma, sigma_heading, direction_1 to
+/// 6, degenerate, weight, shrink, residual. With `truth` (may be null; interpolated at scan ends), also error, heading
+/// and `distribution`: quantiles of the error for shares 0, 1/400, … 1 of the scans.
 nlohmann::ordered_json estimator_series(const EstimatorFiles& files, const Trajectory* truth,
                                         const TimeBuckets& buckets);
 
-/// A CSV file of an estimator's folder as {columns, rows of texts}, or null where there is none.
+/// A CSV file of an estimator's folder as {columns, rows of texts}, or null if there is none.
 nlohmann::ordered_json table_json(const std::filesystem::path& path);
 
 }  // namespace lodestone

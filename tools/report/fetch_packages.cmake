@@ -19,5 +19,5 @@ set(severity FATAL_ERROR)
 if(OPTIONAL)
   set(severity WARNING)
 endif()
-message(${severity} "npm could not fetch the packages of ${WHAT} after 3 attempts (${reason}); it needs its "
-                    "registry or a filled cache; all it said is in ${BUILD}/npm.log")
+message(${severity} "npm could not fetch the packages of ${WHAT} after 3 attempts (${reason}); npm requires its "
+                    "registry or a filled cache; its output is in ${BUILD}/npm.log")

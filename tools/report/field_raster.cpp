@@ -15,7 +15,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kStep = 0.01;  // µT of a grey step in the stored file, unless the field is too strong for 16 bits
+constexpr double kStep = 0.01;  // µT per grey step in the file, unless the field is too strong for 16 bits
 constexpr int kDarkest = 1;     // grey of the weakest field; 0 is no field
 constexpr double kSteps16 = 65535.0 - kDarkest;
 constexpr double kSteps8 = 255.0 - kDarkest;
@@ -24,7 +24,7 @@ std::filesystem::path json_beside(std::filesystem::path path) {
   return path.replace_extension(".json");
 }
 
-/// Grey kDarkest for `low_ut` and below, one more for each step. Pictures have the largest y in their first row.
+/// kDarkest for `low_ut` and below, one more for each step. The first row of a picture has the largest y.
 cv::Mat to_grey(const cv::Mat1f& strength_ut, int type, double low_ut, double step_ut) {
   cv::Mat grey;
   strength_ut.convertTo(grey, type, 1.0 / step_ut, kDarkest - low_ut / step_ut);
@@ -52,7 +52,7 @@ void write_raster(const PlanRaster& strength, const std::filesystem::path& path)
 PlanRaster read_raster(const std::filesystem::path& path) {
   const cv::Mat grey = decode_png(read_text_file(path.string()));
   if (grey.type() != CV_16UC1 || grey.empty()) {
-    throw InputError(fmt::format("{}: expected a 16-bit grey PNG, found something else; run again", path.string()));
+    throw InputError(fmt::format("{}: expected a 16-bit grey PNG; repeat the run", path.string()));
   }
   PlanRaster raster;
   double step = 0.0;
@@ -66,7 +66,7 @@ PlanRaster read_raster(const std::filesystem::path& path) {
     step = json.at("grey_step_ut").get<double>();
     zero = json.at("grey_of_zero").get<double>();
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: {}; run again", json_beside(path).string(), error.what()));
+    throw InputError(fmt::format("{}: {}; repeat the run", json_beside(path).string(), error.what()));
   }
   grey.convertTo(raster.values, CV_32F, step, -zero * step);
   raster.values.setTo(NAN, grey == 0);

@@ -15,9 +15,9 @@ nlohmann::ordered_json read_json(const std::filesystem::path& path) {
     return nlohmann::ordered_json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     throw InputError(
-        fmt::format("{}: expected JSON, found a mistake at byte {}; write the file again", path.string(), error.byte));
-  } catch (const nlohmann::json::exception& error) {  // a number beyond all numbers
-    throw InputError(fmt::format("{}: expected JSON, found what cannot be read ({}); write the file again",
+        fmt::format("{}: expected JSON, found an error at byte {}; create the file again", path.string(), error.byte));
+  } catch (const nlohmann::json::exception& error) {  // a number out of range
+    throw InputError(fmt::format("{}: expected JSON, found an unreadable value ({}); create the file again",
                                  path.string(), error.what()));
   }
 }
@@ -27,7 +27,7 @@ nlohmann::ordered_json values_of(const std::filesystem::path& path,
   try {
     return use();
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: it has other values than Lodestone writes ({}); write the file again",
+    throw InputError(fmt::format("{}: the values differ from those that Lodestone writes ({}); create the file again",
                                  path.string(), error.what()));
   }
 }

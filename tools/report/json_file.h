@@ -6,11 +6,11 @@
 
 namespace lodestone {
 
-/// The file's JSON, keys in its order. Throws InputError, naming the file, where it is missing or no JSON.
+/// The file's JSON with its order of keys. Throws InputError with the file's name if it is missing or not JSON.
 nlohmann::ordered_json read_json(const std::filesystem::path& path);
 
-/// Calls `use`, which takes values out of the JSON of `path`. Throws InputError, naming the file, where one is of
-/// another kind than `use` asks for.
+/// Calls `use`, which extracts values from the JSON of `path`. Throws InputError with the file's name if a value has
+/// another type than `use` requires.
 nlohmann::ordered_json values_of(const std::filesystem::path& path, const std::function<nlohmann::ordered_json()>& use);
 
 }  // namespace lodestone

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The shortest text of a double is what JSON holds: so rounding in decimals makes the file small.
+/// JSON contains the shortest text of a double, so that rounding to decimals makes the file small.
 Json parsed(const std::string& text) {
   double value = 0.0;
   parse_number(text, value);
@@ -50,7 +50,7 @@ std::string data_uri(std::string_view media_type, std::string_view bytes) {
 }
 
 std::string for_script(const Json& json) {
-  // Inside JSON '<' occurs in strings only, where its escape means the same. File names need not be UTF-8.
+  // In JSON, '<' occurs only in strings, where its escape is equivalent. File names may be invalid UTF-8.
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string safe;
   safe.reserve(text.size());

@@ -7,20 +7,20 @@
 
 namespace lodestone {
 
-/// Values as a JSON array, to `digits` significant ones; null where a value is not finite. Infinity, which JSON does
-/// not know either, becomes `infinite` when that is not 0.
+/// Values as a JSON array with `digits` significant digits; null for values that are not finite. Infinity becomes
+/// `infinite` if that is not 0.
 nlohmann::ordered_json rounded(const std::vector<double>& values, int digits, double infinite = 0.0);
 
-/// To `decimals` behind the point.
+/// The same with `decimals` decimals.
 nlohmann::ordered_json with_decimals(const std::vector<double>& values, int decimals);
 
-/// bytes as a URI that needs no network: "data:image/png;base64,…".
+/// Bytes as a URI without network access: "data:image/png;base64,…".
 std::string data_uri(std::string_view media_type, std::string_view bytes);
 
-/// JSON as text that may stand in an HTML script element: no "</script>" and no "<!--" can occur in it.
+/// JSON text that is safe in an HTML script element: contains neither "</script>" nor "<!--".
 std::string for_script(const nlohmann::ordered_json& json);
 
-/// Text that may stand in HTML.
+/// Escapes text for HTML.
 std::string for_html(std::string_view text);
 
 }  // namespace lodestone

@@ -4,8 +4,7 @@
 
 namespace lodestone {
 
-/// The page with its styles and scripts in it, made from tools/report/page at build time. "@TITLE@" and "@DATA@" stand
-/// where the report's own text goes.
+/// The page with its styles and scripts, generated from tools/report/page. "@TITLE@" and "@DATA@" are placeholders.
 extern const std::string_view kPageTemplate;
 
 }  // namespace lodestone

@@ -34,7 +34,7 @@ std::string page(std::string_view title, const Json& data) {
   return text;
 }
 
-/// The folder with the one that it lies in: "run" alone says little.
+/// The folder's name with its parent: "run" alone is not specific.
 std::string name_of(const std::filesystem::path& folder) {
   std::filesystem::path path = std::filesystem::weakly_canonical(folder);
   if (path.filename().empty()) path = path.parent_path();
@@ -42,7 +42,7 @@ std::string name_of(const std::filesystem::path& folder) {
   return parent.empty() ? path.filename().string() : parent + "/" + path.filename().string();
 }
 
-/// A page takes the place of a page alone: --out run/summary.json would lose what the page is made from.
+/// Only an HTML page may be overwritten: --out run/summary.json would destroy the report's input.
 void refuse_what_is_no_page(const std::filesystem::path& out) {
   if (!std::filesystem::is_regular_file(out)) return;
   constexpr std::string_view kBegin = "<!doctype html>";
@@ -51,7 +51,7 @@ void refuse_what_is_no_page(const std::filesystem::path& out) {
   std::transform(begin.begin(), begin.end(), begin.begin(), [](unsigned char letter) { return std::tolower(letter); });
   if (std::filesystem::file_size(out) == 0 || begin == kBegin) return;
   throw InputError(out.string() +
-                   ": is there and is no HTML page, which the report would overwrite; choose another --out");
+                   ": this file is not an HTML page, and the report would overwrite it; choose another --out");
 }
 
 }  // namespace
@@ -59,8 +59,9 @@ void refuse_what_is_no_page(const std::filesystem::path& out) {
 std::size_t write_report(const std::filesystem::path& folder, const std::filesystem::path& out) {
   refuse_what_is_no_page(out);
   if (!std::filesystem::is_directory(folder)) {
-    throw InputError(fmt::format(
-        "{}: there is no such folder; name one that `lodestone run` or `lodestone reproduce` wrote", folder.string()));
+    throw InputError(
+        fmt::format("{}: there is no such folder; use the --out folder of `lodestone run` or `lodestone reproduce`",
+                    folder.string()));
   }
   Json data;
   data["version"] = LODESTONE_VERSION;
@@ -71,7 +72,7 @@ std::size_t write_report(const std::filesystem::path& folder, const std::filesys
     data["run"] = read_run(folder, {});
   } else {
     throw InputError(
-        fmt::format("{}: expected summary.json or reproduce.json in it, found neither; name the folder given to "
+        fmt::format("{}: the folder has neither summary.json nor reproduce.json; use the folder of "
                     "--out of `lodestone run` or `lodestone reproduce`",
                     folder.string()));
   }

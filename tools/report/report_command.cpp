@@ -15,7 +15,7 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kReportExamples = R"(
-Examples, on what `lodestone run ... --out /tmp/tunnel/run` writes (see lodestone run --help):
+Examples, with the files of `lodestone run ... --out /tmp/tunnel/run` (see lodestone run --help):
   lodestone report /tmp/tunnel/run
   lodestone report /tmp/tunnel/run --out /tmp/tunnel.html)";
 
@@ -27,11 +27,11 @@ struct ReportCall {
 }  // namespace
 
 void add_report_command(CLI::App& app, int* code) {
-  CLI::App* command = app.add_subcommand("report", "Write one HTML file, readable without a network, about a run");
+  CLI::App* command = app.add_subcommand("report", "Write a report of a run as one HTML file that requires no network");
   command->footer(kReportExamples);
   const auto call = std::make_shared<ReportCall>();
   CommandFiles files(*command);
-  files.input(command->add_option("DIR", call->folder, "folder that `lodestone run` or `lodestone reproduce` wrote"))
+  files.input(command->add_option("DIR", call->folder, "--out folder of `lodestone run` or `lodestone reproduce`"))
       ->required();
   files.output(command->add_option("--out", call->out, "the file to write (default: DIR/report.html)"));
   command->callback([call, code]() {

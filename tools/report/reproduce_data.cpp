@@ -25,7 +25,7 @@ std::string text_of(const Json& json, const char* key) {
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// The smaller of the figure's pictures, SVG or PNG, embedded; the names of all its files beside it.
+/// The smaller of the figure's pictures, SVG or PNG, embedded, and the names of all its files.
 Json figure_json(const fs::path& folder, const Json& figure, Json& missing) {
   Json json;
   json["title"] = text_of(figure, "title");
@@ -54,8 +54,8 @@ Json figure_json(const fs::path& folder, const Json& figure, Json& missing) {
   return json;
 }
 
-/// Of the runs that are on disk, one of those that differ in nothing but their seed: the one of the smallest. What is
-/// said to be done and is not there is listed in `missing`.
+/// The runs on disk with one seed per case, the smallest. Finished runs that are missing on disk are added to
+/// `missing`.
 std::vector<Json> one_seed_each(const fs::path& folder, const Json& runs, Json& missing) {
   std::map<std::string, std::size_t> places;
   std::vector<Json> chosen;
@@ -77,7 +77,7 @@ std::vector<Json> one_seed_each(const fs::path& folder, const Json& runs, Json& 
   return chosen;
 }
 
-/// About 15 MB for all runs: six characters a value, some twenty series an estimator.
+/// About 15 MB for all runs: six characters per value, some twenty series per estimator.
 DetailLimits limits_for(const std::vector<Json>& runs) {
   constexpr double kCharacters = 9e6;
   constexpr double kCharactersAPoint = 20.0 * 6.0;
@@ -90,7 +90,7 @@ DetailLimits limits_for(const std::vector<Json>& runs) {
     return static_cast<std::size_t>(total / std::max<std::size_t>(1, count));
   };
   DetailLimits limits;
-  limits.points_a_series = std::clamp<std::size_t>(share(kCharacters / kCharactersAPoint, estimators), 200, 2000);
+  limits.points_per_series = std::clamp<std::size_t>(share(kCharacters / kCharactersAPoint, estimators), 200, 2000);
   limits.field_values = std::clamp<std::size_t>(share(3e6, runs.size()), 40'000, 1'000'000);
   limits.cloud_points = std::clamp<std::size_t>(share(3e5, runs.size()), 8'000, 150'000);
   return limits;

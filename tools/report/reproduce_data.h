@@ -5,12 +5,12 @@
 
 namespace lodestone {
 
-/// Whether `folder` is what `lodestone reproduce` leaves: it has reproduce.json.
+/// True if `folder` has reproduce.json, the result of `lodestone reproduce`.
 bool is_reproduce_folder(const std::filesystem::path& folder);
 
-/// Everything that the page shows of an experiment: its tables as they stand, its figures embedded, and of each
-/// sequence the run of one seed, with as many points as keep the page below about 15 MB. What is named but missing on
-/// disk is listed under `missing`. Throws InputError, naming the file and key, where reproduce.json is malformed.
+/// The page's data of an experiment: tables, embedded figures, and one seed of each sequence's runs. The number of
+/// points keeps the page below about 15 MB. Missing files are listed under `missing`. Throws InputError with file and
+/// key if reproduce.json is malformed.
 nlohmann::ordered_json read_reproduce(const std::filesystem::path& folder);
 
 }  // namespace lodestone

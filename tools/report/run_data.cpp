@@ -26,7 +26,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-/// Every scan end of any estimator: they share a log, but one may have ended early.
+/// The scan ends of all estimators. They share a log, but one may have ended early.
 std::vector<Time> all_stamps(const std::vector<EstimatorFiles>& estimators) {
   std::vector<Time> stamps;
   for (const EstimatorFiles& files : estimators) {
@@ -38,8 +38,7 @@ std::vector<Time> all_stamps(const std::vector<EstimatorFiles>& estimators) {
   return stamps;
 }
 
-/// The limit beyond which that estimator calls a direction degenerate, metres: its own where the configuration names
-/// one.
+/// The estimator's limit for degenerate directions, metres, from the configuration.
 Json degeneracy_limit(const ConfigurationNode& configuration, const std::string& estimator) {
   const ConfigurationNode* own = configuration.find(estimator);
   for (const ConfigurationNode* scope : {own, &configuration}) {
@@ -66,9 +65,9 @@ Json field_json(const fs::path& path, std::size_t limit) {
   return json;
 }
 
-/// Positions as 16-bit shares of their box, three a point: a millimetre in 65 m. `spacing_m`: of the stored cloud.
+/// Positions as 16-bit shares of their box, three per point: a millimetre in 65 m. `spacing_m`: of the stored cloud.
 Json cloud_json(const fs::path& path, double spacing_m, std::size_t limit) {
-  WarningLog ignored;  // NaN points were dropped when the overview was written
+  WarningLog ignored;  // NaN points were already dropped for the overview
   const std::vector<Eigen::Vector3f> cloud = read_point_cloud(path.string(), ignored);
   CloudThinning thinning({-1e9, 1e9, -1e9, 1e9}, limit, spacing_m);
   thinning.add(cloud);
@@ -115,7 +114,7 @@ void add_truth(Json& json, const Trajectory& truth, const TimeBuckets& buckets) 
   json["truth"] = {{"x", series(x)}, {"y", series(y)}, {"z", series(z)}};
 }
 
-/// A value of the call for people: a list as one text, nothing where it is empty.
+/// A value of the call as text: a list becomes one text; nothing if empty.
 Json shown(const Json& list) {
   if (list.is_boolean()) return list.get<bool>() ? "yes" : "no";
   if (!list.is_array()) return list;
@@ -136,7 +135,7 @@ struct OverviewNotes {
   double cloud_voxel_m = 0.1;
 };
 
-/// `first_scan`: where the log begins as far as is known without notes.
+/// `first_scan`: the begin of the log if there are no notes.
 OverviewNotes overview_notes(const fs::path& overview, Time first_scan) {
   OverviewNotes notes{first_scan};
   const fs::path path = overview / "overview.json";
@@ -153,9 +152,10 @@ OverviewNotes overview_notes(const fs::path& overview, Time first_scan) {
 Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& summary) {
   std::vector<EstimatorFiles> estimators;
   for (const auto& [name, figures] : summary["estimators"].items()) estimators.push_back(read_estimator(folder / name));
-  const TimeBuckets buckets(all_stamps(estimators), limits.points_a_series);
+  const TimeBuckets buckets(all_stamps(estimators), limits.points_per_series);
   if (buckets.size() == 0)
-    throw InputError(fmt::format("{}: no estimator gave a scan; there is nothing to show", folder.string()));
+    throw InputError(
+        fmt::format("{}: no estimator has a scan; use the folder of a run with estimates", folder.string()));
 
   const fs::path overview = folder / "overview";
   const OverviewNotes notes = overview_notes(overview, buckets.times().front());
@@ -212,9 +212,8 @@ Json read_run(const fs::path& folder, const DetailLimits& limits) {
   const fs::path path = folder / "summary.json";
   const Json summary = read_json(path);
   if (!summary.is_object() || !summary.contains("estimators") || !summary["estimators"].is_object()) {
-    throw InputError(
-        fmt::format("{}: expected the summary of a run with 'estimators'; name a folder that `lodestone run` wrote",
-                    path.string()));
+    throw InputError(fmt::format(
+        "{}: expected the summary of a run with 'estimators'; use the --out folder of `lodestone run`", path.string()));
   }
   return values_of(path, [&]() { return run_json(folder, limits, summary); });
 }

@@ -214,13 +214,13 @@ TEST_F(ReportPage, NamesTheFileWhoseValuesAreOfAnotherKind) {
     Json json = Json::parse(in);
     json[key] = value;
     std::ofstream(path("lane/other/" + file)) << json.dump();
-    expect_refused("report " + path("lane/other"), file + ": it has other values than Lodestone writes");
+    expect_refused("report " + path("lane/other"), file + ": the values differ from those that Lodestone writes");
     fs::remove_all(path("lane/other"));
   };
   for (const char* file : {"lane/run/summary.json", "lane/run/smoother/trajectory.tum"}) {
     const std::string before = content_of(path(file));
     expect_refused("report " + path("lane/run") + " --out " + path(file),
-                   "is no HTML page, which the report would overwrite");
+                   "this file is not an HTML page, and the report would overwrite it");
     EXPECT_EQ(content_of(path(file)), before);
   }
   expect_named("summary.json", "status", 3);
@@ -228,7 +228,7 @@ TEST_F(ReportPage, NamesTheFileWhoseValuesAreOfAnotherKind) {
   expect_named("overview/overview.json", "log_begin_s", Json::array());
   std::ofstream(path("lane/reproduce.json")) << R"({"experiment": "x", "tables": [], "figures": [],
     "runs": [{"folder": "run", "seed": "a"}, {"folder": "alone", "seed": "b"}]})";
-  expect_refused("report " + path("lane"), "reproduce.json: it has other values");
+  expect_refused("report " + path("lane"), "reproduce.json: the values differ");
   fs::remove(path("lane/reproduce.json"));
 }
 

@@ -1,11 +1,11 @@
-// The estimated calibration: how far it is from the platform file. docs/user/diagnostics.md has the columns.
+// The estimated calibration: differences from the platform file. docs/user/diagnostics.md has the columns.
 import { brief, fixed, h } from './dom.js';
 import { sortableTable } from './table.js';
 
-/** So many sigmas of the platform file that a calibration is called off, as in the run's warnings. */
+/** Limit in sigmas of the platform file above which a parameter is marked, as in the run's warnings. */
 const far = 3;
 
-/** {sensor, parameter, unit, estimate, sigma, platform_sigma, ratio} of each parameter that was estimated. */
+/** {sensor, parameter, unit, estimate, sigma, platform_sigma, ratio} of each estimated parameter. */
 function rowsOf(estimator) {
   const { columns = [], rows = [] } = estimator?.calibration ?? {};
   return rows.map((row) => {
@@ -28,7 +28,7 @@ function tableOf(rows) {
   ], rows);
 }
 
-/** Of the estimator in detail; null where no estimator estimated a calibration. */
+/** Section of the estimator in detail; null if no estimator estimated a calibration. */
 export function calibrationSection(state) {
   const { run } = state;
   if (!run.estimators.some((one) => rowsOf(one).length)) return null;
@@ -37,7 +37,7 @@ export function calibrationSection(state) {
     const { name } = run.estimators[state.detail];
     const rows = rowsOf(run.estimators[state.detail]);
     if (!rows.length) {
-      place.replaceChildren(h('p', { class: 'quiet' }, `${name} has estimated no calibration.`));
+      place.replaceChildren(h('p', { class: 'quiet' }, `${name} did not estimate a calibration.`));
       return;
     }
     const off = rows.filter((row) => Math.abs(row.ratio) > far).length;
@@ -45,7 +45,7 @@ export function calibrationSection(state) {
     const single = rows.filter((row) => !common.includes(row));
     place.replaceChildren(...[
       h('p', {}, `${name}: ${off} of ${rows.length} parameters differ from the platform file by more than ${far} of its sigmas. `,
-        'A next run can begin with the calibrated ', h('code', {}, 'platform.yaml'), ' of the results.'),
+        'The next run can use the calibrated ', h('code', {}, 'platform.yaml'), ' of the results.'),
       common.length ? tableOf(common) : null,
       single.length ? h('details', { open: !common.length }, h('summary', {}, 'Single magnetometers'), tableOf(single)) : null,
     ].filter(Boolean));

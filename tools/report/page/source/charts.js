@@ -1,4 +1,4 @@
-// Charts over the one time axis of a run: cursor and zoom go together.
+// Charts with a common time axis, cursor and zoom.
 import uPlot from 'uplot';
 import { brief, fixed, h, metres, onResize, roundMetres } from './dom.js';
 import { color, onTheme, seriesColor } from './theme.js';
@@ -7,8 +7,8 @@ const axisWidth = 62;
 const font = '12px system-ui, sans-serif';
 const directionDashes = [[], [8, 3], [5, 3], [3, 3], [2, 2], [1, 3]];
 
-/** Stretches of the axis on which `values` is above 0, as [from, to] in seconds. */
-function stretches(t, values) {
+/** Intervals of the axis with `values` above 0, as [from, to] in seconds. */
+function intervals(t, values) {
   const found = [];
   values.forEach((value, i) => {
     if (!(value > 0)) return;
@@ -20,8 +20,8 @@ function stretches(t, values) {
   return found;
 }
 
-/** Whole decades round the data. A sigma that stands for "not seen" does not count, nor the few moments at which an error
- * happens to pass through zero. */
+/** Whole decades around the data. Ignores sigmas of unobservable directions, and the few moments at which an error
+ * passes through zero. */
 function decades(columns) {
   const values = columns.map((column) => column.filter((value) => value > 0 && value < 9e5).sort((a, b) => a - b)).filter((column) => column.length);
   if (!values.length) return [0.001, 1];
@@ -32,7 +32,7 @@ function decades(columns) {
   return [from, to > from ? to : 10 * from];
 }
 
-/** A lost estimate would flatten all others on a linear scale. */
+/** Logarithmic if a lost estimate would flatten all others on a linear scale. */
 function wantsDecades(columns) {
   const ends = columns.map((column) => {
     const values = column.filter((value) => value > 0).sort((a, b) => a - b);
@@ -41,7 +41,7 @@ function wantsDecades(columns) {
   return ends.some(([, most]) => ends.some(([middle]) => most > 15 * middle));
 }
 
-/** One chart of the stack. `series(state)`: [{label, values, stroke, dash, width, show}]; `axis`: its unit. */
+/** One chart of the stack. `series(state)`: [{label, values, stroke, dash, width, show}]; `axis`: unit of the axis. */
 function panel(state, options) {
   const values = h('div', { class: 'values' });
   const place = h('div', { 'data-chart': options.name, role: 'img', 'aria-label': options.title });
@@ -61,7 +61,7 @@ function panel(state, options) {
     element.hidden = shown.length === 0;
     if (element.hidden || element.clientWidth === 0) return;
     const { t } = state.run;
-    const drawn = [...shown].reverse();  // what is named first lies on top
+    const drawn = [...shown].reverse();  // the first series is on top
     const columns = shown.filter((one) => one.show !== false).map((one) => one.values);
     const logarithmic = options.scale === 'log' || (options.scale === 'auto' && wantsDecades(columns));
     const range = logarithmic ? decades(columns) : null;
@@ -92,7 +92,7 @@ function panel(state, options) {
         drawClear: [(u) => {
           const hidden = state.run.estimators[state.detail].series.degenerate;
           u.ctx.fillStyle = color('shade');
-          for (const [from, to] of stretches(t, hidden ?? [])) {
+          for (const [from, to] of intervals(t, hidden ?? [])) {
             const x0 = Math.max(u.valToPos(from, 'x', true), u.bbox.left);
             const x1 = Math.min(u.valToPos(to, 'x', true), u.bbox.left + u.bbox.width);
             if (x1 > x0) u.ctx.fillRect(x0, u.bbox.top, Math.max(1, x1 - x0), u.bbox.height);
@@ -147,13 +147,13 @@ function panel(state, options) {
   return { element, draw };
 }
 
-/** Every estimator's column `name`, in its colour. */
+/** Column `name` of every estimator, in its colour. */
 function ofAll(state, name, more = () => ({})) {
   return state.run.estimators.map((one, i) => ({
     label: one.name, values: one.series[name], stroke: seriesColor(i), show: state.isShown(one.name), ...more(i) }));
 }
 
-/** The stack of charts of a run, with its tools. */
+/** The charts of a run with their tools. */
 export function timeCharts(state) {
   const { run } = state;
   const detail = () => run.estimators[state.detail];
@@ -168,13 +168,13 @@ export function timeCharts(state) {
     withTruth
       ? { name: 'heading', title: 'Heading error', height: 120, scale: 'auto', format: degrees, tick: degrees, series: (s) => ofAll(s, 'heading') }
       : { name: 'heading', title: 'Predicted sigma of the heading', height: 120, scale: 'auto', format: degrees, tick: degrees, series: (s) => ofAll(s, 'sigma_heading') },
-    { name: 'directions', title: 'What LiDAR and IMU see: predicted sigma of the six directions', height: 160, scale: 'log', format: metres, tick: roundMetres,
+    { name: 'directions', title: 'Observability by LiDAR and IMU: predicted sigma of the six directions', height: 160, scale: 'log', format: metres, tick: roundMetres,
       limit: () => detail().degeneracy_limit_m,
       series: (s) => [1, 2, 3, 4, 5, 6].map((i) => ({
-        label: i === 1 ? '1, best seen' : i === 6 ? '6, least seen' : `${i}`, values: detail().series[`direction_${i}`],
+        label: i === 1 ? '1, best observed' : i === 6 ? '6, least observed' : `${i}`, values: detail().series[`direction_${i}`],
         stroke: seriesColor(s.detail), dash: directionDashes[6 - i], width: i === 6 ? 2 : 1.1 })) },
     { name: 'weights', title: 'Magnetic weights: Huber’s (solid) and β (dotted)', height: 120, scale: 'linear', range: [0, 1.05], format: (v) => fixed(v, 2), tick: brief,
-      // Weights of several estimators are often the same: those below are wider, as on the plan.
+      // Weights of several estimators are often equal: lower curves are wider, as on the plan.
       series: (s) => [...ofAll(s, 'weight', (i) => ({ width: 1.6 + 1.6 * i })),
         ...ofAll(s, 'shrink', (i) => ({ dash: [2, 4], width: 1.6 + 0.8 * i })).map((one) => ({ ...one, label: `β of ${one.label}` }))
           .filter((one) => one.values?.some((value) => value != null && value < 0.9999))] },
@@ -212,7 +212,7 @@ export function timeCharts(state) {
   return { element: stack, draw: drawAll };
 }
 
-/** The share of scans within an error, over that error. */
+/** Cumulative distribution of the error. */
 export function distributionChart(state) {
   const place = h('div', { 'data-chart': 'distribution', role: 'img', 'aria-label': 'Distribution of the position error' });
   const element = h('section', { class: 'panel' }, place);
@@ -227,10 +227,10 @@ export function distributionChart(state) {
     const share = shown[0].series.distribution.map((_, i, all) => (100 * i) / (all.length - 1));
     const ink = color('quiet');
     const grid = { stroke: color('grid'), width: 1 };
-    // The share is the common axis of all columns; it is drawn upright, the errors along the bottom.
+    // The share is the common x axis of all columns, but is drawn upright, with the errors along the bottom.
     const [low, high] = decades(shown.map((one) => one.series.distribution));
     const columns = shown.map((one) => [one.series.distribution.map((value) => Math.max(value, low)), share]);
-    const every = Math.ceil((60 * Math.log10(high / low)) / Math.max(60, element.clientWidth - axisWidth));  // decades a label
+    const every = Math.ceil((60 * Math.log10(high / low)) / Math.max(60, element.clientWidth - axisWidth));  // decades per label
     plot = new uPlot({
       mode: 2,
       width: element.clientWidth,

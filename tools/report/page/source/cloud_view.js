@@ -1,4 +1,4 @@
-// The cloud and the trajectories in space. Made only when it is asked for: it needs WebGL.
+// The cloud and the trajectories in 3D. Created on demand, because the view requires WebGL.
 import { BufferAttribute, BufferGeometry, Color, MOUSE, PerspectiveCamera, Plane, Points, PointsMaterial, SRGBColorSpace, Scene, TOUCH, Vector3, WebGLRenderer } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { Line2 } from 'three/examples/jsm/lines/Line2.js';
@@ -11,7 +11,7 @@ import { color, isDark, onTheme, seriesColor, vivid } from './theme.js';
 export function cloudView(state, cloud) {
   const { run } = state;
   const canvas = h('canvas', { tabindex: 0, 'data-chart': 'cloud', role: 'img',
-    'aria-label': 'Cloud and trajectories in space. Drag to turn, arrows to move, wheel to come closer.' });
+    'aria-label': 'Cloud and trajectories in 3D. Drag to rotate, arrows to move, wheel to zoom.' });
   const element = h('div', { class: 'view', hidden: true }, canvas);
   const box = driveBox(run);
   const middle = ['x', 'y', 'z'].map((axis) => 0.5 * (box[axis][0] + box[axis][1]));
@@ -25,7 +25,7 @@ export function cloudView(state, cloud) {
   function points() {
     const positions = new Float32Array(3 * cloud.x.length);
     for (let i = 0; i < cloud.x.length; ++i) {
-      // Near the middle of the drive single precision is exact to micrometres, wherever the site's origin lies.
+      // Relative to the middle of the drive, single precision is accurate to micrometres for any origin of the map.
       positions.set([cloud.x[i] - middle[0], cloud.y[i] - middle[1], cloud.z[i] - middle[2]], 3 * i);
     }
     const geometry = new BufferGeometry();
@@ -35,12 +35,12 @@ export function cloudView(state, cloud) {
     return new Points(geometry, material);
   }
 
-  /** Colours by height, over what is shown of it. */
+  /** Colours by height, over the shown heights. */
   function paint() {
     const colors = three.cloud.geometry.getAttribute('color');
     const span = Math.max(0.1, Math.min(cloud.high, cut) - cloud.low);
     const table = Array.from({ length: 256 }, (_, i) => {
-      // Without its darkest end, which a dark ground would swallow.
+      // Without the darkest colours, which are invisible on a dark background.
       const [red, green, blue] = vivid(0.15 + (0.85 * i) / 255);
       return new Color().setRGB(red / 255, green / 255, blue / 255, SRGBColorSpace);
     });
@@ -54,10 +54,10 @@ export function cloudView(state, cloud) {
   function line({ x, y, z }, paint, width) {
     const places = [];
     for (let i = 0; i < x.length; ++i) {
-      // Lines lie a little above the floor that they would else sink into.
+      // Lines are slightly above the floor, so that the floor does not hide them.
       if (x[i] != null) places.push(x[i] - middle[0], y[i] - middle[1], z[i] - middle[2] + 0.05);
     }
-    // Transparent, so that it is drawn after the cloud: what matters is never hidden by a wall.
+    // Transparent objects are drawn after the cloud: walls never hide trajectories.
     const material = new LineMaterial({ color: new Color(paint), linewidth: width, transparent: true, depthTest: false });
     return new Line2(new LineGeometry().setPositions(places), material);
   }
@@ -91,7 +91,7 @@ export function cloudView(state, cloud) {
     renderer.localClippingEnabled = true;
     const camera = new PerspectiveCamera(45, 1, 0.1, 20 * reach + 500);
     camera.up.set(0, 0, 1);
-    // From the side on which the drive is longest, so far off that all of it is in view.
+    // Perpendicular to the longest side of the drive, at a distance with all of it in view.
     const away = new Vector3(0, -1, 0.7);
     if (box.y[1] - box.y[0] > box.x[1] - box.x[0]) away.set(-1, 0, 0.7);
     camera.position.copy(away.normalize().multiplyScalar(0.5 * reach + 8));
@@ -157,7 +157,7 @@ export function cloudView(state, cloud) {
         canvas.dataset.points = cloud?.x.length ?? 0;
       } catch (error) {
         failed = error;
-        element.replaceChildren(h('p', { class: 'notice' }, 'This browser has no WebGL for the view in space; the cloud from above needs none.'));
+        element.replaceChildren(h('p', { class: 'notice' }, 'This browser has no WebGL for the 3D view; the cloud from above does not require WebGL.'));
       }
     },
   };

@@ -1,6 +1,6 @@
-// Elements and text.
+// Elements and text formatting.
 
-/** An element: attributes, `on…` listeners, then children (elements, text, arrays; null and false are left out). */
+/** An element: attributes, `on…` listeners, then children (elements, text, arrays; null and false are ignored). */
 export function h(name, attributes = {}, ...children) {
   const element = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
@@ -15,10 +15,10 @@ export function h(name, attributes = {}, ...children) {
 
 const thin = '\u2009';
 
-/** A number with so many digits after the point; an en dash for what is no number. */
+/** A number with this many decimals; an en dash if it is not finite. */
 export const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1') : '–');
 
-/** A length in the unit in which it is read most easily. */
+/** A length in a readable unit. */
 export function metres(value) {
   if (!Number.isFinite(value)) return '–';
   const size = Math.abs(value);
@@ -29,13 +29,13 @@ export function metres(value) {
   return `${(1000 * value).toFixed(size >= 0.001 ? 1 : 2)}${thin}mm`;
 }
 
-/** A round length, as ticks are. */
+/** A round length, for ticks. */
 export function roundMetres(value) {
   const [factor, unit] = value >= 1 ? [1, 'm'] : value >= 0.01 ? [100, 'cm'] : value >= 1e-3 ? [1000, 'mm'] : [1e6, 'µm'];
   return value === 0 ? '0' : `${+(factor * value).toPrecision(3)}${thin}${unit}`;
 }
 
-/** Three significant digits, without an exponent where that can be. */
+/** Three significant digits, without an exponent if possible. */
 export function brief(value) {
   if (!Number.isFinite(value)) return '–';
   const size = Math.abs(value);
@@ -48,7 +48,7 @@ export const count = (value) => (Number.isFinite(value) ? value.toLocaleString('
 /** The last part of a path. */
 export const leaf = (path) => (typeof path === 'string' ? path.replace(/\/+$/, '').split('/').pop() : null);
 
-/** A stamp in seconds as a date, or null where the log's clock is none of the calendar (a simulation from zero). */
+/** A stamp in seconds as a date; null if the clock has no calendar date (a simulation from zero). */
 export function date(stamp) {
   const seconds = Number(stamp);
   if (!(seconds > 6e8 && seconds < 8e9)) return null;
@@ -61,7 +61,7 @@ export function duration(seconds) {
   return `${Math.floor(seconds / 60)}${thin}min ${Math.round(seconds % 60)}${thin}s`;
 }
 
-/** Calls `act` when the element's width has changed. */
+/** Calls `act` after the element's width has changed. */
 export function onResize(element, act) {
   let width = element.clientWidth;
   new ResizeObserver(() => {

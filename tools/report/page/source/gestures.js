@@ -1,8 +1,8 @@
-// Pointer, wheel and keys on a plan: one finger or the mouse drags, two fingers pinch.
+// Pointer, wheel and keys on a plan: drag with one finger or the mouse, pinch with two fingers.
 
 /**
- * view: {drag(du, dv): in CSS pixels, zoomAt(factor, u, v), fit(), hover(u, v), leave()}. A wheel zooms with Ctrl or once
- * the plan has the focus, else it scrolls the page.
+ * view: {drag(du, dv): in CSS pixels, zoomAt(factor, u, v), fit(), hover(u, v), leave()}. The wheel zooms with Ctrl or if
+ * the plan has the focus; otherwise it scrolls the page.
  */
 export function attachGestures(canvas, view) {
   const pointers = new Map();

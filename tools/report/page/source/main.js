@@ -1,4 +1,4 @@
-// Reads the data of the page and builds it. `data-ready` on the root says that everything has drawn.
+// Reads the page's data and builds the page. `data-ready` on the root is set when everything is drawn.
 import { h } from './dom.js';
 import { reproduceView } from './reproduce_view.js';
 import { factList, factsOf, runView } from './run_view.js';
@@ -17,8 +17,8 @@ function header(data) {
 }
 
 function footer() {
-  return h('footer', {}, 'Poses are T_map_imu at scan ends; the map frame is the truth’s, errors are unaligned. Sigma of a position: the root of its covariance’s trace. ',
-    'NEES is per degree of freedom; above 1 an estimator trusts itself too much. This file holds its scripts (uPlot and three.js, MIT licence) and asks no network for anything.');
+  return h('footer', {}, 'Poses are T_map_imu at scan ends. Errors are against the ground truth, without alignment. Sigma of a position: the root of its covariance’s trace. ',
+    'NEES is per degree of freedom; above 1, the covariance is too small (overconfident). This file contains its scripts (uPlot and three.js, MIT licence) and makes no network requests.');
 }
 
 async function start() {

@@ -1,4 +1,4 @@
-// The plan: magnetic map or cloud from above, with all trajectories over it.
+// The plan: magnetic map or cloud from above, with all trajectories on top.
 import { brief, fixed, h, metres, onResize } from './dom.js';
 import { attachGestures } from './gestures.js';
 import { driveBox, paintField, strengthAt } from './plan.js';
@@ -18,20 +18,20 @@ export function mapView(state, grounds) {
   const box = driveBox(run);
   const middle = () => [0.5 * (box.x[0] + box.x[1]), 0.5 * (box.y[0] + box.y[1])];
   let ground = grounds.field ? 'field' : grounds.cloud ? 'cloud' : 'none';
-  let cut = Infinity;      // points of the cloud above this are left out
+  let cut = Infinity;      // points of the cloud above this height are hidden
   let center = middle();   // of the view, metres
-  let painted = null;      // the raster in the theme's colours
+  let painted = null;      // the raster, painted in the theme's colours
   let scheduled = false;
   const view = {
     context: canvas.getContext('2d'),
     size: [0, 0],  // CSS pixels
-    scale: 1,      // CSS pixels a metre
+    scale: 1,      // CSS pixels per metre
     toScreen: (x, y) => [0.5 * view.size[0] + (x - center[0]) * view.scale, 0.5 * view.size[1] - (y - center[1]) * view.scale],
     toMap: (u, v) => [center[0] + (u - 0.5 * view.size[0]) / view.scale, center[1] - (v - 0.5 * view.size[1]) / view.scale],
   };
   const { context } = view;
 
-  /** As high as the drive needs at full width, within what a screen bears. */
+  /** Height of the drive at full width, limited to a screen's height. */
   function measure() {
     const width = element.clientWidth;
     if (width === 0) return;
@@ -76,7 +76,7 @@ export function mapView(state, grounds) {
     context.drawImage(painted, u, v, field.columns * field.resolution_m * view.scale, field.rows * field.resolution_m * view.scale);
   }
 
-  /** Lines that lie on each other are told apart by their width: the truth widest, later estimates ever narrower on top. */
+  /** Widths distinguish overlapping lines: the ground truth is widest, later estimates are narrower and on top. */
   function drawTracks() {
     const leading = run.truth ?? run.estimators[0].series;
     paintTrack(view, leading, color('halo'), 9);
@@ -124,7 +124,7 @@ export function mapView(state, grounds) {
       h('div', {}, h('span', {}, fixed(range[0], 1)), h('span', {}, fixed(range[1], 1))));
   }
 
-  /** Index of the pose nearest to the pointer, of what is shown and within its reach; null where there is none. */
+  /** Index of the shown pose nearest to the pointer; null if none is near. */
   function nearest(u, v) {
     let [found, least] = [null, 22];
     for (const one of run.estimators) {
@@ -150,12 +150,12 @@ export function mapView(state, grounds) {
         if (!state.isShown(one.name) || one.series.x[at] == null) return;
         const [error, sigma] = [one.series.error?.[at], one.series.sigma?.[at]];
         lines.push(h('span', {}, h('span', { class: 'swatch', style: { background: seriesColor(i) } }), one.name,
-          error != null ? `: ${metres(error)} off` : '', sigma != null ? `, sigma ${metres(sigma)}` : ''));
+          error != null ? `: error ${metres(error)}` : '', sigma != null ? `, sigma ${metres(sigma)}` : ''));
       });
     }
     for (const place of placesOf(run.estimators[state.detail])) {
       const [a, b] = view.toScreen(place.x, place.y);
-      if (Math.hypot(a - u, b - v) < 12) lines.push(`stale place ${place.number}: ${brief(place.difference)} µT off the map`);
+      if (Math.hypot(a - u, b - v) < 12) lines.push(`stale place ${place.number}: differs by ${brief(place.difference)} µT from the map`);
     }
     tip.replaceChildren(...lines.flatMap((line, i) => (i ? [h('br'), line] : [line])));
     tip.hidden = false;

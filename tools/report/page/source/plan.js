@@ -1,4 +1,4 @@
-// The plan's two grounds, decoded from the data: the field's raster and the cloud.
+// The plan's two backgrounds, decoded from the data: the field's raster and the cloud.
 
 function bytesOf(text) {
   const binary = atob(text);
@@ -7,20 +7,20 @@ function bytesOf(text) {
   return bytes;
 }
 
-/** {x, y, z: Float32Array, rising in z; low, high: of z, top: its largest; spacing}, metres; null without a cloud. */
+/** {x, y, z: Float32Array, ascending in z; low, high: of z, top: largest z; spacing}, metres; null without a cloud. */
 export function decodeCloud(cloud) {
   if (!cloud) return null;
   const view = new DataView(bytesOf(cloud.positions).buffer);
-  // By height: from above, what is higher hides what is below it.
+  // Sorted by height: from above, higher points hide lower ones.
   const order = Uint32Array.from({ length: cloud.count }, (_, i) => i).sort((a, b) => view.getUint16(6 * a + 4, true) - view.getUint16(6 * b + 4, true));
   const axes = [0, 1, 2].map((axis) => Float32Array.from(order, (i) => cloud.low_m[axis] + cloud.step_m[axis] * view.getUint16(6 * i + 2 * axis, true)));
   const sorted = axes[2];
   const at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
-  // Colours run between quantiles: one stray point far above would take the whole scale.
+  // Colours range between quantiles, so that single stray points do not dominate the scale.
   return { x: axes[0], y: axes[1], z: axes[2], spacing: cloud.spacing_m ?? 0.1, low: at(0.01), high: Math.max(at(0.99), at(0.01) + 0.1), top: sorted[sorted.length - 1] };
 }
 
-/** The raster's shares: a promise of {grey: Uint8Array, top row first; 0: no field}; null without a field. */
+/** A promise of the raster {grey: Uint8Array, top row first; 0: no field}; null without a field. */
 export async function decodeField(field) {
   if (!field) return null;
   const image = new Image();
@@ -37,7 +37,7 @@ export async function decodeField(field) {
   return { ...field, grey };
 }
 
-/** |B| at a place of the map, µT; null where there is none. */
+/** |B| at a place of the map, µT; null without field. */
 export function strengthAt(field, x, y) {
   const column = Math.round((x - field.x_m) / field.resolution_m);
   const row = Math.round((y - field.y_m) / field.resolution_m);
@@ -63,7 +63,7 @@ export function paintField(field, heat) {
   return canvas;
 }
 
-/** What the plan shows at first, {x: [low, high], y: [low, high]}: the drive; a lost estimate may lie anywhere. */
+/** Initial extent of the plan, {x: [low, high], y: [low, high]}: the drive. A lost estimate is ignored. */
 export function driveBox(run) {
   const box = { x: [Infinity, -Infinity], y: [Infinity, -Infinity], z: [Infinity, -Infinity] };
   const leading = run.truth ?? run.estimators.find((one) => one.series.x.some((value) => value != null))?.series;

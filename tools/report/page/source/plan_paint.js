@@ -1,4 +1,4 @@
-// How the plan's grounds and marks are painted. A view is {context, size: CSS pixels, scale: pixels a metre, toScreen, toMap}.
+// Painting of the plan's backgrounds and marks. A view is {context, size: CSS pixels, scale: pixels per metre, toScreen, toMap}.
 import { color, heat } from './theme.js';
 
 export function paintCloud(view, cloud, cut) {
@@ -12,7 +12,7 @@ export function paintCloud(view, cloud, cut) {
     return (255 << 24) | (blue << 16) | (green << 8) | red;
   });
   const span = Math.max(0.1, Math.min(cloud.high, cut) - cloud.low);
-  const thick = Math.max(1, Math.round(ratio * Math.min(8, Math.max(1, cloud.spacing * view.scale))));  // surfaces close
+  const thick = Math.max(1, Math.round(ratio * Math.min(8, Math.max(1, cloud.spacing * view.scale))));  // so that surfaces have no holes
   const [wide, high] = [canvas.width, canvas.height];
   for (let i = 0; i < cloud.x.length && cloud.z[i] <= cut; ++i) {
     const [x, y] = view.toScreen(cloud.x[i], cloud.y[i]);
@@ -30,7 +30,7 @@ const roundStep = (value) => {
   return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= value);
 };
 
-/** Lines at round metres, if wanted; returns what writes their numbers, to be called when all else is painted. */
+/** Lines at round metres (optional). Returns a function that writes the numbers, to be called last. */
 export function paintGrid(view, withLines) {
   const { context, size } = view;
   const step = roundStep(80 / view.scale);
@@ -93,7 +93,7 @@ export function paintDisk(view, x, y, radius, fill) {
   view.context.fill();
 }
 
-/** Triangles, so that they are told from poses in print too; numbered as in the table, where there is room. */
+/** Triangles, distinct from poses even in print; numbered as in the table if there is room. */
 export function paintPlaces(view, places) {
   const { context } = view;
   for (const place of places) {

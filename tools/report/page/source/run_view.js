@@ -12,38 +12,38 @@ import { onTheme, seriesColor } from './theme.js';
 
 const share = (part, whole) => (whole > 0 ? ` (${fixed((100 * part) / whole, part === whole || part === 0 ? 0 : 1)}\u2009%)` : '');
 
-/** A colour mark that follows the theme. */
+/** A colour mark of the theme. */
 function swatch(index) {
   const mark = h('span', { class: 'swatch', style: { background: seriesColor(index) } });
   onTheme(() => { mark.style.background = seriesColor(index); });
   return mark;
 }
 
-/** Facts of the log and its maps, {title: text}; what is unknown is left out. */
+/** Facts about log and maps, {title: text}; unknown facts are omitted. */
 export function factsOf(run) {
   const inputs = run.inputs;
   return Object.fromEntries(Object.entries({
     Log: leaf(inputs.log), Recorded: date(run.begin_s), Length: duration(run.estimators[0]?.summary.duration_s),
     'Cloud map': leaf(inputs.cloud) ?? 'none', 'Magnetic map': leaf(inputs.magnetic) ?? 'none', Platform: leaf(inputs.platform),
-    'LiDAR range': inputs.max_range_m ? `${inputs.max_range_m} m` : null, Truth: leaf(inputs.truth) ?? 'none',
+    'LiDAR range': inputs.max_range_m ? `${inputs.max_range_m} m` : null, 'Ground truth': leaf(inputs.truth) ?? 'none',
   }).filter(([, value]) => value));
 }
 
 export const factList = (facts) => h('dl', { class: 'facts' }, Object.entries(facts).map(([name, value]) => h('div', {}, h('dt', {}, name), h('dd', {}, value))));
 
-/** The A/B table: what a colleague looks at first. */
+/** The A/B table. */
 function comparison(run) {
   const withTruth = run.estimators.some((one) => one.summary.ate_m != null);
   const of = (name) => (row) => row.summary[name] ?? NaN;
   const number = (title, unit, name, digits, best) => ({ title, unit, value: of(name), cell: (row) => fixed(of(name)(row), digits), best });
-  // What an estimator did not look at has no count: none of its scans is known to be degenerate, or not to be.
+  // If an estimator did not test for degeneracy, there is no count.
   const measured = (series) => series?.some((value) => value != null);
   const degenerate = (row) => (measured(row.series.direction_1) ? of('degenerate_scans')(row) : NaN);
   const rejected = (row) => (measured(row.series.weight) ? of('magnetic_rejected')(row) : NaN);
   const outcome = (row) => {
     if (row.status !== 'done') return ['bad', row.status];
     if (row.summary.success == null) return ['good', 'done'];
-    return row.summary.success ? ['good', 'on track'] : ['bad', 'off by more than 1 m'];
+    return row.summary.success ? ['good', 'on track'] : ['bad', 'error above 1 m'];
   };
   const columns = [
     { title: 'Estimator', value: (row) => row.name, cell: (row) => [swatch(row.index), row.name] },
@@ -71,12 +71,12 @@ function warnings(run) {
       kinds.get(kind).counts.push(`${one.name} ${count(entry.count)}×`);
     }
   }
-  if (!kinds.size) return h('p', { class: 'quiet' }, 'Nothing was warned of.');
+  if (!kinds.size) return h('p', { class: 'quiet' }, 'There are no warnings.');
   return sortableTable([
     { title: 'Warning', value: (row) => row.kind, cell: (row) => h('code', {}, row.kind) },
-    { title: 'First seen', text: true, wrap: true, value: (row) => row.first },
+    { title: 'First occurrence', text: true, wrap: true, value: (row) => row.first },
     { title: 'At', unit: 's', value: (row) => row.at, cell: (row) => fixed(row.at, 1) },
-    { title: 'How often', text: true, value: (row) => row.counts.join(', ') },
+    { title: 'Count', text: true, value: (row) => row.counts.join(', ') },
   ], [...kinds.values()]);
 }
 
@@ -90,24 +90,24 @@ function staleSection(state) {
     const parts = [];
     if (figures) {
       const by = figures.largest_difference_ut > 0 ? `, the largest by ${brief(figures.largest_difference_ut)} µT` : '';
-      parts.push(h('p', {}, `${one.name}: ${count(figures.stale)} of ${count(figures.places)} cells driven through disagree with the magnetic map`, by,
-        figures.stale_places ? `; they make ${count(figures.stale_places)} ${figures.stale_places === 1 ? 'place' : 'places'}` : '', '. ',
-        figures.false_alarm_probability != null ? `A cell in which the map still holds is reported with a probability of at most ${brief(figures.false_alarm_probability)}` : '',
-        figures.expected_false_alarms != null ? `: by chance alone ${brief(figures.expected_false_alarms)} on this drive.` : '.'));
+      parts.push(h('p', {}, `${one.name}: ${count(figures.stale)} of ${count(figures.places)} visited cells differ from the magnetic map`, by,
+        figures.stale_places ? `; they form ${count(figures.stale_places)} ${figures.stale_places === 1 ? 'place' : 'places'}` : '', '. ',
+        figures.false_alarm_probability != null ? `The probability of a false alarm is at most ${brief(figures.false_alarm_probability)} per cell` : '',
+        figures.expected_false_alarms != null ? `; ${brief(figures.expected_false_alarms)} are expected by chance on this drive.` : '.'));
     }
     if (one.stale_places?.rows.length) {
       parts.push(sortableTable(staleColumns(one.stale_places, Number(run.begin_s)), one.stale_places.rows));
     } else {
-      parts.push(h('p', { class: 'quiet' }, figures ? 'No place is reported.' : `${one.name} has compared no reading with the magnetic map.`));
+      parts.push(h('p', { class: 'quiet' }, figures ? 'No stale place was found.' : `${one.name} compared no reading with the magnetic map.`));
     }
     place.replaceChildren(...parts);
   }
   fill();
   state.on('detail', fill);
-  return h('section', { id: 'stale' }, h('h2', {}, 'Where the magnetic map is stale'), place);
+  return h('section', { id: 'stale' }, h('h2', {}, 'Stale places'), place);
 }
 
-/** Buttons of which one is pressed. */
+/** A group of buttons with one selected. */
 function choice(label, options, chosen, act) {
   const buttons = options.map(([value, text]) => h('button', { type: 'button', 'aria-pressed': String(value === chosen), onclick: () => {
     buttons.forEach((button, i) => button.setAttribute('aria-pressed', String(options[i][0] === value)));
@@ -138,9 +138,9 @@ function planSection(state, grounds) {
   const top = grounds.cloud ? Math.ceil(grounds.cloud.top) : 0;
   const height = driveBox(run).z;
   const bottom = grounds.cloud ? Math.floor(grounds.cloud.low) + 0.5 : 0;
-  // A roof would hide what is below it: the cut begins at a person's height above the robot.
+  // A roof hides the inside: the initial cut is at a person's height above the robot.
   const begin = grounds.cloud ? Math.min(top, height[1] + 1.8) : 0;
-  const slider = h('input', { type: 'range', min: bottom, max: top, step: 0.1, value: begin, 'aria-label': 'Show the cloud up to this height, metres' });
+  const slider = h('input', { type: 'range', min: bottom, max: top, step: 0.1, value: begin, 'aria-label': 'Largest shown height of the cloud, metres' });
   const shown = h('span', { class: 'small quiet' });
   const cutter = h('label', { hidden: true }, 'up to ', slider, ' ', shown);
   const cut = () => {
@@ -150,7 +150,7 @@ function planSection(state, grounds) {
     space.setCut(value >= top ? Infinity : value);
   };
   slider.addEventListener('input', cut);
-  const options = [grounds.field && ['field', 'Magnetic field'], grounds.cloud && ['cloud', 'Cloud from above'], ['none', 'Lines only'], grounds.cloud && ['space', 'Cloud in space']].filter(Boolean);
+  const options = [grounds.field && ['field', 'Magnetic field'], grounds.cloud && ['cloud', 'Cloud from above'], ['none', 'Lines only'], grounds.cloud && ['space', 'Cloud in 3D']].filter(Boolean);
   const set = (value) => {
     cutter.hidden = value !== 'cloud' && value !== 'space';
     map.element.hidden = value === 'space';
@@ -160,13 +160,13 @@ function planSection(state, grounds) {
       map.measure();
     }
   };
-  const marks = run.estimators.some((one) => placesOf(one).length) ? ' Triangles: places where the magnetic map is stale.' : '';
-  const note = run.field || run.cloud ? '' : ' The folder holds no overview of the maps.';
+  const marks = run.estimators.some((one) => placesOf(one).length) ? ' Triangles are stale places of the magnetic map.' : '';
+  const note = run.field || run.cloud ? '' : ' The folder has no overview of the maps.';
   return {
-    element: h('section', { id: 'plan' }, h('h2', {}, 'Where'),
-      h('p', { class: 'quiet small' }, run.truth ? 'The widest line is the truth; estimates lie over it, ever narrower. ' : '',
-        `The ring is the start. Drag to move; the buttons, +/− or Ctrl and the wheel zoom.${marks}${note}`),
-      h('div', { class: 'bar' }, choice('Ground of the plan', options, map.ground(), set), seriesButtons(state), cutter),
+    element: h('section', { id: 'plan' }, h('h2', {}, 'Map'),
+      h('p', { class: 'quiet small' }, run.truth ? 'The widest line is the ground truth; later estimates are narrower and on top. ' : '',
+        `The ring is the initial pose. Drag to move. Zoom with the buttons, +/−, or Ctrl and the wheel.${marks}${note}`),
+      h('div', { class: 'bar' }, choice('Background of the plan', options, map.ground(), set), seriesButtons(state), cutter),
       map.element, space.element),
     start() {
       map.start();
@@ -176,7 +176,7 @@ function planSection(state, grounds) {
   };
 }
 
-/** {element, start: to be called when the element stands in the page}. */
+/** {element, start: to be called after the element was added to the page}. */
 export async function runView(run) {
   const state = new RunState(run);
   const grounds = { field: await decodeField(run.field), cloud: decodeCloud(run.cloud) };
@@ -185,26 +185,26 @@ export async function runView(run) {
   const distribution = run.estimators.some((one) => one.series.distribution) ? distributionChart(state) : null;
   const reset = h('button', { type: 'button', hidden: true, onclick: () => state.zoom(null) }, 'show all');
   state.on('span', () => { reset.hidden = state.span == null; });
-  const pooled = run.scans_a_point > 1 ? ` Each point stands for ${run.scans_a_point} scans: their largest error, sigma and residual, their smallest weight.` : '';
+  const pooled = run.scans_a_point > 1 ? ` Each point represents ${run.scans_a_point} scans: their largest error, sigma and residual, and their smallest weight.` : '';
   const limits = run.estimators.map((one) => one.degeneracy_limit_m).filter(Number.isFinite);
 
   const element = h('div', {},
-    run.status !== 'done' && run.status !== 'lost' ? h('p', { class: 'notice' }, `The run was ${run.status}: it shows what there is up to then.`) : null,
+    run.status !== 'done' && run.status !== 'lost' ? h('p', { class: 'notice' }, `The run was ${run.status}; the report shows the results up to that time.`) : null,
     h('section', { id: 'comparison' }, h('h2', {}, run.estimators.length > 1 ? 'Comparison' : 'Figures'), comparison(run)),
     plan.element,
-    h('section', { id: 'time' }, h('h2', {}, 'When'),
-      h('p', { class: 'quiet small' }, `Shaded: scans in which the estimator in detail found a direction that LiDAR does not see${limits.length ? `, its predicted sigma above ${metres(limits[0])}` : ''}. `,
-        `Drag across a chart to zoom all of them; double-click shows all. The cursor is the dot on the plan.${pooled}`),
+    h('section', { id: 'time' }, h('h2', {}, 'Time'),
+      h('p', { class: 'quiet small' }, `Shaded: scans in which the estimator in detail found a degenerate direction${limits.length ? `, with a predicted sigma above ${metres(limits[0])}` : ''}. `,
+        `Drag across a chart to zoom all charts; double-click to show all. The dot on the plan is the cursor.${pooled}`),
       h('div', { class: 'bar' }, seriesButtons(state), detailChoice(state), reset),
       charts.element),
-    distribution ? h('section', { id: 'distribution' }, h('h2', {}, 'How often'),
-      h('p', { class: 'quiet small' }, 'Share of scans whose position error is at most that along the bottom.'), distribution.element) : null,
+    distribution ? h('section', { id: 'distribution' }, h('h2', {}, 'Error distribution'),
+      h('p', { class: 'quiet small' }, 'Share of scans with a position error up to the value on the x axis.'), distribution.element) : null,
     calibrationSection(state),
     staleSection(state),
-    h('section', { id: 'warnings' }, h('h2', {}, 'What was warned of'), warnings(run)),
+    h('section', { id: 'warnings' }, h('h2', {}, 'Warnings'), warnings(run)),
     run.configuration ? h('section', { id: 'configuration' }, h('h2', {}, 'Configuration'),
-      h('details', {}, h('summary', {}, 'Every option in force, and the files given'),
-        plainTable(['input', 'given'], Object.entries(run.inputs)), h('pre', {}, run.configuration))) : null);
+      h('details', {}, h('summary', {}, 'All options, and the input files'),
+        plainTable(['input', 'value'], Object.entries(run.inputs)), h('pre', {}, run.configuration))) : null);
   return {
     element,
     start() {

@@ -1,7 +1,7 @@
-// Stale places: where the field disagrees with the map beyond what their sigmas allow. docs/user/stale-map.md has the columns.
+// Stale places: the field differs significantly from the map. docs/user/stale-map.md has the columns.
 import { brief, fixed } from './dom.js';
 
-/** {number, x, y, difference: µT, row} of each place; the file has the largest difference first. */
+/** {number, x, y, difference: µT, row} of each place; the first has the largest difference. */
 export function placesOf(estimator) {
   const stale = estimator?.stale_places;
   if (!stale) return [];
@@ -10,10 +10,10 @@ export function placesOf(estimator) {
     .filter((place) => Number.isFinite(place.x) && Number.isFinite(place.y));
 }
 
-/** What the table shows, of the file's columns. */
+/** Columns of the file that the table shows. */
 const shown = [
   ['place', 'Place', '', 0], ['x_m', 'x', 'm', 2], ['y_m', 'y', 'm', 2], ['extent_m', 'Extent', 'm', 1], ['cells', 'Cells', '', 0],
-  ['largest_difference_ut', 'Largest', 'difference, µT', 1], ['mean_difference_ut', 'Mean', 'difference, µT', 1], ['sigma_ut', 'Sigma', 'allowed, µT', 2],
+  ['largest_difference_ut', 'Largest', 'difference, µT', 1], ['mean_difference_ut', 'Mean', 'difference, µT', 1], ['sigma_ut', 'Sigma', 'expected, µT', 2],
   ['p_value', 'p value', 'by chance', null], ['first_t_s', 'First', 's', 1], ['last_t_s', 'Last', 's', 1],
 ];
 

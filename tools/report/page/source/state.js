@@ -1,13 +1,12 @@
-// What the charts and maps of one run share: which estimators are shown, which one is looked at in detail, and the moment
-// under the cursor.
+// State common to charts and maps of one run: the shown estimators, the one in detail, and the time of the cursor.
 
 export class RunState {
   constructor(run) {
     this.run = run;
     this.hidden = new Set();
-    this.detail = 0;        // index of the estimator whose directions and degenerate stretches are shown
+    this.detail = 0;        // index of the estimator with shown directions and degenerate intervals
     this.moment = null;     // index on the time axis, or null
-    this.span = null;       // [first, last] second that the charts show, or null for all
+    this.span = null;       // [first, last] shown second, or null for all
     this.listeners = { shown: [], moment: [], detail: [], span: [] };
   }
 

@@ -1,4 +1,4 @@
-// Tables whose rows the reader sorts.
+// Sortable tables.
 import { h } from './dom.js';
 
 const rank = (value) => (typeof value === 'number' && !Number.isFinite(value) ? null : value);
@@ -10,8 +10,8 @@ function compare(a, b) {
 }
 
 /**
- * columns: {title, unit, text: left-aligned, value(row): to sort by, cell(row): what is shown, best(values): index of the
- * best row}. `sorted`: index of the column to begin with, rising. What is no number always comes last.
+ * columns: {title, unit, text: left-aligned, value(row): sort key, cell(row): shown cell, best(values): index of the best
+ * row}. `sorted`: index of the initial sort column, ascending. Values that are not finite are always last.
  */
 export function sortableTable(columns, rows, sorted) {
   const body = h('tbody');
@@ -48,7 +48,7 @@ export function sortableTable(columns, rows, sorted) {
     h('table', {}, h('thead', {}, h('tr', {}, heads)), body));
 }
 
-/** Index of the smallest value that is a number. */
+/** Index of the smallest finite value. */
 export function smallest(values) {
   let found = -1;
   values.forEach((value, i) => {
@@ -59,14 +59,14 @@ export function smallest(values) {
 
 export const largest = (values) => smallest(values.map((value) => -value));
 
-/** What is said of an outcome in one word, in its colour. */
+/** A one-word outcome in its colour. */
 function plainCell(cell) {
   const text = cell == null ? '–' : typeof cell === 'boolean' ? (cell ? 'yes' : 'no') : String(cell);
   const kind = { yes: 'good', no: 'bad', lost: 'bad', failed: 'bad' }[text];
   return kind ? h('span', { class: kind }, text) : text;
 }
 
-/** A table as it stands: header and rows of text or numbers. */
+/** A table without sorting: header and rows of text or numbers. */
 export function plainTable(header, rows) {
   return h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'table' },
     h('table', {}, h('thead', {}, h('tr', {}, header.map((text) => h('th', { scope: 'col' }, text)))),

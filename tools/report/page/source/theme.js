@@ -1,6 +1,6 @@
-// Colours: of the page from its style sheet, of series as in the program's own pictures.
+// Colours: those of the page from its style sheet, those of series as in the program's pictures.
 
-/** Okabe and Ito (2008): the colour-blind tell them apart too. They repeat after seven. */
+/** Colour-blind safe colours (Okabe and Ito 2008). They repeat after seven. */
 const light = ['#d55e00', '#0072b2', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#785e3c'];
 const dark = ['#ff8a3d', '#4aa8e8', '#2fc79b', '#e39cc4', '#f2b632', '#8bcdf4', '#b79a72'];
 
@@ -17,7 +17,7 @@ export const color = (name) => getComputedStyle(document.documentElement).getPro
 
 export const seriesColor = (index) => (isDark() ? dark : light)[index % light.length];
 
-/** A share (0 to 1) as [red, green, blue]; mixed with the page's ground so that lines stand out on it. */
+/** A share (0 to 1) as [red, green, blue], mixed with the page's background so that lines are visible on it. */
 export function heat(share) {
   const ground = isDark() ? 16 : 255;
   const paling = isDark() ? 0.35 : 0.4;
@@ -29,19 +29,19 @@ export function heat(share) {
   });
 }
 
-/** The same, at full strength. */
+/** The same without mixing. */
 export function vivid(share) {
   const place = Math.min(Math.max(share, 0), 1) * (viridis.length - 1);
   const low = Math.min(Math.floor(place), viridis.length - 2);
   return [0, 1, 2].map((i) => Math.round(viridis[low][i] * (1 - place + low) + viridis[low + 1][i] * (place - low)));
 }
 
-/** Calls `act` whenever colours have changed: by the reader's system, or because the page is printed. */
+/** Calls `act` when colours have changed: by the system's theme, or for printing. */
 export function onTheme(act) {
   listeners.push(act);
 }
 
-/** Forgets all listeners: what they drew is gone. */
+/** Removes all listeners. */
 export function forgetThemeListeners() {
   listeners = [];
 }
