@@ -16,8 +16,8 @@
 namespace lodestone {
 namespace {
 
-/// Feeds a decoder until its bytes are used up or it has ended. `step(in, in_size, out, out_size)` sets both sizes to
-/// what it used and wrote, and says whether the packed bytes have ended.
+/// Feeds a decoder until the bytes are used up or the stream has ended. `step(in, in_size, out, out_size)` sets both
+/// sizes to the number of used and written bytes, and returns true at the end of the packed stream.
 template <class Step>
 void stream(std::span<const std::uint8_t> packed, std::uint64_t size, UnpackedSize meaning,
             std::vector<std::uint8_t>& out, const Step& step) {
@@ -34,14 +34,14 @@ void stream(std::span<const std::uint8_t> packed, std::uint64_t size, UnpackedSi
     written += out_size;
     if (ended || in_size > 0 || out_size > 0) continue;
     if (written == size && read < packed.size()) {
-      throw CompressionError(fmt::format("more than the announced {} bytes come out of it", size));
+      throw CompressionError(fmt::format("it unpacks to more than the announced {} bytes", size));
     }
     if (meaning == UnpackedSize::cut_off) break;
-    throw CompressionError("it ends before its content does");
+    throw CompressionError("it ends before the end of its content");
   }
   out.resize(written);
   if (meaning == UnpackedSize::exact && written != size) {
-    throw CompressionError(fmt::format("{} bytes come out of it; expected {}", written, size));
+    throw CompressionError(fmt::format("it unpacks to {} bytes; expected {}", written, size));
   }
 }
 
@@ -70,7 +70,7 @@ void unpack_zstd(std::span<const std::uint8_t> packed, std::uint64_t size, Unpac
            if (ZSTD_isError(result)) throw CompressionError(ZSTD_getErrorName(result));
            in_size = input.pos;
            to_size = output.pos;
-           return result == 0 && input.pos == input.size;  // several frames may follow one another
+           return result == 0 && input.pos == input.size;  // there may be several frames
          });
 }
 
@@ -88,7 +88,7 @@ void unpack_bz2(std::span<const std::uint8_t> packed, std::uint64_t size, Unpack
            const unsigned in_before = context.avail_in, out_before = context.avail_out;
            const int result = BZ2_bzDecompress(&context);
            if (result != BZ_OK && result != BZ_STREAM_END)
-             throw CompressionError(fmt::format("bzip2's error {}", result));
+             throw CompressionError(fmt::format("bzip2 error {}", result));
            in_size = in_before - context.avail_in;
            to_size = out_before - context.avail_out;
            return result == BZ_STREAM_END;
@@ -96,7 +96,7 @@ void unpack_bz2(std::span<const std::uint8_t> packed, std::uint64_t size, Unpack
 }
 
 std::vector<std::uint8_t> pack_bz2(std::span<const std::uint8_t> bytes) {
-  auto size = static_cast<unsigned>(bytes.size() + bytes.size() / 100 + 600);  // bzip2's bound
+  auto size = static_cast<unsigned>(bytes.size() + bytes.size() / 100 + 600);  // bzip2's bound of the packed size
   std::vector<std::uint8_t> packed(size);
   constexpr int block_size = 9;  // of 100 kB
   if (BZ2_bzBuffToBuffCompress(reinterpret_cast<char*>(packed.data()), &size,
@@ -125,7 +125,7 @@ void unpack(Codec codec, std::span<const std::uint8_t> packed, std::uint64_t siz
       break;
   }
   if (packed.size() > size || (meaning == UnpackedSize::exact && packed.size() != size)) {
-    throw CompressionError(fmt::format("it has {} bytes; expected {}", packed.size(), size));
+    throw CompressionError(fmt::format("its size is {} bytes; expected {}", packed.size(), size));
   }
   out.assign(packed.begin(), packed.end());
 }
@@ -134,7 +134,7 @@ std::vector<std::uint8_t> pack(Codec codec, std::span<const std::uint8_t> bytes)
   if (codec == Codec::none) return {bytes.begin(), bytes.end()};
   if (codec == Codec::bz2) return pack_bz2(bytes);
   LZ4F_preferences_t frame{};
-  frame.frameInfo.blockMode = LZ4F_blockIndependent;  // rosbag's reader supports no other
+  frame.frameInfo.blockMode = LZ4F_blockIndependent;  // rosbag's reader supports only this mode
   frame.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
   std::vector<std::uint8_t> packed(codec == Codec::lz4 ? LZ4F_compressFrameBound(bytes.size(), &frame)
                                                        : ZSTD_compressBound(bytes.size()));
@@ -163,7 +163,9 @@ void unpack_zstd_file(const std::string& path, const std::string& out, std::uint
   const File from(std::fopen(path.c_str(), "rb"), std::fclose);
   const File to(std::fopen(out.c_str(), "wb"), std::fclose);
   if (from == nullptr) throw InputError(path + ": cannot be opened for reading; check its permissions");
-  if (to == nullptr) throw InputError(fmt::format("{}: cannot be written, to unpack {} there; set TMPDIR", out, path));
+  if (to == nullptr)
+    throw InputError(
+        fmt::format("{}: cannot be written, but is required to unpack {}; set TMPDIR to another folder", out, path));
   const std::unique_ptr<ZSTD_DStream, std::size_t (*)(ZSTD_DStream*)> context(ZSTD_createDStream(), ZSTD_freeDStream);
   if (context == nullptr) throw std::bad_alloc();
   std::vector<std::uint8_t> input(ZSTD_DStreamInSize()), output(ZSTD_DStreamOutSize());
@@ -174,18 +176,18 @@ void unpack_zstd_file(const std::string& path, const std::string& out, std::uint
     written += piece.pos;
     if (written > room) {
       throw InputError(
-          fmt::format("{}: unpacked it has more than the {:.1f} MB that {} has room for; set TMPDIR to a folder with "
-                      "more, or unpack it with 'zstd -d'",
+          fmt::format("{}: the unpacked log exceeds the {:.1f} MB that are free in {}; set TMPDIR to a folder with "
+                      "more space, or unpack the file with 'zstd -d'",
                       path, static_cast<double>(room) * 1e-6, std::filesystem::path(out).parent_path().string()));
     }
     if (std::fwrite(output.data(), 1, piece.pos, to.get()) != piece.pos || std::fflush(to.get()) != 0) {
-      throw InputError(fmt::format("{}: the disk is full; {} is unpacked there: set TMPDIR", out, path));
+      throw InputError(fmt::format("{}: the disk is full while unpacking {}; set TMPDIR to another folder", out, path));
     }
     piece.pos = 0;
   };
-  // A piece is written when it is full, for the first must be long enough to tell what comes out of many small frames.
+  // Written only when full: the first piece must be long enough to recognize the content of many small frames.
   while (const std::size_t count = std::fread(input.data(), 1, input.size(), from.get())) {
-    bool more = true;  // what did not fit into the last piece waits in the decoder
+    bool more = true;  // the decoder may contain output that did not fit into the last piece
     for (ZSTD_inBuffer in{input.data(), count, 0}; in.pos < in.size || more;) {
       const std::size_t result = ZSTD_decompressStream(context.get(), &piece, &in);
       if (ZSTD_isError(result)) {

@@ -16,38 +16,38 @@ enum class Codec {
   bz2
 };
 
-/// Packed bytes are damaged; whoever knows the file adds where.
+/// Packed bytes are damaged. The caller adds the file's name.
 class CompressionError : public std::runtime_error {
  public:
   explicit CompressionError(const std::string& message) : std::runtime_error(message) {}
 };
 
-/// What `size` says of the unpacked bytes.
+/// Meaning of `size` for the unpacked bytes.
 enum class UnpackedSize {
-  exact,    ///< so many
-  at_most,  ///< no more
-  cut_off   ///< no more, and the packed bytes may end early: what they hold is given
+  exact,    ///< exactly `size` bytes
+  at_most,  ///< at most `size` bytes
+  cut_off   ///< at most `size` bytes; the packed bytes may end early
 };
 
-/// Unpacks into `out`. Memory grows with what comes, never by what is announced alone. Throws CompressionError where
-/// the bytes are damaged or contradict `size`.
+/// Unpacks into `out`. Memory grows with the actual content, not with announced sizes. Throws CompressionError if the
+/// bytes are damaged or contradict `size`.
 void unpack(Codec codec, std::span<const std::uint8_t> packed, std::uint64_t size, UnpackedSize meaning,
             std::vector<std::uint8_t>& out);
 
-/// In one frame, or one stream.
+/// Packs into one frame or stream.
 std::vector<std::uint8_t> pack(Codec codec, std::span<const std::uint8_t> bytes);
 
 bool starts_like_zstd(std::span<const std::uint8_t> bytes);
 
 constexpr std::size_t largest_message = std::size_t{1} << 29;  ///< bytes
 
-/// A message in CDR, which a recorder of ROS 2 may have packed by itself (compression_mode: MESSAGE): CDR starts with a
-/// zero, so that a frame of zstd tells itself. A view of the bytes, or of `unpacked`. Throws CompressionError.
+/// A message in CDR, possibly packed by a ROS 2 recorder (compression_mode: MESSAGE). CDR begins with a zero byte, so
+/// that a zstd frame is recognizable. Returns a view of the bytes or of `unpacked`. Throws CompressionError.
 std::span<const std::uint8_t> unpacked_cdr(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& unpacked);
 
-/// Unpacks a file of zstd frames piece by piece; at most `room` bytes are written. Before the first of them, `check`
-/// gets what the unpacked bytes begin with: 16 of them or more, where there are so many; it throws what they are
-/// refused with. Throws InputError, naming the file.
+/// Unpacks a file of zstd frames piece by piece; writes at most `room` bytes. Before writing, `check` gets the first
+/// unpacked bytes (at least 16, if there are so many) and may throw to refuse the file. Throws InputError with the
+/// file's name.
 void unpack_zstd_file(const std::string& path, const std::string& out, std::uint64_t room,
                       const std::function<void(std::span<const std::uint8_t>)>& check);
 

@@ -14,7 +14,7 @@ namespace lodestone {
 
 namespace {
 
-/// As errno says.
+/// Throws the error of errno.
 [[noreturn]] void refuse_to_open(const std::string& path) {
   const bool too_many = errno == EMFILE || errno == ENFILE;
   throw InputError(path + ": cannot be opened for reading; " +
@@ -26,7 +26,7 @@ namespace {
 FileBytes::FileBytes(std::string path) : path_(std::move(path)) {
   struct stat status {};
   if (::stat(path_.c_str(), &status) != 0) throw InputError(path_ + ": there is no such file");
-  if (!S_ISREG(status.st_mode)) throw InputError(path_ + ": expected a log, found no regular file");
+  if (!S_ISREG(status.st_mode)) throw InputError(path_ + ": expected a log, but this is not a regular file");
   descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) refuse_to_open(path_);
   size_ = static_cast<std::uint64_t>(status.st_size);
@@ -38,8 +38,8 @@ FileBytes::~FileBytes() {
 
 void FileBytes::read(std::uint64_t offset, std::size_t count, std::vector<std::uint8_t>& bytes) const {
   if (offset > size_ || count > size_ - offset) {
-    throw InputError(fmt::format("{}: the file is truncated: bytes {} to {} are needed, it has {}", path_, offset,
-                                 offset + count, size_));
+    throw InputError(fmt::format("{}: the file is truncated: bytes {} to {} are required, the size is {}", path_,
+                                 offset, offset + count, size_));
   }
   bytes.resize(count);
   read(offset, bytes);

@@ -7,10 +7,10 @@
 
 namespace lodestone {
 
-/// A file that is read anywhere, a piece at a time.
+/// A file with random access.
 class FileBytes {
  public:
-  /// Throws InputError where there is no such regular file, or it cannot be opened.
+  /// Throws InputError if there is no such regular file, or it cannot be opened.
   explicit FileBytes(std::string path);
   ~FileBytes();
   FileBytes(const FileBytes&) = delete;
@@ -19,10 +19,10 @@ class FileBytes {
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
 
-  /// `count` bytes from `offset` on into `bytes`. Throws InputError where the file ends before, or reading fails.
+  /// Reads `count` bytes from `offset` into `bytes`. Throws InputError if the file ends before, or if reading fails.
   void read(std::uint64_t offset, std::size_t count, std::vector<std::uint8_t>& bytes) const;
 
-  /// The same into memory that is there already.
+  /// The same into existing memory.
   void read(std::uint64_t offset, std::span<std::uint8_t> bytes) const;
 
  private:
@@ -31,7 +31,7 @@ class FileBytes {
   int descriptor_ = -1;
 };
 
-/// A number stored little-endian.
+/// Reads a little-endian number.
 template <class Number>
 Number little_endian(const std::uint8_t* bytes) {
   Number value = 0;
@@ -43,8 +43,8 @@ inline std::uint8_t little_endian<std::uint8_t>(const std::uint8_t* bytes) {
   return *bytes;
 }
 
-/// For libraries that open files of their own and say something else where they cannot. Throws InputError, naming
-/// `path`, where the process may not open `count` more files.
+/// Throws InputError with `path` if the process cannot open `count` more files. For libraries that open files
+/// themselves and report a misleading error.
 void require_descriptors(const std::string& path, std::size_t count);
 
 }  // namespace lodestone

@@ -9,10 +9,10 @@ namespace lodestone {
 std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::vector<fs::path> files;
-  std::set<fs::path> links, walked;  // walked: without links
+  std::set<fs::path> links, walked;  // walked: resolved folders
   const auto walk = [&](const fs::path& start, fs::directory_options options) {
     if (!walked.insert(fs::canonical(start)).second) return;
-    std::error_code broken;  // a link to nothing, or to itself, is no file
+    std::error_code broken;  // a broken or circular link is not a file
     for (fs::recursive_directory_iterator entry(start, options), end; entry != end; ++entry) {
       if (entry->is_regular_file(broken)) {
         files.push_back(entry->path());

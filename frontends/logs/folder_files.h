@@ -5,10 +5,10 @@
 
 namespace lodestone {
 
-/// Every file below a folder, in order of name. Links to folders are followed, so that a log can be put together of
-/// what lies elsewhere. They may lead in circles: each folder counts once, under its own name before a link's. What may
-/// not be read of the folder itself throws std::filesystem::filesystem_error; of what a link leads to it is passed
-/// over.
+/// Every file below a folder, in order of name. Follows links to folders, so that a log can consist of files elsewhere.
+/// Circular links are safe: each folder counts once, under its own name rather than a link's. Throws
+/// std::filesystem::filesystem_error for unreadable parts of the folder itself; unreadable targets of links are
+/// skipped.
 std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder);
 
 }  // namespace lodestone

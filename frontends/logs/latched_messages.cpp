@@ -11,11 +11,10 @@
 namespace lodestone {
 namespace {
 
-constexpr std::size_t most_latched_messages = 100;      // of a topic
-constexpr std::size_t most_latched_bytes = 64U << 20U;  // of a topic
+constexpr std::size_t most_latched_messages = 100;      // per topic
+constexpr std::size_t most_latched_bytes = 64U << 20U;  // per topic
 
-/// Whether one of a list of QoS profiles, as recorders of ROS 2 write it, latches. Older ones wrote the policy's
-/// number.
+/// True if one of a list of QoS profiles of a ROS 2 recorder latches. Older recorders wrote the policy's number.
 bool names_transient_local(std::string_view profiles) {
   constexpr std::string_view key = "durability:";
   for (std::size_t at = profiles.find(key); at != std::string_view::npos; at = profiles.find(key, at)) {
@@ -53,7 +52,7 @@ void LatchedMessages::take(const RawMessage& message) {
   };
   const auto replaced = std::find_if(topic.kept.begin(), topic.kept.end(), [&](const Kept& earlier) {
     if (publisher == nullptr || earlier.publisher == nullptr) return publisher == earlier.publisher && topic.last_only;
-    // Each file of a folder has a Publisher of its own for the node.
+    // Each file of a folder has its own Publisher for the same node.
     return publisher == earlier.publisher || (!publisher->name.empty() && publisher->name == earlier.publisher->name);
   });
   if (replaced != topic.kept.end()) drop(replaced);
@@ -79,14 +78,14 @@ std::vector<RawMessage> LatchedMessages::recorded_at(Time time) const {
   return messages;
 }
 
-void LatchedMessages::tell(const std::string& path, WarningLog& warnings) const {
+void LatchedMessages::report(const std::string& path, WarningLog& warnings) const {
   for (const Topic& topic : topics_) {
     if (topic.left_out == 0) continue;
     warnings.add(
         "log.latched_left_out",
         fmt::format(
-            "{}: of {}, a latched topic, the part begins with the last {} messages before it, {:.1f} MB; older ones "
-            "are left out; begin the part earlier where one of them is needed",
+            "{}: latched topic {}: the part begins with the last {} earlier messages, {:.1f} MB; older messages "
+            "are omitted; if they are required, begin the part earlier",
             path, topic.info->name, topic.kept.size(), static_cast<double>(topic.bytes) * 1e-6),
         topic.last_left_out, topic.left_out);
   }

@@ -19,12 +19,12 @@ bool is_convertible(const TopicInfo& topic, Encoding to) {
   return to == Encoding::cdr || known || (!topic.md5.empty() && !topic.definition.empty());
 }
 
-/// In the writer's ROS.
+/// Writes a message converted to the writer's ROS.
 void write_converted(const std::string& path, const TopicInfo& topic, const RawMessage& message, LogWriter& writer) {
   if (topic.encoding == writer.encoding()) return writer.write(topic, message);
   const std::vector<std::uint8_t> bytes = transcode(path, topic, message, writer.encoding());
   TopicInfo rewritten = topic;
-  rewritten.md5.clear();  // checksum, definition and who sent it how are those of the other ROS
+  rewritten.md5.clear();  // checksum, definition and metadata belong to the other ROS
   rewritten.definition.clear();
   rewritten.definition_encoding.clear();
   rewritten.metadata.clear();
@@ -46,21 +46,21 @@ Conversion convert_log(const std::string& path, MessageSource& source, LogWriter
     chosen.push_back(&topic);
     names.push_back(topic.name);
   }
-  if (source.topics().empty()) throw InputError(path + ": the log holds no messages");
+  if (source.topics().empty()) throw InputError(path + ": the log has no messages");
   if (names.empty()) {
     throw InputError(path +
-                     ": no topic is of a type that can be written there; expected sensor_msgs/PointCloud2, Imu, "
+                     ": no topic has a type that can be converted; expected sensor_msgs/PointCloud2, Imu, "
                      "MagneticField or livox_ros_driver2/CustomMsg");
   }
   source.select(names);
-  std::optional<LatchedMessages> latched(std::in_place, chosen);  // until the part begins
+  std::optional<LatchedMessages> latched(std::in_place, chosen);  // collected until the part begins
   const auto begin_part = [&] {
     if (!latched) return;
     for (const RawMessage& message : latched->recorded_at(part.from)) {
       ++result.latched;
       write_converted(path, *chosen[message.topic], message, writer);
     }
-    latched->tell(path, result.warnings);
+    latched->report(path, result.warnings);
     latched.reset();
   };
   for (RawMessage message; source.next(message);) {

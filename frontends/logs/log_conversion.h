@@ -11,7 +11,7 @@
 
 namespace lodestone {
 
-/// Of a log: what was recorded at `from` or later, and before `to`.
+/// Part of a log: messages recorded at `from` or later, and before `to`.
 struct LogPart {
   Time from = std::numeric_limits<Time>::min();
   Time to = std::numeric_limits<Time>::max();
@@ -19,19 +19,19 @@ struct LogPart {
   bool has(Time time) const { return from <= time && time < to; }
 };
 
-/// What convert_log() did.
+/// Result of convert_log().
 struct Conversion {
   std::int64_t messages = 0;
-  std::int64_t latched = 0;                ///< of them, those from before the part
-  std::vector<const TopicInfo*> left_out;  ///< the source's topics that only their own ROS understands
+  std::int64_t latched = 0;                ///< latched messages from before the part, included in `messages`
+  std::vector<const TopicInfo*> left_out;  ///< topics that could not be converted
   WarningLog warnings;                     ///< log.latched_left_out
 };
 
-/// Copies the topics of a log that the writer's ROS understands, in order of record time: as they are where the log
-/// speaks it already; else those of the types that Lodestone knows, field by field; of all that, what is in `part`,
-/// which begins with what was latched before it (latched_messages.h), recorded when the part begins. `path` names the
-/// log in messages, `progress` is called with each record time; the caller closes the writer. Throws InputError where
-/// nothing can be written.
+/// Copies the topics of a log that the writer's ROS supports, in order of record time. If the log is of the same ROS,
+/// messages are copied unchanged; otherwise those of known types are converted field by field. Only messages in `part`
+/// are copied, and at its begin the latched earlier messages (latched_messages.h). `path` names the log in messages;
+/// `progress` is called with each record time. The caller closes the writer. Throws InputError if nothing can be
+/// written.
 Conversion convert_log(const std::string& path, MessageSource& source, LogWriter& writer,
                        const std::function<void(Time)>& progress, const LogPart& part = {});
 

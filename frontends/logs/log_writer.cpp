@@ -36,7 +36,8 @@ bool can_pack(LogFormat format, Codec codec) {
 }
 
 std::unique_ptr<LogWriter> make_log_writer(const std::string& path, LogFormat format, Codec codec) {
-  if (!can_pack(format, codec)) throw std::invalid_argument("this kind of log is not packed so");
+  if (!can_pack(format, codec))
+    throw std::invalid_argument("make_log_writer: the format does not support this compression");
   if (format == LogFormat::rosbag) return std::make_unique<RosbagWriter>(path, codec);
   if (format == LogFormat::mcap) return std::make_unique<McapWriter>(path, codec);
   return std::make_unique<SqliteWriter>(path, codec);

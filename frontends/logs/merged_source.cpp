@@ -57,7 +57,7 @@ bool MergedSource::next(RawMessage& message) {
   given_ = nullptr;
   for (Part& part : parts_) {
     if (part.ended) continue;
-    // Parts begin one after the other: those that have not begun yet need not be opened to a chunk.
+    // Parts are in order of begin: a part that has not begun yet need not load a chunk.
     if (!part.started && given_ != nullptr && part.begin > given_->head.record_time) break;
     if (!part.started) advance(part);
     if (!part.ended && (given_ == nullptr || part.head.record_time < given_->head.record_time)) given_ = &part;

@@ -9,10 +9,10 @@
 
 namespace lodestone {
 
-/// Several files of one recording as one log, in order of record time; at equal times the earlier file comes first.
+/// Several files of one recording as one log, in order of record time. At equal times, the earlier file comes first.
 class MergedSource : public MessageSource {
  public:
-  /// `path` names the whole in messages. At least one part. Throws InputError where a topic has two types.
+  /// `path` names the log in messages. At least one part. Throws InputError if a topic has two types.
   MergedSource(std::string path, std::vector<std::unique_ptr<MessageSource>> parts);
 
   const std::vector<TopicInfo>& topics() const override { return topics_; }
@@ -22,8 +22,8 @@ class MergedSource : public MessageSource {
  private:
   struct Part {
     std::unique_ptr<MessageSource> source;
-    Time begin = 0;                   ///< of its first message
-    std::vector<std::size_t> topics;  ///< of its selection: index into the list given to select()
+    Time begin = 0;                   ///< time of the first message
+    std::vector<std::size_t> topics;  ///< of its selection: index into the list of select()
     RawMessage head;
     bool started = false, ended = false;
   };
@@ -32,7 +32,7 @@ class MergedSource : public MessageSource {
   std::string path_;
   std::vector<Part> parts_;  ///< in order of begin
   std::vector<TopicInfo> topics_;
-  Part* given_ = nullptr;  ///< whose head was given last
+  Part* given_ = nullptr;  ///< part of the last returned message
 };
 
 }  // namespace lodestone

@@ -28,7 +28,7 @@ using Source = std::unique_ptr<MessageSource>;
 
 enum class FileKind { ros1_bag, sqlite, mcap, zstd, other };
 
-/// By the bytes that it begins with.
+/// The kind of a file by its first bytes.
 FileKind kind_of(std::span<const std::uint8_t> bytes) {
   const std::string_view start(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (start.starts_with("#ROSBAG V")) return FileKind::ros1_bag;
@@ -47,22 +47,22 @@ FileKind kind_of_file(const std::string& path) {
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
   throw InputError(path + ": " + why +
-                   ": expected a ROS 1 bag (it starts with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
+                   ": expected a ROS 1 bag (begins with '#ROSBAG V'), an MCAP file, or an SQLite bag of "
                    "ROS 2" +
                    looks_like(path));
 }
 
 Source open_file(const std::string& path, WarningLog& warnings);
 
-/// A log that was packed as a whole: a database needs to be read anywhere, so it is unpacked beside. What is said of it
-/// names the file that was given.
+/// A log packed as a whole. A database requires random access, so it is unpacked to a temporary file. Messages name the
+/// original file.
 class UnpackedSource : public MessageSource {
  public:
   UnpackedSource(const std::string& path, WarningLog& warnings) : path_(path), warnings_(warnings) {
     unpack_zstd_file(path, file_.path(), file_.room(), [&path](std::span<const std::uint8_t> begin) {
       const FileKind kind = kind_of(begin);
-      if (kind == FileKind::zstd) throw InputError(path + ": is packed by zstd twice; unpack it with 'zstd -d'");
-      if (kind == FileKind::other) refuse(path, "holds no log under its zstd compression");
+      if (kind == FileKind::zstd) throw InputError(path + ": is packed with zstd twice; unpack it with 'zstd -d'");
+      if (kind == FileKind::other) refuse(path, "its zstd compression contains no log");
     });
     named([this] { source_ = open_file(file_.path(), inner_warnings_); });
   }
@@ -93,7 +93,7 @@ class UnpackedSource : public MessageSource {
       throw InputError(with_given_name(error.what()));
     }
     for (const auto& [kind, entry] : inner_warnings_.entries()) {
-      std::int64_t& told = told_[kind];
+      std::int64_t& told = forwarded_[kind];
       if (entry.count > told)
         warnings_.add(kind, with_given_name(entry.first_detail), entry.last_time, entry.count - told);
       told = entry.count;
@@ -103,7 +103,7 @@ class UnpackedSource : public MessageSource {
   std::string path_;
   WarningLog& warnings_;
   WarningLog inner_warnings_;
-  std::map<std::string, std::int64_t> told_;  ///< how many of each kind have been passed on
+  std::map<std::string, std::int64_t> forwarded_;  ///< number of forwarded warnings of each kind
   TemporaryFile file_;
   Source source_;
 };
@@ -121,14 +121,14 @@ Source open_file(const std::string& path, WarningLog& warnings) {
     case FileKind::other:
       break;
   }
-  refuse(path, "is no log");
+  refuse(path, "is not a log");
 }
 
-/// Files of a folder that are logs by their content, in the order of names.
+/// Files of a folder that are logs by content, in order of name.
 std::vector<std::string> logs_in(const fs::path& folder) {
   std::vector<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    std::error_code broken;  // a link to nothing, or to itself
+    std::error_code broken;  // a broken or circular link
     if (entry.is_regular_file(broken) && kind_of_file(entry.path().string()) != FileKind::other)
       files.push_back(entry.path().string());
   }
@@ -142,15 +142,15 @@ Source open_folder(const fs::path& folder, WarningLog& warnings) {
   const std::vector<std::string> files = listed ? bag_files(metadata.string()) : logs_in(folder);
   if (files.empty() && CsvLog::is_in(folder.string())) return std::make_unique<CsvLog>(folder.string(), warnings);
   if (files.empty()) {
-    throw InputError(folder.string() + ": the folder holds no log: no bag, no MCAP file, no CSV file");
+    throw InputError(folder.string() + ": the folder has no log: no bag, no MCAP file, no CSV file");
   }
   if (!listed && CsvLog::is_in(folder.string())) {
     warnings.add("log.csv_passed_over",
-                 folder.string() + ": holds bags, which are read, and CSV or PCD files beside them, which are not", 0);
+                 folder.string() + ": the folder has bags, which are read, and CSV or PCD files, which are ignored", 0);
   }
   std::vector<RecordingPart> parts;
   for (const std::string& file : files) parts.push_back({file, open_file(file, warnings)});
-  check_one_recording(folder.string(), parts, listed ? PartsListed::by_metadata : PartsListed::by_nobody);
+  check_one_recording(folder.string(), parts, listed ? PartsListed::by_metadata : PartsListed::unlisted);
   if (parts.size() == 1) return std::move(parts.front().source);
   std::vector<Source> sources;
   for (RecordingPart& part : parts) sources.push_back(std::move(part.source));

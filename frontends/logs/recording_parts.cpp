@@ -26,10 +26,10 @@ const char* encoding_name(Encoding encoding) {
     case Encoding::other:
       break;
   }
-  return "an encoding of its own";
+  return "another encoding";
 }
 
-/// How long both hold the topic.
+/// Duration for which both have the topic.
 Time overlap(const TopicInfo& a, const TopicInfo& b) {
   return std::min(a.end, b.end) - std::max(a.begin, b.begin);
 }
@@ -41,8 +41,8 @@ void check_pair(const std::string& folder, const RecordingPart& first, const Rec
       if (a.name != b.name) continue;
       if (a.type != b.type || a.encoding != b.encoding) {
         throw InputError(
-            fmt::format("{}: {} is a {} of {} in {} and a {} of {} in {}: they are no parts of one recording; "
-                        "give one of them, {} or {}",
+            fmt::format("{}: {} is a {} of {} in {} and a {} of {} in {}: these are not parts of one recording; "
+                        "use one of them, {} or {}",
                         folder, a.name, a.type, encoding_name(a.encoding), name_of(first), b.type,
                         encoding_name(b.encoding), name_of(second), first.file, second.file));
       }
@@ -50,8 +50,8 @@ void check_pair(const std::string& folder, const RecordingPart& first, const Rec
       const Time shorter = std::min(a.end - a.begin, b.end - b.begin);
       if (overlap(a, b) <= std::min(kLongestQueue, shorter / 2)) continue;
       throw InputError(
-          fmt::format("{}: {} and {} both hold {} from {} to {} s: they are no parts of one recording, whose files "
-                      "follow one another in time; give one of them, {} or {}",
+          fmt::format("{}: {} and {} both have {} from {} to {} s: these are not parts of one recording, whose files "
+                      "follow one another in time; use one of them, {} or {}",
                       folder, name_of(first), name_of(second), a.name, format_stamp(std::max(a.begin, b.begin)),
                       format_stamp(std::min(a.end, b.end)), first.file, second.file));
     }

@@ -14,16 +14,15 @@ struct RecordingPart {
   std::unique_ptr<MessageSource> source;
 };
 
-/// What says that a folder's files belong together.
+/// Evidence that a folder's files belong together.
 enum class PartsListed {
-  by_metadata,  ///< the recorder's own list
-  by_nobody     ///< they only lie in one folder
+  by_metadata,  ///< a list of the recorder
+  unlisted      ///< no list, only a common folder
 };
 
-/// Throws InputError, naming two files, where the parts are not of one recording: a topic differs in type or encoding
-/// between them, or, where nobody lists them, both hold messages of it from one time. A recorder's next file begins
-/// where the one before ends, up to what it still held in its queue: half the shorter stretch, and at most a second,
-/// may be in both.
+/// Throws InputError with two files if the parts are not of one recording: a topic has different types or encodings,
+/// or, without a list, both parts have messages of it at the same time. A recorder's next file begins when the previous
+/// one ends, except for queued messages: an overlap of half the shorter part, at most a second, is allowed.
 void check_one_recording(const std::string& folder, const std::vector<RecordingPart>& parts, PartsListed listed);
 
 }  // namespace lodestone

@@ -21,8 +21,8 @@ ChannelTopics collect_topics(const std::string& path, const std::map<std::uint32
     TopicInfo& topic = found.try_emplace(info.name, info).first->second;
     if (topic.type != info.type || topic.md5 != info.md5 || topic.encoding != info.encoding) {
       warnings.add("log.mixed_topic",
-                   fmt::format("{}: {} holds messages of two types; those of {} are left out", path, info.name,
-                               info.type.empty() ? "an unknown one" : info.type),
+                   fmt::format("{}: {} has messages of two types; those of {} are ignored", path, info.name,
+                               info.type.empty() ? "an unknown type" : info.type),
                    0);
       continue;
     }

@@ -13,8 +13,8 @@ namespace lodestone {
 /// One message of a loaded segment.
 struct SegmentEntry {
   Time time = 0;
-  std::uint32_t channel = 0;  ///< the file's own number of it
-  std::size_t offset = 0;     ///< of its payload in `bytes`
+  std::uint32_t channel = 0;  ///< id in the file
+  std::size_t offset = 0;     ///< of the payload in `bytes`
   std::size_t size = 0;
 };
 
@@ -24,27 +24,27 @@ struct LoadedSegment {
   std::vector<SegmentEntry> entries;  ///< in order of time; equal times in the file's order
 };
 
-/// A log file as pieces that are loaded at once: chunks, or runs of messages that lie in none.
+/// A log file as segments that are loaded at once: chunks, or runs of messages outside chunks.
 class SegmentIndex {
  public:
   virtual ~SegmentIndex() = default;
 
   virtual const std::string& path() const = 0;
-  /// Topics in order of name. Channels of one topic are one.
+  /// Topics in order of name. All channels of a topic are merged.
   virtual const std::vector<TopicInfo>& topics() const = 0;
-  /// Index into topics() of a channel; -1 where it is unknown, or its type differs from the topic's other channels.
+  /// Index into topics() of a channel; -1 if it is unknown, or if its type differs from the topic's other channels.
   virtual int topic_of(std::uint32_t channel) const = 0;
-  /// Who sends what the channel holds; null where the file does not say.
+  /// The sender of a channel's messages; null if unknown.
   virtual const Publisher* publisher_of(std::uint32_t) const { return nullptr; }
 
   virtual std::size_t segment_count() const = 0;
-  /// The time of its first message; never before that of the segment ahead of it.
+  /// The time of the first message; never before that of the previous segment.
   virtual Time begin_of(std::size_t segment) const = 0;
-  /// Reads a segment; what is damaged of it is left out, with a warning.
+  /// Reads a segment. Damaged messages are ignored with a warning.
   virtual void load(std::size_t segment, LoadedSegment& loaded) = 0;
 };
 
-/// How many messages, and between which times.
+/// Number of messages, and their first and last time.
 struct MessageCount {
   std::int64_t messages = 0;
   Time begin = 0, end = 0;
@@ -53,14 +53,14 @@ struct MessageCount {
   void add(const MessageCount& other);
 };
 
-/// What the channels of a file are: its topics in order of name, and the topic of each channel.
+/// The channels of a file: its topics in order of name, and the topic of each channel.
 struct ChannelTopics {
   std::vector<TopicInfo> topics;
   std::map<std::uint32_t, int> topic_of;
 };
 
-/// `channels`: of each its topic's name, type, checksum, encoding and definition. Those that differ in type, checksum
-/// or encoding from their topic's first are left out and counted: log.mixed_topic. `path` names the file.
+/// `channels`: name, type, checksum, encoding and definition of each channel's topic. Channels that differ in type,
+/// checksum or encoding from their topic's first are ignored and counted: log.mixed_topic. `path` names the file.
 ChannelTopics collect_topics(const std::string& path, const std::map<std::uint32_t, TopicInfo>& channels,
                              const std::map<std::uint32_t, MessageCount>& counts, WarningLog& warnings);
 

@@ -27,7 +27,7 @@ void SegmentSource::select(const std::vector<std::string>& names) {
   given_ = false;
 }
 
-/// The order of the heap, whose front is the earliest.
+/// Order of the heap; the earliest is in front.
 bool SegmentSource::later(const std::unique_ptr<Active>& a, const std::unique_ptr<Active>& b) {
   return a->time() != b->time() ? a->time() > b->time() : a->segment > b->segment;
 }
@@ -43,8 +43,8 @@ void SegmentSource::load_segment(std::size_t segment) {
     if (topic < 0 && segment >= counted_segments_) {
       warnings_.add(
           "log.unknown_channel",
-          fmt::format("{}: messages of a channel without a definition, or of another type than their topic's, are "
-                      "left out",
+          fmt::format("{}: messages of a channel without definition, or with another type than their topic, are "
+                      "ignored",
                       index_->path()),
           entry.time);
     }
@@ -59,7 +59,7 @@ void SegmentSource::load_segment(std::size_t segment) {
   loaded_bytes_ += loaded.bytes.size();
   if (loaded_bytes_ > largest_overlap) {
     throw InputError(
-        fmt::format("{}: more than {} MB of its chunks overlap in time; sort the file by time ('mcap sort'; a ROS 1 "
+        fmt::format("{}: more than {} MB of chunks overlap in time; sort the file by time ('mcap sort'; a ROS 1 "
                     "bag: play and record it again)",
                     index_->path(), largest_overlap >> 20));
   }
@@ -67,7 +67,7 @@ void SegmentSource::load_segment(std::size_t segment) {
   std::push_heap(active_.begin(), active_.end(), later);
 }
 
-/// Past the entry that was given last.
+/// Skips the entry that was returned last.
 void SegmentSource::advance() {
   if (!given_) return;
   given_ = false;
@@ -96,7 +96,7 @@ bool SegmentSource::next(RawMessage& message) {
   }
 }
 
-/// False where the message is packed by itself, and damaged.
+/// False if the message is packed individually and damaged.
 bool SegmentSource::take(const Active& active, RawMessage& message) {
   const SegmentEntry& entry = active.loaded.entries[active.at];
   const TopicInfo& topic = topics()[static_cast<std::size_t>(index_->topic_of(entry.channel))];
@@ -106,8 +106,8 @@ bool SegmentSource::take(const Active& active, RawMessage& message) {
   } catch (const CompressionError& error) {
     if (lost_.insert({active.segment, entry.offset}).second) {
       warnings_.add("log.damaged_message",
-                    fmt::format("{}: a message of {} cannot be unpacked: {}; it is left out", index_->path(),
-                                topic.name, error.what()),
+                    fmt::format("{}: a message of {} cannot be unpacked: {}; it is ignored", index_->path(), topic.name,
+                                error.what()),
                     entry.time);
     }
     return false;

@@ -11,8 +11,8 @@
 
 namespace lodestone {
 
-/// Streams a file of segments in order of record time. In memory are the segments whose times overlap: one or two, as
-/// recorders write them.
+/// Streams a file of segments in order of record time. Memory contains the segments that overlap in time, usually one
+/// or two.
 class SegmentSource : public MessageSource {
  public:
   /// Counts log.unknown_channel and log.damaged_message in `warnings`, which must outlive this.
@@ -21,14 +21,14 @@ class SegmentSource : public MessageSource {
   const std::vector<TopicInfo>& topics() const override { return index_->topics(); }
   void select(const std::vector<std::string>& names) override;
 
-  /// Throws InputError where so many segments overlap in time that they do not fit in memory.
+  /// Throws InputError if the segments that overlap in time do not fit in memory.
   bool next(RawMessage& message) override;
 
  private:
   struct Active {
     LoadedSegment loaded;
-    std::size_t at = 0;       ///< its next entry
-    std::size_t segment = 0;  ///< its number: at equal times the earlier in the file comes first
+    std::size_t at = 0;       ///< index of the next entry
+    std::size_t segment = 0;  ///< its index; at equal times, the earlier in the file comes first
     Time time() const { return loaded.entries[at].time; }
   };
   static bool later(const std::unique_ptr<Active>& a, const std::unique_ptr<Active>& b);
@@ -38,16 +38,15 @@ class SegmentSource : public MessageSource {
 
   std::unique_ptr<SegmentIndex> index_;
   WarningLog& warnings_;
-  std::vector<int> selection_;                   ///< of each topic: index into the list given to select(), or -1
+  std::vector<int> selection_;                   ///< of each topic: index into the list of select(), or -1
   std::vector<std::unique_ptr<Active>> active_;  ///< a heap, the earliest in front
-  std::unique_ptr<Active> spent_;                ///< whose bytes the last message may point to
+  std::unique_ptr<Active> spent_;                ///< the last message may refer to its bytes
   std::size_t next_segment_ = 0;
   std::size_t loaded_bytes_ = 0;
-  std::size_t counted_segments_ = 0;    ///< whose unknown channels were counted, in this reading or one before
-  bool given_ = false;                  ///< the front's entry has been given
-  std::vector<std::uint8_t> unpacked_;  ///< the last message, where it was packed by itself
-  std::set<std::pair<std::size_t, std::size_t>>
-      lost_;  ///< segment and offset of those that a second reading does not count again
+  std::size_t counted_segments_ = 0;                    ///< segments with unknown channels already counted
+  bool given_ = false;                                  ///< the front's entry has been returned
+  std::vector<std::uint8_t> unpacked_;                  ///< the last message, if it was packed individually
+  std::set<std::pair<std::size_t, std::size_t>> lost_;  ///< segment and offset of damaged messages, counted only once
 };
 
 }  // namespace lodestone

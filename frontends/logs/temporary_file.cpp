@@ -24,12 +24,13 @@ std::filesystem::path temporary_folder() {
   std::error_code error;
   const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
   if (error)
-    throw InputError("TMPDIR: is no folder (" + error.message() + "); set it to one with room for an unpacked log");
+    throw InputError("TMPDIR: is not a folder (" + error.message() +
+                     "); set it to a folder with space for an unpacked log");
   return folder;
 }
 
-/// The number of the process whose TemporaryFile has this name, as mkstemp makes it: lodestone-PROCESS-XXXXXX; empty
-/// where it is anything else, for it is another's then.
+/// The process id in the name of a TemporaryFile: lodestone-PROCESS-XXXXXX. Empty for any other name, which belongs to
+/// another program.
 std::string_view owner_of(std::string_view name) {
   constexpr std::string_view digits = "0123456789";
   constexpr std::string_view letters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
@@ -42,7 +43,7 @@ std::string_view owner_of(std::string_view name) {
   return process;
 }
 
-/// A day, for a process of another container may live unseen.
+/// Removes files older than a day. Younger files may belong to a process of another container.
 void remove_leftovers(const std::filesystem::path& folder) {
   constexpr std::time_t day = 24 * 60 * 60;
   const std::time_t now = std::time(nullptr);
@@ -81,7 +82,7 @@ TemporaryFile::~TemporaryFile() {
 std::uint64_t TemporaryFile::room() const {
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(std::filesystem::path(path_).parent_path(), error);
-  if (error) return std::numeric_limits<std::uint64_t>::max();  // a full disk shows when it is written
+  if (error) return std::numeric_limits<std::uint64_t>::max();  // a full disk is detected when writing
   return space.available - space.available / 20;
 }
 

@@ -5,18 +5,18 @@
 
 namespace lodestone {
 
-/// A file in the folder of temporary files (TMPDIR) that is gone when this is. What a killed process has left there, a
-/// day old, goes with the next one that is made.
+/// A file in the temporary folder (TMPDIR), deleted by the destructor. The constructor also deletes files of killed
+/// processes that are older than a day.
 class TemporaryFile {
  public:
-  /// Throws InputError where there is no such folder, or it cannot be written.
+  /// Throws InputError if there is no such folder, or it cannot be written.
   TemporaryFile();
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   const std::string& path() const { return path_; }
 
-  /// How many bytes may be written to it: what its disk has free, less a twentieth for all others.
+  /// Bytes that may be written: the free space of the disk, minus 5 % for other processes.
   std::uint64_t room() const;
 
  private:

@@ -10,14 +10,14 @@
 
 namespace lodestone {
 
-/// "sensor_msgs/msg/Imu", as ROS 2 has it, becomes "sensor_msgs/Imu"; anything else stays.
+/// Converts "sensor_msgs/msg/Imu" of ROS 2 to "sensor_msgs/Imu"; other names are unchanged.
 inline std::string ros1_type_name(std::string type) {
   const std::size_t at = type.find("/msg/");
   if (at != std::string::npos) type.erase(at, 4);
   return type;
 }
 
-/// The other way round: what stands in a ROS 2 bag.
+/// The inverse: the name in a ROS 2 bag.
 inline std::string ros2_type_name(std::string type) {
   const std::size_t at = type.find('/');
   if (at != std::string::npos && type.find('/', at + 1) == std::string::npos) type.insert(at, "/msg");
@@ -28,8 +28,7 @@ inline Encoding encoding_named(std::string_view name) {
   return name == "cdr" ? Encoding::cdr : name == "ros1" ? Encoding::ros1 : Encoding::other;
 }
 
-/// Where in `names` each of `topics` stands; -1 where it is not asked for. Throws InputError for a name that no topic
-/// has.
+/// For each of `topics`, its index in `names`; -1 if it is not chosen. Throws InputError if a name is not a topic.
 inline std::vector<int> selection_of(const std::vector<TopicInfo>& topics, const std::vector<std::string>& names,
                                      const std::string& path) {
   std::vector<int> selection(topics.size(), -1);

@@ -22,17 +22,19 @@ struct CloudFile {
   std::string path;
 };
 
-/// A folder with one cloud a file.
+/// A folder with one cloud per file.
 class CloudStream : public CsvLog::Stream {
  public:
   CloudStream(const std::string& folder, const std::string& topic) : topic_(topic) {
     for (const auto& entry : fs::directory_iterator(folder)) {
-      std::error_code broken;  // a link to nothing, or to itself
+      std::error_code broken;  // a broken or circular link
       if (!entry.is_regular_file(broken) || entry.path().extension() != ".pcd") continue;
       CloudFile file{0, entry.path().string()};
       constexpr Time last = Time{0xFFFFFFFF} * 1'000'000'000;
       if (!parse_stamp(entry.path().stem().string(), file.time) || file.time < 0 || file.time > last) {
-        throw InputError(file.path + ": a cloud of a log is named by its time, in seconds: 1700000000.123456789.pcd");
+        throw InputError(
+            file.path +
+            ": expected the cloud's time in seconds as its name, e.g. 1700000000.123456789.pcd; rename the file");
       }
       files_.push_back(std::move(file));
     }
@@ -80,17 +82,17 @@ class CloudStream : public CsvLog::Stream {
 
  private:
   static pcl::PCLPointCloud2 load(const std::string& path) {
-    check_pcd(path, std::uint64_t{1} << 30, "take it out of the folder");
-    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // errors are told by InputError
+    check_pcd(path, std::uint64_t{1} << 30, "remove it from the folder");
+    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // errors are reported by InputError
     pcl::PCLPointCloud2 cloud;
     int result = -1;
     try {
       result = pcl::PCDReader().read(path, cloud);
     } catch (const std::exception&) {
-      // told below
+      // reported below
     }
     if (result < 0 || cloud.data.size() != std::size_t{cloud.width} * cloud.height * cloud.point_step) {
-      throw InputError(path + ": is no PCD file, or is cut off or damaged; take it out of the folder");
+      throw InputError(path + ": is not a PCD file, or is cut off or damaged; remove it from the folder");
     }
     return cloud;
   }

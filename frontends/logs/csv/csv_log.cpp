@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every CSV below the folder, and every folder that holds PCD files.
+/// Every CSV file below the folder, and every folder with PCD files.
 std::set<fs::path> parts_of(const fs::path& folder) {
   std::set<fs::path> parts;
   for (const fs::path& file : files_below(folder)) {
@@ -30,7 +30,7 @@ std::set<fs::path> parts_of(const fs::path& folder) {
 /// The next message of a chosen stream.
 struct CsvLog::Head {
   Stream* stream = nullptr;
-  std::size_t selected = 0;  ///< index into the list given to select()
+  std::size_t selected = 0;  ///< index into the list of select()
   Time time = 0;
   bool ended = false;
 };
@@ -39,7 +39,8 @@ CsvLog::CsvLog(const std::string& folder, WarningLog& warnings) : folder_(folder
   std::map<std::string, std::unique_ptr<Stream>> found;
   for (const fs::path& part : parts_of(folder)) {
     const std::string topic = "/" + fs::path(part).replace_extension().lexically_relative(folder).generic_string();
-    if (found.count(topic) > 0) throw InputError(part.string() + ": a CSV and a folder of clouds have the same name");
+    if (found.count(topic) > 0)
+      throw InputError(part.string() + ": a CSV file and a folder of clouds have the same name; rename one of them");
     found[topic] =
         fs::is_directory(part) ? open_cloud_stream(part.string(), topic) : open_csv_stream(part.string(), topic);
   }

@@ -9,23 +9,23 @@
 
 namespace lodestone {
 
-/// A folder of CSV and PCD files as a log. Every file or folder in it is a topic of its own name:
+/// A folder of CSV and PCD files as a log. Every file, and every folder of clouds, is a topic:
 ///
 ///   imu.csv              topic /imu              time_s, gyroscope_{x,y,z}_rad_s, accelerometer_{x,y,z}_m_s2
 ///   magnetometer_0.csv   topic /magnetometer_0   time_s, field_{x,y,z}_ut
-///   points/TIME.pcd      topic /points           one cloud a file, stamped TIME (seconds)
+///   points/TIME.pcd      topic /points           one cloud per file, stamped TIME (seconds)
 ///
-/// and a/b.csv is /a/b, also where a is a link to a folder. A CSV's first line names its columns, in any order, further
-/// ones are not looked at; time_ns (integer) may stand for time_s. Messages come as ROS 1's, the field in tesla, so
-/// that the platform file says what it says for a bag. The record time is the stamp.
+/// and a/b.csv is /a/b, even if a is a link to a folder. The first line of a CSV file names its columns in any order;
+/// other columns are ignored. time_ns (integer) may replace time_s. Messages have the layout of ROS 1, the field in
+/// tesla, so that the platform file is the same as for a bag. The record time is the stamp.
 class CsvLog : public MessageSource {
  public:
-  /// Throws InputError where a CSV has neither set of columns, a number cannot be read (with its line), or nothing is
-  /// there. A last line that was cut off is left out: log.cut_off in `warnings`, which must outlive this.
+  /// Throws InputError if a CSV file has neither set of columns, a number cannot be read (with its line), or there are
+  /// no files. An incomplete last line is ignored: log.cut_off in `warnings`, which must outlive this.
   CsvLog(const std::string& folder, WarningLog& warnings);
   ~CsvLog() override;
 
-  /// Whether the folder has a CSV, or a folder of clouds.
+  /// True if the folder has a CSV file or a folder of clouds.
   static bool is_in(const std::string& folder);
 
   const std::vector<TopicInfo>& topics() const override { return topics_; }
@@ -38,9 +38,9 @@ class CsvLog : public MessageSource {
     virtual ~Stream() = default;
     virtual TopicInfo inspect(WarningLog& warnings) = 0;
     virtual void rewind() = 0;
-    /// The next one's time; false at the end.
+    /// Goes to the next message and sets its time; false at the end.
     virtual bool advance(Time& time) = 0;
-    /// The bytes of the message that advance() went to; they hold until the next call.
+    /// The bytes of the current message; valid until the next call.
     virtual const std::vector<std::uint8_t>& message() = 0;
   };
 
@@ -48,12 +48,12 @@ class CsvLog : public MessageSource {
   struct Head;
   std::string folder_;
   std::vector<TopicInfo> topics_;
-  std::vector<std::unique_ptr<Stream>> streams_;  ///< of each topic
-  std::vector<Head> heads_;                       ///< of the chosen ones
-  std::size_t given_ = 0;                         ///< index of the head that was given last, plus one
+  std::vector<std::unique_ptr<Stream>> streams_;  ///< one per topic
+  std::vector<Head> heads_;                       ///< next messages of the chosen streams
+  std::size_t given_ = 0;                         ///< index of the last returned head, plus one
 };
 
-/// The streams of a folder: one a CSV file, one a folder of clouds.
+/// The streams of a folder: one per CSV file and one per folder of clouds.
 std::unique_ptr<CsvLog::Stream> open_csv_stream(const std::string& path, const std::string& topic);
 std::unique_ptr<CsvLog::Stream> open_cloud_stream(const std::string& folder, const std::string& topic);
 

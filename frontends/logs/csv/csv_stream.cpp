@@ -20,7 +20,7 @@ const Names imu_columns{"gyroscope_x_rad_s",    "gyroscope_y_rad_s",    "gyrosco
                         "accelerometer_x_m_s2", "accelerometer_y_m_s2", "accelerometer_z_m_s2"};
 const Names field_columns{"field_x_ut", "field_y_ut", "field_z_ut"};
 
-/// The file of one IMU or one magnetometer.
+/// The CSV file of one IMU or one magnetometer.
 class CsvStream : public CsvLog::Stream {
  public:
   CsvStream(const std::string& path, const std::string& topic) : path_(path), topic_(topic) { read_header(); }
@@ -31,7 +31,7 @@ class CsvStream : public CsvLog::Stream {
     info.type = is_imu_ ? "sensor_msgs/Imu" : "sensor_msgs/MagneticField";
     warnings_ = &warnings;
     for (Time time = 0; advance(time);) add_messages(info, time, time, 1);
-    warnings_ = nullptr;  // once is enough
+    warnings_ = nullptr;  // warn only once
     return info;
   }
 
@@ -43,12 +43,12 @@ class CsvStream : public CsvLog::Stream {
       const std::string_view text = trimmed(line_);
       if (text.empty() || text.front() == '#') continue;
       if (file_.eof()) {
-        // The last line has no end: its recorder was stopped, and where a number was cut in two it still reads as one.
+        // A last line without newline may be cut within a number, and would still be readable.
         if (warnings_ == nullptr) return false;
         warnings_->add(
             "log.cut_off",
-            fmt::format("{}:{}: the last line does not end with a newline, so that it may be cut off; it is left out; "
-                        "where it is whole, add a newline",
+            fmt::format("{}:{}: the last line does not end with a newline and may be cut off; it is ignored; "
+                        "if the line is complete, add a newline",
                         path_, number_),
             time_);
         return false;
@@ -65,7 +65,7 @@ class CsvStream : public CsvLog::Stream {
     Ros1WireWriter writer;
     writer.header(time_, "");
     if (is_imu_) {
-      for (int i = 0; i < 3; ++i) writer.number(0.0);  // no orientation
+      for (int i = 0; i < 3; ++i) writer.number(0.0);  // orientation: unknown
       writer.number(1.0);
       writer.number(-1.0);
       for (int i = 0; i < 8; ++i) writer.number(0.0);
@@ -74,7 +74,7 @@ class CsvStream : public CsvLog::Stream {
         for (int i = 0; i < 9; ++i) writer.number(0.0);
       }
     } else {
-      for (std::size_t i = 0; i < 3; ++i) writer.number(values_[i] / 1e6);  // the message has tesla
+      for (std::size_t i = 0; i < 3; ++i) writer.number(values_[i] / 1e6);  // tesla in the message
       for (int i = 0; i < 9; ++i) writer.number(0.0);
     }
     return bytes_ = writer.take();
@@ -90,10 +90,10 @@ class CsvStream : public CsvLog::Stream {
     do {
       ++number_;
       if (!std::getline(file_, line_))
-        throw InputError(path_ + ": the file is empty; expected a line that names the columns");
+        throw InputError(path_ + ": the file is empty; expected a header line with the columns");
     } while (trimmed(line_).empty());
     std::string_view text = trimmed(line_);
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as some spreadsheets begin a file
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte-order mark of some spreadsheets
     if (text.starts_with('#')) text = trimmed(text.substr(1));
     separator_ = separator_of(text);
     const std::vector<std::string_view> found = split_cells(text, separator_);
@@ -108,14 +108,14 @@ class CsvStream : public CsvLog::Stream {
     const Names& names = is_imu_ ? imu_columns : field_columns;
     for (const std::string& name : names) columns_.push_back(place_of(name));
     if (std::find(columns_.begin(), columns_.end(), -1) == columns_.end()) return;
-    throw InputError(
-        fmt::format("{}:{}: found the columns {}; expected time_s (or time_ns) and either {}, or {}; name them so, or "
-                    "take the file out of the folder",
-                    path_, number_, join_names(Names(found.begin(), found.end())), join_names(field_columns),
-                    join_names(imu_columns)));
+    throw InputError(fmt::format(
+        "{}:{}: found the columns {}; expected time_s (or time_ns) and either {}, or {}; rename the columns, or "
+        "remove the file from the folder",
+        path_, number_, join_names(Names(found.begin(), found.end())), join_names(field_columns),
+        join_names(imu_columns)));
   }
 
-  /// Fills time and values; what is wrong with the line, if anything.
+  /// Sets time and values. Returns the error of the line, or an empty text.
   std::string parse(std::string_view text) {
     const std::vector<std::string_view> parts = split_cells(text, separator_);
     const auto part = [&](std::size_t i) {
@@ -130,11 +130,11 @@ class CsvStream : public CsvLog::Stream {
       time = -1;
     }
     constexpr Time last = Time{0xFFFFFFFF} * 1'000'000'000;
-    if (time < 0 || time > last) return fmt::format("'{}' is no time from 0 to 2^32 s", stamp);
+    if (time < 0 || time > last) return fmt::format("'{}' is not a time from 0 to 2^32 s", stamp);
     for (std::size_t i = 1; i < columns_.size(); ++i) {
       const std::string_view value = part(i);
       if (!parse_number(value, values_[i - 1])) {
-        return fmt::format("'{}' is no number, in the column {}", value, columns_[i] + 1);
+        return fmt::format("'{}' is not a number, in column {}", value, columns_[i] + 1);
       }
     }
     time_ = time;
@@ -144,10 +144,10 @@ class CsvStream : public CsvLog::Stream {
   std::string path_, topic_;
   std::ifstream file_;
   std::string line_;
-  int number_ = 0;  ///< of the line
+  int number_ = 0;  ///< line number
   char separator_ = ',';
   bool is_imu_ = false, nanoseconds_ = false;
-  std::vector<int> columns_;  ///< of the time and the values
+  std::vector<int> columns_;  ///< column indices of time and values
   Time time_ = 0;
   std::array<double, 6> values_{};
   std::vector<std::uint8_t> bytes_;

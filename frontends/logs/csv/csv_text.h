@@ -12,7 +12,7 @@ inline std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
-/// What stands between the cells of a line: blanks where no semicolon, tab or comma does.
+/// The separator of a line's cells: semicolon, tab, comma, or else blanks.
 inline char separator_of(std::string_view line) {
   for (const char separator : {';', '\t', ','}) {
     if (line.find(separator) != std::string_view::npos) return separator;
@@ -20,7 +20,7 @@ inline char separator_of(std::string_view line) {
   return ' ';
 }
 
-/// The cells of a line, trimmed. A blank as `separator` stands for any run of blanks and tabs.
+/// The cells of a line, trimmed. With a blank as `separator`, any run of blanks and tabs separates.
 inline std::vector<std::string_view> split_cells(std::string_view line, char separator = ',') {
   std::vector<std::string_view> parts;
   if (separator == ' ') {

@@ -11,11 +11,11 @@
 namespace lodestone::mcap {
 namespace {
 
-constexpr std::uint64_t largest_chunk = 1ULL << 29;  // bytes, packed or not; writers make them of about one megabyte
+constexpr std::uint64_t largest_chunk = 1ULL << 29;       // bytes, packed or not; usually about one megabyte
 constexpr std::uint64_t largest_definition = 1ULL << 24;  // bytes of a schema or channel
 constexpr std::uint64_t largest_index = 1ULL << 28;       // bytes of one chunk's index of one channel
-constexpr std::uint64_t run_bytes = 4ULL << 20;           // of messages in no chunk that are loaded together
-constexpr std::uint64_t chunk_header_bytes = 128;         // enough for the fields ahead of the packed records
+constexpr std::uint64_t run_bytes = 4ULL << 20;    // size of a run of messages outside chunks that is loaded at once
+constexpr std::uint64_t chunk_header_bytes = 128;  // enough for the fields before the packed records
 
 }  // namespace
 
@@ -23,7 +23,7 @@ McapIndex::McapIndex(const std::string& path, WarningLog& warnings) : file_(path
   file_.read(0, std::min<std::size_t>(magic.size(), file_.size()), buffer_);
   if (buffer_.size() < magic.size() ||
       !std::equal(magic.begin(), magic.end(), reinterpret_cast<const char*>(buffer_.data()))) {
-    throw InputError(path + ": is no MCAP file (it does not start with its eight magic bytes)");
+    throw InputError(path + ": is not an MCAP file (it does not begin with the eight magic bytes)");
   }
   walk();
   name_topics();
@@ -54,13 +54,13 @@ void McapIndex::walk() {
     offset = content + size;
     whole = opcode == Opcode::footer;
   }
-  if (!whole) chunk_counts_.clear();  // some of its indexes may be missing
+  if (!whole) chunk_counts_.clear();  // some indexes of the last chunk may be missing
   close_chunk();
   if (whole) return;
   const std::string what =
       fmt::format("{}: the file is cut off or damaged at byte {} of {}", path(), offset, file_.size());
-  if (segments_.empty()) throw InputError(what + ", before the first message; record it again");
-  warnings_.add("log.cut_off", what + "; what lies before is read", segments_.back().end);
+  if (segments_.empty()) throw InputError(what + ", before the first message; record the log again");
+  warnings_.add("log.cut_off", what + "; the messages before are read", segments_.back().end);
 }
 
 void McapIndex::take_record(std::uint8_t opcode, std::uint64_t offset, std::uint64_t size) {
@@ -88,7 +88,7 @@ void McapIndex::take_record(std::uint8_t opcode, std::uint64_t offset, std::uint
   }
 }
 
-/// A message in no chunk.
+/// A message outside chunks.
 void McapIndex::take_message(std::uint64_t record, std::uint64_t size) {
   if (size < MessageHeader::bytes || size > largest_chunk)
     throw RecordError(fmt::format("a message of {} bytes", size));
@@ -114,12 +114,12 @@ void McapIndex::take_message_index(std::uint64_t offset, std::uint64_t size) {
   RecordCursor entries(cursor.bytes(cursor.number<std::uint32_t>()));
   while (entries.left() > 0) {
     count.add(entries.time());
-    entries.number<std::uint64_t>();  // where the message lies in the chunk: seen when it is loaded
+    entries.number<std::uint64_t>();  // offset in the chunk; read again when the chunk is loaded
   }
 }
 
-/// The last chunk's indexes have all been read: they count its messages, and say when it begins. A chunk without them,
-/// or with messages of a channel that nothing has defined yet, is unpacked instead.
+/// Called after all indexes of the last chunk: sets its begin and counts its messages. A chunk without indexes, or with
+/// messages of an undefined channel, is unpacked instead.
 void McapIndex::close_chunk() {
   if (!open_chunk_) return;
   open_chunk_ = false;
@@ -179,10 +179,10 @@ int McapIndex::topic_of(std::uint32_t channel) const {
 
 void McapIndex::lose(const Segment& segment, const std::string& what) {
   if (!lost_.insert(segment.offset).second) return;
-  warnings_.add("log.damaged_chunk",
-                fmt::format("{}: the chunk at byte {}: {}; its messages from there on are left out", path(),
-                            segment.offset, what),
-                segment.begin);
+  warnings_.add(
+      "log.damaged_chunk",
+      fmt::format("{}: the chunk at byte {}: {}; its messages from there on are lost", path(), segment.offset, what),
+      segment.begin);
 }
 
 void McapIndex::load(const Segment& segment, LoadedSegment& loaded) {

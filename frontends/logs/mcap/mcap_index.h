@@ -12,21 +12,21 @@
 
 namespace lodestone::mcap {
 
-/// A piece of the file that is loaded at once: a chunk, or some megabytes of messages that lie in no chunk.
+/// A part of the file that is loaded at once: a chunk, or some megabytes of messages outside chunks.
 struct Segment {
-  std::uint64_t offset = 0;  ///< of a chunk's content; of the first record else
+  std::uint64_t offset = 0;  ///< of a chunk's content, or of the first record
   std::uint64_t size = 0;    ///< bytes in the file
   bool chunk = false;
-  bool cut = false;  ///< the file ends within it
+  bool cut = false;  ///< the file ends within the segment
   Time begin = 0, end = 0;
 };
 
-/// What a walk over a file's records finds: channels, segments, counts. The walk reads the records' prefixes, message
-/// indexes, schemas and channels, not the messages; only chunks without an index, as a crash leaves them behind, are
-/// unpacked. So it needs no summary section, and believes none.
+/// Index of a file, built from its records: channels, segments, counts. Reads the records' prefixes, message indexes,
+/// schemas and channels, but no messages. Only chunks without an index, as after a crash, are unpacked. The summary
+/// section is neither required nor trusted.
 class McapIndex : public SegmentIndex {
  public:
-  /// Throws InputError where the file is missing, no MCAP file, or holds nothing readable. What is lost is counted in
+  /// Throws InputError if the file is missing, is not an MCAP file, or has nothing readable. Losses are counted in
   /// `warnings`: log.cut_off, log.damaged_chunk, log.unknown_channel.
   McapIndex(const std::string& path, WarningLog& warnings);
 
@@ -59,8 +59,8 @@ class McapIndex : public SegmentIndex {
   std::map<std::uint32_t, MessageCount> chunk_counts_;  ///< of the chunk whose indexes are being read
   ChannelTopics topics_;
   bool open_chunk_ = false;       ///< the last segment is a chunk whose indexes may follow
-  bool open_run_ = false;         ///< the last segment is a run of messages in no chunk
-  std::set<std::uint64_t> lost_;  ///< segments that were found damaged: a second reading does not count them again
+  bool open_run_ = false;         ///< the last segment is a run of messages outside chunks
+  std::set<std::uint64_t> lost_;  ///< damaged segments, counted only in the first reading
   std::vector<std::uint8_t> buffer_;
 };
 

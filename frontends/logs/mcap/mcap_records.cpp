@@ -9,7 +9,7 @@ Schema parse_schema(std::span<const std::uint8_t> content) {
   result.name = cursor.text();
   result.encoding = cursor.text();
   result.data = cursor.text();
-  if (result.id == 0) throw RecordError("a schema has the number 0");
+  if (result.id == 0) throw RecordError("a schema has the id 0");
   return result;
 }
 
@@ -27,7 +27,7 @@ Channel parse_channel(std::span<const std::uint8_t> content) {
       result.metadata.try_emplace(key, pairs.text());
     }
   } catch (const RecordError&) {
-    // No message is read by it: what there is of it is kept.
+    // Messages do not require metadata; damaged metadata is kept as far as readable.
   }
   return result;
 }

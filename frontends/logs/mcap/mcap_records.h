@@ -12,12 +12,12 @@
 #include "frontends/logs/compression.h"
 #include "frontends/logs/file_bytes.h"
 
-/// The records of an MCAP file (mcap.dev/spec): a byte that says the kind, eight for the length, content. All numbers
-/// are little-endian; texts and lists stand behind their length in bytes.
+/// The records of an MCAP file (mcap.dev/spec): one byte for the kind, eight for the length, then content. Numbers are
+/// little-endian. Texts and lists follow their length in bytes.
 namespace lodestone::mcap {
 
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
-constexpr std::size_t record_prefix = 9;  ///< bytes ahead of a record's content
+constexpr std::size_t record_prefix = 9;  ///< bytes before a record's content
 
 enum Opcode : std::uint8_t {
   header = 0x01,
@@ -33,13 +33,13 @@ enum Opcode : std::uint8_t {
   data_end = 0x0F
 };
 
-/// A record contradicts itself; whoever knows the file adds where.
+/// A record is inconsistent. The caller adds the file's name.
 class RecordError : public std::runtime_error {
  public:
   explicit RecordError(const std::string& what) : std::runtime_error(what) {}
 };
 
-/// Reads a record's content field by field. Every call throws RecordError where it ends before.
+/// Reads a record's content field by field. Every call throws RecordError if the content ends before.
 class RecordCursor {
  public:
   explicit RecordCursor(std::span<const std::uint8_t> content) : rest_(content) {}
@@ -57,11 +57,10 @@ class RecordCursor {
   Number number() {
     return little_endian<Number>(bytes(sizeof(Number)).data());
   }
-  /// Times are unsigned in the file; those beyond the year 2262 are no times, and what is further than `farthest_time`
-  /// is that far.
+  /// Times are unsigned in the file. Times after the year 2262 are invalid; valid times are limited to `farthest_time`.
   Time time() {
     const auto value = number<std::uint64_t>();
-    if (value > 0x7FFFFFFFFFFFFFFFULL) throw RecordError("a time of " + std::to_string(value) + " ns");
+    if (value > 0x7FFFFFFFFFFFFFFFULL) throw RecordError("an invalid time of " + std::to_string(value) + " ns");
     return std::min(static_cast<Time>(value), farthest_time);
   }
   std::string text() {
@@ -92,18 +91,18 @@ struct MessageHeader {
 
 struct ChunkHeader {
   Time begin = 0, end = 0;
-  std::uint64_t size = 0;  ///< of its records when unpacked, bytes
+  std::uint64_t size = 0;  ///< bytes of the unpacked records
   std::uint32_t crc = 0;   ///< of the unpacked records; 0: none
   Codec codec = Codec::none;
-  std::uint64_t records_offset = 0;  ///< of the packed records, from the content's start
-  std::uint64_t packed_size = 0;     ///< as it says itself
+  std::uint64_t records_offset = 0;  ///< of the packed records, from the content's begin
+  std::uint64_t packed_size = 0;     ///< as announced in the header
 };
 
 Schema parse_schema(std::span<const std::uint8_t> content);
 Channel parse_channel(std::span<const std::uint8_t> content);
 MessageHeader parse_message_header(std::span<const std::uint8_t> content);
 
-/// `content` may end after the fields ahead of the packed records.
+/// `content` may end after the fields before the packed records.
 ChunkHeader parse_chunk_header(std::span<const std::uint8_t> content);
 
 }  // namespace lodestone::mcap

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t chunk_bytes = 1 << 20;
 
-/// A record's content, or several records, in the making.
+/// The content of one or several records, under construction.
 class Content {
  public:
   template <class Number>
@@ -62,7 +62,7 @@ struct IndexEntry {
 struct WrittenChannel {
   std::uint16_t id = 0;
   std::uint64_t messages = 0;
-  std::vector<IndexEntry> index;  ///< of its messages in the open chunk
+  std::vector<IndexEntry> index;  ///< of the messages in the open chunk
 };
 
 }  // namespace
@@ -200,7 +200,7 @@ void McapWriter::write(const TopicInfo& topic, const RawMessage& message) {
   const bool new_chunk = self.chunk.size() == 0;
   WrittenChannel& channel = self.channel_of(topic);
   channel.index.push_back({time, self.chunk.size()});
-  // prefix, channel, sequence, log and publish time, payload: not through a copy of the payload
+  // Prefix, channel, sequence, log and publish time, payload. Written directly, without a copy of the payload.
   self.chunk.number(std::uint8_t{mcap::Opcode::message})
       .number(std::uint64_t{mcap::MessageHeader::bytes + message.size});
   self.chunk.number(channel.id).number(static_cast<std::uint32_t>(channel.messages)).number(time).number(time);

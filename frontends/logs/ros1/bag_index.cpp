@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::string_view magic = "#ROSBAG V2.0\n";
 
-/// The file ends within a record, or before what its first record announces.
+/// The file ends within a record, or before the index that its first record announces.
 struct BagEnd {};
 
-/// Seconds in the lower half, nanoseconds in the upper one.
+/// Seconds in the lower half, nanoseconds in the upper half.
 Time time_of(std::uint64_t value) {
   return static_cast<Time>(value & 0xFFFFFFFFU) * 1'000'000'000 + static_cast<Time>(value >> 32U);
 }
@@ -25,8 +25,8 @@ Time time_of(std::uint64_t value) {
 
 void BagIndex::fail(std::uint64_t byte, const std::string& what) const {
   throw InputError(
-      fmt::format("{}: the bag is damaged at byte {}: {}; repair it with 'rosbag reindex', or record it again", path(),
-                  byte, what));
+      fmt::format("{}: the bag is damaged at byte {}: {}; repair it with 'rosbag reindex', or record the log again",
+                  path(), byte, what));
 }
 
 void BagIndex::check_magic() const {
@@ -34,7 +34,7 @@ void BagIndex::check_magic() const {
   file_.read(0, static_cast<std::size_t>(std::min<std::uint64_t>(magic.size(), file_.size())), start);
   const std::string_view text(reinterpret_cast<const char*>(start.data()), start.size());
   if (!text.starts_with("#ROSBAG V"))
-    throw InputError(path() + ": is no ROS 1 bag (it does not start with '#ROSBAG V')");
+    throw InputError(path() + ": is not a ROS 1 bag (it does not begin with '#ROSBAG V')");
   if (text.size() == magic.size() && text != magic) {
     throw InputError(path() +
                      ": is a ROS 1 bag of another version than 2.0; convert it with 'rosbag fix' of ROS Noetic");
@@ -49,14 +49,14 @@ BagIndex::BagIndex(const std::string& path, WarningLog& warnings) : file_(path),
   close_chunk();
   const std::string what = fmt::format("{}: the bag is cut off at byte {} of {}, or was not closed by its recorder",
                                        path, end, file_.size());
-  if (cut_ && chunks_.empty()) throw InputError(what + "; there is no message ahead of that; record it again");
+  if (cut_ && chunks_.empty()) throw InputError(what + "; there is no message before; record the log again");
   std::stable_sort(chunks_.begin(), chunks_.end(),
                    [](const Chunk& a, const Chunk& b) { return a.count.begin < b.count.begin; });
   topics_ = collect_topics(path, connections_, counts_, warnings_);
-  if (cut_) warnings_.add("log.cut_off", what + "; what lies before is read", chunks_.back().count.end);
+  if (cut_) warnings_.add("log.cut_off", what + "; the messages before are read", chunks_.back().count.end);
 }
 
-/// Returns false if the bag is cut off or was not closed. `offset` ends at the first byte that was not read.
+/// False if the bag is cut off or was not closed. `offset` ends at the first unread byte.
 bool BagIndex::walk(std::uint64_t& offset) {
   try {
     while (offset < file_.size()) offset = take_record(offset);
@@ -70,7 +70,7 @@ bool BagIndex::walk(std::uint64_t& offset) {
          indexed_connections_ >= announced_.connections && indexed_chunks_ >= announced_.chunks;
 }
 
-/// Returns where the next one starts.
+/// Returns the offset of the next record.
 std::uint64_t BagIndex::take_record(std::uint64_t offset) {
   const auto piece = [this](std::uint64_t at) -> std::uint64_t {
     if (at > file_.size() || file_.size() - at < 4) throw BagEnd();
@@ -87,12 +87,13 @@ std::uint64_t BagIndex::take_record(std::uint64_t offset) {
   const BagHeader header(header_);
   const BagOperation operation = header.operation();
   if ((offset == magic.size()) != (operation == BagOperation::file_header)) {
-    throw BagRecordError(offset == magic.size() ? "the first record is no file header" : "a second file header");
+    throw BagRecordError(offset == magic.size() ? "the first record is not a file header"
+                                                : "there is a second file header");
   }
   if (operation != BagOperation::index) close_chunk();
   if (operation == BagOperation::chunk) {
-    // A recorder writes the chunk's sizes when the chunk is full. Until then they are zero, and the content goes on to
-    // the end.
+    // A recorder writes the chunk's sizes when the chunk is complete. Until then, the sizes are zero and the content
+    // extends to the end of the file.
     const bool unfinished = size == 0 && announced_.index_start == 0;
     Chunk chunk;
     chunk.record = offset;
@@ -121,7 +122,7 @@ std::uint64_t BagIndex::take_record(std::uint64_t offset) {
       indexed_chunks_ += indexed ? 1 : 0;
       break;
     default:
-      throw BagRecordError("a record of a kind that does not belong there");
+      throw BagRecordError("a record of an unexpected kind");
   }
   return data + size;
 }
@@ -166,8 +167,8 @@ void BagIndex::define(const BagHeader& header, std::span<const std::uint8_t> con
                              description.has("latching") && description.value("latching") == "1"};
 }
 
-/// The last chunk's indexes have all been read: they count its messages. A chunk without them, or with messages of a
-/// connection that nothing has described yet, is unpacked instead.
+/// Called after all indexes of the last chunk: they count its messages. A chunk without indexes, or with messages of an
+/// undescribed connection, is unpacked instead.
 void BagIndex::close_chunk() {
   if (!open_chunk_) return;
   open_chunk_ = false;
@@ -226,7 +227,7 @@ void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
   if (!lost_.insert(chunk.data).second) return;
   warnings_.add(
       "log.damaged_chunk",
-      fmt::format("{}: the chunk at byte {}: {}; its messages from there on are left out", path(), chunk.record, wrong),
+      fmt::format("{}: the chunk at byte {}: {}; its messages from there on are lost", path(), chunk.record, wrong),
       count.begin);
 }
 

@@ -11,14 +11,14 @@
 
 namespace lodestone {
 
-/// A ROS 1 bag (format 2.0), read by its records: the index at the end of the file is not needed. A bag that is cut
-/// off, or that its recorder did not close, is read up to the first record that is not whole. Lengths and counts in the
-/// file are checked before they are used.
+/// A ROS 1 bag (format 2.0), read record by record: the index at the end of the file is not required. A bag that is cut
+/// off or was not closed is read up to the first incomplete record. Lengths and counts in the file are checked before
+/// use.
 class BagIndex : public SegmentIndex {
  public:
-  /// Throws InputError, with the byte, if the file is missing, is no ROS 1 bag of version 2.0, contradicts itself, or
-  /// is cut off before its first message. Counts log.cut_off and log.mixed_topic in `warnings`, which must outlive
-  /// this; of a bag that is cut off also log.damaged_chunk.
+  /// Throws InputError with the byte if the file is missing, is not a ROS 1 bag of version 2.0, is inconsistent, or is
+  /// cut off before its first message. Counts log.cut_off and log.mixed_topic in `warnings`, which must outlive this;
+  /// for cut-off bags also log.damaged_chunk.
   BagIndex(const std::string& path, WarningLog& warnings);
 
   const std::string& path() const override { return file_.path(); }
@@ -27,19 +27,19 @@ class BagIndex : public SegmentIndex {
   const Publisher* publisher_of(std::uint32_t channel) const override;
   std::size_t segment_count() const override { return chunks_.size(); }
   Time begin_of(std::size_t segment) const override { return chunks_[segment].count.begin; }
-  /// Throws InputError if the bag is whole and the chunk is damaged.
+  /// Throws InputError if the bag is complete and the chunk is damaged.
   void load(std::size_t segment, LoadedSegment& loaded) override { load(chunks_[segment], loaded); }
 
  private:
   struct Chunk {
-    std::uint64_t record = 0;            ///< where its record starts
-    std::uint64_t data = 0;              ///< where its content starts
-    std::uint64_t packed = 0, size = 0;  ///< bytes, unpacked at most so many
+    std::uint64_t record = 0;            ///< offset of its record
+    std::uint64_t data = 0;              ///< offset of its content
+    std::uint64_t packed = 0, size = 0;  ///< bytes; `size` is the limit of the unpacked bytes
     std::string compression;
-    bool cut = false;    ///< the file ends within it
-    MessageCount count;  ///< as its index records announce
+    bool cut = false;    ///< the file ends within the chunk
+    MessageCount count;  ///< from its index records
   };
-  /// What the file's first record announces.
+  /// Announcements of the file's first record.
   struct Announced {
     std::uint64_t index_start = 0;  ///< 0: the recorder did not close the bag
     std::uint32_t connections = 0, chunks = 0;
@@ -69,7 +69,7 @@ class BagIndex : public SegmentIndex {
   std::map<std::uint32_t, MessageCount> chunk_counts_;  ///< of the chunk whose indexes are being read
   ChannelTopics topics_;
   bool open_chunk_ = false;       ///< the last chunk's indexes may follow
-  std::set<std::uint64_t> lost_;  ///< chunks that were found damaged: a second reading does not count them again
+  std::set<std::uint64_t> lost_;  ///< damaged chunks, counted only in the first reading
   std::vector<std::uint8_t> header_, buffer_;
 };
 

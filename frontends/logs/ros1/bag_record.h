@@ -11,20 +11,20 @@
 #include "frontends/logs/compression.h"
 #include "frontends/logs/file_bytes.h"
 
-/// The records of a ROS 1 bag: a header of named fields and content, each behind its length.
+/// The records of a ROS 1 bag: a header of named fields, then content; each follows its length.
 namespace lodestone {
 
-/// A record contradicts itself; whoever knows the file adds where.
+/// A record is inconsistent. The caller adds the file's name.
 class BagRecordError : public std::runtime_error {
  public:
   explicit BagRecordError(const std::string& what) : std::runtime_error(what) {}
 };
 
-constexpr std::uint32_t largest_bag_header = 1U << 24;  // a connection's header holds its message's definition
+constexpr std::uint32_t largest_bag_header = 1U << 24;  // a connection's header contains the definition of its message
 constexpr std::uint32_t largest_bag_chunk = 1U << 30;
 constexpr std::size_t bag_index_entry_bytes = 12;  // seconds, nanoseconds, offset in the chunk
 
-/// Of a chunk, as its header names it.
+/// Codec by its name in a chunk's header.
 inline Codec bag_codec(const std::string& name) {
   if (name == "none") return Codec::none;
   if (name == "lz4") return Codec::lz4;
@@ -41,7 +41,7 @@ enum class BagOperation : std::uint8_t {
   connection = 7
 };
 
-/// The fields of a header. Views into bytes that must live on.
+/// The fields of a header. Views of bytes that must outlive this.
 class BagHeader {
  public:
   BagHeader() = default;
@@ -87,7 +87,7 @@ class BagHeader {
 /// A record within a chunk.
 struct BagRecordView {
   std::span<const std::uint8_t> header;
-  std::size_t end = 0;  ///< offset of what follows it
+  std::size_t end = 0;  ///< offset of the next record
 };
 
 inline BagRecordView view_record(std::span<const std::uint8_t> chunk, std::size_t offset) {

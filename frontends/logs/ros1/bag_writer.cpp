@@ -19,10 +19,10 @@
 namespace lodestone::ros1 {
 namespace {
 
-constexpr std::size_t chunk_bytes = 768 * 1024;  // as rosbag's recorder
-constexpr std::size_t file_header_bytes = 4096;  // with the blanks that leave room for its final values
+constexpr std::size_t chunk_bytes = 768 * 1024;  // as in rosbag's recorder
+constexpr std::size_t file_header_bytes = 4096;  // with padding for the final values
 
-/// Bytes of a record in the making.
+/// Little-endian bytes of a number.
 std::string bytes_of(std::uint64_t value, std::size_t size) {
   std::string bytes(size, '\0');
   for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(value >> (8 * i));
@@ -48,7 +48,7 @@ std::string sized(const std::string& bytes) {
   return number(static_cast<std::uint32_t>(bytes.size())) + bytes;
 }
 
-/// Fields in order of name, as rosbag writes them: "name=value", each behind its length.
+/// Fields in order of name, as in rosbag: "name=value", each after its length.
 std::string fields(const std::map<std::string, std::string>& values) {
   std::string bytes;
   for (const auto& [name, value] : values) bytes += sized(name + "=" + value);
@@ -74,8 +74,8 @@ struct BagWriter::Implementation {
       connections;  ///< by topic, type, publisher
   std::string connection_records, chunk_infos;
   std::uint32_t chunks = 0;
-  std::string chunk;                             ///< the open one
-  std::map<std::uint32_t, std::string> indexes;  ///< of its messages, by connection
+  std::string chunk;                             ///< the open chunk
+  std::map<std::uint32_t, std::string> indexes;  ///< index of its messages, by connection
   Time chunk_begin = 0, chunk_end = 0;
 
   [[noreturn]] void fail(const std::string& what) const {
@@ -101,7 +101,7 @@ struct BagWriter::Implementation {
   void end_chunk();
 };
 
-/// As rosbag's recorder describes it: within the chunk where it comes first, and at the end of the file.
+/// As in rosbag's recorder, a connection is described in the chunk of its first message and at the end of the file.
 std::uint32_t BagWriter::Implementation::connection_of(const TopicInfo& topic, const Publisher* publisher) {
   const auto next = static_cast<std::uint32_t>(connections.size());
   const Publisher sender = publisher != nullptr ? *publisher : Publisher{};
@@ -211,9 +211,10 @@ void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8
   if (described.md5.empty()) {
     const MessageType type = message_type(topic.type);
     if (type == MessageType::other) {
-      throw BagError(self.path + ": topic " + topic.name + ": the type " + topic.type + " has no known definition");
+      throw BagError(self.path + ": topic " + topic.name + ": the type " + topic.type +
+                     " has no known definition; the bag cannot contain it");
     }
-    // The first generation of Livox' driver writes the same message under its own name.
+    // Livox' first driver writes the same message under another name.
     if (type == MessageType::livox) described.type = "livox_ros_driver2/CustomMsg";
     described.md5 = expected_md5(type);
     described.definition = ros1_definition(type);

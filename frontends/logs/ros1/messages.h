@@ -11,16 +11,16 @@
 #include "core/error.h"
 #include "core/time.h"
 
-/// The messages that Lodestone reads and writes, as plain structs, whichever ROS wrote them.
+/// The messages that Lodestone reads and writes, as plain structs, for both ROS versions.
 namespace lodestone::ros1 {
 
-/// A bag cannot be opened, read or written. The message is one line that names the file.
+/// A bag cannot be opened, read or written. The message is one line with the file's name.
 class BagError : public InputError {
  public:
   explicit BagError(const std::string& message) : InputError(message) {}
 };
 
-/// What a message's bytes say contradicts itself; whoever reads the log adds file, topic and time.
+/// The bytes of a message are inconsistent. The caller adds file, topic and time.
 class MalformedMessage : public std::runtime_error {
  public:
   explicit MalformedMessage(const std::string& what) : std::runtime_error(what) {}
@@ -28,7 +28,7 @@ class MalformedMessage : public std::runtime_error {
 
 /// sensor_msgs/PointField.
 struct PointField {
-  /// sensor_msgs/PointField's constants, and beyond them PCL's for integers of 64 bits.
+  /// sensor_msgs/PointField's constants, and PCL's additional ones for 64-bit integers.
   enum Datatype : std::uint8_t {
     int8 = 1,
     uint8 = 2,
@@ -42,12 +42,12 @@ struct PointField {
     uint64 = 10
   };
   std::string name;
-  std::uint32_t offset = 0;  ///< bytes from the start of a point
+  std::uint32_t offset = 0;  ///< bytes from the begin of a point
   std::uint8_t datatype = 0;
   std::uint32_t count = 1;
 };
 
-/// sensor_msgs/PointCloud2. The points are a view: whoever fills the struct owns the bytes.
+/// sensor_msgs/PointCloud2. The points are a view: the creator of the struct owns the bytes.
 struct PointCloudMessage {
   Time stamp = 0;
   std::string frame;
@@ -55,17 +55,17 @@ struct PointCloudMessage {
   std::uint32_t width = 0;
   std::vector<PointField> fields;
   bool big_endian = false;
-  std::uint32_t point_step = 0;  ///< bytes a point
-  std::uint32_t row_step = 0;    ///< bytes a row
+  std::uint32_t point_step = 0;  ///< bytes per point
+  std::uint32_t row_step = 0;    ///< bytes per row
   bool dense = true;             ///< no point is NaN
   const std::uint8_t* data = nullptr;
   std::size_t data_size = 0;  ///< bytes
 };
 
-/// livox_ros_driver2/CustomMsg; livox_ros_driver's is the same but for the name. The points lie packed, one after the
-/// other, as the fields say. They are a view: whoever fills the struct owns the bytes.
+/// livox_ros_driver2/CustomMsg; livox_ros_driver's message differs only in its name. The points are packed as described
+/// by fields(). They are a view: the creator of the struct owns the bytes.
 struct LivoxMessage {
-  static constexpr std::uint32_t point_step = 19;  ///< bytes a point
+  static constexpr std::uint32_t point_step = 19;  ///< bytes per point
 
   /// uint32 offset_time (ns after the timebase), float32 x, y, z (m), uint8 reflectivity, tag, line.
   static std::vector<PointField> fields() {
@@ -77,14 +77,14 @@ struct LivoxMessage {
 
   Time stamp = 0;
   std::string frame;
-  std::uint64_t timebase = 0;  ///< ns, of the first point by the LiDAR's clock; the stamp is the same by the host's
+  std::uint64_t timebase = 0;  ///< ns, time of the first point by the LiDAR's clock; the stamp is by the host's clock
   std::uint32_t point_count = 0;
   std::uint8_t lidar_id = 0;
   const std::uint8_t* data = nullptr;
   std::size_t data_size = 0;  ///< bytes
 };
 
-/// sensor_msgs/Imu without its orientation, which is written as "unknown".
+/// sensor_msgs/Imu without its orientation, which is written as unknown.
 struct ImuMessage {
   Time stamp = 0;
   std::string frame;

@@ -18,18 +18,18 @@ std::vector<std::string> bag_files(const std::string& metadata) {
     const YAML::Node root = YAML::Load(read_text_file(metadata))["rosbag2_bagfile_information"];
     if (root) names = root["relative_file_paths"].as<std::vector<std::string>>();
   } catch (const YAML::Exception& error) {
-    throw InputError(metadata + ": is no description of a ROS 2 bag: " + error.msg +
-                     "; make it anew with 'ros2 bag reindex'");
+    throw InputError(metadata + ": is not a description of a ROS 2 bag: " + error.msg +
+                     "; create it again with 'ros2 bag reindex'");
   }
   if (names.empty()) {
     throw InputError(metadata +
-                     ": lists no files (rosbag2_bagfile_information.relative_file_paths); make it anew with "
+                     ": lists no files (rosbag2_bagfile_information.relative_file_paths); create it again with "
                      "'ros2 bag reindex'");
   }
   std::vector<std::string> files;
   const fs::path folder = fs::path(metadata).parent_path();
   for (const std::string& name : names) {
-    // The oldest bags name their own folder too; a packed file may be listed without its ending, or unpacked since.
+    // The oldest bags include the folder's name. A packed file may be listed without its ending, or be unpacked since.
     const fs::path plain = fs::path(name).filename();
     const fs::path unpacked = plain.extension() == ".zstd" ? fs::path(plain).replace_extension() : plain;
     const fs::path candidates[] = {folder / name, folder / plain, folder / (plain.string() + ".zstd"),
@@ -41,11 +41,11 @@ std::vector<std::string> bag_files(const std::string& metadata) {
     }
     if (found == nullptr) {
       throw InputError((folder / name).string() + ": there is no such file, but " + metadata +
-                       " lists it; bring it there, or "
-                       "take it out of the list");
+                       " lists it; copy the file there, or "
+                       "remove it from the list");
     }
     if (std::find(files.begin(), files.end(), found->string()) != files.end()) {
-      throw InputError(metadata + ": lists " + name + " twice; take one of the two out of the list");
+      throw InputError(metadata + ": lists " + name + " twice; remove one entry from the list");
     }
     files.push_back(found->string());
   }

@@ -5,8 +5,8 @@
 
 namespace lodestone {
 
-/// The files of a ROS 2 bag, as its metadata.yaml lists them, in order, found beside it. Throws InputError where the
-/// file is no such description, or one of them is not there.
+/// The files of a ROS 2 bag, in the order of its metadata.yaml, in the same folder. Throws InputError if the file is
+/// not such a description, or a listed file is missing.
 std::vector<std::string> bag_files(const std::string& metadata);
 
 }  // namespace lodestone

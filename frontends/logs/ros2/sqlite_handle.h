@@ -9,10 +9,10 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-/// SQLite's C interface with owners.
+/// RAII for SQLite's C interface.
 namespace lodestone {
 
-/// What SQLite says is wrong; whoever knows the file adds where.
+/// An error of SQLite. The caller adds the file's name.
 class SqliteError : public std::runtime_error {
  public:
   SqliteError(int result_code, const std::string& what) : std::runtime_error(what), code(result_code & 0xFF) {}
@@ -31,19 +31,19 @@ SqliteDatabase open_sqlite(const std::string& path, int flags);
 /// Runs one statement to its end. Throws SqliteError.
 void execute_sqlite(sqlite3* database, const std::string& text);
 
-/// One statement. Columns are numbered from 0 and parameters from 1, as SQLite does it. All but the columns throw
-/// SqliteError.
+/// One statement. Columns are numbered from 0 and parameters from 1, as in SQLite. All functions except the columns
+/// throw SqliteError.
 class SqliteStatement {
  public:
   SqliteStatement(sqlite3* database, const std::string& text);
 
-  /// Whether there is a row.
+  /// True if there is a row.
   bool step();
   void reset();
 
   std::int64_t integer(int column);
   std::string text(int column);
-  /// Holds until the statement is stepped or reset.
+  /// Valid until the statement is stepped or reset.
   std::span<const std::uint8_t> blob(int column);
 
   void bind(int parameter, std::int64_t value);

@@ -18,14 +18,14 @@
 namespace lodestone {
 namespace {
 
-/// A row of the table of messages, without its content.
+/// A row of the messages table, without its content.
 struct Row {
   Time time = 0;
-  std::int64_t number = 0;  ///< of the row in its table
+  std::int64_t number = 0;  ///< row id
   std::int32_t topic = 0;   ///< index into the topics
 };
 
-/// How many bytes the database's header announces; 0 where it does not say.
+/// The size in bytes according to the database's header; 0 if unknown.
 std::uint64_t announced_bytes(const FileBytes& file) {
   std::vector<std::uint8_t> header;
   constexpr std::size_t header_bytes = 100;
@@ -37,7 +37,8 @@ std::uint64_t announced_bytes(const FileBytes& file) {
     return value;
   };
   const std::uint64_t page = number(16, 2) == 1 ? 65536 : number(16, 2);
-  return number(24, 4) == number(92, 4) ? page * number(28, 4) : 0;  // else an old library wrote it, and left the count
+  return number(24, 4) == number(92, 4) ? page * number(28, 4)
+                                        : 0;  // otherwise an old library wrote the file without updating the count
 }
 
 std::string uri_of(const std::string& path, const char* options) {
@@ -63,14 +64,14 @@ struct SqliteSource::Implementation {
   std::vector<TopicInfo> topics;
   std::map<std::int64_t, std::int32_t> topic_of_id;
   std::vector<Row> rows;   ///< of the whole file, in order of time
-  std::string row_number;  ///< the column by which a row is found again without a search
+  std::string row_number;  ///< the column for direct access to a row
   std::optional<SqliteStatement> content;
   std::vector<int> selection;
   std::size_t next_row = 0;
   std::vector<std::uint8_t> unpacked;
   std::uint64_t file_bytes = 0, announced = 0;
   std::set<std::int64_t> lost_messages;
-  std::int64_t lost = 0;  ///< stretches of rows that cannot be reached
+  std::int64_t lost = 0;  ///< number of unreachable groups of rows
 
   void open();
   void check_tables();
@@ -87,7 +88,7 @@ void SqliteSource::Implementation::open() {
   constexpr int flags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
   const auto try_open = [&](const char* options) {
     database = open_sqlite(uri_of(path, options), flags);
-    // Of a file that is shorter than it says, SQLite reads what is there only with this.
+    // SQLite reads truncated files only with this setting.
     execute_sqlite(database.get(), "PRAGMA writable_schema=ON");
     execute_sqlite(database.get(), "PRAGMA trusted_schema=OFF");
     execute_sqlite(database.get(), "SELECT count(*) FROM sqlite_master");
@@ -96,26 +97,26 @@ void SqliteSource::Implementation::open() {
     try_open("");
   } catch (const SqliteError& error) {
     if (error.code != SQLITE_CANTOPEN && error.code != SQLITE_READONLY) throw;
-    try_open("?immutable=1");  // a write-ahead log whose folder cannot be written
+    try_open("?immutable=1");  // for a write-ahead log in a read-only folder
     warnings.add("log.write_ahead",
                  path +
-                     ": its folder cannot be written, so that the messages in its -wal file, if it has "
-                     "one, are not read; copy the bag elsewhere",
+                     ": its folder cannot be written, so that messages in its -wal file (if there is "
+                     "one) are not read; copy the bag to a writable folder",
                  0);
   }
-  // No value is longer than the file.
+  // No value can be longer than the file.
   const std::uint64_t longest = std::clamp<std::uint64_t>(file_bytes, 1 << 20, largest_message);
   sqlite3_limit(database.get(), SQLITE_LIMIT_LENGTH, static_cast<int>(longest));
 }
 
-/// A view may be a program that never ends: what is read must be tables.
+/// A view could be an endless query: only tables are read.
 void SqliteSource::Implementation::check_tables() {
   SqliteStatement statement(database.get(),
                             "SELECT name, type, coalesce(sql, '') FROM sqlite_master WHERE lower(name) IN "
                             "('topics', 'messages', 'message_definitions')");
   while (statement.step()) {
     if (statement.text(1) == "table" && statement.text(2).rfind("CREATE TABLE", 0) == 0) continue;
-    throw InputError(fmt::format("{}: is no bag of ROS 2: its '{}' is no table of rows but a {}", path,
+    throw InputError(fmt::format("{}: is not a ROS 2 bag: '{}' is not a table of rows, but a {}", path,
                                  statement.text(0),
                                  statement.text(1) == "table" ? "virtual table" : statement.text(1)));
   }
@@ -130,7 +131,7 @@ void SqliteSource::Implementation::read_topics() {
     const Encoding encoding = encoding_named(statement.text(3));
     if (!topics.empty() && topics.back().name == name && topics.back().type != type) {
       warnings.add("log.mixed_topic",
-                   fmt::format("{}: {} holds messages of two types; those of {} are left out", path, name, type), 0);
+                   fmt::format("{}: {} has messages of two types; those of {} are ignored", path, name, type), 0);
       continue;
     }
     if (topics.empty() || topics.back().name != name) {
@@ -143,7 +144,7 @@ void SqliteSource::Implementation::read_topics() {
   }
 }
 
-/// What a column of the topics says beyond what is needed to read them.
+/// Reads an optional column of the topics.
 void SqliteSource::Implementation::read_metadata(const std::string& column, const std::string& key) try {
   SqliteStatement statement(database.get(), "SELECT id, " + column + " FROM topics ORDER BY id");
   while (statement.step()) {
@@ -153,10 +154,10 @@ void SqliteSource::Implementation::read_metadata(const std::string& column, cons
     topics[static_cast<std::size_t>(topic->second)].metadata.try_emplace(key, text);
   }
 } catch (const SqliteError&) {
-  // An older bag has no such column.
+  // Older bags do not have this column.
 }
 
-/// Newer bags hold the types' definitions too. False where there is no such table or column.
+/// Newer bags also contain the types' definitions. False if there is no such table or column.
 bool SqliteSource::Implementation::read_definitions(const std::string& encoding) try {
   SqliteStatement statement(database.get(),
                             "SELECT topic_type, encoded_message_definition, " + encoding + " FROM message_definitions");
@@ -173,9 +174,8 @@ bool SqliteSource::Implementation::read_definitions(const std::string& encoding)
   return false;
 }
 
-/// Every table has numbers of its own for its rows, whatever its columns are, but for those that were made WITHOUT
-/// ROWID: these are sorted by their primary key. An `id` that is no key would be searched for from the table's start,
-/// for every message.
+/// The row id exists in every table except those made WITHOUT ROWID, which are sorted by their primary key. An `id`
+/// that is not the key would require a search through the table for every message.
 std::string SqliteSource::Implementation::find_row_number() {
   SqliteStatement(database.get(), "SELECT 1 FROM messages");  // there is such a table
   try {
@@ -187,18 +187,17 @@ std::string SqliteSource::Implementation::find_row_number() {
   SqliteStatement keys(database.get(),
                        "SELECT count(*), sum(lower(name) = 'id') FROM pragma_table_info('messages') WHERE pk > 0");
   if (keys.step() && keys.integer(0) == 1 && keys.integer(1) == 1) return "id";
-  throw InputError(
-      path +
-      ": its table 'messages' cannot be read: it was made WITHOUT ROWID, and expected 'id' as its primary key, "
-      "which it is not; write the bag anew with 'ros2 bag convert'");
+  throw InputError(path +
+                   ": the table 'messages' cannot be read: it was made WITHOUT ROWID, and 'id' is not its primary key; "
+                   "write the bag again with 'ros2 bag convert'");
 }
 
 void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
   const Time time =
-      std::clamp(Time{statement.integer(2)}, -farthest_time, farthest_time);  // sums of two must not overflow
+      std::clamp(Time{statement.integer(2)}, -farthest_time, farthest_time);  // sums of two times must not overflow
   const auto topic = topic_of_id.find(statement.integer(1));
   if (topic == topic_of_id.end()) {
-    warnings.add("log.unknown_channel", path + ": messages of a topic that the bag does not name are left out", time);
+    warnings.add("log.unknown_channel", path + ": messages of an unnamed topic are ignored", time);
     return;
   }
   const Row row{time, statement.integer(0), topic->second};
@@ -206,8 +205,8 @@ void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
   add_messages(topics[static_cast<std::size_t>(row.topic)], row.time, row.time, 1);
 }
 
-/// Goes through the table in the order in which it was written. Where a page is missing or damaged it looks further on,
-/// with steps that double until a page is readable: the rows of a cut-off file end somewhere.
+/// Reads the table in the order of writing. After a missing or damaged page, the search for a readable page continues
+/// with steps that double.
 void SqliteSource::Implementation::read_rows() {
   SqliteStatement statement(
       database.get(),
@@ -220,7 +219,7 @@ void SqliteSource::Implementation::read_rows() {
       statement.reset();
       statement.bind(1, from);
       while (statement.step()) {
-        // Pages of a damaged file may refer to each other in a circle, and then the same rows come for ever.
+        // Pages of a damaged file may form a circle, which would repeat the same rows endlessly.
         if (statement.integer(0) < from) throw SqliteError(SQLITE_CORRUPT, "rows out of order");
         take_row(statement);
         from = statement.integer(0) + 1;
@@ -242,18 +241,18 @@ void SqliteSource::Implementation::read_rows() {
   if (rows.empty())
     throw InputError(path +
                      ": the bag is cut off or damaged: no message can be read; copy it again, "
-                     "or try what 'sqlite3 OLD.db3 .recover | sqlite3 NEW.db3' brings back");
+                     "or try to recover it with 'sqlite3 OLD.db3 .recover | sqlite3 NEW.db3'");
   warnings.add(
       "log.cut_off",
-      fmt::format("{}: the bag is cut off or damaged: it has {} bytes and announces {}; {} messages can be found", path,
-                  file_bytes, announced, rows.size()),
+      fmt::format("{}: the bag is cut off or damaged: it has {} bytes, but announces {}; {} messages are readable",
+                  path, file_bytes, announced, rows.size()),
       rows.back().time);
 }
 
 bool SqliteSource::Implementation::read_content(const Row& row, RawMessage& message) {
   const auto lose = [&](const std::string& what) {
-    if (lost_messages.insert(row.number).second) {  // a second reading does not count it again
-      warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is left out", path, row.number, what),
+    if (lost_messages.insert(row.number).second) {  // counted only in the first reading
+      warnings.add("log.damaged_message", fmt::format("{}: message {}: {}; it is ignored", path, row.number, what),
                    row.time);
     }
     return false;
@@ -261,7 +260,7 @@ bool SqliteSource::Implementation::read_content(const Row& row, RawMessage& mess
   try {
     content->reset();
     content->bind(1, row.number);
-    if (!content->step()) return lose("it is not there");
+    if (!content->step()) return lose("it is missing");
     const std::span<const std::uint8_t> bytes = unpacked_cdr(content->blob(0), unpacked);
     message.data = bytes.data();
     message.size = bytes.size();
@@ -275,7 +274,7 @@ bool SqliteSource::Implementation::read_content(const Row& row, RawMessage& mess
 
 SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
     : implementation_(std::make_unique<Implementation>(path, warnings)) {
-  const FileBytes file(path);  // says in words what SQLite says in codes
+  const FileBytes file(path);  // gives clearer errors than SQLite
   Implementation& self = *implementation_;
   self.file_bytes = file.size();
   self.announced = announced_bytes(file);
@@ -290,10 +289,10 @@ SqliteSource::SqliteSource(const std::string& path, WarningLog& warnings)
     self.read_rows();
     self.content.emplace(self.database.get(), fmt::format("SELECT data FROM messages WHERE {} = ?", self.row_number));
   } catch (const SqliteError& error) {
-    throw InputError(
-        fmt::format("{}: cannot be read as a ROS 2 bag ({}); copy it again, or try what 'sqlite3 OLD.db3 .recover | "
-                    "sqlite3 NEW.db3' brings back",
-                    path, error.what()));
+    throw InputError(fmt::format(
+        "{}: cannot be read as a ROS 2 bag ({}); copy it again, or try to recover it with 'sqlite3 OLD.db3 .recover | "
+        "sqlite3 NEW.db3'",
+        path, error.what()));
   }
 }
 

@@ -8,14 +8,14 @@
 
 namespace lodestone {
 
-/// Streams a ROS 2 bag in an SQLite file (.db3). Messages packed by zstd one by one are unpacked. In memory are one
-/// message and 24 bytes for each of the file's.
+/// Streams a ROS 2 bag in an SQLite file (.db3). Messages that are packed with zstd are unpacked. Memory contains one
+/// message, and 24 bytes per message of the file.
 ///
-/// Of a file that a crash cut off, or with damaged pages, it gives the rows that SQLite can still reach: log.cut_off
-/// and log.damaged_message in `warnings`, which must outlive this.
+/// From a cut-off or damaged file, all rows are read that SQLite can reach: log.cut_off and log.damaged_message in
+/// `warnings`, which must outlive this.
 class SqliteSource : public MessageSource {
  public:
-  /// Throws InputError where the file is missing, no database, none of rosbag2's, or nothing of it can be read.
+  /// Throws InputError if the file is missing, is not a database of rosbag2, or has nothing readable.
   SqliteSource(const std::string& path, WarningLog& warnings);
   ~SqliteSource() override;
 

@@ -7,7 +7,7 @@
 
 namespace lodestone {
 
-/// Writes a ROS 2 bag as an SQLite file, with the tables of rosbag2's schema 4.
+/// Writes a ROS 2 bag as an SQLite file with the tables of rosbag2's schema 4.
 class SqliteWriter : public LogWriter {
  public:
   SqliteWriter(const std::string& path, Codec codec);

@@ -185,8 +185,8 @@ TEST_P(EachFormat, RecordingsOfOneTimeAreNoOneLog) {
   convert(folder / "second.bag", folder / "two/survey", GetParam().format, GetParam().codec);
   const auto refusal = [&] { return message_of<InputError>([&] { read(folder / "two", log.platform()); }); };
   const std::string two = folder / "two";
-  EXPECT_THAT(refusal(), AllOf(StartsWith(two + ": log and survey both hold /"),
-                               EndsWith("give one of them, " + two + "/log or " + two + "/survey")));
+  EXPECT_THAT(refusal(), AllOf(StartsWith(two + ": log and survey both have /"),
+                               EndsWith("use one of them, " + two + "/log or " + two + "/survey")));
   // Who lists them answers for them.
   testing::write_text(folder / "two/metadata.yaml",
                       "rosbag2_bagfile_information:\n  relative_file_paths: [log, survey]\n");
@@ -197,7 +197,7 @@ TEST_P(EachFormat, RecordingsOfOneTimeAreNoOneLog) {
   convert(folder / "second.bag", two + "/survey", is_bag ? LogFormat::mcap : LogFormat::rosbag, Codec::none);
   EXPECT_THAT(refusal(), AllOf(HasSubstr(is_bag ? "of ROS 1 in log and" : "of ROS 2 in log and"),
                                HasSubstr(is_bag ? "of ROS 2 in survey:" : "of ROS 1 in survey:"),
-                               EndsWith("give one of them, " + two + "/log or " + two + "/survey")));
+                               EndsWith("use one of them, " + two + "/log or " + two + "/survey")));
 }
 
 TEST_P(EachFormat, IsReadWhenPackedAsAWhole) {
@@ -282,9 +282,9 @@ TEST(CsvLog, GivesWhatItsFilesSay) {
     return testing::message_of<InputError>([&] { testing::DecodedLog again(folder / "log"); });
   };
   EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:1"), HasSubstr("gyroscope_x_rad_s"),
-                                        HasSubstr("take the file out of the folder")));
+                                        HasSubstr("remove the file from the folder")));
   testing::write_text(folder / "log/imu.csv", "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n2,x,3,4\n3,4,5,6\n");
-  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:3"), HasSubstr("'x' is no number")));
+  EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:3"), HasSubstr("'x' is not a number")));
 }
 
 /// A log that was put together of links, which may lead back to where they lie.

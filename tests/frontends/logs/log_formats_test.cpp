@@ -96,7 +96,7 @@ TEST(CraftedLog, AViewInATablesPlaceIsRefusedAndNotRun) {
     }
     WarningLog warnings;
     EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }),
-                HasSubstr("is no bag of ROS 2: its '" + name + "' is no table of rows but a view"));
+                HasSubstr("is not a ROS 2 bag: '" + name + "' is not a table of rows, but a view"));
   }
 }
 
@@ -243,15 +243,15 @@ TEST(OpenLog, SaysWhatIsNoLog) {
     });
   };
   EXPECT_THAT(error(folder / "absent"), HasSubstr("there is no such file"));
-  EXPECT_THAT(error(folder.path().string()), HasSubstr("the folder holds no log"));
+  EXPECT_THAT(error(folder.path().string()), HasSubstr("the folder has no log"));
   testing::write_text(folder / "text.bag", "just some text, and no bag");
-  EXPECT_THAT(error(folder / "text.bag"), HasSubstr("is no log"));
+  EXPECT_THAT(error(folder / "text.bag"), HasSubstr("is not a log"));
   testing::write_text(folder / "empty.mcap", "");
-  EXPECT_THAT(error(folder / "empty.mcap"), HasSubstr("is no log"));
+  EXPECT_THAT(error(folder / "empty.mcap"), HasSubstr("is not a log"));
   testing::write_text(folder / "metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [a.mcap]\n");
   EXPECT_THAT(error(folder.path().string()), HasSubstr("a.mcap: there is no such file, but"));
   testing::write_text(folder / "metadata.yaml", "version: [");
-  EXPECT_THAT(error(folder / "metadata.yaml"), HasSubstr("is no description of a ROS 2 bag"));
+  EXPECT_THAT(error(folder / "metadata.yaml"), HasSubstr("is not a description of a ROS 2 bag"));
   testing::write_text(folder / "head.db3", "SQLite format 3");
   EXPECT_THAT(error(folder / "head.db3"), HasSubstr("cannot be read as a ROS 2 bag"));
   testing::write_text(folder / "head.mcap", std::string("\x89MCAP0\r\n", 8));

@@ -127,10 +127,10 @@ TEST_F(PackedLog, IsRefusedBeforeAnythingElseIsUnpacked) {
   EXPECT_EQ(fs::file_size(out), 0U);
   WarningLog warnings;
   EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }),
-              AllOf(StartsWith(path + ": holds no log under its zstd compression"), Not(HasSubstr("lodestone-"))));
+              AllOf(StartsWith(path + ": its zstd compression contains no log"), Not(HasSubstr("lodestone-"))));
   store_bytes(path, zstd_of(zstd_of(read_text_file(plain_))));
   EXPECT_THAT(message_of<InputError>([&] { open_log(path, warnings); }),
-              StartsWith(path + ": is packed by zstd twice"));
+              StartsWith(path + ": is packed with zstd twice"));
 }
 
 TEST_F(PackedLog, TakesNoMoreOfTheDiskThanThereIsRoomFor) {
@@ -139,7 +139,7 @@ TEST_F(PackedLog, TakesNoMoreOfTheDiskThanThereIsRoomFor) {
   const auto accept = [](std::span<const std::uint8_t>) {};
   constexpr std::uint64_t room = 2'000'000;
   EXPECT_THAT(message_of<InputError>([&] { unpack_zstd_file(path, out, room, accept); }),
-              AllOf(StartsWith(path + ": unpacked it has more than the 2.0 MB that "), HasSubstr("set TMPDIR")));
+              AllOf(StartsWith(path + ": the unpacked log exceeds the 2.0 MB that "), HasSubstr("set TMPDIR")));
   EXPECT_LE(fs::file_size(out), room);
   unpack_zstd_file(path, out, std::uint64_t{8} << 20, accept);
   EXPECT_EQ(fs::file_size(out), std::size_t{8} << 20);

@@ -160,13 +160,13 @@ TEST(BagIndexTest, SaysWhatIsWrongWithAFile) {
   const auto error = [&](const std::string& path) { return message_of<InputError>([&] { BagIndex(path, warnings); }); };
   EXPECT_THAT(error(folder / "none.bag"), HasSubstr("none.bag: "));
   testing::write_text(folder / "empty.bag", "");
-  EXPECT_THAT(error(folder / "empty.bag"), HasSubstr("is no ROS 1 bag"));
+  EXPECT_THAT(error(folder / "empty.bag"), HasSubstr("is not a ROS 1 bag"));
   testing::write_text(folder / "other.bag", "just some text, and no bag");
-  EXPECT_THAT(error(folder / "other.bag"), HasSubstr("is no ROS 1 bag"));
+  EXPECT_THAT(error(folder / "other.bag"), HasSubstr("is not a ROS 1 bag"));
   testing::write_text(folder / "old.bag", "#ROSBAG V1.2\n");
   EXPECT_THAT(error(folder / "old.bag"), HasSubstr("another version than 2.0"));
   testing::write_text(folder / "short.bag", "#ROSBAG V2.0\n");
-  EXPECT_THAT(error(folder / "short.bag"), HasSubstr("no message ahead of that"));
+  EXPECT_THAT(error(folder / "short.bag"), HasSubstr("no message before"));
 }
 
 /// Wherever the bag ends, its messages up to there are read or the bag is refused; that it is cut off is always said.
@@ -188,7 +188,7 @@ TEST(BagIndexTest, SaysThatABagIsCutOffWhereverItEnds) {
       BagIndex index(cut, warnings);
       EXPECT_EQ(warnings.count("log.cut_off"), 1) << kept << " of " << size;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), ::testing::AnyOf(HasSubstr("cut off"), HasSubstr("is no ROS 1 bag")))
+      EXPECT_THAT(error.what(), ::testing::AnyOf(HasSubstr("cut off"), HasSubstr("is not a ROS 1 bag")))
           << kept << " of " << size;
     }
   }

@@ -94,7 +94,7 @@ TEST_F(BagSourceTest, MissingAndCutOffFiles) {
   ASSERT_LT(half.imu.size(), whole.imu.size());
   for (std::size_t i = 0; i < half.imu.size(); ++i) EXPECT_EQ(half.imu[i].time, whole.imu[i].time);
   std::filesystem::resize_file(path, 4200);
-  EXPECT_THAT(message_of<InputError>([this] { read_all(path, platform()); }), HasSubstr("no message ahead of that"));
+  EXPECT_THAT(message_of<InputError>([this] { read_all(path, platform()); }), HasSubstr("no message before"));
 }
 
 TEST_F(BagSourceTest, ATopicThatIsNotThereIsNamedWithThoseThatAre) {

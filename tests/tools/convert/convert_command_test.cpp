@@ -54,7 +54,7 @@ TEST_F(ConvertCommand, ARunGivesTheSameBytesFromEveryKindOfLog) {
 TEST_F(ConvertCommand, RefusesInOneLine) {
   std::ofstream(path("text.bag")) << "no log";
   expect_refused("convert " + path("absent.bag") + " --out " + path("a.mcap"), "there is no such file");
-  expect_refused("convert " + path("text.bag") + " --out " + path("a.mcap"), "is no log");
+  expect_refused("convert " + path("text.bag") + " --out " + path("a.mcap"), "is not a log");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.txt"), "expected bag, db3, mcap");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.db3") + " --compression lz4",
                  "this format knows none, zstd");

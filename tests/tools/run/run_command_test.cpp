@@ -174,7 +174,7 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
 TEST_F(RunCommand, LogAndOutputAreLookedAtBeforeTheMaps) {
   const std::string rest = " --platform " + path("platform.yaml") + " --cloud " + path("nowhere.pcd") + " --out ";
   std::ofstream(folder_ / "text.bag") << "no log";
-  expect_refused("run " + path("text.bag") + rest + path("out"), "text.bag: is no log");
+  expect_refused("run " + path("text.bag") + rest + path("out"), "text.bag: is not a log");
   std::ofstream(folder_ / "file") << "x";
   expect_refused("run " + path("log.bag") + rest + path("file") + "/deep/out",
                  "file is not a folder; choose another --out");
@@ -228,7 +228,7 @@ TEST_F(RunCommand, FilesOfAnotherKindAreCalledWhatTheyAre) {
                  "expected a magnetic map's YAML; this looks like a platform file");
   expect_refused("run " + path("cloud.pcd") + " --out " + path("out") + " --platform " + path("platform.yaml") +
                      " --cloud " + path("cloud.pcd"),
-                 "cloud.pcd: is no log");
+                 "cloud.pcd: is not a log");
   expect_refused(call("--truth " + path("log.bag")), "expected a trajectory (TUM or EuRoC csv); this looks like a log");
 }
 
