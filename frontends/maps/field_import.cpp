@@ -17,22 +17,22 @@
 namespace lodestone {
 namespace {
 
-/// Positions closer than this are one: files round to millimetres, often to centimetres.
+/// Positions closer than this are equal: files round to millimetres, often to centimetres.
 constexpr double same_m = 5e-4;
 
-/// Measured positions scatter about their nodes: where no grid is seen otherwise, those so close are one.
+/// Measured positions vary about their nodes. If there is no grid otherwise, positions within this distance are merged.
 constexpr std::array scatters_m{same_m, 5e-3, 2e-2};
 
-/// Nodes stand further apart than what is taken for their scatter.
+/// Smallest ratio of the node spacing to that distance.
 constexpr double least_step_over_scatter = 5.0;
 
-/// A grid of more nodes a line than this is none, only numbers of few digits.
+/// A grid with more nodes per line is not a grid, only numbers with few digits.
 constexpr double most_nodes_a_row = 1000.0;
 
-/// Larger sites, and coarser maps whose places are whole numbers, are rather told in millimetres.
+/// Larger sites, or coarser maps with integer positions, are probably in millimetres.
 constexpr double largest_usual_site_m = 20e3, largest_usual_step_m = 20.0;
 
-/// The middle of each heap of values that lie closer together than `scatter`, sorted.
+/// The centres of clusters of values that are closer together than `scatter`, sorted.
 std::vector<double> heaps_of(std::vector<double> values, double scatter) {
   std::sort(values.begin(), values.end());
   std::vector<double> result;
@@ -47,16 +47,16 @@ struct Axis {
   double origin = 0.0, step = 0.0;
   int count = 0;
 
-  /// The nearest place.
+  /// Index of the nearest node.
   int place(double value) const { return static_cast<int>(std::lround((value - origin) / step)); }
 };
 
-/// The even steps that all values lie on; nothing where there are none, or one value alone.
+/// The regular grid through all values; nothing if there is none or only one value.
 std::optional<Axis> even_axis(const std::vector<double>& values) {
   if (values.size() < 2) return std::nullopt;
   double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < values.size(); ++i) smallest = std::min(smallest, values[i] - values[i - 1]);
-  // Rounded positions step unevenly: the mean of the single steps is the step.
+  // Rounded positions have uneven steps. The mean of the single steps is the spacing.
   double sum = 0.0;
   int singles = 0;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -72,7 +72,7 @@ std::optional<Axis> even_axis(const std::vector<double>& values) {
   if (!(steps >= 1.0 && steps <= 1e6)) return std::nullopt;
   axis.step = length / steps;
   axis.count = static_cast<int>(steps) + 1;
-  const double tolerance = std::min(0.05 + same_m / axis.step, 0.2);  // of a step
+  const double tolerance = std::min(0.05 + same_m / axis.step, 0.2);  // relative to the step
   for (const double value : values) {
     const double place = (value - axis.origin) / axis.step;
     if (std::abs(place - std::round(place)) > tolerance) return std::nullopt;
@@ -100,7 +100,7 @@ class Importer {
                                  static_cast<float>(row.field[2] * factor), static_cast<float>(sigma)));
     }
     constexpr std::size_t cache_bytes = 64U << 20U;
-    // A float's rounding must not put the largest sigma above the limit.
+    // Rounding of a float must not put the largest sigma above the limit.
     const double max_sigma = std::max(largest_sigma * (1.0 + 1e-6), 1e-3);
     return {MagneticMap(grid_, nodes, max_sigma, cache_bytes),
             unit_,
@@ -122,7 +122,7 @@ class Importer {
   [[noreturn]] void fail(const std::string& what) const { throw InputError(path_ + ": " + what); }
   [[noreturn]] void fail_scattered(const std::string& what) const {
     fail(what +
-         "; these are scattered readings, no grid: make a map of the survey that they are from with `lodestone map "
+         "; these are scattered readings, not a grid: build a map from the survey with `lodestone map "
          "magnetic`");
   }
 
@@ -143,11 +143,11 @@ class Importer {
     }
     const char name = "xy"[axis];
     if (heaps_of(values, same_m).size() < 2)
-      fail(fmt::format("all positions have one {}; a map needs at least two a side", name));
+      fail(fmt::format("all positions have the same {}; a map requires at least two nodes per side", name));
     fail_scattered(fmt::format("the positions' {} are not evenly spaced", name));
   }
 
-  /// Layers that most nodes of are there.
+  /// Heights at which most nodes exist.
   std::vector<double> find_heights() const {
     const std::vector<double> values = positions(2);
     for (const double scatter : scatters_m) {
@@ -161,14 +161,14 @@ class Importer {
   }
 
   void find_grid() {
-    if (table_.has_height && options_.height_m) fail("the table has heights of its own (z); leave out --height");
+    if (table_.has_height && options_.height_m) fail("the table has heights (z); omit --height");
     if (!table_.has_height && !options_.height_m)
-      fail("the table has no heights (z); say by --height at which the map is, metres");
+      fail("the table has no heights (z); set --height to the map's height in metres");
     x_ = find_axis(0);
     y_ = find_axis(1);
     if (std::abs(x_.step - y_.step) > 0.01 * std::max(x_.step, y_.step)) {
       fail(fmt::format(
-          "the nodes lie {:.4g} m apart along x and {:.4g} m along y; expected one distance: resample the grid",
+          "the nodes are {:.4g} m apart along x and {:.4g} m along y; expected equal spacing: resample the grid",
           x_.step, y_.step));
     }
     grid_.heights_m = table_.has_height ? find_heights() : std::vector<double>{*options_.height_m};
@@ -178,7 +178,7 @@ class Importer {
       fail_scattered(fmt::format("{} lines for {} x {} x {} places", table_.rows.size(), x_.count, y_.count,
                                  grid_.heights_m.size()));
     }
-    // The longer side tells the distance best.
+    // The longer side gives the most accurate spacing.
     grid_.resolution_m = x_.count >= y_.count ? x_.step : y_.step;
     grid_.origin = {x_.origin, y_.origin};
     grid_.columns = x_.count;
@@ -210,8 +210,8 @@ class Importer {
     const std::string fitting = fitting_field_unit(median);
     if (!told && fitting.empty()) {
       fail(
-          fmt::format("half of the field is above {:.4g} in its own numbers, in no unit the earth's field (20 to 70 "
-                      "microtesla); say by --unit which it is",
+          fmt::format("half of the field is above {:.4g}, which is not the earth's field in any unit (20 to 70 "
+                      "microtesla); set --unit",
                       median));
     }
     if (told) {
@@ -225,19 +225,19 @@ class Importer {
     if (median_ut_ < 0.1 || median_ut_ > 1000.0) {
       fail(fmt::format("half of the field is above {:.4g} microtesla if it is in {}; expected 0.1 to 1000{}",
                        median_ut_, options_detail::write_value(unit_),
-                       fitting.empty() ? "" : ": it looks like " + fitting + ", give --unit " + fitting));
+                       fitting.empty() ? "" : ": it looks like " + fitting + ", set --unit " + fitting));
     }
     return microtesla_per(unit_);
   }
 
   void place_rows(double factor) {
-    constexpr double largest_ut = 1e6;  // a magnet's
+    constexpr double largest_ut = 1e6;  // near a magnet
     for (const FieldTableRow& row : table_.rows) {
       if (std::isnan(row.field[0] + row.field[1] + row.field[2])) continue;
       for (const double value : {row.field[0], row.field[1], row.field[2], std::max(row.sigma, 0.0)}) {
         if (std::abs(value * factor) < largest_ut) continue;
-        throw InputError(fmt::format("{}:{}: {:g} microtesla is no field; expected less than {:g}", path_, row.line,
-                                     value * factor, largest_ut));
+        throw InputError(fmt::format("{}:{}: {:g} microtesla is not a valid field; expected less than {:g}", path_,
+                                     row.line, value * factor, largest_ut));
       }
       int layer = 0;
       if (table_.has_height) {
@@ -254,7 +254,7 @@ class Importer {
     for (std::size_t i = 1; i < placed_.size(); ++i) {
       if (placed_[i].key() != placed_[i - 1].key()) continue;
       const FieldTableRow& row = *placed_[i].row;
-      fail(fmt::format("lines {} and {} have one place, x {:g}, y {:g}; expected one line a node",
+      fail(fmt::format("lines {} and {} have the same position, x {:g}, y {:g}; expected one line per node",
                        placed_[i - 1].row->line, row.line, row.position[0], row.position[1]));
     }
     std::vector<bool> in_cell(placed_.size(), false);
@@ -272,7 +272,7 @@ class Importer {
     }
     in_cells_ = std::count(in_cell.begin(), in_cell.end(), true);
     if (10 * in_cells_ < static_cast<std::int64_t>(placed_.size())) {
-      fail_scattered(fmt::format("of {} places only {} have neighbours every {:.4g} m", placed_.size(), in_cells_,
+      fail_scattered(fmt::format("only {1} of {0} positions have neighbours every {2:.4g} m", placed_.size(), in_cells_,
                                  grid_.resolution_m));
     }
   }

@@ -10,27 +10,27 @@
 namespace lodestone {
 
 struct FieldImportOptions {
-  std::optional<FieldUnit> unit;   ///< else what the header names, else told from the field's size
-  std::optional<double> height_m;  ///< of the whole map; needed where the table has no heights, refused where it has
-  double sigma_ut = 1.0;           ///< of every node, where the table has no sigma
+  std::optional<FieldUnit> unit;   ///< otherwise from the header, or detected from the field's magnitude
+  std::optional<double> height_m;  ///< of the whole map; required if the table has no heights, otherwise refused
+  double sigma_ut = 1.0;           ///< of every node, if the table has no sigma
 };
 
 struct ImportedField {
   MagneticMap map;
   FieldUnit unit = FieldUnit::microtesla;
   bool unit_from_size = false;
-  bool has_sigma = false;        ///< whether the table has
+  bool has_sigma = false;        ///< whether the table has sigma
   double median_ut = 0.0;        ///< of the field's magnitude
   std::int64_t nodes = 0;        ///< with field
-  std::int64_t in_cells = 0;     ///< of them with three neighbours in a square: elsewhere there is no interpolation
-  bool metres_in_doubt = false;  ///< nobody says that the positions are metres, and they look like millimetres
+  std::int64_t in_cells = 0;     ///< nodes with three neighbours in a square, as interpolation requires
+  bool metres_in_doubt = false;  ///< the unit of positions is not stated, and they look like millimetres
 };
 
-/// Makes a map of a table (field_table.h) whose positions are nodes of a regular grid with one distance along x and y,
-/// in any order of lines, at one height or several. Nodes without a line are without field.
+/// Builds a map from a table (field_table.h) with positions on a regular grid, equally spaced along x and y, in any
+/// order of lines, at one or several heights. Nodes without a line have no field.
 ///
-/// Throws InputError, naming the file, where a line cannot be read, the positions are scattered (then `map magnetic` is
-/// the way), the distances along x and y differ, two lines have one place, or the field's size is that of no unit.
+/// Throws InputError with the file's name if a line cannot be read, the positions are scattered (use `map magnetic`),
+/// the spacings along x and y differ, two lines have the same position, or the field's magnitude fits no unit.
 ImportedField import_field_table(const std::string& path, const FieldImportOptions& options);
 
 }  // namespace lodestone

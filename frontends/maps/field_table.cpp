@@ -18,10 +18,10 @@
 namespace lodestone {
 namespace {
 
-/// Columns of a table, by what they hold.
+/// Columns of a table, by content.
 enum Column { x, y, z, field_x, field_y, field_z, sigma, columns };
 
-/// Letters and digits alone, small: "B_x [uT]" is "bxut".
+/// Letters and digits only, lower case: "B_x [uT]" is "bxut".
 std::string plain(std::string_view name) {
   std::string result;
   for (const char letter : name) {
@@ -40,7 +40,7 @@ bool take_ending(std::string& name, std::string_view ending) {
   return true;
 }
 
-/// What a column's name says; `columns` where nothing that counts.
+/// Meaning of a column's name; `columns` if it is unknown.
 struct ColumnName {
   explicit ColumnName(std::string_view text) : name(plain(text)) {
     if (find()) return;
@@ -106,7 +106,7 @@ class TableReader {
     std::error_code code;
     if (!std::filesystem::exists(path_, code)) throw InputError(path_ + ": there is no such file");
     if (!std::filesystem::is_regular_file(path_, code))
-      throw InputError(path_ + ": expected a text table, found no file");
+      throw InputError(path_ + ": expected a text table, but this is not a file");
     const SeemingKind kind = seeming_kind_of_file(path_);
     if (kind == SeemingKind::log || kind == SeemingKind::point_cloud || kind == SeemingKind::raster) {
       throw InputError(path_ + ": expected a table of x, y, z, Bx, By, Bz in text" + looks_like(path_));
@@ -116,11 +116,12 @@ class TableReader {
     for (std::string line; std::getline(file, line);) {
       ++number_;
       std::string_view text = trimmed(line);
-      if (number_ == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as some spreadsheets begin a file
+      if (number_ == 1 && text.starts_with("\xEF\xBB\xBF"))
+        text.remove_prefix(3);  // byte-order mark of some spreadsheets
       if (!text.empty()) take(text);
     }
     if (table_.rows.empty())
-      throw InputError(path_ + ": has no line of numbers; expected x, y, z and the field's three components");
+      throw InputError(path_ + ": there is no line of numbers; expected x, y, z and the field's three components");
     return std::move(table_);
   }
 
@@ -141,7 +142,7 @@ class TableReader {
           std::none_of(cells.begin(), cells.end(), [&](auto cell) { return parse_number(cell, ignored); });
       if (words && (take_header(cells) || comment)) return;
       if (words) {
-        fail(fmt::format("found the columns {}; expected x, y, z, Bx, By, Bz, and perhaps sigma",
+        fail(fmt::format("found the columns {}; expected x, y, z, Bx, By, Bz, and optionally sigma",
                          join_names({cells.begin(), cells.end()})));
       }
       if (comment) return;
@@ -160,7 +161,7 @@ class TableReader {
       if (name.sigma_of_an_axis && of_an_axis.empty()) of_an_axis = cells[i];
       if (name.kind == columns) continue;
       int& place = places[name.kind];
-      if (place >= 0) fail(fmt::format("two columns are called like '{}'", cells[i]));
+      if (place >= 0) fail(fmt::format("two columns have the meaning of '{}'; rename or remove one", cells[i]));
       place = static_cast<int>(i);
       if (name.length_unit == "mm" || name.length_unit == "cm") {
         fail(fmt::format("the column '{}' is in {}; expected metres", cells[i], name.length_unit));
@@ -168,7 +169,7 @@ class TableReader {
       table_.names_metres = table_.names_metres || !name.length_unit.empty();
       if (name.kind >= field_x && name.unit) {
         if (table_.unit && table_.unit != name.unit) {
-          fail(fmt::format("the columns '{}' and '{}' have different units; write the field and its sigma in one",
+          fail(fmt::format("the columns '{}' and '{}' have different units; use one unit for field and sigma",
                            cells[with_unit], cells[i]));
         }
         table_.unit = name.unit;
@@ -184,7 +185,7 @@ class TableReader {
     }
     if (places[sigma] < 0 && !of_an_axis.empty()) {
       fail(fmt::format(
-          "the column '{}' is the sigma of one axis; expected one column 'sigma' for all three: name the largest so",
+          "the column '{}' is the sigma of one axis; expected one column 'sigma' for all three: use the largest",
           of_an_axis));
     }
     places_ = places;
@@ -195,8 +196,8 @@ class TableReader {
   void take_order(std::size_t cells) {
     if (cells < 5 || cells > 7) {
       fail(fmt::format(
-          "{} columns without names; expected x y z Bx By Bz, x y z Bx By Bz sigma, or x y Bx By Bz; name them "
-          "in a first line",
+          "{} columns without names; expected x y z Bx By Bz, x y z Bx By Bz sigma, or x y Bx By Bz; name the columns "
+          "in a header line",
           cells));
     }
     table_.has_height = cells > 5;
@@ -217,17 +218,16 @@ class TableReader {
       const std::string_view cell = place < cells.size() ? cells[place] : std::string_view();
       double value = 0.0;
       if (!parse_number(cell, value)) {
-        if (column < field_x || !cell.empty())
-          fail(fmt::format("'{}' is no number, in the column {}", cell, place + 1));
-        value = std::numeric_limits<double>::quiet_NaN();  // an empty cell: no field there
+        if (column < field_x || !cell.empty()) fail(fmt::format("'{}' is not a number, in column {}", cell, place + 1));
+        value = std::numeric_limits<double>::quiet_NaN();  // an empty cell is a node without field
       }
       if (column < field_x) {
-        if (!std::isfinite(value)) fail(fmt::format("'{}' is no position, in the column {}", cell, place + 1));
+        if (!std::isfinite(value)) fail(fmt::format("'{}' is not a position, in column {}", cell, place + 1));
         row.position[column] = value;
       } else if (column < sigma) {
         row.field[column - field_x] = value;
       } else {
-        if (!(value >= 0.0)) fail(fmt::format("'{}' is no sigma, in the column {}", cell, place + 1));
+        if (!(value >= 0.0)) fail(fmt::format("'{}' is not a sigma, in column {}", cell, place + 1));
         row.sigma = value;
       }
     }
@@ -237,7 +237,7 @@ class TableReader {
   std::string path_;
   int number_ = 0;
   char separator_ = ',';
-  bool ordered_ = false;  ///< whether `places_` holds
+  bool ordered_ = false;  ///< whether `places_` is set
   std::array<int, columns> places_{};
   FieldTable table_;
 };

@@ -46,7 +46,8 @@ void write_magnetic_difference(const MagneticDifference& difference, const std::
   std::string heights;
   for (const double height : grid.heights_m) heights += (heights.empty() ? "" : ", ") + fmt::format("{}", height);
   std::string text =
-      "# Difference of two magnetic maps, second less first. Pages of the image: dB_x, dB_y, dB_z, |dB| of each layer, "
+      "# Difference of two magnetic maps, second minus first. Pages of the image: dB_x, dB_y, dB_z, |dB| of each "
+      "layer, "
       "float32.\n"
       "# A pixel is a node; the image's first row has the largest y; origin_m is the centre of the lower left pixel.\n";
   text +=

@@ -6,9 +6,9 @@
 
 namespace lodestone {
 
-/// Writes a difference of two magnetic maps as a raster beside its description, laid out as magnetic maps are:
-/// `yaml_path` and the same name with .tif, whose pages are ΔB_x, ΔB_y, ΔB_z, |ΔB| (µT) of each layer; NaN where
-/// nothing was compared. `first`, `second`: the maps' files, for people. Throws InputError where that fails.
+/// Writes a difference of two magnetic maps in the format of magnetic maps: `yaml_path`, and a .tif of the same name
+/// with the pages ΔB_x, ΔB_y, ΔB_z, |ΔB| (µT) of each layer; NaN where nothing was compared. `first`, `second`: names
+/// of the maps' files. Throws InputError if this fails.
 void write_magnetic_difference(const MagneticDifference& difference, const std::string& first,
                                const std::string& second, const std::string& yaml_path);
 

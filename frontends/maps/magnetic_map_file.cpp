@@ -20,13 +20,13 @@ namespace {
 constexpr int pages_per_layer = 4;
 constexpr const char* unit = "microtesla";
 
-/// The nodes of a map in its file.
+/// The nodes of a map, read from its file.
 class RasterNodes final : public FieldNodes {
  public:
   explicit RasterNodes(std::unique_ptr<const RasterFile> file) : file_(std::move(file)) {}
 
   bool read(int layer, int row, int column, int rows, int columns, Eigen::Vector4f* nodes) const override {
-    for (int page = pages_per_layer - 1; page >= 0; --page) {  // sigma first: where there is none, there is no field
+    for (int page = pages_per_layer - 1; page >= 0; --page) {  // sigma first: nodes without sigma have no field
       const cv::Mat1f values = file_->read(layer * pages_per_layer + page, {column, row, columns, rows});
       bool any = false;
       for (std::size_t i = 0; i < values.total(); ++i) {
@@ -74,7 +74,7 @@ double positive(const ConfigurationNode& node) {
 void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, const std::string& yaml_path, int tile) {
   const std::filesystem::path image = std::filesystem::path(yaml_path).replace_extension(".tif");
   if (image == std::filesystem::path(yaml_path)) {
-    throw InputError(yaml_path + ": expected a name ending in .yaml; the image beside it takes .tif");
+    throw InputError(yaml_path + ": expected a name ending in .yaml; .tif is the ending of the image");
   }
   const FieldGrid& grid = map.grid();
   std::string heights;
@@ -106,8 +106,7 @@ std::string image_of_magnetic_map(const std::string& yaml_path) {
 MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes) {
   const std::string ending = std::filesystem::path(yaml_path).extension().string();
   if (ending == ".csv" || ending == ".txt" || ending == ".tsv") {
-    throw InputError(yaml_path +
-                     ": expected a magnetic map's YAML; make one of this table with `lodestone map import`");
+    throw InputError(yaml_path + ": expected a magnetic map's YAML; convert this table with `lodestone map import`");
   }
   require_kind(yaml_path, SeemingKind::magnetic_map, "a magnetic map's YAML");
   const ConfigurationNode node = ConfigurationNode::load(yaml_path);
@@ -133,7 +132,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   const std::string image = image_beside(yaml_path, node);
   std::error_code code;
   if (!std::filesystem::is_regular_file(image, code)) {
-    throw InputError(image + ": there is no such file, though the map's yaml names it as its image");
+    throw InputError(image + ": there is no such file, but the map's YAML names this image; copy it there");
   }
   auto file = std::make_unique<const RasterFile>(image);
   const std::size_t expected = pages_per_layer * grid.heights_m.size();
@@ -145,7 +144,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   grid.rows = file->size().height;
   if (grid.columns < 2 || grid.rows < 2) {
     throw InputError(
-        fmt::format("{}: {} x {} pixels; a map needs at least two a side", image, grid.columns, grid.rows));
+        fmt::format("{}: {} x {} pixels; a map requires at least two pixels per side", image, grid.columns, grid.rows));
   }
   return MagneticMap(grid, std::make_shared<RasterNodes>(std::move(file)), max_sigma, max_bytes);
 }

@@ -15,10 +15,10 @@ namespace lodestone {
 
 namespace {
 
-/// Beyond the LiDAR's range: what a robot drives during a scan, as its points are moved to the scan's end, and a voxel.
+/// Margin beyond the LiDAR's range: motion during a scan, and a voxel.
 constexpr double kBeyondRange = 10.0;
 
-/// How far from the robot planes may be looked for.
+/// Largest distance from the robot at which planes are required.
 double reach_of(const PlaneMapOptions& options, const LidarModel& lidar) {
   const double needed = lidar.max_range_m + lidar.T_imu_lidar.position.norm() + kBeyondRange;
   if (options.resident_radius_m == 0.0) return needed;
@@ -26,13 +26,13 @@ double reach_of(const PlaneMapOptions& options, const LidarModel& lidar) {
   if (reach < needed) {
     throw InputError(fmt::format(
         "lidar.map.resident_radius_m: expected at least {:.1f} m (the LiDAR's range of {} m, {} m "
-        "beyond it and half a tile), found {}; raise it or leave it 0",
+        "margin and half a tile), found {}; increase the value or set 0",
         needed + options.resident_radius_m - reach, lidar.max_range_m, kBeyondRange, options.resident_radius_m));
   }
   return reach;
 }
 
-/// Hands on the points that lie in voxels with numbers: all of a site's, unless the voxels are very fine.
+/// Keeps points within the range of voxel indices: all points of a site, unless the voxels are very small.
 class WithinVoxels {
  public:
   explicit WithinVoxels(double voxel_m) : reach_m_(static_cast<float>(voxels_reach_m(voxel_m))) {}
@@ -51,15 +51,15 @@ class WithinVoxels {
     if (dropped_ == 0) return;
     if (2 * dropped_ > all_) {
       throw InputError(fmt::format(
-          "{}: {} of {} points lie further than {:.0f} m from the origin, where voxels of lidar.map.voxel_m = {:g} "
-          "end; raise it, or shift the cloud, the field map, the truth and the start to an origin at the site",
+          "{}: {} of {} points are farther than {:.0f} m from the origin, the limit for lidar.map.voxel_m = {:g}; "
+          "increase voxel_m, or shift cloud, field map, ground truth and initial pose to an origin at the site",
           path, dropped_, all_, reach_m_, voxel_m));
     }
     warnings.add(
         "cloud.far_points",
         fmt::format(
-            "{}: map points further than {:.0f} m from the origin were dropped: voxels of lidar.map.voxel_m = {:g} are "
-            "counted no further",
+            "{}: map points farther than {:.0f} m from the origin, the limit for lidar.map.voxel_m = {:g}, were "
+            "dropped",
             path, reach_m_, voxel_m),
         0, dropped_);
   }

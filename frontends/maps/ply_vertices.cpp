@@ -47,20 +47,21 @@ constexpr std::array<NumberName, 16> number_names{{{"char", 'I', 1},
 PlyVertices::PlyVertices(const std::string& path) : path_(path), stream_(path, std::ios::binary) {
   std::error_code code;
   size_ = std::filesystem::file_size(path, code);
-  if (!stream_ || code) fail("it cannot be opened");
+  if (!stream_ || code) fail("the file cannot be opened");
   read_header();
   find_coordinates();
   for (std::size_t i = 0; i < vertex_; ++i) skip(elements_[i]);
 }
 
 void PlyVertices::fail(const std::string& what) const {
-  throw InputError(fmt::format("{}: the point cloud cannot be read: it is malformed or truncated: {}", path_, what));
+  throw InputError(fmt::format(
+      "{}: the point cloud cannot be read: it is malformed or truncated: {}; copy or write it again", path_, what));
 }
 
 bool PlyVertices::header_line(std::string& line) {
   line.clear();
   for (char one = 0; stream_.get(one) && one != '\n';) {
-    if (line.size() == longest_header_line) fail("its header has a line without end");
+    if (line.size() == longest_header_line) fail("a line of the header does not end");
     line += one;
   }
   while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back())) != 0) line.pop_back();
@@ -69,35 +70,35 @@ bool PlyVertices::header_line(std::string& line) {
 
 void PlyVertices::read_header() {
   header_line(line_);
-  if (line_ != "ply") fail("its first line is not 'ply'");
+  if (line_ != "ply") fail("the first line is not 'ply'");
   bool has_format = false;
   while (header_line(line_)) {
     std::istringstream words(line_);
     std::string key, name;
     words >> key;
     if (key == "end_header") {
-      if (!has_format) fail("its header has no line format");
+      if (!has_format) fail("the header has no line format");
       return;
     }
     if (key.empty() || key == "comment" || key == "obj_info") continue;
     if (key == "format") {
-      if (!(words >> name)) fail("its line format is empty");
+      if (!(words >> name)) fail("the line format is empty");
       take_format(name);
       has_format = true;
     } else if (key == "element") {
       std::string count;
       Element element;
       if (!(words >> element.name >> count) || !parse_number(count, element.count))
-        fail("its header has an element without a count");
-      if (elements_.size() == most_properties) fail("its header names too many elements");
+        fail("the header has an element without a count");
+      if (elements_.size() == most_properties) fail("the header has too many elements");
       elements_.push_back(std::move(element));
     } else if (key == "property") {
       take_property(words);
     } else {
-      fail("its header has a line of no known kind");
+      fail("the header has an unknown line");
     }
   }
-  fail("its header has no end");
+  fail("the header has no end");
 }
 
 void PlyVertices::take_format(const std::string& kind) {
@@ -108,7 +109,7 @@ void PlyVertices::take_format(const std::string& kind) {
   } else if (kind == "binary_big_endian") {
     encoding_ = Encoding::big_endian;
   } else {
-    fail("its format is neither ascii nor binary_little_endian nor binary_big_endian");
+    fail("the format is neither ascii nor binary_little_endian nor binary_big_endian");
   }
 }
 
@@ -116,32 +117,32 @@ PlyVertices::Property PlyVertices::number_type(const std::string& name) const {
   for (const NumberName& each : number_names) {
     if (name == each.name) return {"", each.type, each.size, 0};
   }
-  fail("its header has a property of no known type");
+  fail("the header has a property of unknown type");
 }
 
 void PlyVertices::take_property(std::istream& words) {
-  if (elements_.empty()) fail("its header has a property before any element");
+  if (elements_.empty()) fail("the header has a property before any element");
   std::string type, name;
   words >> type;
   int count_size = 0;
   if (type == "list") {
     words >> type;
     const Property count = number_type(type);
-    if (count.type == 'F') fail("its header has a list whose count is no whole number");
+    if (count.type == 'F') fail("the header has a list whose count is not an integer");
     count_size = count.size;
     words >> type;
   }
   Property property = number_type(type);
   property.count_size = count_size;
-  if (!(words >> property.name)) fail("its header has a property without a name");
-  if (elements_.back().properties.size() == most_properties) fail("its header names too many properties");
+  if (!(words >> property.name)) fail("the header has a property without a name");
+  if (elements_.back().properties.size() == most_properties) fail("the header has too many properties");
   elements_.back().properties.push_back(std::move(property));
 }
 
 void PlyVertices::find_coordinates() {
   const auto found =
       std::find_if(elements_.begin(), elements_.end(), [](const Element& each) { return each.name == "vertex"; });
-  if (found == elements_.end()) fail("its header has no element vertex");
+  if (found == elements_.end()) fail("the header has no element vertex");
   vertex_ = static_cast<std::size_t>(found - elements_.begin());
   for (std::size_t row = 0; row < 3; ++row) {
     const std::string name(1, "xyz"[row]);
@@ -154,26 +155,26 @@ void PlyVertices::find_coordinates() {
           fmt::format("{}: the points have no field '{}'; the file has {}", path_, name, join_names(names)));
     }
     if (property->type != 'F' || property->count_size > 0) {
-      throw InputError(fmt::format("{}: the field '{}' is no floating-point number", path_, name));
+      throw InputError(fmt::format("{}: the field '{}' is not a floating-point number", path_, name));
     }
     coordinates_[row] = static_cast<std::size_t>(property - found->properties.begin());
   }
 }
 
-/// Passes over an element that stands before the vertices.
+/// Skips an element before the vertices.
 void PlyVertices::skip(const Element& element) {
   if (element.properties.empty()) return;
-  std::uint64_t bytes = 0;  // of one; a text's has a line
+  std::uint64_t bytes = 0;  // per instance; in a text, one line
   bool has_list = false;
   for (const Property& each : element.properties) {
     bytes += static_cast<std::uint64_t>(each.count_size > 0 ? each.count_size : each.size);
     has_list = has_list || each.count_size > 0;
   }
-  if (element.count > size_ / (encoding_ == Encoding::text ? 1 : bytes)) fail("it announces more than it holds");
+  if (element.count > size_ / (encoding_ == Encoding::text ? 1 : bytes)) fail("it announces more than it contains");
   if (encoding_ != Encoding::text && !has_list) return skip_bytes(element.count * bytes);
   for (std::uint64_t i = 0; i < element.count; ++i) {
     if (encoding_ == Encoding::text) {
-      if (!std::getline(stream_, line_)) fail("it ends too early");
+      if (!std::getline(stream_, line_)) fail("the file ends too early");
       continue;
     }
     for (const Property& each : element.properties) {
@@ -184,17 +185,17 @@ void PlyVertices::skip(const Element& element) {
 
 void PlyVertices::skip_bytes(std::uint64_t count) {
   const auto at = static_cast<std::uint64_t>(stream_.tellg());
-  if (!stream_ || count > size_ - at) fail("it ends too early");
+  if (!stream_ || count > size_ - at) fail("the file ends too early");
   stream_.seekg(static_cast<std::streamoff>(at + count));
 }
 
-/// The lowest byte first.
+/// Reads bytes in little-endian order.
 void PlyVertices::read_bytes(std::uint8_t* bytes, int count) {
-  if (!stream_.read(reinterpret_cast<char*>(bytes), count)) fail("it ends too early");
+  if (!stream_.read(reinterpret_cast<char*>(bytes), count)) fail("the file ends too early");
   if (encoding_ == Encoding::big_endian) std::reverse(bytes, bytes + count);
 }
 
-/// Reads a list's count and says how many bytes follow.
+/// Reads a list's count and returns the number of bytes that follow.
 std::uint64_t PlyVertices::list_bytes(const Property& list) {
   std::array<std::uint8_t, longest_number> bytes{};
   read_bytes(bytes.data(), list.count_size);
@@ -230,7 +231,7 @@ Eigen::Vector3f PlyVertices::next_binary() {
 
 Eigen::Vector3f PlyVertices::next_text() {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
-  if (!std::getline(stream_, line_)) fail("it ends too early");
+  if (!std::getline(stream_, line_)) fail("the file ends too early");
   std::istringstream words(line_);
   std::string word;
   const auto next_word = [&]() {
@@ -250,7 +251,7 @@ Eigen::Vector3f PlyVertices::next_text() {
       double value = 0.0;
       float single = 0.0F;
       const bool is_double = properties[i].size == 8;
-      if (!(is_double ? parse_number(word, value) : parse_number(word, single))) fail("a coordinate is no number");
+      if (!(is_double ? parse_number(word, value) : parse_number(word, single))) fail("a coordinate is not a number");
       position[static_cast<int>(row)] = is_double ? static_cast<float>(value) : single;
     }
   }

@@ -9,17 +9,17 @@
 
 namespace lodestone {
 
-/// The positions of a PLY file's vertices, one after the other: text or binary of either byte order, coordinates as
-/// float or double, whatever other properties and elements lie beside them. What the header announces is not believed:
-/// memory is taken for one vertex, and the bytes must be there.
+/// Streams the positions of a PLY file's vertices: text or binary of either byte order, coordinates as float or double,
+/// with any other properties and elements. Announced sizes are not trusted: memory is required for one vertex only, and
+/// the bytes must exist.
 class PlyVertices {
  public:
-  /// Reads the header. Throws InputError where it is none, or has no vertices with x, y and z.
+  /// Reads the header. Throws InputError if it is invalid, or has no vertices with x, y and z.
   explicit PlyVertices(const std::string& path);
 
   std::uint64_t count() const { return elements_[vertex_].count; }
 
-  /// The next of count(). Throws InputError where the file ends before, or holds no number where one belongs.
+  /// The next of count() positions. Throws InputError if the file ends before, or a value is not a number.
   Eigen::Vector3f next();
 
  private:
@@ -52,11 +52,11 @@ class PlyVertices {
 
   std::string path_;
   std::ifstream stream_;
-  std::uint64_t size_ = 0;  ///< of the file, bytes
+  std::uint64_t size_ = 0;  ///< size of the file, bytes
   Encoding encoding_ = Encoding::text;
   std::vector<Element> elements_;
-  std::size_t vertex_ = 0;                    ///< among the elements
-  std::array<std::size_t, 3> coordinates_{};  ///< among the vertex' properties
+  std::size_t vertex_ = 0;                    ///< index of the vertex element
+  std::array<std::size_t, 3> coordinates_{};  ///< indices of the vertex properties
   std::string line_;
 };
 

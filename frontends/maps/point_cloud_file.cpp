@@ -22,12 +22,12 @@
 namespace lodestone {
 namespace {
 
-/// Of a cloud that PCL reads in one piece; larger ones are written uncompressed, as binary PCD, and streamed.
+/// Limit for clouds that PCL reads at once. Larger clouds must be uncompressed binary PCD, which is streamed.
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 34;
 
 enum class Format { pcd, ply };
 
-/// Told by the file's first bytes, not by its name.
+/// The format by the file's first bytes, not by its name.
 Format format_of(const std::string& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code)) throw InputError(path + ": there is no such file");
@@ -37,8 +37,8 @@ Format format_of(const std::string& path) {
   while (std::getline(stream, line) && (line.size() < 4096 || line.rfind("LASF", 0) == 0)) {
     if (line.rfind("ply", 0) == 0) return Format::ply;
     if (line.rfind("LASF", 0) == 0) {
-      throw InputError(path +
-                       ": is a LAS or LAZ file, which is not read; make a PLY of it: pdal translate map.laz map.ply");
+      throw InputError(
+          path + ": LAS and LAZ files are not supported; convert the file to PLY: pdal translate map.laz map.ply");
     }
     if (line.rfind("VERSION", 0) == 0 || line.rfind("FIELDS", 0) == 0) return Format::pcd;
     if (!line.empty() && line[0] != '#' && line != "\r") break;
@@ -47,13 +47,13 @@ Format format_of(const std::string& path) {
                    looks_like(path));
 }
 
-/// A coordinate's place in a point, whose kind may be float or double.
+/// Offset and type (float or double) of a coordinate in a point.
 struct Coordinate {
   std::int64_t offset;
   bool is_double;
 };
 
-/// How x, y and z lie in points of `bytes`. PCL's own conversion to PointXYZ refuses doubles.
+/// Layout of x, y and z in points of `bytes`. PCL's conversion to PointXYZ refuses doubles.
 struct PositionLayout {
   PositionLayout(const std::string& path, const std::vector<PointFieldLayout>& fields, std::int64_t point_bytes)
       : bytes(point_bytes) {
@@ -68,7 +68,7 @@ struct PositionLayout {
             fmt::format("{}: the points have no field '{}'; the file has {}", path, name, join_names(names)));
       }
       if (field->type != 'F' || (field->size != 4 && field->size != 8)) {
-        throw InputError(fmt::format("{}: the field '{}' is no floating-point number", path, name));
+        throw InputError(fmt::format("{}: the field '{}' is not a floating-point number", path, name));
       }
       coordinates[row] = {field->offset, field->size == 8};
     }
@@ -103,13 +103,13 @@ constexpr const char* kMalformed = "it is malformed or truncated";
   throw InputError(path + ": the point cloud has no points; expected a map of the site");
 }
 
-/// Beyond it floats are more than a centimetre apart, m: coordinates of a country's grid, not of a site. Voxels of an
-/// eighth of a metre have numbers up to here.
+/// Farther away, floats are more than a centimetre apart, m: coordinates of a country, not of a site. Voxels of an
+/// eighth of a metre have indices up to here.
 constexpr float kLargestSite_m = 131'072.0F;
-/// Beyond it there is not even a country.
+/// Limit of plausible coordinates.
 constexpr float kFarthest_m = 1e7F;
 
-/// Hands finite positions on in pieces and counts the others.
+/// Passes finite positions on in pieces and counts the others.
 class PositionStream {
  public:
   explicit PositionStream(const PointSink& sink) : sink_(sink) { piece_.reserve(kPointsAPiece); }
@@ -146,13 +146,13 @@ class PositionStream {
     }
     if (off_site_ > kept_) {
       throw InputError(fmt::format(
-          "{}: its origin is far away, a point lies at ({:.0f}, {:.0f}, {:.0f}) m, where points are stored "
-          "centimetres apart and more; expected metres from an origin at the site; subtract one shift from the "
-          "cloud, the field map, the truth and the start",
+          "{}: the origin is far away, a point is at ({:.0f}, {:.0f}, {:.0f}) m, where the precision of floats is "
+          "centimetres or worse; expected metres from an origin at the site; subtract one shift from the "
+          "cloud, the field map, the ground truth and the initial pose",
           path, first_off_site_.x(), first_off_site_.y(), first_off_site_.z()));
     }
     if (off_site_ + too_far_ > 0) {
-      warnings.add("cloud.far_points", path + ": map points further than 131 km from the origin were dropped", 0,
+      warnings.add("cloud.far_points", path + ": map points farther than 131 km from the origin were dropped", 0,
                    off_site_ + too_far_);
     }
     if (dropped_ > 0) {
@@ -174,8 +174,8 @@ class PositionStream {
   std::vector<Eigen::Vector3f> piece_;
   std::int64_t kept_ = 0;
   std::int64_t dropped_ = 0;   ///< not finite
-  std::int64_t too_far_ = 0;   ///< dropped as well
-  std::int64_t off_site_ = 0;  ///< dropped as well: nearer than those
+  std::int64_t too_far_ = 0;   ///< also dropped
+  std::int64_t off_site_ = 0;  ///< also dropped; nearer than the limit of plausible coordinates
   Eigen::Vector3f first_off_site_ = Eigen::Vector3f::Zero();
 };
 
@@ -184,14 +184,14 @@ void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionSt
   const auto there = static_cast<std::int64_t>(std::filesystem::file_size(path)) - pcd.data_offset;
   if (there / pcd.point_bytes < pcd.points) {
     throw InputError(
-        fmt::format("{}: is cut off: its header announces {} points of {} bytes, and {} points ({} bytes) follow it; "
+        fmt::format("{}: is cut off: the header announces {} points of {} bytes, but {} points ({} bytes) follow; "
                     "copy or write it again",
                     path, pcd.points, pcd.point_bytes, there / pcd.point_bytes, there));
   }
   const PositionLayout layout(path, pcd.fields, pcd.point_bytes);
   std::ifstream stream(path, std::ios::binary);
   stream.seekg(pcd.data_offset);
-  // A point of many values is no reason for a large piece.
+  // Points with many fields must not make pieces large.
   constexpr std::int64_t kPartBytes = std::int64_t{1} << 22;
   const std::int64_t part_points =
       std::clamp<std::int64_t>(kPartBytes / pcd.point_bytes, 1, PositionStream::kPointsAPiece);
@@ -209,9 +209,9 @@ void stream_ply(const std::string& path, PositionStream& positions) {
   for (std::uint64_t i = 0; i < vertices.count(); ++i) positions.add(vertices.next());
 }
 
-/// PCD as text or packed goes through PCL, in one piece.
+/// Text or packed PCD is read at once by PCL.
 void read_by_pcl(const std::string& path, PositionStream& positions) {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // its complaints are ours to word
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // errors are reported by InputError
   pcl::PCLPointCloud2 cloud;
   int result = -1;
   std::string reason = kMalformed;

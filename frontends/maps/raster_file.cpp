@@ -29,8 +29,8 @@ bool is_float_page(TIFF* file) {
   return bits == 32 && samples == 1 && format == SAMPLEFORMAT_IEEEFP;
 }
 
-/// What a file's bytes can unpack to, at most so many times as much. What unpacks to less than a tile cannot be read,
-/// so that nothing readable is refused.
+/// Upper limit of the unpacked bytes per packed byte. Data that unpack to less than a tile are unreadable, so that no
+/// readable file is refused.
 std::uint64_t unpacked_of_a_byte(TIFF* file) {
   std::uint16_t compression = COMPRESSION_NONE;
   TIFFGetFieldDefaulted(file, TIFFTAG_COMPRESSION, &compression);
@@ -38,7 +38,7 @@ std::uint64_t unpacked_of_a_byte(TIFF* file) {
     case COMPRESSION_NONE:
       return 1;
     case COMPRESSION_PACKBITS:
-      return 64;  // a byte 128 times, in two
+      return 64;  // two bytes for 128 repetitions
     case COMPRESSION_ADOBE_DEFLATE:
     case COMPRESSION_DEFLATE:
       return 1100;  // 258 bytes in two bits
@@ -49,27 +49,27 @@ std::uint64_t unpacked_of_a_byte(TIFF* file) {
   }
 }
 
-/// Whatever the file says, no tile takes more memory, unless all its bytes are there.
+/// Limit of a tile's memory, unless all its bytes are in the file.
 constexpr std::uint64_t most_block_bytes = 1U << 30U;
 
-/// A tile's place takes two bytes at least in the file, and so does its size.
+/// The offset and the size of a tile have at least two bytes each in the file.
 constexpr std::uint64_t least_bytes_of_a_block = 4;
 
-/// How a page is cut into tiles, or strips.
+/// Division of a page into tiles or strips.
 struct BlockCut {
   bool tiled = false;
   std::uint64_t blocks = 0;
-  std::uint64_t bytes = 0;       ///< of one, unpacked
-  std::uint64_t last_bytes = 0;  ///< of the last one: a page may end within a strip
+  std::uint64_t bytes = 0;       ///< of a tile, unpacked
+  std::uint64_t last_bytes = 0;  ///< of the last tile: a page may end within a strip
 };
 
-/// Where a page's tiles lie in the file.
+/// Positions of a page's tiles in the file.
 struct BlockPlaces {
-  std::uint64_t end = 0;  ///< of the last, bytes; what is cut off is better said before a run than in its middle
-  std::optional<std::uint64_t> too_few;  ///< bytes of one that cannot unpack to a whole one
+  std::uint64_t end = 0;                 ///< end of the last tile, bytes; detects cut-off files before a run
+  std::optional<std::uint64_t> too_few;  ///< bytes of a tile that are too few for a complete tile
 };
 
-/// Nothing where the file does not say.
+/// Nothing if the file has no such entries.
 std::optional<BlockPlaces> places_of_blocks(TIFF* file, const BlockCut& cut) {
   std::uint64_t* offsets = nullptr;
   std::uint64_t* counts = nullptr;
@@ -83,7 +83,7 @@ std::optional<BlockPlaces> places_of_blocks(TIFF* file, const BlockCut& cut) {
   constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
   BlockPlaces places;
   for (std::uint64_t i = 0; i < cut.blocks; ++i) {
-    // A sum that wraps round is as far away as can be.
+    // A sum that overflows counts as the largest value.
     const std::uint64_t end = offsets[i] + counts[i];
     places.end = std::max(places.end, end < offsets[i] ? most : end);
     const std::uint64_t needed = (i + 1 < cut.blocks ? cut.bytes : cut.last_bytes) / factor;
@@ -92,25 +92,25 @@ std::optional<BlockPlaces> places_of_blocks(TIFF* file, const BlockCut& cut) {
   return places;
 }
 
-constexpr const char* kCopyAgain = "copy it whole, or write it again";
+constexpr const char* kCopyAgain = "copy the complete file, or write it again";
 
-/// A side of a page, or of a tile.
+/// Limit for a side of a page or tile.
 constexpr std::uint32_t most_pixels = 1U << 28U;
 
 [[noreturn]] void fail_unreadable(const std::string& path) {
-  throw InputError(path + ": is no readable TIFF; write it again");
+  throw InputError(path + ": is not a readable TIFF; write it again");
 }
 
 [[noreturn]] void fail_to_read_page(const std::string& path, int page) {
   throw InputError(fmt::format("{}: page {} cannot be read; write the file again", path, page + 1));
 }
 
-/// Where the first page's description begins, as the file's first bytes say; nothing where they are no TIFF's.
+/// Offset of the first page's description according to the file's first bytes; nothing if they are not of a TIFF.
 std::optional<std::uint64_t> announced_description(const FileBytes& file) {
   std::vector<std::uint8_t> head;
   if (file.size() < 16) return std::nullopt;
   file.read(0, 16, head);
-  if (head[0] != 'I' || head[1] != 'I') return std::nullopt;  // what we write, and nearly everyone
+  if (head[0] != 'I' || head[1] != 'I') return std::nullopt;  // little-endian, like nearly all files
   if (head[2] == 42) return little_endian<std::uint32_t>(head.data() + 4);
   if (head[2] == 43) return little_endian<std::uint64_t>(head.data() + 8);
   return std::nullopt;
@@ -120,10 +120,11 @@ std::optional<std::uint64_t> announced_description(const FileBytes& file) {
   const FileBytes file(path);
   const auto announced = announced_description(file);
   if (announced && *announced >= file.size()) {
-    throw InputError(fmt::format("{}: is cut off: its header announces a page at byte {}, the file has {} bytes; {}",
-                                 path, *announced, file.size(), kCopyAgain));
+    throw InputError(
+        fmt::format("{}: is cut off: the header announces a page at byte {}, but the file has {} bytes; {}", path,
+                    *announced, file.size(), kCopyAgain));
   }
-  throw InputError(path + ": is no readable TIFF; write it again" + looks_like(path));
+  throw InputError(path + ": is not a readable TIFF; write it again" + looks_like(path));
 }
 
 }  // namespace
@@ -136,13 +137,13 @@ RasterFile::RasterFile(std::string path, std::size_t cache_bytes) : path_(std::m
   const int pages = static_cast<int>(TIFFNumberOfDirectories(first.get()));
   if (TIFFSetDirectory(first.get(), static_cast<tdir_t>(pages - 1)) == 1 && TIFFLastDirectory(first.get()) == 0) {
     throw InputError(
-        fmt::format("{}: is cut off or damaged: it announces more than the {} pages that can be read, the file has {} "
+        fmt::format("{}: is cut off or damaged: it announces more pages than the {} readable ones, and the file has {} "
                     "bytes; {}",
                     path_, pages, std::filesystem::file_size(path_), kCopyAgain));
   }
   const std::uint64_t size = std::filesystem::file_size(path_);
   for (int page = 0; page < pages; ++page) {
-    // One after the other: to go to a page by its number is to walk there from the first.
+    // In order: libtiff reaches a page by number only by walking from the first page.
     if ((page == 0 ? TIFFSetDirectory(first.get(), 0) : TIFFReadDirectory(first.get())) != 1) fail_unreadable(path_);
     describe(page, first.get(), size);
   }
@@ -163,19 +164,20 @@ void RasterFile::describe(int page, tiff* file, std::uint64_t size) {
   TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &columns);
   TIFFGetField(file, TIFFTAG_IMAGELENGTH, &rows);
   if (columns < 1 || rows < 1 || columns > most_pixels || rows > most_pixels) {
-    throw InputError(fmt::format("{}: page {} has {} x {} pixels; expected 1 to {} a side", path_, page + 1, columns,
+    throw InputError(fmt::format("{}: page {} has {} x {} pixels; expected 1 to {} per side", path_, page + 1, columns,
                                  rows, most_pixels));
   }
   if (page == 0) {
     size_ = {static_cast<int>(columns), static_cast<int>(rows)};
   } else if (size_ != cv::Size(static_cast<int>(columns), static_cast<int>(rows))) {
-    throw InputError(fmt::format("{}: page {} has {} x {} pixels, page 1 has {} x {}; all must be of one size", path_,
-                                 page + 1, columns, rows, size_.width, size_.height));
+    throw InputError(
+        fmt::format("{}: page {} has {} x {} pixels, page 1 has {} x {}; all pages must have the same size", path_,
+                    page + 1, columns, rows, size_.width, size_.height));
   }
   pages_.push_back(describe_blocks(page, file, size));
 }
 
-/// Sizes are not believed: of a few bytes a file may announce more tiles, or larger ones, than fit into any memory.
+/// Sizes are not trusted: a few bytes may announce more or larger tiles than fit in memory.
 RasterFile::Page RasterFile::describe_blocks(int page, tiff* file, std::uint64_t size) {
   auto block_columns = static_cast<std::uint32_t>(size_.width);
   auto block_rows = static_cast<std::uint32_t>(size_.height);
@@ -195,8 +197,8 @@ RasterFile::Page RasterFile::describe_blocks(int page, tiff* file, std::uint64_t
   const std::uint64_t blocks = along(size_.width, block_columns) * along(size_.height, block_rows);
   blocks_ += blocks;
   if (blocks_ > size / least_bytes_of_a_block) {
-    throw InputError(fmt::format("{}: is damaged: pages 1 to {} announce {} tiles, the file has {} bytes; {}", path_,
-                                 page + 1, blocks_, size, kCopyAgain));
+    throw InputError(fmt::format("{}: is damaged: pages 1 to {} announce {} tiles, but the file has {} bytes; {}",
+                                 path_, page + 1, blocks_, size, kCopyAgain));
   }
   const std::uint64_t bytes = sizeof(float) * block_columns * block_rows;
   const std::uint32_t last_rows = static_cast<std::uint32_t>(size_.height) -
@@ -204,21 +206,23 @@ RasterFile::Page RasterFile::describe_blocks(int page, tiff* file, std::uint64_t
   const auto places =
       places_of_blocks(file, {tiled, blocks, bytes, tiled ? bytes : sizeof(float) * block_columns * last_rows});
   if (!places)
-    throw InputError(fmt::format("{}: page {} does not say where its pixels are; {}", path_, page + 1, kCopyAgain));
+    throw InputError(fmt::format("{}: page {} has no offsets of its pixels; {}", path_, page + 1, kCopyAgain));
   if (places->end > size) {
-    throw InputError(fmt::format("{}: is cut off: page {} announces pixels up to byte {}, the file has {} bytes; {}",
-                                 path_, page + 1, places->end, size, kCopyAgain));
+    throw InputError(
+        fmt::format("{}: is cut off: page {} announces pixels up to byte {}, but the file has {} bytes; {}", path_,
+                    page + 1, places->end, size, kCopyAgain));
   }
   if (places->too_few) {
     throw InputError(fmt::format(
-        "{}: is damaged: page {} announces tiles of {} x {} pixels ({} bytes), one of which lies in {} bytes; {}",
+        "{}: is damaged: page {} announces tiles of {} x {} pixels ({} bytes), one of which has only {} bytes; {}",
         path_, page + 1, block_columns, block_rows, bytes, *places->too_few, kCopyAgain));
   }
   if (unpacked_of_a_byte(file) > 1 && bytes > most_block_bytes) {
-    throw InputError(fmt::format(
-        "{}: page {} has tiles of {} x {} pixels, which take {} bytes each; expected up to {}; save it in smaller "
-        "tiles",
-        path_, page + 1, block_columns, block_rows, bytes, most_block_bytes));
+    throw InputError(
+        fmt::format("{}: page {} has tiles of {} x {} pixels, which require {} bytes each; expected up to {}; save the "
+                    "file in smaller "
+                    "tiles",
+                    path_, page + 1, block_columns, block_rows, bytes, most_block_bytes));
   }
   return {TIFFCurrentDirOffset(file), {static_cast<int>(block_columns), static_cast<int>(block_rows)}, tiled};
 }
@@ -233,7 +237,7 @@ tiff* RasterFile::file_at(int page) const {
   return handle.file.get();
 }
 
-/// Empty if the file has no such tile.
+/// Empty if the file does not contain the tile.
 cv::Mat1f RasterFile::block(int page, std::uint32_t index) const {
   const BlockKey key(page, index);
   if (const auto found = cached_.find(key); found != cached_.end()) {
@@ -242,7 +246,7 @@ cv::Mat1f RasterFile::block(int page, std::uint32_t index) const {
   }
   const Page& shape = pages_[page];
   TIFF* file = file_at(page);
-  // GDAL leaves tiles without data out altogether: their size is 0.
+  // GDAL omits tiles without data: their size is 0.
   if (TIFFGetStrileByteCount(file, index) == 0) return {};
   // A page may end within its last strip.
   const std::int64_t there = shape.tiled ? shape.block.height : size_.height - std::int64_t{index} * shape.block.height;
@@ -267,7 +271,7 @@ cv::Mat1f RasterFile::read(int page, const cv::Rect& window) const {
   const cv::Size size = pages_[page].block;
   const int across = (size_.width + size.width - 1) / size.width;
   const cv::Rect wanted(window.x, size_.height - window.br().y, window.width,
-                        window.height);  // the file's rows, from above
+                        window.height);  // row order of the file, from above
   cv::Mat1f values(wanted.size(), unread);
   for (int row = wanted.y / size.height; row * size.height < wanted.br().y; ++row) {
     for (int column = wanted.x / size.width; column * size.width < wanted.br().x; ++column) {

@@ -16,31 +16,31 @@
 
 namespace lodestone {
 
-/// A TIFF of float32 pages of one size, in tiles or in strips, read piece by piece. Memory: what was decoded last, up
-/// to a bound. The file is open a few times, however many pages it has.
+/// A TIFF of float32 pages of equal size, in tiles or strips, read on demand. Memory: the most recently decoded tiles,
+/// up to a limit. The number of open handles does not depend on the number of pages.
 class RasterFile {
  public:
-  /// `cache_bytes`: most of the decoded tiles to keep, since neighbouring windows share them.
-  /// Throws InputError, naming the file, where it is missing, no TIFF, cut off, not of such pages, or announces more
-  /// tiles, or larger ones, than its bytes can hold.
+  /// `cache_bytes`: limit of cached decoded tiles; neighbouring windows share tiles.
+  /// Throws InputError with the file's name if the file is missing, not a TIFF, cut off, has other pages, or announces
+  /// more or larger tiles than its bytes can contain.
   explicit RasterFile(std::string path, std::size_t cache_bytes = 16U << 20U);
 
   cv::Size size() const { return size_; }  ///< columns, rows
   int pages() const { return static_cast<int>(pages_.size()); }
 
-  /// The pixels of a window within the raster, rows from below. Thread-safe. Throws InputError if the file cannot be
-  /// read any more.
+  /// The pixels of a window within the raster, rows from below. Thread-safe. Throws InputError if the file is no longer
+  /// readable.
   cv::Mat1f read(int page, const cv::Rect& window) const;
 
  private:
   using BlockKey = std::pair<int, std::uint32_t>;  ///< page, tile
-  /// Of one page.
+  /// One page.
   struct Page {
-    std::uint64_t offset = 0;  ///< of its description in the file
+    std::uint64_t offset = 0;  ///< of the page's description in the file
     cv::Size block;            ///< pixels of one tile, or strip
     bool tiled = false;
   };
-  /// An open file, which is at one page at a time.
+  /// An open file, positioned at one page.
   struct Handle {
     TiffHandle file;
     int page = -1;
@@ -56,12 +56,12 @@ class RasterFile {
   std::vector<Page> pages_;
   std::uint64_t blocks_ = 0;  ///< tiles of all pages
   mutable std::mutex mutex_;
-  /// libtiff reads a page's whole description anew when it comes to it, and a query asks for the eight pages of two
-  /// neighbouring layers in turn: page n is read through handle n mod 16. All are opened at the start, so that they are
-  /// of one file, whatever replaces it later.
+  /// libtiff reads a page's description each time it moves to the page, and a query alternates between the eight pages
+  /// of two neighbouring layers. Therefore page n is read through handle n mod 16. All handles are opened at once, so
+  /// that they refer to the same file even if it is replaced later.
   mutable std::array<Handle, 16> handles_;
   mutable std::size_t cached_bytes_ = 0;
-  mutable std::list<std::pair<BlockKey, cv::Mat1f>> cache_;  ///< the last used in front
+  mutable std::list<std::pair<BlockKey, cv::Mat1f>> cache_;  ///< most recently used in front
   mutable std::map<BlockKey, std::list<std::pair<BlockKey, cv::Mat1f>>::iterator> cached_;
 };
 

@@ -5,9 +5,9 @@
 
 namespace lodestone {
 
-/// Size and place of a raster. Pixels are nodes: pixel (column, row) lies at origin + pixel_m * (column, row). Windows
-/// (cv::Rect) and matrices count rows from below, as y increases. Files count rows from above; only the reader and the
-/// writer know.
+/// Size and position of a raster. Pixels are nodes: pixel (column, row) is at origin + pixel_m * (column, row). Windows
+/// (cv::Rect) and matrices count rows from below, with increasing y. Files count rows from above; only reader and
+/// writer convert.
 struct RasterLayout {
   cv::Size size;  ///< columns, rows
   double pixel_m = 1.0;

@@ -19,7 +19,7 @@ constexpr float unwritten = std::numeric_limits<float>::quiet_NaN();
 
 bool set_tags(TIFF* file, const RasterLayout& layout, int tile, int page, int pages, const std::string& name) {
   const double scale[3] = {layout.pixel_m, layout.pixel_m, 0.0};
-  // The tie point is the upper left corner of the upper left pixel, whose centre is its node.
+  // The tie point is the upper left corner of the upper left pixel. The node is that pixel's centre.
   const double tie_point[6] = {0.0,
                                0.0,
                                0.0,
@@ -66,10 +66,10 @@ bool write_page(TIFF* file, const RasterLayout& layout, int tile, int page, cons
 void write_raster(const std::filesystem::path& path, const RasterLayout& layout, int tile,
                   const std::vector<std::string>& page_names, const RasterFill& fill) {
   if (layout.size.empty() || tile < 16 || tile % 16 != 0) {
-    throw std::invalid_argument("a raster needs pixels, and tiles of a multiple of 16 of them");
+    throw std::invalid_argument("write_raster: expected at least one pixel, and a tile size that is a multiple of 16");
   }
   const std::filesystem::path aside = aside_name(path.string());
-  // Classic TIFF ends at 4 GiB; deflate never makes much more of what it is given.
+  // Classic TIFF is limited to 4 GiB; deflate increases the size only slightly.
   const double bytes = 4.0 * layout.size.width * layout.size.height * static_cast<double>(page_names.size());
   const int pages = static_cast<int>(page_names.size());
   std::error_code code;
@@ -88,7 +88,7 @@ void write_raster(const std::filesystem::path& path, const RasterLayout& layout,
   if (good) std::filesystem::rename(aside, path, code);
   if (!good || code) {
     std::filesystem::remove(aside, code);
-    throw InputError(path.string() + ": cannot be written; does the folder exist, and is there room on the disk?");
+    throw InputError(path.string() + ": cannot be written; check the folder and the free disk space");
   }
 }
 

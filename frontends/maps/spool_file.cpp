@@ -14,10 +14,10 @@ namespace lodestone {
 
 SpoolFile::SpoolFile(const std::string& folder) : folder_(folder) {
   std::error_code code;
-  std::filesystem::create_directories(folder, code);  // where that fails, so does what follows
+  std::filesystem::create_directories(folder, code);  // if this fails, the next call reports it
   std::string name = folder + "/tiles.XXXXXX";
   descriptor_ = mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor_ < 0) fail("no temporary file can be made");
+  if (descriptor_ < 0) fail("cannot create a temporary file");
   unlink(name.c_str());
 }
 
@@ -31,7 +31,7 @@ std::int64_t SpoolFile::append(const void* data, std::size_t bytes) {
   while (bytes > 0) {
     const ssize_t written = pwrite(descriptor_, next, bytes, size_);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) fail("the map's tiles cannot be written");
+    if (written <= 0) fail("cannot write the map's tiles");
     next += written;
     size_ += written;
     bytes -= static_cast<std::size_t>(written);
@@ -44,7 +44,7 @@ void SpoolFile::read(std::int64_t offset, void* data, std::size_t bytes) const {
   while (bytes > 0) {
     const ssize_t taken = pread(descriptor_, next, bytes, offset);
     if (taken < 0 && errno == EINTR) continue;
-    if (taken <= 0) fail("the map's tiles cannot be read back");
+    if (taken <= 0) fail("cannot read the map's tiles");
     next += taken;
     offset += taken;
     bytes -= static_cast<std::size_t>(taken);
@@ -54,7 +54,7 @@ void SpoolFile::read(std::int64_t offset, void* data, std::size_t bytes) const {
 void SpoolFile::fail(const char* what) const {
   throw InputError(
       folder_ + ": " + what + " (" + std::strerror(errno) +
-      "); give a folder on a disk with room, or raise lidar.map.tile_above_points to keep the map in memory");
+      "); choose a folder with free disk space, or increase lidar.map.tile_above_points to keep the map in memory");
 }
 
 }  // namespace lodestone

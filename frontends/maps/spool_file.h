@@ -6,20 +6,20 @@
 
 namespace lodestone {
 
-/// A temporary file for what does not fit into memory. It has no name in its folder: whatever ends the program, nothing
-/// of it stays behind.
+/// A temporary file for data larger than memory. The file has no name in its folder, so that nothing remains after any
+/// end of the program.
 class SpoolFile {
  public:
-  /// Makes `folder` where there is none. Throws InputError where it does not take a file.
+  /// Creates `folder` if it does not exist. Throws InputError if the file cannot be created.
   explicit SpoolFile(const std::string& folder);
   ~SpoolFile();
   SpoolFile(const SpoolFile&) = delete;
   SpoolFile& operator=(const SpoolFile&) = delete;
 
-  /// Writes at the end; returns where. Throws InputError where the disk is full or fails.
+  /// Writes at the end and returns the offset. Throws InputError if the disk is full or fails.
   std::int64_t append(const void* data, std::size_t bytes);
 
-  /// Reads what was appended. Throws InputError where the disk fails.
+  /// Reads appended data. Throws InputError if the disk fails.
   void read(std::int64_t offset, void* data, std::size_t bytes) const;
 
   std::int64_t size() const { return size_; }

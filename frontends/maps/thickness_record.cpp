@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kHalf = 1 << 16;
 
-/// The first entry at which the running sum exceeds `rank`, which becomes the rank within that entry.
+/// The first entry at which the running sum exceeds `rank`. `rank` becomes the rank within that entry.
 std::size_t locate(const std::vector<std::int64_t>& counts, std::int64_t& rank) {
   std::size_t i = 0;
   for (; i + 1 < counts.size() && rank >= counts[i]; ++i) rank -= counts[i];
@@ -21,7 +21,7 @@ std::size_t locate(const std::vector<std::int64_t>& counts, std::int64_t& rank) 
 ThicknessRecord::ThicknessRecord(const std::string& folder) : spool_(folder), upper_counts_(kHalf, 0) {}
 
 void ThicknessRecord::add(const std::vector<float>& thickness) {
-  // Floats of one sign are ordered as their bits are.
+  // Non-negative floats have the same order as their bits.
   for (const float value : thickness) ++upper_counts_[std::bit_cast<std::uint32_t>(value) >> 16];
   spool_.append(thickness.data(), thickness.size() * sizeof(float));
 }

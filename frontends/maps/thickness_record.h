@@ -7,21 +7,21 @@
 
 namespace lodestone {
 
-/// The thickness of every plane of a map, of which exact ranks are wanted in memory that does not grow with the map:
-/// values on disk, ranked by the upper and then by the lower half of their bits.
+/// Exact quantiles of the thickness of all planes of a map with bounded memory: values on disk, ranked by the upper and
+/// then by the lower half of their bits.
 class ThicknessRecord {
  public:
   explicit ThicknessRecord(const std::string& folder);
 
-  /// Values of at least zero, metres.
+  /// Non-negative values, metres.
   void add(const std::vector<float>& thickness);
 
   std::int64_t size() const { return spool_.size() / static_cast<std::int64_t>(sizeof(float)); }
 
-  /// The value of this rank from below, as std::nth_element has it; 0 where there is none.
+  /// The value of this rank in ascending order, as in std::nth_element; 0 if there is none.
   float of_rank(std::size_t wanted) const;
 
-  /// How many are at most `limit`.
+  /// Number of values up to `limit`.
   std::int64_t count_up_to(double limit) const;
 
  private:

@@ -29,7 +29,7 @@ void TiffCloser::operator()(tiff* file) const {
 TiffHandle open_tiff(const std::string& path, const char* mode) {
   static std::once_flag once;
   std::call_once(once, [] { next_extender = TIFFSetTagExtender(add_tags); });
-  // Each time: another library of the process may have set its own since.
+  // Set for every file: another library of the process may have changed the handler.
   TIFFSetErrorHandler(nullptr);
   TIFFSetWarningHandler(nullptr);
   return TiffHandle(TIFFOpen(path.c_str(), mode));

@@ -7,14 +7,14 @@ struct tiff;
 
 namespace lodestone {
 
-/// An open TIFF of libtiff, closed with its holder.
+/// An open TIFF of libtiff, closed by its owner.
 struct TiffCloser {
   void operator()(tiff* file) const;
 };
 using TiffHandle = std::unique_ptr<tiff, TiffCloser>;
 
-/// Opens with libtiff's `mode`; null where that fails. libtiff prints nothing: the user gets one line, ours. Tags that
-/// place a raster (GeoTIFF's scale and tie point, GDAL's value for "no data") are known.
+/// Opens with libtiff's `mode`; null if that fails. libtiff's own messages are suppressed. Registers the tags of
+/// georeferences (GeoTIFF's scale and tie point, GDAL's "no data" value).
 TiffHandle open_tiff(const std::string& path, const char* mode);
 
 namespace tiff_tag {

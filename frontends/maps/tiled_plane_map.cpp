@@ -14,7 +14,7 @@ int floor_divide(int value, int divisor) {
   return value >= 0 ? value / divisor : -((-value + divisor - 1) / divisor);
 }
 
-/// From a point to the nearest of a tile's.
+/// Distance from a point to the nearest point of a tile.
 double distance_to_tile(const Eigen::Vector2d& point, const TileIndex& tile, double tile_m) {
   const Eigen::Vector2d low(tile.first * tile_m, tile.second * tile_m);
   const Eigen::Vector2d high = low.array() + tile_m;
@@ -33,7 +33,7 @@ std::shared_ptr<const PlaneMap> TiledPlaneMap::around(const Vector3& position) c
     if (!((place - residence->center).norm() <= moves_m_)) continue;
     if (auto map = residence->map.lock()) return map;
   }
-  newest_.reset();  // where no one else holds them, the old tiles go before the new ones come
+  newest_.reset();  // frees the old tiles, unless in use, before the new ones are loaded
   std::erase_if(residences_, [](const Residence& residence) { return residence.map.expired(); });
   newest_ = load(place);
   residences_.push_back({place, newest_});
@@ -90,10 +90,10 @@ TiledPlaneMapBuilder::TiledPlaneMapBuilder(const PlaneMapOptions& options, const
 
 void TiledPlaneMapBuilder::add(std::span<const Eigen::Vector3f> points) {
   TileIndex last{};
-  PointTile* tile = nullptr;  // neighbours in the file mostly lie in one
+  PointTile* tile = nullptr;  // neighbours in the file are mostly in the same tile
   for (const Eigen::Vector3f& point : points) {
     const VoxelRange range = membership_.of(point);
-    // A point near an edge belongs to the voxels, and so to the tiles, on both sides of it.
+    // A point near an edge belongs to the voxels, and so to the tiles, on both sides.
     for (int x = floor_divide(range.low.x(), tile_voxels_); x <= floor_divide(range.high.x(), tile_voxels_); ++x) {
       for (int y = floor_divide(range.low.y(), tile_voxels_); y <= floor_divide(range.high.y(), tile_voxels_); ++y) {
         if (tile == nullptr || last != TileIndex(x, y)) {
@@ -136,7 +136,7 @@ std::shared_ptr<const TiledPlaneMap> TiledPlaneMapBuilder::build(double reach_m)
   content.options = options_;
   content.tile_voxels = tile_voxels_;
   content.spool = std::make_unique<SpoolFile>(folder_);
-  // What is thick is so against the whole map, as if it were in one piece.
+  // Thickness is relative to the whole map, as without tiles.
   ThicknessRecord thickness(folder_);
   ThicknessChance chance;
   for (const auto& [index, tile] : tiles_) {

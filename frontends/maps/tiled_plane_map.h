@@ -13,22 +13,21 @@
 
 namespace lodestone {
 
-/// Column and row of a tile: a square column of voxels, unlimited upwards and downwards.
+/// Column and row of a tile: a square column of voxels, unlimited in height.
 using TileIndex = std::pair<int, int>;
 
-/// Where pieces of a tile lie in a spool, in order.
+/// Position of a piece of a tile in a spool file; pieces are in order.
 struct TilePiece {
   std::int64_t offset;
   std::int64_t count;
 };
 
-/// A map larger than memory: its planes lie on disk, tile by tile; those of the tiles round the robot are in memory.
-/// Tiles are loaded anew when the robot has moved by half a tile from where they last were, and only then. Memory holds
-/// the planes of one such circle, and those of earlier ones for as long as a user holds them; until then they serve,
-/// too, so that a smoother whose window reaches back over a tile does not load to and fro.
+/// A map larger than memory: planes are on disk in tiles; tiles around the robot are in memory. Tiles are loaded only
+/// if the robot has moved by half a tile since the last loading. Earlier tiles stay as long as a user has a reference,
+/// and are reused, so that a smoother with a window across tiles does not reload them repeatedly.
 class TiledPlaneMap final : public PlaneMapSource {
  public:
-  /// Tiles, with all planes fitted.
+  /// Tiles with all fitted planes.
   struct Content {
     PlaneMapOptions options;
     int tile_voxels = 0;
@@ -38,10 +37,10 @@ class TiledPlaneMap final : public PlaneMapSource {
     std::int64_t planes = 0;  ///< of the whole map
   };
 
-  /// `reach_m`: how far from the position given to `around` planes are looked for.
+  /// `reach_m`: largest distance of required planes from the position of `around`.
   TiledPlaneMap(Content content, double reach_m);
 
-  /// Thread-safe. Throws InputError where the disk fails.
+  /// Thread-safe. Throws InputError if the disk fails.
   std::shared_ptr<const PlaneMap> around(const Vector3& position) const override;
 
   double voxel_m() const override { return content_.options.voxel_m; }
@@ -52,7 +51,7 @@ class TiledPlaneMap final : public PlaneMapSource {
   double tile_m() const { return content_.tile_voxels * content_.options.voxel_m; }
   double resident_radius_m() const { return reach_m_ + moves_m_; }
 
-  /// How often tiles were loaded so far.
+  /// Number of loadings so far.
   std::int64_t loads() const;
 
  private:
@@ -64,25 +63,25 @@ class TiledPlaneMap final : public PlaneMapSource {
 
   Content content_;
   double reach_m_;
-  double moves_m_;  ///< from the centre of what is in memory, before other tiles are loaded
+  double moves_m_;  ///< distance from the centre of the loaded tiles that triggers loading
   mutable std::mutex mutex_;
-  mutable std::shared_ptr<const PlaneMap> newest_;  ///< held by no one else while no one looks
+  mutable std::shared_ptr<const PlaneMap> newest_;  ///< keeps the newest tiles between queries
   mutable std::vector<Residence> residences_;
   mutable std::int64_t loads_ = 0;
 };
 
-/// Cuts a cloud of any size into tiles and fits their planes. Memory: `buffer_bytes` of points while they come, then
+/// Divides a cloud of any size into tiles and fits their planes. Memory: `buffer_bytes` of points while adding, then
 /// one tile's points.
 class TiledPlaneMapBuilder {
  public:
-  /// `folder`: takes the temporary files. Throws InputError where it does not.
+  /// `folder`: for temporary files. Throws InputError if they cannot be created.
   TiledPlaneMapBuilder(const PlaneMapOptions& options, const std::string& folder,
                        std::size_t buffer_bytes = 64U << 20U);
 
   /// The next points of the cloud (map frame, metres; finite), in its order.
   void add(std::span<const Eigen::Vector3f> points);
 
-  /// Fits all tiles and hands the map over; nothing can be added any more.
+  /// Fits all tiles and returns the map. No points can be added afterwards.
   std::shared_ptr<const TiledPlaneMap> build(double reach_m);
 
  private:

@@ -33,12 +33,11 @@ std::string types_of(const SensorStream& stream) {
       return own + " or livox_ros_driver2/CustomMsg";
     case Sensor::imu:
       return own +
-             ", or imu.angular_velocity and imu.linear_acceleration that say where a message of another type has them";
+             ", or set imu.angular_velocity and imu.linear_acceleration to their paths in a message of another type";
     case Sensor::magnetometer:
       break;
   }
-  return fmt::format("{}, or magnetometers[{}].values that says where a message of another type has them", own,
-                     stream.index);
+  return fmt::format("{}, or set magnetometers[{}].values to the path in a message of another type", own, stream.index);
 }
 
 const char* part_of(Sensor sensor) {
@@ -104,8 +103,8 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
                                      const std::vector<TopicInfo>& topics, std::vector<SensorStream>& streams) {
   if (streams.empty())
     throw InputError(platform.file_name() +
-                     ": it has none of the sensors that are read here; add their topics (magnetometers: - topic: ...)");
-  if (topics.empty()) throw InputError(path + ": the log holds no messages");
+                     ": there is no topic of the required sensors; add the topics (magnetometers: - topic: ...)");
+  if (topics.empty()) throw InputError(path + ": the log has no messages");
   std::string list;
   for (const auto& topic : topics) list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", topic.name, topic.type);
   std::vector<std::string> chosen;
@@ -118,10 +117,10 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
       for (const auto& topic : topics) {
         if (is_type_of(stream.sensor, topic.type)) of_type.push_back(topic.name);
       }
-      const std::string hint = of_type.empty() ? fmt::format("it has no {} at all", type_of(stream.sensor))
+      const std::string hint = of_type.empty() ? fmt::format("the log has no {}", type_of(stream.sensor))
                                                : "did you mean " + nearest_name(stream.topic, of_type) + "?";
       const char* silent =
-          stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out if it was silent" : "";
+          stream.sensor == Sensor::magnetometer ? ", or remove that magnetometer if it was silent" : "";
       throw InputError(fmt::format("{}: there is no topic {}; {}; set {}{}; the log has {}", path, stream.topic, hint,
                                    key, silent, list));
     }
@@ -131,9 +130,9 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
                                    found->type, types_of(stream), key, list));
     }
     if (found->messages == 0) {
-      const char* out = stream.sensor == Sensor::magnetometer ? ", or take that magnetometer out" : "";
+      const char* out = stream.sensor == Sensor::magnetometer ? ", or remove that magnetometer" : "";
       throw InputError(
-          fmt::format("{}: topic {} is there and holds no message: the sensor was silent; set {} to one that spoke{}; "
+          fmt::format("{}: topic {} has no messages; set {} to a topic with messages{}; "
                       "the log has {}",
                       path, stream.topic, key, out, list));
     }

@@ -3,7 +3,7 @@
 namespace lodestone {
 namespace {
 
-/// The worlds differ in the header's fields and in defaults, which ROS 1's definitions do not have.
+/// ROS 1 and ROS 2 differ in the header's fields and in defaults, which ROS 1's definitions do not have.
 enum class Ros { one, two };
 
 const std::string separator_line = std::string(80, '=') + "\n";

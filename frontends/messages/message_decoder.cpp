@@ -19,7 +19,7 @@ MessageType checked_type(const std::string& source, const TopicInfo& topic) {
         fmt::format("{}: topic {} is a {}{}; expected sensor_msgs/PointCloud2, Imu or MagneticField, or "
                     "livox_ros_driver2/CustomMsg, of ROS 1 or ROS 2",
                     source, topic.name, topic.type.empty() ? "message without a type" : topic.type,
-                    topic.encoding == Encoding::other ? " in an encoding of neither ROS" : ""));
+                    topic.encoding == Encoding::other ? " in an encoding of neither ROS 1 nor ROS 2" : ""));
   }
   if (!topic.md5.empty() && topic.md5 != "*" && topic.md5 != expected_md5(type)) {
     throw InputError(fmt::format("{}: topic {} has a {} of another version (MD5 {}); expected that of {}", source,
@@ -29,7 +29,7 @@ MessageType checked_type(const std::string& source, const TopicInfo& topic) {
   return type;
 }
 
-/// Runs `call` with a reader of the message's wire format; names the message where its bytes contradict themselves.
+/// Runs `call` with a reader of the message's wire format. Adds the message's topic and time to errors.
 template <class Call>
 void with_reader(const std::string& source, const TopicInfo& topic, const RawMessage& raw, const Call& call) {
   try {
@@ -41,8 +41,9 @@ void with_reader(const std::string& source, const TopicInfo& topic, const RawMes
       call(wire);
     }
   } catch (const ros1::MalformedMessage& error) {
-    throw InputError(fmt::format("{}: topic {}, recorded at {} s: {}; record it again, or cut the log before it",
-                                 source, topic.name, raw.record_time / 1'000'000'000, error.what()));
+    throw InputError(
+        fmt::format("{}: topic {}, recorded at {} s: {}; record the log again, or cut it before this message", source,
+                    topic.name, raw.record_time / 1'000'000'000, error.what()));
   }
 }
 

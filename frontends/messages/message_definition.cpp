@@ -21,14 +21,14 @@ bool is_basic(const std::string& type) {
   return size_of_number(type) > 0 || type == "string" || type == "time" || type == "duration";
 }
 
-/// "Header", "Vector3" within geometry_msgs, "geometry_msgs/msg/Vector3": all as pkg/Type.
+/// Converts "Header", "Vector3" (within geometry_msgs), "geometry_msgs/msg/Vector3" to pkg/Type.
 std::string full_name(const std::string& type, const std::string& package) {
   if (is_basic(type) || type == "wstring") return type;
   if (type == "Header") return "std_msgs/Header";
   return type.find('/') == std::string::npos ? package + "/" + type : ros1_type_name(type);
 }
 
-/// One line of a definition; false where it declares no field.
+/// Parses one line of a definition; false if it declares no field.
 bool parse_line(std::string line, const std::string& package, Field& field) {
   line = line.substr(0, line.find('#'));
   std::istringstream words(line);
@@ -43,7 +43,7 @@ bool parse_line(std::string line, const std::string& package, Field& field) {
     int count = 0;
     const bool fixed = parse_number(std::string_view(type).substr(open + 1, close - open - 1), count);
     if (fixed && (count < 0 || count > longest_fixed_list)) {
-      throw std::invalid_argument(fmt::format("a list of {} elements, '{}'", count, field.name));
+      throw std::invalid_argument(fmt::format("an invalid list of {} elements, '{}'", count, field.name));
     }
     field.count = fixed ? count : Field::counted;
     type.erase(open);
@@ -70,7 +70,8 @@ std::map<std::string, std::vector<Field>> parse_definition(const std::string& ty
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("==========")) continue;
-    if (line.starts_with("IDL:") || line.starts_with("module ")) throw std::invalid_argument("it is in IDL");
+    if (line.starts_with("IDL:") || line.starts_with("module "))
+      throw std::invalid_argument("it is in IDL, which is not supported");
     if (line.starts_with("MSG: ")) {
       std::istringstream(line.substr(5)) >> current;
       current = ros1_type_name(current);
@@ -80,13 +81,12 @@ std::map<std::string, std::vector<Field>> parse_definition(const std::string& ty
     Field field;
     if (parse_line(line, current.substr(0, current.find('/')), field)) types[current].push_back(field);
   }
-  // ROS 2's recorders may leave out what every message has.
+  // ROS 2 recorders may omit common types.
   types.try_emplace("builtin_interfaces/Time", std::vector<Field>{{"int32", "sec"}, {"uint32", "nanosec"}});
   for (const auto& [name, fields] : types) {
     for (const Field& field : fields) {
       if (is_basic(field.type) || field.type == "std_msgs/Header" || types.count(field.type) > 0) continue;
-      throw std::invalid_argument(
-          fmt::format("it does not say what '{}' is, which '{}' is of", field.type, field.name));
+      throw std::invalid_argument(fmt::format("it does not define '{}', the type of '{}'", field.type, field.name));
     }
   }
   return types;

@@ -22,10 +22,10 @@ using Step = MessagePaths::Step;
 using Target = MessagePaths::Target;
 using Types = std::map<std::string, std::vector<Field>>;
 
-/// Deeper than this no message goes but one that holds itself.
+/// Nesting limit: only recursive types are deeper.
 constexpr int deepest = 32;
 
-/// "sensors[2].field" as its steps; nothing where it is none.
+/// The steps of a path such as "sensors[2].field"; nothing if it is invalid.
 std::vector<Step> steps_of(const std::string& path) {
   std::vector<Step> steps;
   for (std::size_t begin = 0; begin <= path.size();) {
@@ -44,13 +44,13 @@ std::vector<Step> steps_of(const std::string& path) {
   return steps;
 }
 
-/// Walks one message in the order of its bytes and picks what is wanted.
+/// Reads a message in the order of its bytes and extracts the targets.
 template <class Wire>
 struct Walk {
   Wire& wire;
   const Types& types;
   std::vector<MessagePaths::Vector>& vectors;
-  std::size_t elements_left;  ///< lists of empty types cost time without bytes
+  std::size_t elements_left;  ///< limits time: lists of empty types need no bytes
   std::size_t found = 0;
 
   double number(const std::string& type) {
@@ -67,7 +67,7 @@ struct Walk {
   }
 
   void element(const std::string& type, const std::vector<const Target*>& wanted, std::size_t depth) {
-    if (elements_left-- == 0) throw ros1::MalformedMessage("it has more elements than bytes");
+    if (elements_left-- == 0) throw ros1::MalformedMessage("the message has more elements than bytes");
     std::string ignored;
     if (size_of_number(type) > 0) {
       const double value = number(type);
@@ -86,7 +86,7 @@ struct Walk {
   }
 
   void message(const std::string& type, const std::vector<const Target*>& wanted, std::size_t depth) {
-    if (depth > deepest) throw ros1::MalformedMessage("the type " + type + " holds itself");
+    if (depth > deepest) throw ros1::MalformedMessage("the type " + type + " contains itself");
     const std::vector<Field>& fields = types.at(type);
     for (const Field& field : fields) {
       if (&field == &fields.front() && field.type == "std_msgs/Header" && field.count == Field::single) {
@@ -120,11 +120,12 @@ MessagePaths::MessagePaths(std::string source, const TopicInfo& topic) : source_
 
 void MessagePaths::parse(const TopicInfo& topic) {
   const std::string where = fmt::format("{}: topic {} is a {}", source_, topic.name, topic.type);
-  if (topic.encoding == Encoding::other) throw InputError(where + " in an encoding of neither ROS");
+  if (topic.encoding == Encoding::other) throw InputError(where + " in an encoding of neither ROS 1 nor ROS 2");
   const std::string text = topic.definition.empty() ? common_definition(topic.type) : topic.definition;
   if (text.empty()) {
-    throw InputError(where +
-                     ", and the log does not hold its definition; record it as MCAP or as a ROS 1 bag, which do");
+    throw InputError(
+        where +
+        ", and the log has no definition of it; record the log as MCAP or as a ROS 1 bag, which contain definitions");
   }
   try {
     types_ = parse_definition(topic.type, text);
@@ -133,7 +134,7 @@ void MessagePaths::parse(const TopicInfo& topic) {
   }
 }
 
-/// The field at the end of `steps`; null where there is none. `in_list`: the last step goes into a list.
+/// The field at the end of `steps`; null if there is none. `in_list`: the last step is a list element.
 const Field* MessagePaths::field_at(const std::vector<Step>& steps, bool& in_list) const {
   std::string type = topic_.type;
   const Field* found = nullptr;
@@ -159,7 +160,7 @@ std::size_t MessagePaths::add(const std::string& path, const std::string& key) {
   std::vector<std::string> names;
   for (const Field& each : types_.at(topic_.type))
     names.push_back(each.name + (each.count == Field::single ? "" : "[]"));
-  const std::string where = fmt::format("{}: {}: '{}' is no vector of a {}, which has {}", source_, key, path,
+  const std::string where = fmt::format("{}: {}: '{}' is not a vector of a {}, which has {}", source_, key, path,
                                         topic_.type, join_names(names));
   if (field == nullptr) throw InputError(where + "; expected a path like data[0] or field.vector");
   std::vector<Target> targets;
@@ -172,7 +173,7 @@ std::size_t MessagePaths::add(const std::string& path, const std::string& key) {
       bool component_in_list = false;
       const Field* number = field_at(target.steps, component_in_list);
       if (number == nullptr || size_of_number(number->type) == 0 || component_in_list) {
-        throw InputError(where + "; it needs components x, y and z, or to be the first of three numbers in a list");
+        throw InputError(where + "; expected components x, y and z, or the first of three numbers in a list");
       }
     }
     targets.push_back(std::move(target));
@@ -189,7 +190,7 @@ void MessagePaths::read(const RawMessage& raw, std::vector<Vector>& vectors) con
     Walk<decltype(wire)> walker{wire, types_, vectors, 1024 + 2 * raw.size};
     walker.message(topic_.type, wanted, 0);
     if (walker.found != wanted.size()) {
-      throw ros1::MalformedMessage("a list in it is shorter than the platform file's paths ask for");
+      throw ros1::MalformedMessage("a list in the message is shorter than the platform file's paths require");
     }
   };
   try {

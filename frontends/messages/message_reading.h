@@ -6,10 +6,10 @@
 
 #include "frontends/logs/ros1/messages.h"
 
-/// The fields of each known message in their order, for any wire format: `Wire` is Ros1WireReader or CdrWireReader.
+/// Readers of the fields of each known message, for both wire formats: `Wire` is Ros1WireReader or CdrWireReader.
 namespace lodestone::reading {
 
-/// Count of a list whose elements take at least `smallest` bytes each: checked before memory is taken for it.
+/// Count of a list with elements of at least `smallest` bytes, checked before memory is allocated.
 template <class Wire>
 std::uint32_t list_size(Wire& wire, std::size_t smallest) {
   const auto count = wire.template number<std::uint32_t>();
@@ -67,12 +67,12 @@ void read(Wire& wire, ros1::MagneticFieldMessage& message, std::vector<std::uint
   read_numbers(wire, 9);
 }
 
-/// Bytes from one point of a Livox' message to the next: CDR aligns each point's first number.
+/// Bytes from one point of a Livox message to the next: CDR aligns each point's first number.
 constexpr std::size_t point_stride(bool aligned) {
   return aligned ? 20 : ros1::LivoxMessage::point_step;
 }
 
-/// Packs points that lie aligned, or in the other byte order.
+/// Packs points that are aligned or big-endian.
 inline const std::uint8_t* packed_points(const std::uint8_t* data, std::size_t count, bool swapped,
                                          std::vector<std::uint8_t>& points) {
   constexpr std::size_t step = ros1::LivoxMessage::point_step;
@@ -94,14 +94,15 @@ void read_livox(Wire& wire, ros1::LivoxMessage& message, std::vector<std::uint8_
   wire.bytes(3);
   const std::size_t listed = wire.template number<std::uint32_t>();
   constexpr std::size_t step = ros1::LivoxMessage::point_step;
-  const std::size_t bytes = listed == 0 ? 0 : (listed - 1) * point_stride(aligned) + step;  // the last is not padded
-  // CDR may be padded at its end to a multiple of four.
+  const std::size_t bytes =
+      listed == 0 ? 0 : (listed - 1) * point_stride(aligned) + step;  // the last point has no padding
+  // CDR may be padded to a multiple of four at its end.
   const bool fits = aligned ? wire.left() >= bytes && wire.left() - bytes < 4 : wire.left() == bytes;
   if (listed != message.point_count || !fits) {
-    throw ros1::MalformedMessage("the CustomMsg says " + std::to_string(message.point_count) +
-                                 " points and carries a list of " + std::to_string(listed) + " in " +
+    throw ros1::MalformedMessage("the CustomMsg announces " + std::to_string(message.point_count) +
+                                 " points, but has a list of " + std::to_string(listed) + " in " +
                                  std::to_string(wire.left()) + " bytes; expected " +
-                                 std::to_string(point_stride(aligned)) + " bytes a point");
+                                 std::to_string(point_stride(aligned)) + " bytes per point");
   }
   message.data = wire.bytes(bytes);
   if (aligned) message.data = packed_points(message.data, listed, wire.swapped(), points);

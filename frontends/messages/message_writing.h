@@ -4,7 +4,7 @@
 
 #include "frontends/messages/wire_ros1.h"
 
-/// The fields of each known message in their order, to be written. The counterpart of message_reading.h.
+/// Writers of the fields of each known message; the counterpart of message_reading.h.
 namespace lodestone::writing {
 
 inline const char* type_of(const ros1::PointCloudMessage&) {
@@ -59,7 +59,7 @@ inline void write(Ros1WireWriter& wire, const ros1::LivoxMessage& message) {
 inline void write(Ros1WireWriter& wire, const ros1::ImuMessage& message) {
   wire.header(message.stamp, message.frame);
   write_numbers(wire, {0.0, 0.0, 0.0});
-  wire.number(1.0);   // the orientation, no turn
+  wire.number(1.0);   // identity orientation
   wire.number(-1.0);  // sensor_msgs/Imu: no orientation in this message
   write_zeros(wire, 8);
   write_numbers(wire, message.angular_velocity);
@@ -71,7 +71,7 @@ inline void write(Ros1WireWriter& wire, const ros1::ImuMessage& message) {
 inline void write(Ros1WireWriter& wire, const ros1::MagneticFieldMessage& message) {
   wire.header(message.stamp, message.frame);
   write_numbers(wire, message.field_tesla);
-  write_zeros(wire, 9);  // sensor_msgs/MagneticField: zeros say "covariance unknown"
+  write_zeros(wire, 9);  // sensor_msgs/MagneticField: zeros mean "covariance unknown"
 }
 
 }  // namespace lodestone::writing

@@ -26,16 +26,16 @@ bool is_return(const Eigen::Vector3f& position) {
   return position.allFinite() && !position.isZero(0.0F);
 }
 
-/// An organized cloud's rows may be longer than their points.
+/// True if the rows of an organized cloud are longer than their points.
 bool has_padded_rows(const PointCloudMessage& message) {
   return message.height > 1 && message.row_step > std::uint64_t{message.width} * message.point_step &&
          message.data_size >= std::uint64_t{message.height} * message.row_step;
 }
 
-/// A longer scan than this is none, in periods.
+/// Limit of a scan's duration, in periods.
 constexpr double longest_scan = 5.0;
 
-/// A ring's number in whatever type the field has; what is no such number counts as one ring of its own.
+/// A ring index from a field of any type. Invalid indices form one ring.
 template <class Number>
 std::uint16_t to_ring(Number value) {
   constexpr std::uint16_t no_ring = std::numeric_limits<std::uint16_t>::max();
@@ -57,17 +57,17 @@ PointCloudDecoder::PointCloudDecoder(std::string source, const Platform& platfor
       period_ns_(from_seconds(model_of(platform, lidar).scan_period_s)),
       warnings_(warnings) {
   if (!is_deskewed()) return;
-  // Whichever instant of such a scan the stamp names, it is the one of all points.
+  // The stamp is the time of all points of a deskewed scan, for any setting of `stamp`.
   layout_.time_field.clear();
   reading_ = PointTimeReading{PointTimeUnit::nanoseconds, PointTimeZero::stamp, ScanStamp::start, false};
-  reading_holds_ = true;
+  reading_is_final_ = true;
 }
 
 void PointCloudDecoder::decode(const PointCloudMessage& message, LidarScan& scan) {
   decode_compact(has_padded_rows(message) ? without_padding(message) : message, scan);
 }
 
-/// Copies the rows once, so that all that reads points steps through them evenly.
+/// Copies the rows without padding, so that all points have the same distance.
 const PointCloudMessage& PointCloudDecoder::without_padding(const PointCloudMessage& message) {
   const std::size_t row_bytes = std::size_t{message.width} * message.point_step;
   compact_data_.resize(row_bytes * message.height);
@@ -81,27 +81,27 @@ const PointCloudMessage& PointCloudDecoder::without_padding(const PointCloudMess
   return compact_cloud_;
 }
 
-/// Whether the columns that were found in an earlier message are this one's, too.
-bool PointCloudDecoder::fields_hold(const PointCloudMessage& message) const {
+/// True if the columns of an earlier message are valid for this message.
+bool PointCloudDecoder::fields_match(const PointCloudMessage& message) const {
   if (fields_.step == 0 || message.point_step != known_step_ || !same_fields(message.fields, known_fields_))
     return false;
   const std::size_t count = std::size_t{message.width} * message.height;
   if (count == 0) return true;
-  // Points lie packed, or as announced, where the data's size says so; more data than points are no word for either.
-  return step_settled_ &&
+  // The size of the data decides whether points are packed or as announced; other sizes are inconclusive.
+  return step_is_known_ &&
          (fields_.packed ? message.data_size == count * fields_.step : message.data_size / fields_.step >= count);
 }
 
 void PointCloudDecoder::decode_compact(const PointCloudMessage& message, LidarScan& scan) {
-  if (!fields_hold(message)) resolve_fields(message);
+  if (!fields_match(message)) resolve_fields(message);
   const std::size_t count = point_count(message);
   read_points(message, count, scan);
-  if (!reading_holds_ && !settle_reading(message, scan)) {
-    return keep_empty(message, scan, "lidar.empty_scan", "a scan has no points, or too few to tell their times");
+  if (!reading_is_final_ && !infer_reading(message, scan)) {
+    return keep_empty(message, scan, "lidar.empty_scan", "a scan has no points, or too few to infer their times");
   }
   read_times(message, count);
   keep_returns(message, scan);
-  place_in_time(message, scan);
+  assign_times(message, scan);
 }
 
 void PointCloudDecoder::decode(const ros1::LivoxMessage& message, LidarScan& scan) {
@@ -117,14 +117,14 @@ void PointCloudDecoder::decode(const ros1::LivoxMessage& message, LidarScan& sca
       layout_.time_unit = PointTimeUnit::nanoseconds;
       const auto zero = stamp == ScanStamp::start ? PointTimeZero::epoch : PointTimeZero::scan_start;
       reading_ = PointTimeReading{PointTimeUnit::nanoseconds, zero, stamp, false};
-      reading_holds_ = true;
+      reading_is_final_ = true;
     }
   }
   livox_cloud_.stamp = message.stamp;
   livox_cloud_.width = message.point_count;
   livox_cloud_.data = message.data;
   livox_cloud_.data_size = message.data_size;
-  // As the driver's PointCloud2 says them. The stamp, not the timebase: the other sensors have the host's clock too.
+  // As in the driver's PointCloud2. The stamp instead of the timebase, because other sensors also use the host's clock.
   time_origin_ = stamp == ScanStamp::start ? message.stamp : 0;
   decode(livox_cloud_, scan);
 }
@@ -133,7 +133,7 @@ void PointCloudDecoder::fail(const PointCloudMessage& message, const std::string
   throw InputError(fmt::format("{}: {} at {:.9f} s: {}", source_, layout_.topic, to_seconds(message.stamp), what));
 }
 
-/// The times' unit, or the field, or the period is wrong: says which unit would do.
+/// Reports a wrong unit, field or period, and the unit that would fit.
 void PointCloudDecoder::fail_unit(const PointCloudMessage& message, double span_s) const {
   const double span = span_s * 1e9 / static_cast<double>(nanoseconds_per(reading_->unit));
   const auto fitting = livox_ ? std::nullopt : fitting_time_unit(span, period_ns_);
@@ -147,12 +147,12 @@ void PointCloudDecoder::fail_unit(const PointCloudMessage& message, double span_
                    span_s == 0.0 ? deskewed_hint() : ""));
 }
 
-/// What else may be changed where all points have one time.
+/// A further remedy if all points have the same time.
 std::string PointCloudDecoder::deskewed_hint() const {
   return fmt::format(", or {}.point_times: none if the scans are deskewed already", keys_);
 }
 
-/// A Livox' PointCloud2 shows itself by three of its fields.
+/// Recognizes the PointCloud2 of a Livox by three of its fields.
 bool PointCloudDecoder::take_livox_fields(const PointCloudMessage& message) {
   const auto has = [&message](const char* name, std::uint8_t datatype) {
     return std::any_of(message.fields.begin(), message.fields.end(),
@@ -174,22 +174,22 @@ void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
   const std::string where = fmt::format("{}: {} at {:.9f} s", source_, layout_.topic, to_seconds(message.stamp));
   fields_ = find_point_fields(message, layout_, {where, keys_, platform_file_});
   if (fields_.packed) {
-    warnings_.add("lidar.packed_points",
-                  fmt::format("{}: points take {} bytes, not the {} of point_step; read without gaps between fields",
-                              layout_.topic, fields_.step, message.point_step),
-                  message.stamp);
+    warnings_.add(
+        "lidar.packed_points",
+        fmt::format("{}: points have {} bytes instead of the {} of point_step; read without gaps between fields",
+                    layout_.topic, fields_.step, message.point_step),
+        message.stamp);
   }
   known_fields_ = message.fields;
   known_step_ = message.point_step;
-  step_settled_ = message.width > 0 && message.height > 0;
+  step_is_known_ = message.width > 0 && message.height > 0;
   if (is_deskewed()) return;
   time_ = fields_.times.front();
-  if (!reading_holds_) return;
-  // Once the times are understood, they stay in the field that they were found in; where that is gone, they are told
-  // anew.
+  if (!reading_is_final_) return;
+  // A known meaning of times is kept for its field. If the field is missing, the meaning is inferred again.
   const auto same = std::find_if(fields_.times.begin(), fields_.times.end(),
                                  [&](const PointColumn& column) { return column.name == time_field; });
-  reading_holds_ = same != fields_.times.end() || time_field.empty();
+  reading_is_final_ = same != fields_.times.end() || time_field.empty();
   if (same != fields_.times.end()) time_ = *same;
 }
 
@@ -202,10 +202,10 @@ std::size_t PointCloudDecoder::point_count(const PointCloudMessage& message) {
   return count;
 }
 
-/// The times of the points that returned, in the field's own numbers.
-PointTimesSeen PointCloudDecoder::look_at_times(const PointCloudMessage& message, const PointColumn& column,
-                                                const LidarScan& scan) const {
-  PointTimesSeen seen;
+/// The times of the points with a return, as numbers of the field.
+PointTimeStatistics PointCloudDecoder::measure_times(const PointCloudMessage& message, const PointColumn& column,
+                                                     const LidarScan& scan) const {
+  PointTimeStatistics seen;
   bool any = false;
   double earliest_but_zero = std::numeric_limits<double>::infinity();
   std::size_t returns = 0, zeros = 0;
@@ -221,7 +221,7 @@ PointTimesSeen PointCloudDecoder::look_at_times(const PointCloudMessage& message
     using Number = decltype(raw);
     if constexpr (sizeof(Number) <= 2) seen.limit = static_cast<double>(std::numeric_limits<Number>::max());
   });
-  // A few zeros among times that are all far from it are points without one.
+  // A few zeros among times far from zero are points without a time.
   if (seen.earliest == 0.0 && 10 * zeros < returns && earliest_but_zero > 0.5 * seen.latest)
     seen.earliest = earliest_but_zero;
   const double largest = std::max(std::abs(seen.earliest), std::abs(seen.latest));
@@ -230,8 +230,8 @@ PointTimesSeen PointCloudDecoder::look_at_times(const PointCloudMessage& message
   return seen;
 }
 
-/// Finds out how the times are to be read: false where there are too few points to tell.
-bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const LidarScan& scan) {
+/// Determines the meaning of the times. False if there are too few points.
+bool PointCloudDecoder::infer_reading(const PointCloudMessage& message, const LidarScan& scan) {
   const auto returns = static_cast<std::size_t>(std::count_if(
       scan.points.begin(), scan.points.end(), [](const LidarPoint& point) { return is_return(point.position); }));
   if (returns == 0) return false;
@@ -239,7 +239,7 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
   bool all_at_once = false;
   for (const PointColumn& candidate : fields_.times) {
     std::string why_not;
-    PointTimesSeen seen = look_at_times(message, candidate, scan);
+    PointTimeStatistics seen = measure_times(message, candidate, scan);
     seen.doubtful = layout_.time_field.empty() && is_doubtful_time_name(candidate.name);
     reading_ = read_point_times(seen, layout_, message.stamp, period_ns_, why_not);
     if (!reading_) {
@@ -251,25 +251,26 @@ bool PointCloudDecoder::settle_reading(const PointCloudMessage& message, const L
     time_ = candidate;
     const double span_s = (seen.latest - seen.earliest) * 1e-9 * static_cast<double>(nanoseconds_per(reading_->unit));
     const double period_s = to_seconds(period_ns_);
-    const bool dense = returns >= points_that_tell;
-    // A wrong unit is wrong by a thousand at least; a sparse scan is shorter than the period, but not so much.
+    const bool dense = returns >= conclusive_points;
+    // A wrong unit is wrong by a factor of a thousand or more. A sparse scan is shorter than the period, but not so
+    // much.
     if (span_s > longest_scan * period_s || (dense && span_s < 0.01 * period_s)) fail_unit(message, span_s);
-    reading_holds_ = dense || span_s > 0.8 * period_s;  // few points, but all around
+    reading_is_final_ = dense || span_s > 0.8 * period_s;  // few points, but over the whole scan
     const bool is_told = layout_.time_field.empty() || !layout_.time_unit || reading_->stamp_assumed ||
                          (reading_->zero == PointTimeZero::lidar_clock && !layout_.time_zero);
-    if (reading_holds_ && is_told) {
-      warnings_.add(
-          "lidar.told_from_content",
-          fmt::format("{}: the points' times are read from '{}' ({}) as {}; {}.fields.time, time_unit, time_zero "
-                      "and stamp in {} say it otherwise",
-                      layout_.topic, time_.name, name_of_datatype(time_.datatype), describe(*reading_), keys_,
-                      platform_file_),
-          message.stamp);
+    if (reading_is_final_ && is_told) {
+      warnings_.add("lidar.told_from_content",
+                    fmt::format("{}: the points' times are read from '{}' ({}) as {}; to change this, set "
+                                "{}.fields.time, time_unit, time_zero "
+                                "and stamp in {}",
+                                layout_.topic, time_.name, name_of_datatype(time_.datatype), describe(*reading_), keys_,
+                                platform_file_),
+                    message.stamp);
     }
     return true;
   }
-  if (returns < points_that_tell) return false;
-  fail(message, fmt::format("no point field reads as each point's own time: {}; set {}.fields.time and time_unit, or "
+  if (returns < conclusive_points) return false;
+  fail(message, fmt::format("no point field is readable as each point's time: {}; set {}.fields.time and time_unit, or "
                             "scan_period_s, in {}, or record the driver's full points{}",
                             seen_fields, keys_, platform_file_, all_at_once ? deskewed_hint() : ""));
 }
@@ -307,7 +308,7 @@ void PointCloudDecoder::read_times(const PointCloudMessage& message, std::size_t
 void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan& scan) {
   std::size_t kept = 0;
   std::int64_t not_finite = 0, untimed = 0;
-  // A driver that has no time for a point writes none: no number, or zero among absolute ones.
+  // For a point without a time, drivers write NaN, or zero among absolute times.
   const bool absolute = reading_->zero == PointTimeZero::epoch;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const Eigen::Vector3f& position = scan.points[i].position;
@@ -330,7 +331,7 @@ void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan
   if (untimed == 0) return;
   if (static_cast<std::size_t>(untimed) > kept) {
     fail(message,
-         fmt::format("{} of {} points have no time in '{}': no number, zero, or beyond all times; set {}.time_unit or "
+         fmt::format("{} of {} points have no time in '{}': not a number, zero, or out of range; set {}.time_unit or "
                      "{}.fields.time in {}",
                      untimed, untimed + static_cast<std::int64_t>(kept), time_.name, keys_, keys_, platform_file_));
   }
@@ -353,7 +354,7 @@ void PointCloudDecoder::keep_empty(const PointCloudMessage& message, LidarScan& 
   scan.end = scan.start + period_ns_;
 }
 
-void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarScan& scan) {
+void PointCloudDecoder::assign_times(const PointCloudMessage& message, LidarScan& scan) {
   if (scan.points.empty()) return keep_empty(message, scan, "lidar.empty_scan", "a scan has no points");
   const auto [first, last] = std::minmax_element(times_.begin(), times_.end());
   const Time earliest = *first;
@@ -363,9 +364,9 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
   const bool too_long = span_s > longest_scan * period_s;
   if (too_long && reading_->zero == PointTimeZero::lidar_clock) {
     return keep_empty(message, scan, "lidar.clock_jump",
-                      "the LiDAR's clock jumps within a scan, whose points were dropped");
+                      "the LiDAR's clock jumps within a scan; the scan's points were dropped");
   }
-  const bool too_short = !is_deskewed() && scan.points.size() >= points_that_tell && span_s < 0.01 * period_s;
+  const bool too_short = !is_deskewed() && scan.points.size() >= conclusive_points && span_s < 0.01 * period_s;
   if (too_long || too_short) fail_unit(message, span_s);
   const ScanPlace place = place_scan(*reading_, earliest, latest, message.stamp);
   scan.start = place.start;
@@ -373,7 +374,7 @@ void PointCloudDecoder::place_in_time(const PointCloudMessage& message, LidarSca
   if (to_seconds(latest - place.zero) > longest_scan * period_s ||
       latest - place.zero > std::numeric_limits<std::int32_t>::max()) {
     fail(message,
-         fmt::format("the latest point lies {:.3g} s after the stamp; expected about the scan's period of {:g} s; "
+         fmt::format("the latest point is {:.3g} s after the stamp; expected about the scan's period of {:g} s; "
                      "set {}.time_zero or {}.time_unit in {}",
                      to_seconds(latest - place.zero), period_s, keys_, keys_, platform_file_));
   }

@@ -14,30 +14,30 @@
 
 namespace lodestone {
 
-/// Turns the clouds of one topic into scans: checks the fields once, then reads column by column.
+/// Converts the clouds of one topic to scans. Fields are checked once, then read column by column.
 ///
-/// What the platform file leaves out is told from the first scan that shows it, said once in `warnings`
-/// ("lidar.told_from_content") and kept: a field that is called like a time and whose span fits the scan's period, its
-/// unit, and what its zero means (point_times.h); intensity and ring by their names. A Livox' PointCloud2 and CustomMsg
-/// are known and need no word.
+/// Settings that the platform file omits are inferred from the first suitable scan, reported once in `warnings`
+/// ("lidar.told_from_content") and kept: a field with the name of a time and a span that fits the scan's period, its
+/// unit, and the meaning of zero (point_times.h); intensity and ring by their names. Livox' PointCloud2 and CustomMsg
+/// are known.
 ///
-/// The rows of an organized cloud may be padded (row_step). Points that are not finite are dropped and counted
-/// ("lidar.nan_points"); points at the exact origin, which is how organized clouds say "no return", are dropped as
-/// well. A scan without points keeps its stamp and gets the nominal period ("lidar.empty_scan"); so does one in the
-/// midst of which the LiDAR's own clock jumps ("lidar.clock_jump"), and one with too few points to tell what is left
-/// out.
+/// Rows of organized clouds may be padded (row_step). Points that are not finite are dropped and counted
+/// ("lidar.nan_points"). Points at the exact origin, which mean "no return" in organized clouds, are also dropped. A
+/// scan without points keeps its stamp and gets the nominal period ("lidar.empty_scan"). The same applies to a scan
+/// during which the LiDAR's clock jumps ("lidar.clock_jump"), and to a scan with too few points to infer omitted
+/// settings.
 ///
-/// With point_times: none no field of a time is looked for, and a scan, empty or not, starts and ends at its stamp.
+/// With point_times: none, there is no time field, and a scan, empty or not, begins and ends at its stamp.
 class PointCloudDecoder {
  public:
-  /// Of the platform's first LiDAR. `source` names the file in messages. `warnings` must outlive this.
+  /// For the platform's first LiDAR. `source` names the file in messages. `warnings` must outlive this.
   PointCloudDecoder(std::string source, const Platform& platform, WarningLog& warnings);
 
-  /// Of the LiDAR with this index: 0 is the first, then the further ones.
+  /// For the LiDAR with this index: 0 is the first, then the further ones.
   PointCloudDecoder(std::string source, const Platform& platform, std::size_t lidar, WarningLog& warnings);
 
-  /// Throws InputError where a field is missing (listing those that are there) or of a type that cannot be, the sizes
-  /// disagree, or the per-point times contradict the scan's period.
+  /// Throws InputError if a field is missing (with the available fields) or has an invalid type, the sizes are
+  /// inconsistent, or the points' times contradict the scan's period.
   void decode(const ros1::PointCloudMessage& message, LidarScan& scan);
   void decode(const ros1::LivoxMessage& message, LidarScan& scan);
 
@@ -49,37 +49,37 @@ class PointCloudDecoder {
   void decode_compact(const ros1::PointCloudMessage& message, LidarScan& scan);
   bool is_deskewed() const { return layout_.point_times == PointTimes::none; }
   std::string deskewed_hint() const;
-  bool fields_hold(const ros1::PointCloudMessage& message) const;
+  bool fields_match(const ros1::PointCloudMessage& message) const;
   void resolve_fields(const ros1::PointCloudMessage& message);
   std::size_t point_count(const ros1::PointCloudMessage& message);
-  bool settle_reading(const ros1::PointCloudMessage& message, const LidarScan& scan);
-  PointTimesSeen look_at_times(const ros1::PointCloudMessage& message, const PointColumn& column,
-                               const LidarScan& scan) const;
+  bool infer_reading(const ros1::PointCloudMessage& message, const LidarScan& scan);
+  PointTimeStatistics measure_times(const ros1::PointCloudMessage& message, const PointColumn& column,
+                                    const LidarScan& scan) const;
   void read_points(const ros1::PointCloudMessage& message, std::size_t count, LidarScan& scan);
   void read_times(const ros1::PointCloudMessage& message, std::size_t count);
   void keep_returns(const ros1::PointCloudMessage& message, LidarScan& scan);
-  void place_in_time(const ros1::PointCloudMessage& message, LidarScan& scan);
+  void assign_times(const ros1::PointCloudMessage& message, LidarScan& scan);
   void keep_empty(const ros1::PointCloudMessage& message, LidarScan& scan, const char* kind, const char* detail);
 
   std::string source_;
   LidarMessageLayout layout_;
   std::string platform_file_;
-  std::string keys_;  ///< where the platform file describes this LiDAR: "lidar"
+  std::string keys_;  ///< key of this LiDAR in the platform file: "lidar"
   bool livox_ = false;
   Time period_ns_;
   WarningLog& warnings_;
 
-  std::vector<ros1::PointField> known_fields_;  ///< the fields that the columns below were found in
+  std::vector<ros1::PointField> known_fields_;  ///< the fields for which the columns below are valid
   std::uint32_t known_step_ = 0;
-  bool step_settled_ = false;  ///< by a message with points: only its size tells how they lie
+  bool step_is_known_ = false;  ///< set by a message with points, because only its size determines the layout
   PointFields fields_;
   PointColumn time_;  ///< one of fields_.times
   std::optional<PointTimeReading> reading_;
-  bool reading_holds_ = false;  ///< for all scans; else `reading_` is one sparse scan's
-  Time time_origin_ = 0;        ///< added to the points' times, which are absolute then
-  std::vector<Time> times_;     ///< of the points, in ns as the message gives them
+  bool reading_is_final_ = false;  ///< valid for all scans; otherwise of one sparse scan
+  Time time_origin_ = 0;           ///< added to the points' times to make them absolute
+  std::vector<Time> times_;        ///< of the points, ns, as in the message
   ros1::PointCloudMessage livox_cloud_;
-  ros1::PointCloudMessage compact_cloud_;  ///< the last one whose rows were padded, without the padding
+  ros1::PointCloudMessage compact_cloud_;  ///< the last message with padded rows, without padding
   std::vector<std::uint8_t> compact_data_;
 };
 

@@ -10,15 +10,14 @@
 
 #include "frontends/logs/ros1/messages.h"
 
-/// The columns of a PointCloud2: one field of all its points, read in its own type.
+/// Columns of a PointCloud2: one field of all points, read in its own type.
 namespace lodestone {
 
 struct PointColumn {
-  std::uint32_t offset = 0;   ///< bytes from a point's first
+  std::uint32_t offset = 0;   ///< bytes from a point's begin
   std::uint8_t datatype = 0;  ///< ros1::PointField's; 0: absent
   std::string name{};
-  /// Of a time in two fields, whose seconds are above: the nanoseconds beside them. A datatype of 0: the field stands
-  /// alone.
+  /// For a time in two fields: the field of nanoseconds; the field above has the seconds. Datatype 0: a single field.
   std::uint32_t nanoseconds_offset = 0;
   std::uint8_t nanoseconds_datatype = 0;
 };
@@ -52,12 +51,12 @@ inline const char* name_of_datatype(std::uint8_t datatype) {
   return datatype < std::size(names) ? names[datatype] : "of an unknown type";
 }
 
-/// Bytes of a field; huge counts do not wrap.
+/// Bytes of a field; large counts do not overflow.
 inline std::uint64_t size_of_field(const ros1::PointField& field) {
   return std::uint64_t{size_of_datatype(field.datatype)} * (field.count == 0 ? 1 : field.count);
 }
 
-/// Calls sink(index, value) for each point, value in the column's own type: one loop a type, no branch a point.
+/// Calls sink(index, value) for each point, with the value in the column's type: one loop per type, without branches.
 template <class Type, class Sink>
 void read_column_as(const std::uint8_t* data, std::size_t count, std::size_t step, const Sink& sink) {
   for (std::size_t i = 0; i < count; ++i, data += step) {
@@ -67,7 +66,7 @@ void read_column_as(const std::uint8_t* data, std::size_t count, std::size_t ste
   }
 }
 
-/// One field of all points; see read_column.
+/// Reads one field of all points; see read_column.
 template <class Sink>
 void read_single_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
                         const Sink& sink) {
@@ -102,7 +101,7 @@ void read_single_column(const PointColumn& column, const std::uint8_t* data, std
 template <class Sink>
 void read_paired_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
                         const Sink& sink) {
-  // Whatever the bytes are, the sum is an integer of 64 bits: 9e18 + 2e17.
+  // Limits for arbitrary bytes: the sum fits 64 bits, 9e18 + 2e17.
   const auto within = [](auto value, std::int64_t most) {
     const auto number = static_cast<double>(value);
     if (!(number > -static_cast<double>(most))) return -most;
@@ -116,8 +115,8 @@ void read_paired_column(const PointColumn& column, const std::uint8_t* data, std
       [&](std::size_t i, auto nanoseconds) { sink(i, times[i] + within(nanoseconds, 200'000'000'000'000'000)); });
 }
 
-/// `data`: of the first point, null where there is none. An absent column calls nothing; one of seconds and nanoseconds
-/// gives their sum, std::int64_t ns.
+/// `data`: the first point, or null. An absent column causes no calls. A column of seconds and nanoseconds gives their
+/// sum, std::int64_t ns.
 template <class Sink>
 void read_column(const PointColumn& column, const std::uint8_t* data, std::size_t count, std::size_t step,
                  const Sink& sink) {

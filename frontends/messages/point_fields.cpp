@@ -22,7 +22,7 @@ std::string names_of(const PointCloudMessage& message) {
   return names.empty() ? "none" : join_names(names);
 }
 
-/// The first of `names` that is a field; empty where none is.
+/// The first of `names` that is a field; empty if none is.
 std::string first_there(const PointCloudMessage& message, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     for (const PointField& field : message.fields) {
@@ -32,20 +32,20 @@ std::string first_there(const PointCloudMessage& message, std::initializer_list<
   return {};
 }
 
-/// Two uint32 hold one integer of 64 bits, for sensor_msgs has no type for it.
+/// Two uint32 contain one 64-bit integer, because sensor_msgs has no such type.
 PointColumn time_column_of(const PointField& field) {
   const bool pair = field.datatype == PointField::uint32 && field.count == 2;
   return {field.offset, pair ? std::uint8_t{PointField::uint64} : field.datatype, field.name};
 }
 
-/// Of four bytes or more: a second has more nanoseconds than two bytes tell.
+/// Integers of four bytes or more: two bytes are too small for the nanoseconds of a second.
 bool is_integer(const PointField& field) {
   return size_of_datatype(field.datatype) >= 4 && field.datatype != PointField::float32 &&
          field.datatype != PointField::float64;
 }
 
-/// Times in two fields, seconds and nanoseconds: integers whose names differ in that alone. With `one_of` the pair it
-/// belongs to.
+/// Times in two fields, seconds and nanoseconds: integers with names that differ only in the unit. With `one_of`, only
+/// the pair of that field.
 std::vector<PointColumn> paired_times(const PointCloudMessage& message, const std::string& one_of = {}) {
   std::map<std::string, const PointField*> nanoseconds;
   for (const PointField& field : message.fields) {
@@ -65,7 +65,7 @@ std::vector<PointColumn> paired_times(const PointCloudMessage& message, const st
   return found;
 }
 
-/// Finds the columns of one message, or says what is wrong with it.
+/// Finds the columns of one message, or reports what is wrong.
 struct FieldFinder {
   const PointCloudMessage& message;
   const PointFieldsContext& context;
@@ -91,11 +91,11 @@ struct FieldFinder {
     fail(
         fmt::format("there is no point field '{}'; the message has {}; record or convert the cloud with its "
                     "coordinates in metres as "
-                    "the fields x, y and z (FLOAT32 or FLOAT64): no key names others",
+                    "the fields x, y and z (FLOAT32 or FLOAT64); other names are not supported",
                     axis, names_of(message)));
   }
 
-  /// `otherwise`: what else may be changed, for the message.
+  /// `otherwise`: a further remedy for the message.
   PointColumn column(const std::string& name, const char* key, const std::string& otherwise = {}) const {
     std::vector<std::string> names;
     for (const PointField& field : message.fields) {
@@ -118,7 +118,7 @@ struct FieldFinder {
     if (!layout.time_field.empty()) {
       std::vector<PointColumn> paired = paired_times(message, layout.time_field);
       if (!paired.empty()) return {paired.front()};
-      return {column(layout.time_field, "time (each point's own time, for undistortion)", has_times() ? "" : deskewed)};
+      return {column(layout.time_field, "time (each point's time, for deskewing)", has_times() ? "" : deskewed)};
     }
     std::vector<PointColumn> found;
     for (const PointField& field : message.fields) {
@@ -127,17 +127,17 @@ struct FieldFinder {
     std::stable_sort(found.begin(), found.end(), [](const PointColumn& a, const PointColumn& b) {
       return *time_name_rank(a.name) < *time_name_rank(b.name);
     });
-    // A field of nanoseconds alone starts anew each second: with its seconds it comes first.
+    // A field of nanoseconds alone restarts each second. Therefore pairs with seconds come first.
     std::vector<PointColumn> paired = paired_times(message);
     found.insert(found.begin(), paired.begin(), paired.end());
     if (!found.empty()) return found;
     fail(fmt::format(
-        "{} names no point field with each point's own time, and none is called like one; the message has {}; "
+        "{} names no point field with each point's time, and no field has the name of a time; the message has {}; "
         "set {}.fields.time, or record the driver's full points{}",
         context.platform_file, names_of(message), context.keys, deskewed));
   }
 
-  /// Some recorders announce an aligned layout and write a packed one: the data's size tells.
+  /// Some recorders announce an aligned layout, but write a packed one. The size of the data decides.
   void unpack(PointFields& fields) const {
     std::uint64_t packed = 0;
     for (const PointField& field : message.fields) {

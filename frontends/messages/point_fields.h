@@ -10,26 +10,26 @@
 
 namespace lodestone {
 
-/// Where a cloud's fields lie.
+/// The columns of a cloud.
 struct PointFields {
   PointColumn x, y, z;
-  PointColumn intensity, ring;     ///< absent where the message has none
-  std::vector<PointColumn> times;  ///< none with point_times: none, else at least one; several only where the layout
-                                   ///< names none: the likeliest by its name first
+  PointColumn intensity, ring;     ///< absent if the message has none
+  std::vector<PointColumn> times;  ///< empty with point_times: none, otherwise at least one; several only if the
+                                   ///< layout names none: in descending order of likelihood by name
   std::uint32_t step = 0;          ///< bytes from one point to the next
-  bool packed = false;             ///< the points lie closer than the message says, without gaps between their fields
+  bool packed = false;             ///< points are packed without gaps, contrary to the announced layout
 };
 
-/// For messages.
+/// Names for messages.
 struct PointFieldsContext {
   std::string where;  ///< log, topic and time
-  std::string keys;   ///< where the platform file describes the LiDAR: "lidar"
+  std::string keys;   ///< key of the LiDAR in the platform file: "lidar"
   std::string platform_file;
 };
 
-/// Finds the fields that `layout` names; without a time field, intensity and ring are found by their usual names, and
-/// every field that is called like a time is listed. Throws InputError where a field is missing (with those that are
-/// there), of a type that cannot be, or reaches beyond the point, and where the cloud is big-endian.
+/// Finds the fields that `layout` names. Without a time field in `layout`, intensity and ring are found by their usual
+/// names, and all fields with the name of a time are listed. Throws InputError if a field is missing (with the
+/// available fields), has an invalid type or exceeds the point, and if the cloud is big-endian.
 PointFields find_point_fields(const ros1::PointCloudMessage& message, const LidarMessageLayout& layout,
                               const PointFieldsContext& context);
 

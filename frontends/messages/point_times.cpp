@@ -14,7 +14,7 @@
 namespace lodestone {
 namespace {
 
-/// In the order of preference: what drivers call it, letters and digits alone.
+/// Names of time fields in drivers, in order of preference; letters and digits only.
 constexpr std::array time_names{
     "t",         "time",         "timestamp",   "offsettime", "timeoffset", "timeoffsetns", "timestampns",
     "pointtime", "relativetime", "reltime",     "deltatime",  "deltat",     "dt",           "ts",
@@ -32,8 +32,7 @@ std::string without_underscores(std::string name) {
   return name;
 }
 
-/// `name` without the first of `words` in it, which may start with an underscore and then stands at the end; nothing
-/// where none is.
+/// `name` without the first of `words` in it (a word with an underscore must be at the end); nothing if there is none.
 std::optional<std::string> stem_without(const std::string& name, std::initializer_list<std::string_view> words) {
   for (const std::string_view word : words) {
     const std::size_t at = name.rfind(word);
@@ -62,12 +61,13 @@ Time nanoseconds_per(PointTimeUnit unit) {
 std::optional<PointTimeUnit> fitting_time_unit(double span, Time period) {
   for (const auto& [unit, name] : enum_names(PointTimeUnit::seconds)) {
     const double periods = span * static_cast<double>(nanoseconds_per(unit)) / static_cast<double>(period);
-    if (periods >= 0.05 && periods <= 5.0) return unit;  // units are a thousand apart: no two fit
+    if (periods >= 0.05 && periods <= 5.0)
+      return unit;  // units differ by a factor of a thousand, so that at most one fits
   }
   return std::nullopt;
 }
 
-std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, const LidarMessageLayout& layout,
+std::optional<PointTimeReading> read_point_times(const PointTimeStatistics& seen, const LidarMessageLayout& layout,
                                                  Time stamp, Time period, std::string& why_not) {
   const double span = seen.latest - seen.earliest;
   if (seen.doubtful) {
@@ -75,15 +75,14 @@ std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, con
     const bool from_zero = std::abs(seen.earliest) * 1e6 < 0.1 * static_cast<double>(period);
     const bool otherwise = layout.time_unit && *layout.time_unit != PointTimeUnit::milliseconds;
     if (otherwise || !from_zero || !(periods > 0.5 && periods < 1.5)) {
-      why_not = fmt::format("goes from {:.6g} to {:.6g}, which is no scan of {:g} s in ms since its start",
+      why_not = fmt::format("ranges from {:.6g} to {:.6g}, which is not a scan of {:g} s in ms since its begin",
                             seen.earliest, seen.latest, to_seconds(period));
       return std::nullopt;
     }
   }
   const auto unit = layout.time_unit ? layout.time_unit : fitting_time_unit(span, period);
   if (!unit) {
-    why_not = fmt::format("spans {:.6g} in its own numbers, which is no scan of {:g} s in s, ms, us or ns", span,
-                          to_seconds(period));
+    why_not = fmt::format("spans {:.6g}, which is not a scan of {:g} s in s, ms, us or ns", span, to_seconds(period));
     return std::nullopt;
   }
   const std::string unit_name = options_detail::write_value(*unit);
@@ -91,14 +90,14 @@ std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, con
   const auto period_ns = static_cast<double>(period);
   if (seen.step * to_ns > 0.01 * period_ns) {
     why_not = fmt::format(
-        "holds {:.6g} {} in steps of {:.3g} s, too coarse for a scan of {:g} s: record it as float64, or "
-        "from the scan's start",
+        "has values of {:.6g} {} in steps of {:.3g} s, too coarse for a scan of {:g} s: record it as float64, or "
+        "from the scan's begin",
         seen.latest, unit_name, seen.step * to_ns * 1e-9, to_seconds(period));
     return std::nullopt;
   }
   if (seen.limit > 0.0 && seen.latest > 0.98 * seen.limit && seen.limit * to_ns < 0.9 * period_ns) {
     why_not = fmt::format(
-        "comes up to {:g} {}, where its type ends and starts anew within a scan of {:g} s: record it as "
+        "has a limit of {:g} {}, so that it overflows within a scan of {:g} s: record it as "
         "uint32",
         seen.latest, unit_name, to_seconds(period));
     return std::nullopt;
@@ -110,10 +109,10 @@ std::optional<PointTimeReading> read_point_times(const PointTimesSeen& seen, con
     reading.zero = *layout.time_zero;
   } else if (earliest < -5.0 * period_ns || latest > 5.0 * period_ns) {
     const double away = std::abs(0.5 * (earliest + latest) - static_cast<double>(stamp));
-    // A message without a stamp has nothing else to be placed by.
+    // A message without a stamp requires absolute times.
     reading.zero = away < 1e9 + 5.0 * period_ns || stamp == 0 ? PointTimeZero::epoch : PointTimeZero::lidar_clock;
   } else {
-    // A hair below zero is a firing's place within its packet, not a stamp in the middle.
+    // Slightly negative times are a firing's position within its packet, not a stamp in the middle.
     reading.zero = earliest < -0.02 * period_ns ? PointTimeZero::stamp : PointTimeZero::scan_start;
   }
   reading.stamp = layout.stamp.value_or(ScanStamp::start);
@@ -138,7 +137,7 @@ ScanPlace place_scan(const PointTimeReading& reading, Time earliest, Time latest
       place.zero = earliest;
       break;
   }
-  // From here on the stamp names an instant of the scan, whose first firing has the time `begin`.
+  // Here the stamp is an instant of the scan. `begin` is the time of its first firing.
   const Time begin = reading.zero == PointTimeZero::lidar_clock ? earliest : 0;
   const Time length = latest - begin;
   const Time into_scan = reading.stamp == ScanStamp::start    ? 0
@@ -160,7 +159,7 @@ bool is_doubtful_time_name(const std::string& field) {
 
 std::optional<TimePart> time_part_of(const std::string& field) {
   const std::string name = lower_case(field);
-  // Nanoseconds first: their names hold those of seconds.
+  // Nanoseconds first: their names contain those of seconds.
   if (auto stem =
           stem_without(name, {"nanoseconds", "nanosecond", "nanosecs", "nanosec", "nanos", "nsecs", "nsec", "_ns"})) {
     return TimePart{*stem, true};
@@ -176,13 +175,13 @@ std::string describe(const PointTimeReading& reading) {
     case PointTimeZero::epoch:
       return unit + ", absolute";
     case PointTimeZero::stamp:
-      return unit + " from the stamp on, or before it";
+      return unit + " relative to the stamp";
     case PointTimeZero::scan_start:
-      return fmt::format("{} since the scan's start; the stamp is that of its {}", unit, instant);
+      return fmt::format("{} since the scan's begin; the stamp is the scan's {}", unit, instant);
     case PointTimeZero::lidar_clock:
       break;
   }
-  return fmt::format("{} of the LiDAR's own clock; the stamp is that of the scan's {}", unit, instant);
+  return fmt::format("{} of the LiDAR's clock; the stamp is the scan's {}", unit, instant);
 }
 
 }  // namespace lodestone

@@ -11,7 +11,7 @@ namespace lodestone {
 std::string fitting_field_unit(double value_as_written) {
   constexpr double earth_ut = 45.0;
   std::string fitting;
-  double nearest = std::log(6.0);  // a factor, either way: steel makes as much
+  double nearest = std::log(6.0);  // tolerated factor: steel changes the field as much
   for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
     const double away = std::abs(std::log(value_as_written * microtesla_per(unit) / earth_ut));
     if (!(away < nearest)) continue;
@@ -36,7 +36,7 @@ void check_acceleration(const std::string& source, const Platform& platform, con
     throw InputError(found + "; the IMU is in m/s2: set imu.acceleration_unit: m/s2 in " + platform.file_name());
   }
   if (mean < 0.5 * gravity || mean > 2.0 * gravity) {
-    throw InputError(found + "; a log needs the specific force with gravity in it, in the unit that " +
+    throw InputError(found + "; expected the specific force including gravity, in the unit that " +
                      platform.file_name() + " names as imu.acceleration_unit");
   }
 }
@@ -45,7 +45,7 @@ void check_field(const std::string& source, const Platform& platform, std::size_
                  const FirstReadings& readings, WarningLog* warnings) {
   constexpr double largest_ut = 1000.0;
   const double mean_ut = readings.mean_magnitude();
-  // Exact zeros are a dead sensor, which the estimators leave to its weight; anything else this small is a wrong unit.
+  // Exact zeros are a dead sensor, which the estimators reject. Other values below this limit have a wrong unit.
   constexpr double smallest_ut = 0.1;
   constexpr double usual_low_ut = 5.0, usual_high_ut = 250.0;
   if (readings.finite_count == 0 || mean_ut == 0.0) return;
@@ -66,13 +66,12 @@ void check_field(const std::string& source, const Platform& platform, std::size_
         "{}",
         source, layout.topic, as_written, unit_name, mean_ut, smallest_ut, largest_ut, change, platform.file_name()));
   }
-  // Steel and hard iron make strange fields, but hardly such.
+  // Steel and hard iron change the field, but hardly beyond these limits.
   if (warnings == nullptr || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
   warnings->add(
       "magnetometer.magnitude",
-      fmt::format(
-          "{}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; 20 to 70 are usual; {} in {}, if it is",
-          layout.topic, as_written, unit_name, mean_ut, change, platform.file_name()),
+      fmt::format("{}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; usual are 20 to 70; if so, {} in {}",
+                  layout.topic, as_written, unit_name, mean_ut, change, platform.file_name()),
       readings.first_stamp);
 }
 
@@ -80,16 +79,16 @@ void check_clock(const std::string& source, const std::string& topic, Time first
                  const std::string& reference_topic, Time first_reference_stamp, double duration_s) {
   if (first_stamp == 0) {
     throw InputError(
-        fmt::format("{}: {}: the messages have no stamp (0 s); record them with the sensor's time in their "
+        fmt::format("{}: {}: the messages have no stamp (0 s); record the sensor's time in the messages' "
                     "headers",
                     source, topic));
   }
   const double apart_s = to_seconds(first_stamp - first_reference_stamp);
   if (std::abs(apart_s) <= duration_s + 1.0) return;
   throw InputError(
-      fmt::format("{}: {} starts {:.3f} s from {} by its stamps, in a log of {:.3f} s: their clocks differ; "
+      fmt::format("{}: the first stamps of {} and {} differ by {:.3f} s, in a log of {:.3f} s: the clocks differ; "
                   "record both with one clock",
-                  source, topic, apart_s, reference_topic, duration_s));
+                  source, topic, reference_topic, apart_s, duration_s));
 }
 
 }  // namespace lodestone

@@ -7,13 +7,13 @@
 #include "core/warnings.h"
 #include "frontends/configuration/platform.h"
 
-/// What the first second of each sensor tells about its unit and its clock, whatever the log's format. A wrong unit
-/// spoils a run silently, so that it is refused before the run starts.
+/// Checks of each sensor's unit and clock from its first second, for any log format. A wrong unit would spoil a run
+/// silently, so it is refused before the run.
 namespace lodestone {
 
 /// Mean of a sensor's first readings.
 struct FirstReadings {
-  int wanted = 0;  ///< how many are worth waiting for
+  int wanted = 0;  ///< required number
   int count = 0;
   int finite_count = 0;
   double magnitude_sum = 0.0;  ///< of the finite ones, in the unit of the measurement (m/s², µT)
@@ -28,22 +28,21 @@ struct FirstReadings {
   double mean_magnitude() const { return finite_count > 0 ? magnitude_sum / finite_count : 0.0; }
 };
 
-/// Throws InputError where the mean acceleration is no specific force in m/s² near gravity: in g, or without gravity.
+/// Throws InputError if the mean acceleration is not a specific force in m/s² near gravity: in g, or without gravity.
 /// `source` names the log.
 void check_acceleration(const std::string& source, const Platform& platform, const FirstReadings& readings);
 
-/// The name of the unit in which values of this size come nearest to the earth's field; empty where none comes near,
-/// steel and all.
+/// The name of the unit in which values of this magnitude are nearest to the earth's field; empty if none is near.
 std::string fitting_field_unit(double value_as_written);
 
-/// Throws InputError where the field cannot be what the platform's unit makes of it (more than 1000 µT, or less than
-/// 0.1 µT and not zero), and names the unit that would fit. Where the size is only unusual (20 to 70 µT are usual) and
-/// another unit explains it, that is counted as magnetometer.magnitude (by nobody where `warnings` is null).
+/// Throws InputError with the fitting unit if the field is impossible in the platform's unit (above 1000 µT, or below
+/// 0.1 µT and not zero). If the magnitude is only unusual (20 to 70 µT are usual) and another unit explains it, this is
+/// counted as magnetometer.magnitude (if `warnings` is not null).
 void check_field(const std::string& source, const Platform& platform, std::size_t magnetometer,
                  const FirstReadings& readings, WarningLog* warnings = nullptr);
 
-/// Throws InputError where a sensor's stamps are zero, or so far from those of the reference topic that the two never
-/// meet in a log of `duration_s`: their clocks differ.
+/// Throws InputError if a sensor's stamps are zero, or so far from those of the reference topic that they cannot
+/// overlap in a log of `duration_s`: the clocks differ.
 void check_clock(const std::string& source, const std::string& topic, Time first_stamp,
                  const std::string& reference_topic, Time first_reference_stamp, double duration_s);
 

@@ -22,18 +22,18 @@ StreamDecoder::StreamDecoder(const std::string& path, const Platform& platform, 
 
 void StreamDecoder::set(const RawMessage& raw) {
   raw_ = raw;
-  message_holds_ = vectors_hold_ = false;
+  message_is_decoded_ = vectors_are_decoded_ = false;
 }
 
 const ros1::Message& StreamDecoder::message(const SensorStream& stream) {
-  if (!message_holds_) messages_.decode(*stream.info, raw_, message_);
-  message_holds_ = true;
+  if (!message_is_decoded_) messages_.decode(*stream.info, raw_, message_);
+  message_is_decoded_ = true;
   return message_;
 }
 
 const MessagePaths::Vector& StreamDecoder::vector(const SensorStream& stream, std::size_t index) {
-  if (!vectors_hold_) stream.reader->read(raw_, vectors_);
-  vectors_hold_ = true;
+  if (!vectors_are_decoded_) stream.reader->read(raw_, vectors_);
+  vectors_are_decoded_ = true;
   return vectors_[stream.first_vector + index];
 }
 

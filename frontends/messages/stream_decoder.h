@@ -11,27 +11,27 @@
 
 namespace lodestone {
 
-/// What the messages of a log say of the platform's sensors, in the platform's units: samples and scans, whatever
-/// messages they lie in. The clock offsets of the platform file are subtracted from the stamps, so that every time is
-/// the IMU's. A message is decoded when the first of its sensors asks, and once for all of them.
+/// Decodes the messages of a log to samples and scans of the platform's sensors, in SI units. The platform file's clock
+/// offsets are subtracted from the stamps, so that all times are of the IMU's clock. A message is decoded on the first
+/// call for one of its sensors, and only once.
 ///
-/// Every call but set() throws InputError where the message's bytes contradict themselves or the platform file.
+/// All functions except set() throw InputError if the message's bytes are inconsistent or contradict the platform file.
 class StreamDecoder {
  public:
-  /// `path` names the log in messages. `platform` and `warnings` must outlive this; `warnings` gets what the scans'
-  /// decoders have to say.
+  /// `path` names the log in messages. `platform` and `warnings` must outlive this. The scans' decoders add to
+  /// `warnings`.
   StreamDecoder(const std::string& path, const Platform& platform, WarningLog& warnings);
 
-  /// The message of which the calls below speak. Its bytes must hold until then.
+  /// Sets the message for the functions below. Its bytes must stay valid.
   void set(const RawMessage& raw);
 
-  /// Of `stream`'s part of the message, by the IMU's clock. A stamp of 0 means that there is none, and stays 0.
+  /// Stamp of `stream`'s part of the message, by the IMU's clock. A stamp of 0 means no stamp, and stays 0.
   Time stamp(const SensorStream& stream);
   ImuSample imu(const SensorStream& stream);
-  /// As it was read: calibrated() takes hard and soft iron off.
+  /// The uncalibrated reading; calibrated() corrects hard and soft iron.
   MagneticSample field(const SensorStream& stream);
   void scan(const SensorStream& stream, LidarScan& scan);
-  /// The cloud with its fields; null where the scan is a CustomMsg. The points are views into the message's bytes.
+  /// The cloud with its fields; null if the scan is a CustomMsg. The points are views into the message's bytes.
   const ros1::PointCloudMessage* cloud(const SensorStream& stream);
 
  private:
@@ -41,15 +41,15 @@ class StreamDecoder {
 
   const Platform& platform_;
   MessageDecoder messages_;
-  std::vector<PointCloudDecoder> clouds_;  ///< one a LiDAR
+  std::vector<PointCloudDecoder> clouds_;  ///< one per LiDAR
   RawMessage raw_;
   ros1::Message message_;
-  bool message_holds_ = false;
-  std::vector<MessagePaths::Vector> vectors_;  ///< of a message that is read by paths
-  bool vectors_hold_ = false;
+  bool message_is_decoded_ = false;
+  std::vector<MessagePaths::Vector> vectors_;  ///< vectors of a message that is read by paths
+  bool vectors_are_decoded_ = false;
 };
 
-/// field = soft_iron_correction (reading − hard_iron_ut), in the magnetometer's own axes.
+/// field = soft_iron_correction (reading − hard_iron_ut), in the magnetometer's axes.
 Vector3 calibrated(const MagnetometerMessageLayout& layout, const Vector3& reading_ut);
 
 }  // namespace lodestone

@@ -5,7 +5,7 @@
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/message_reading.h"
 
-/// Known messages field by field from one wire format to the other. `From` is a reader, `To` a writer of wire_*.h.
+/// Copies known messages field by field between wire formats. `From` is a reader, `To` a writer of wire_*.h.
 namespace lodestone::transcoding {
 
 template <class From, class To>

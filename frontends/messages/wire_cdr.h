@@ -9,12 +9,12 @@
 #include "core/time.h"
 #include "frontends/logs/ros1/messages.h"
 
-/// ROS 2's serialization through Fast-CDR: numbers at multiples of their size, in the byte order that the first bytes
-/// say. Heavy: for .cpp files only.
+/// ROS 2's serialization with Fast-CDR: numbers aligned to their size, in the byte order of the first bytes. A heavy
+/// header: include it in .cpp files only.
 namespace lodestone {
 
-/// Reads one message. Every call throws ros1::MalformedMessage where the bytes end before; so does the constructor
-/// where the first four bytes announce another kind of CDR than the plain one that ROS 2 writes.
+/// Reads one message. Every call throws ros1::MalformedMessage if the bytes end before. The constructor throws it if
+/// the first four bytes are not those of plain CDR.
 class CdrWireReader {
  public:
   CdrWireReader(const std::uint8_t* data, std::size_t size)
@@ -24,7 +24,7 @@ class CdrWireReader {
     if (size < 4 || data[0] != 0 || data[1] > 1) {
       throw ros1::MalformedMessage(size < 4
                                        ? "the message is shorter than CDR's first four bytes"
-                                       : "the message starts with the bytes " + std::to_string(int{data[0]}) + " " +
+                                       : "the message begins with the bytes " + std::to_string(int{data[0]}) + " " +
                                              std::to_string(int{data[1]}) + "; expected plain CDR (0 0 or 0 1)");
     }
     swapped_ = data[1] == 0;
@@ -32,14 +32,14 @@ class CdrWireReader {
   }
 
   std::size_t left() { return static_cast<std::size_t>(end_ - cdr_.getCurrentPosition()); }
-  bool swapped() const { return swapped_; }  ///< whether numbers lie big-endian
+  bool swapped() const { return swapped_; }  ///< whether numbers are big-endian
 
   const std::uint8_t* bytes(std::size_t count) {
     const auto* at = reinterpret_cast<const std::uint8_t*>(cdr_.getCurrentPosition());
     if (count > left()) fail();
     if (count == 0) return at;
     cdr_.jump(count - 1);
-    number<std::uint8_t>();  // a jump alone would let Fast-CDR believe that it still stands where the last number ended
+    number<std::uint8_t>();  // Fast-CDR does not update its alignment after a jump alone
     return at;
   }
   template <class Number>
@@ -59,7 +59,7 @@ class CdrWireReader {
   }
 
  private:
-  [[noreturn]] static void fail() { throw ros1::MalformedMessage("the message ends before its content does"); }
+  [[noreturn]] static void fail() { throw ros1::MalformedMessage("the message ends before the end of its content"); }
   template <class Call>
   static void guard(const Call& call) {
     try {

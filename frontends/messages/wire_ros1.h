@@ -8,10 +8,10 @@
 #include "core/time.h"
 #include "frontends/logs/ros1/messages.h"
 
-/// ROS 1's serialization: numbers little-endian one after the other, lists and texts behind their count.
+/// ROS 1's serialization: packed little-endian numbers; lists and texts follow their count.
 namespace lodestone {
 
-/// Reads one message. Every call throws ros1::MalformedMessage where the bytes end before.
+/// Reads one message. Every call throws ros1::MalformedMessage if the bytes end before.
 class Ros1WireReader {
  public:
   Ros1WireReader(const std::uint8_t* data, std::size_t size) : data_(data), end_(data + size) {}
@@ -22,7 +22,7 @@ class Ros1WireReader {
   const std::uint8_t* bytes(std::size_t count) {
     if (count > left()) {
       throw ros1::MalformedMessage("the message ends " + std::to_string(count - left()) +
-                                   " bytes before its content does");
+                                   " bytes before the end of its content");
     }
     const std::uint8_t* at = data_;
     data_ += count;

@@ -220,9 +220,8 @@ TEST_F(FieldImport, ScatteredReadingsAreForMapMagnetic) {
     for (int i = 0; i < 300; ++i)
       text += fmt::format("{:.{}f},{:.{}f},0.1,20,1,-40\n", place(random), digits, place(random), digits);
     if (digits == 1) text = "0.0,0.0,0.1,20,1,-40\n0.1,4.9,0.1,20,1,-40\n2.5,2.4,0.1,20,1,-40\n4.9,0.1,0.1,20,1,-40\n";
-    EXPECT_THAT(error(text),
-                AllOf(HasSubstr("field.csv: "),
-                      HasSubstr("make a map of the survey that they are from with `lodestone map magnetic`")));
+    EXPECT_THAT(error(text), AllOf(HasSubstr("field.csv: "),
+                                   HasSubstr("build a map from the survey with `lodestone map magnetic`")));
   }
 }
 
@@ -237,27 +236,27 @@ TEST_F(FieldImport, SaysWhatIsWrong) {
   EXPECT_THAT(error("x,y,z,Bx,By,Bz,sigma_x,sigma_y,sigma_z\n1,2,3,4,5,6,7,8,9\n"),
               HasSubstr("'sigma_x' is the sigma of one axis"));
   EXPECT_THAT(error("1,2,3\n"), HasSubstr("3 columns without names"));
-  EXPECT_THAT(error("# nothing\n"), HasSubstr("has no line of numbers"));
-  EXPECT_THAT(error(table(style) + "3,4,five,1,2,3\n"),
-              HasSubstr("field.csv:37: 'five' is no number, in the column 3"));
-  EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,2,3\n"), HasSubstr("have one place, x 3, y -2"));
-  EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,inf,3\n"), HasSubstr("field.csv:37: inf microtesla is no field"));
+  EXPECT_THAT(error("# nothing\n"), HasSubstr("there is no line of numbers"));
+  EXPECT_THAT(error(table(style) + "3,4,five,1,2,3\n"), HasSubstr("field.csv:37: 'five' is not a number, in column 3"));
+  EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,2,3\n"), HasSubstr("have the same position, x 3, y -2"));
+  EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,inf,3\n"),
+              HasSubstr("field.csv:37: inf microtesla is not a valid field"));
   EXPECT_THAT(error("x_mm,y_mm,z_mm,Bx,By,Bz\n1,2,3,4,5,6\n"), HasSubstr("'x_mm' is in mm; expected metres"));
   style.with_z = false;
   style.header.clear();
-  EXPECT_THAT(error(table(style)), HasSubstr("say by --height"));
+  EXPECT_THAT(error(table(style)), HasSubstr("set --height"));
   style.with_z = true;
   FieldImportOptions options;
   options.height_m = 1.0;
-  EXPECT_THAT(error(table(style), options), HasSubstr("leave out --height"));
+  EXPECT_THAT(error(table(style), options), HasSubstr("omit --height"));
   options = {};
   options.unit = FieldUnit::tesla;
-  EXPECT_THAT(error(table(style), options), HasSubstr("it looks like microtesla, give --unit microtesla"));
+  EXPECT_THAT(error(table(style), options), HasSubstr("it looks like microtesla, set --unit microtesla"));
   style.per_ut = 1e9;
-  EXPECT_THAT(error(table(style)), HasSubstr("say by --unit"));
+  EXPECT_THAT(error(table(style)), HasSubstr("set --unit"));
   EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n0,2,0,20,0,-40\n1,2,0,20,0,-40\n"),
               HasSubstr("1 m apart along x and 2 m along y"));
-  EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n"), HasSubstr("all positions have one y"));
+  EXPECT_THAT(error("0,0,0,20,0,-40\n1,0,0,20,0,-40\n"), HasSubstr("all positions have the same y"));
   EXPECT_THAT(message_of<InputError>([&] { import_field_table(folder_ / "absent.csv", {}); }),
               HasSubstr("no such file"));
 }

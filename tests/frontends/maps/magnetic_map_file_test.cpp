@@ -96,7 +96,7 @@ TEST_F(MagneticMapFile, SaysWhatIsWrong) {
   EXPECT_EQ(error(), "no error");
   const std::string whole = read_text_file(image_);
   write_text_file(image_, "no picture");
-  EXPECT_THAT(error(), HasSubstr("no readable TIFF"));
+  EXPECT_THAT(error(), HasSubstr("is not a readable TIFF"));
   write_text_file(image_, whole.substr(0, whole.size() / 2));
   EXPECT_THAT(error(), HasSubstr("field.tif"));
   std::filesystem::remove(image_);

@@ -64,10 +64,9 @@ TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewFarOnesDropped) {
   const TemporaryFolder folder;
   const Eigen::Vector3f far(463012.0F, 5254871.0F, 480.0F);
   write_point_cloud(folder / "country.pcd", std::vector<Eigen::Vector3f>(10, far));
-  EXPECT_THAT(
-      cloud_error(folder / "country.pcd"),
-      ::testing::AllOf(HasSubstr("country.pcd: its origin is far away, a point lies at (463012, 5254871, 480) m"),
-                       HasSubstr("subtract one shift")));
+  EXPECT_THAT(cloud_error(folder / "country.pcd"),
+              ::testing::AllOf(HasSubstr("country.pcd: the origin is far away, a point is at (463012, 5254871, 480) m"),
+                               HasSubstr("subtract one shift")));
   write_point_cloud(folder / "few.pcd", {{1, 2, 3}, {1e20F, 0, 0}, {0, -3e9F, 0}, {4, 5, 6}, far});
   WarningLog warnings;
   EXPECT_EQ(read_point_cloud(folder / "few.pcd", warnings), (std::vector<Eigen::Vector3f>{{1, 2, 3}, {4, 5, 6}}));
@@ -91,7 +90,7 @@ TEST(PointCloudFile, AnnouncedSizesAreNotBelieved) {
   EXPECT_THAT(cloud_error(folder / "twice.pcd"), HasSubstr("a line FIELDS after the line DATA"));
   // PCL would take the blank for the header's end, and look at points that it has no memory of.
   write_text(folder / "blank.pcd", "\r\n" + pcd_header("x y z", 2) + "1 2 3\n4 5 6\n");
-  EXPECT_THAT(cloud_error(folder / "blank.pcd"), HasSubstr("a line of blanks in its header"));
+  EXPECT_THAT(cloud_error(folder / "blank.pcd"), HasSubstr("a blank line in the header"));
   std::string bomb = pcd_header("x y z", 75'000'000);
   bomb.replace(bomb.find("ascii"), 5, "binary_compressed");
   const std::uint32_t sizes[2] = {100, 900'000'000};
@@ -177,7 +176,7 @@ TEST(PointCloudFile, ReadsBinaryPlyOfEitherByteOrderAndBothKindsOfNumbers) {
 TEST(PointCloudFile, ALasFileIsRefusedWithTheWayToAPly) {
   const TemporaryFolder folder;
   std::ofstream(folder / "map.laz", std::ios::binary) << "LASF" << std::string(20000, '\0');
-  EXPECT_THAT(cloud_error(folder / "map.laz"), HasSubstr("make a PLY of it: pdal translate map.laz map.ply"));
+  EXPECT_THAT(cloud_error(folder / "map.laz"), HasSubstr("convert the file to PLY: pdal translate map.laz map.ply"));
 }
 
 TEST(PointCloudFile, SaysWhatIsWrong) {
@@ -198,11 +197,11 @@ TEST(PointCloudFile, SaysWhatIsWrong) {
   const auto whole = std::filesystem::file_size(folder / "cut.pcd");
   std::filesystem::resize_file(folder / "cut.pcd", whole - 12 * 400 - 1);
   EXPECT_THAT(cloud_error(folder / "cut.pcd"),
-              HasSubstr("cut.pcd: is cut off: its header announces 1000 points of 12 bytes, and 599 "
-                        "points (7199 bytes) follow it; copy or write it again"));
+              HasSubstr("cut.pcd: is cut off: the header announces 1000 points of 12 bytes, but 599 "
+                        "points (7199 bytes) follow; copy or write it again"));
   write_text(folder / "cut_text.pcd", pcd_header("x y z", 5) + "1 2 3\n4 5 6\n\n7 8 9");
   EXPECT_THAT(cloud_error(folder / "cut_text.pcd"),
-              HasSubstr("its header announces 5 points, and 3 lines of values follow it"));
+              HasSubstr("the header announces 5 points, but 3 lines of values follow"));
   write_text(folder / "platform.yaml", "name: robot\nlidar: {topic: /points}\nimu: {topic: /imu}\nmagnetometers: []\n");
   EXPECT_THAT(cloud_error(folder / "platform.yaml"), HasSubstr("this looks like a platform file"));
   write_text(folder / "cut.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n");

@@ -111,7 +111,7 @@ TEST_F(Raster, SaysWhatIsWrong) {
   using ::testing::HasSubstr;
   EXPECT_THAT(error(), HasSubstr("no such file"));
   std::ofstream(path_) << "no picture";
-  EXPECT_THAT(error(), HasSubstr("no readable TIFF"));
+  EXPECT_THAT(error(), HasSubstr("is not a readable TIFF"));
   write({{300, 300}, 0.1, {0, 0}}, 16, 2);
   EXPECT_EQ(error(), "no error");
   // Wherever pixels are missing, the line says that it is cut off, how far it should reach and how many bytes there
@@ -121,7 +121,7 @@ TEST_F(Raster, SaysWhatIsWrong) {
     write({{300, 300}, 0.1, {0, 0}}, 16, 2);
     std::filesystem::resize_file(path_, kept);
     EXPECT_THAT(error(), HasSubstr("raster.tif: is cut off")) << kept << " of " << whole;
-    EXPECT_THAT(error(), HasSubstr(std::to_string(kept) + " bytes; copy it whole, or write it again"))
+    EXPECT_THAT(error(), HasSubstr(std::to_string(kept) + " bytes; copy the complete file, or write it again"))
         << kept << " of " << whole;
   }
 

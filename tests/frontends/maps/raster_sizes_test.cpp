@@ -77,16 +77,16 @@ TEST(RasterSizes, AnnouncedSizesAreNotBelieved) {
   };
   EXPECT_THAT(error({1U << 22U, 1U << 22U, 0, COMPRESSION_ADOBE_DEFLATE, size}),
               AllOf(HasSubstr("raster.tif: is damaged: page 1 announces tiles of 4194304 x 4194304 pixels"),
-                    HasSubstr("lies in " + std::to_string(size) + " bytes; copy it whole")));
+                    HasSubstr("has only " + std::to_string(size) + " bytes; copy the complete file")));
   EXPECT_THAT(error({40000, 40000, 40000, COMPRESSION_ADOBE_DEFLATE, size}),
               HasSubstr("tiles of 40000 x 40000 pixels (6400000000 bytes)"));
-  EXPECT_THAT(error({128, 128, 128, COMPRESSION_NONE, size}), HasSubstr("(65536 bytes), one of which lies in"));
-  EXPECT_THAT(error({2048, 2048, 2048, COMPRESSION_LZW, size}), HasSubstr("(16777216 bytes), one of which lies in"));
+  EXPECT_THAT(error({128, 128, 128, COMPRESSION_NONE, size}), HasSubstr("(65536 bytes), one of which has only"));
+  EXPECT_THAT(error({2048, 2048, 2048, COMPRESSION_LZW, size}), HasSubstr("(16777216 bytes), one of which has only"));
   // Whatever a tile is said to be packed by, and where it is absent, memory is bounded.
   EXPECT_THAT(error({1U << 15U, 1U << 15U, 1U << 15U, COMPRESSION_ADOBE_DEFLATE, 0}),
-              HasSubstr("save it in smaller tiles"));
+              HasSubstr("save the file in smaller tiles"));
   EXPECT_THAT(error({4096, 4096, 16, COMPRESSION_ADOBE_DEFLATE, size}),
-              HasSubstr("announce 65536 tiles, the file has"));
+              HasSubstr("announce 65536 tiles, but the file has"));
 
   CraftedTiff{16, 62, 0, COMPRESSION_ADOBE_DEFLATE, size}.write(path, data);  // 992 of the 1000 values
   EXPECT_EQ(RasterFile(path).read(0, {15, 61, 1, 1})(0), 1.0F);

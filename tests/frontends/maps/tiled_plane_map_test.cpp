@@ -235,7 +235,7 @@ TEST_F(PlaneMapLoading, PointsBeyondTheVoxelsMakeNoPlanesElsewhere) {
   EXPECT_EQ(planes(points, 1000), expected);
   std::erase_if(points, [](const Eigen::Vector3f& point) { return point.x() < 1000.0F; });
   EXPECT_THAT(message_of<InputError>([&] { planes(points, 1'000'000); }),
-              HasSubstr("1000 of 1000 points lie further than 65536 m"));
+              HasSubstr("1000 of 1000 points are farther than 65536 m"));
 }
 
 TEST_F(PlaneMapLoading, SaysWhatIsWrong) {
@@ -247,7 +247,7 @@ TEST_F(PlaneMapLoading, SaysWhatIsWrong) {
   options.tile_above_points = 0;
   EXPECT_THAT(message_of<InputError>(
                   [&] { load_planes(folder_ / "map.pcd", options, lidar_, folder_ / "map.pcd", warnings_); }),
-              HasSubstr("no temporary file can be made"));
+              HasSubstr("cannot create a temporary file"));
   options.tile_m = 0.1;
   EXPECT_THAT(message_of<InputError>([&] { options.check(); }), HasSubstr("tile_m: expected a number from 0.25"));
 }

@@ -118,21 +118,21 @@ TEST(MessagePaths, SayWhatIsWrong) {
   };
   const TopicInfo topic = board_topic(Encoding::ros1);
   EXPECT_THAT(error(topic, "reading[0].field", 3),
-              AllOf(HasSubstr("the key: 'reading[0].field' is no vector of a board_msgs/Board"),
+              AllOf(HasSubstr("the key: 'reading[0].field' is not a vector of a board_msgs/Board"),
                     HasSubstr("header, name, healthy[], readings[], temperature, rate")));
-  EXPECT_THAT(error(topic, "temperature", 3), HasSubstr("it needs components x, y and z"));
-  EXPECT_THAT(error(topic, "rate[1]", 3), HasSubstr("is no vector"));
+  EXPECT_THAT(error(topic, "temperature", 3), HasSubstr("expected components x, y and z"));
+  EXPECT_THAT(error(topic, "rate[1]", 3), HasSubstr("is not a vector"));
   EXPECT_THAT(error(topic, "readings[", 3), HasSubstr("expected a path like data[0]"));
   EXPECT_THAT(error(topic, "readings[5].field", 3),
-              HasSubstr("topic /board, recorded at 0 s: a list in it is shorter"));
+              HasSubstr("topic /board, recorded at 0 s: a list in the message is shorter"));
   TopicInfo bare = topic;
   bare.definition.clear();
-  EXPECT_THAT(error(bare, "rate", 3), HasSubstr("the log does not hold its definition"));
+  EXPECT_THAT(error(bare, "rate", 3), HasSubstr("the log has no definition of it"));
   bare.definition = "Other other\n";
-  EXPECT_THAT(error(bare, "rate", 3), HasSubstr("does not say what 'board_msgs/Other' is"));
+  EXPECT_THAT(error(bare, "rate", 3), HasSubstr("does not define 'board_msgs/Other'"));
   bare.definition = "Board inner\n";
   EXPECT_THAT(message_of<InputError>([&] { read(bare, board_message<Ros1WireWriter>(1), {"inner"}); }),
-              HasSubstr("no vector"));
+              HasSubstr("not a vector"));
   std::vector<std::uint8_t> cut = board_message<Ros1WireWriter>(3);
   cut.resize(cut.size() / 2);
   EXPECT_THAT(message_of<InputError>([&] { read(topic, cut, {"rate"}); }), HasSubstr("/board"));

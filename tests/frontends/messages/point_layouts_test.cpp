@@ -82,7 +82,7 @@ void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout
   PointCloudDecoder decoder("log.bag", platform, warnings);
   std::vector<std::uint8_t> data;
   for (const LidarScan& scan : simulated_scans()) {
-    ASSERT_GT(scan.points.size(), points_that_tell);
+    ASSERT_GT(scan.points.size(), conclusive_points);
     CloudLayout written = cloud;
     if (cloud.zero == PointTimeZero::lidar_clock)
       written.clock_origin = simulated_scans().front().start - 123'456'789'012;
@@ -192,7 +192,7 @@ TEST(PointLayouts, TheWordSaysWhatIsTakenAndHowToSayItOtherwise) {
   decoder.decode(CloudLayout{"time", Field::float32, s}.write(simulated_scans()[0], data), scan);
   EXPECT_THAT(warnings.entries().at("lidar.told_from_content").first_detail,
               AllOf(HasSubstr("/points"),
-                    HasSubstr("'time' (float32) as s since the scan's start; the stamp is that of its start"),
+                    HasSubstr("'time' (float32) as s since the scan's begin; the stamp is the scan's start"),
                     HasSubstr("lidar.fields.time, time_unit, time_zero and stamp in robot.yaml")));
 }
 
@@ -218,7 +218,7 @@ TEST(PointLayouts, WhatFitsNoReadingIsOneLine) {
   EXPECT_THAT(layout_error(coarse, in_seconds), AllOf(HasSubstr("in steps of"), HasSubstr("record it as float64")));
   // Microseconds in 16 bits start anew after 66 ms.
   EXPECT_THAT(layout_error({"t", Field::uint16, us}, untold(std::nullopt)),
-              AllOf(HasSubstr("'t' (uint16) comes up to 65"), HasSubstr("record it as uint32")));
+              AllOf(HasSubstr("'t' (uint16) has a limit of 65"), HasSubstr("record it as uint32")));
   // A unit that is wrong is told which would be right.
   LidarMessageLayout wrong = told({"t", Field::uint32, ns});
   wrong.time_zero.reset();
@@ -227,7 +227,7 @@ TEST(PointLayouts, WhatFitsNoReadingIsOneLine) {
               AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
   // No field is called like a time.
   EXPECT_THAT(layout_error({"range", Field::uint32, ns}, untold(std::nullopt)),
-              AllOf(HasSubstr("none is called like one; the message has x, y, z, intensity, ring, range"),
+              AllOf(HasSubstr("no field has the name of a time; the message has x, y, z, intensity, ring, range"),
                     HasSubstr("set lidar.fields.time")));
 }
 
@@ -318,7 +318,7 @@ TEST(PointLayouts, SparseScansWaitForOneThatTells) {
   LidarScan part = simulated_scans()[0];
   std::erase_if(part.points,
                 [&](const LidarPoint& point) { return point.ring != 3 || part.start + point.offset_ns > third; });
-  ASSERT_LT(part.points.size(), points_that_tell);
+  ASSERT_LT(part.points.size(), conclusive_points);
   decoder.decode(cloud.write(part, data), read);
   ASSERT_EQ(read.points.size(), part.points.size());
   EXPECT_LT(
@@ -344,7 +344,7 @@ TEST(PointLayouts, AClockThatJumpsWithinAScanCostsThatScanAlone) {
   std::vector<std::uint8_t> data;
   LidarScan read;
   decoder.decode(cloud.write(simulated_scans()[0], data), read);
-  EXPECT_GT(read.points.size(), points_that_tell);
+  EXPECT_GT(read.points.size(), conclusive_points);
   const ros1::PointCloudMessage message = cloud.write(simulated_scans()[1], data);
   std::memset(data.data() + 24, 0, 4);  // the hour is over
   decoder.decode(message, read);

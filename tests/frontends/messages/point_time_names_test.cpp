@@ -127,7 +127,8 @@ TEST(PointLayouts, SecondsAndMicrosecondsAreNoPairAndNeitherAreOtherStems) {
     AlterableCloud cloud(turn_about_a_second());
     cloud.message.fields.back() = {seconds, 24, Field::uint32, 1};
     cloud.message.fields.push_back({fraction, 28, Field::uint32, 1});
-    EXPECT_THAT(line_refusing(cloud, platform_that_names("")), HasSubstr("none is called like one")) << fraction;
+    EXPECT_THAT(line_refusing(cloud, platform_that_names("")), HasSubstr("no field has the name of a time"))
+        << fraction;
   }
 }
 
@@ -183,12 +184,13 @@ TEST(PointLayouts, TheCurvatureOfASurfaceIsNoTime) {
     // Without other times it does not stand in for them.
     cloud.message.fields.erase(cloud.message.fields.begin() + 5);
     EXPECT_THAT(line_refusing(cloud, platform_that_names("")),
-                AllOf(HasSubstr("no point field reads as each point's own time: 'curvature'"),
+                AllOf(HasSubstr("no point field is readable as each point's time: 'curvature'"),
                       HasSubstr("record the driver's full points")))
         << largest;
     Platform with_unit = platform_that_names("");
     with_unit.lidar.time_unit = PointTimeUnit::seconds;
-    EXPECT_THAT(line_refusing(cloud, with_unit), HasSubstr("no point field reads as each point's own time")) << largest;
+    EXPECT_THAT(line_refusing(cloud, with_unit), HasSubstr("no point field is readable as each point's time"))
+        << largest;
   }
 }
 

@@ -38,7 +38,7 @@ TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
   EXPECT_EQ(run_lodestone("map import " + table + " --out field.tif").code, 2);
   result = run_lodestone("map diff " + table + " " + out + " --out " + (folder / "d").string());
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("make one of this table with `lodestone map import`"));
+  EXPECT_THAT(result.errors, HasSubstr("convert this table with `lodestone map import`"));
 }
 
 TEST(MapImportCommand, SaysThatPositionsWereTakenForMetres) {

@@ -179,7 +179,7 @@ class MalformedCustomMsg : public LivoxMessages {
 
 TEST_F(MalformedCustomMsg, IsNamedInOneLine) {
   const auto one_line = AllOf(HasSubstr("log.bag"), HasSubstr("/livox/lidar"), HasSubstr("1700000001 s"),
-                              HasSubstr("19 bytes a point"), ::testing::Not(HasSubstr("\n")));
+                              HasSubstr("19 bytes per point"), ::testing::Not(HasSubstr("\n")));
   write(778, 777 * 19);  // counts another number than it lists
   EXPECT_THAT(error(), one_line);
   write(777, 777 * 19 + 7);  // bytes after the last point
