@@ -10,7 +10,7 @@ namespace lodestone {
 namespace {
 
 template <class Function>
-std::vector<double> of_each_pair(const PosePairs& pairs, Function function) {
+std::vector<double> for_each_pair(const PosePairs& pairs, Function function) {
   std::vector<double> values;
   values.reserve(pairs.size());
   for (const PosePair& pair : pairs) values.push_back(function(pair));
@@ -24,17 +24,17 @@ double angle_between(const Quaternion& a, const Quaternion& b) {
 }  // namespace
 
 std::vector<double> translation_errors(const PosePairs& pairs) {
-  return of_each_pair(pairs,
-                      [](const PosePair& pair) { return (pair.estimate.position - pair.truth.position).norm(); });
+  return for_each_pair(pairs,
+                       [](const PosePair& pair) { return (pair.estimate.position - pair.truth.position).norm(); });
 }
 
 std::vector<double> angle_errors(const PosePairs& pairs) {
-  return of_each_pair(pairs,
-                      [](const PosePair& pair) { return angle_between(pair.truth.rotation, pair.estimate.rotation); });
+  return for_each_pair(pairs,
+                       [](const PosePair& pair) { return angle_between(pair.truth.rotation, pair.estimate.rotation); });
 }
 
 std::vector<double> heading_errors(const PosePairs& pairs) {
-  return of_each_pair(pairs, [](const PosePair& pair) {
+  return for_each_pair(pairs, [](const PosePair& pair) {
     const Quaternion difference = pair.estimate.rotation * pair.truth.rotation.conjugate();
     return std::remainder(2.0 * std::atan2(difference.z(), difference.w()), 2.0 * std::numbers::pi);
   });

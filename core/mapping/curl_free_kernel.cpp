@@ -31,7 +31,7 @@ struct ScaledOffset {
   Matrix3 covariance() const { return amplitudes.cwiseProduct(form); }
 
   /// Derivative by log ℓ with constant σ. The sigma of B_z grows with ℓ.
-  Matrix3 by_length_scale() const {
+  Matrix3 derivative_by_length_scale() const {
     Matrix3 result = a.head<2>().squaredNorm() * form;
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
@@ -43,7 +43,7 @@ struct ScaledOffset {
   }
 
   /// Derivative by log ℓ_z.
-  Matrix3 by_vertical_length_scale() const {
+  Matrix3 derivative_by_vertical_length_scale() const {
     Matrix3 result = a.z() * a.z() * form;
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) result(i, j) += ((i == 2) + (j == 2)) * (a[i] * a[j] - form(i, j));
@@ -105,8 +105,8 @@ double log_marginal_likelihood(const std::vector<FieldCell>& cells, const CurlFr
       const ScaledOffset offset(kernel, cells[i].position - cells[j].position);
       const Matrix3 block = (i == j ? 0.5 : 1.0) * inner.block<3, 3>(3 * i, 3 * j);
       (*gradient)[0] += 2.0 * block.cwiseProduct(offset.covariance()).sum();
-      (*gradient)[1] += block.cwiseProduct(offset.by_length_scale()).sum();
-      (*gradient)[2] += block.cwiseProduct(offset.by_vertical_length_scale()).sum();
+      (*gradient)[1] += block.cwiseProduct(offset.derivative_by_length_scale()).sum();
+      (*gradient)[2] += block.cwiseProduct(offset.derivative_by_vertical_length_scale()).sum();
       (*gradient)[4] += 2.0 * linear * block.trace();
     }
   }

@@ -15,18 +15,18 @@ void SlidingGprOptions::check() const {
   const auto require = [](bool good, const char* message) {
     if (!good) throw InputError(std::string("magnetic map: ") + message);
   };
-  require(window_points >= 20 && window_points <= 5000, "window_points must lie in 20..5000");
-  require(window_length_scales > 0.1 && window_length_scales <= 20.0, "window_length_scales must lie in 0.1..20");
+  require(window_points >= 20 && window_points <= 5000, "window_points must be in 20..5000");
+  require(window_length_scales > 0.1 && window_length_scales <= 20.0, "window_length_scales must be in 0.1..20");
   require(margin_length_scales >= 0.0, "margin_length_scales must not be negative");
-  require(reach_length_scales > 0.0 && reach_length_scales <= 10.0, "reach_length_scales must lie in 0..10");
+  require(reach_length_scales > 0.0 && reach_length_scales <= 10.0, "reach_length_scales must be in 0..10");
   require(cells_per_length_scale >= 1.0, "cells_per_length_scale must be at least 1");
-  require(fit_windows >= 1 && fit_windows <= 1000, "fit_windows must lie in 1..1000");
-  require(fit_points >= 10 && fit_points <= 5000, "fit_points must lie in 10..5000");
+  require(fit_windows >= 1 && fit_windows <= 1000, "fit_windows must be in 1..1000");
+  require(fit_points >= 10 && fit_points <= 5000, "fit_points must be in 10..5000");
   require(calibration_block_s >= 0.0, "calibration_block_s must not be negative");
   require(scale_prior_points > 0.0, "scale_prior_points must be positive");
   require(domain_margin_length_scales > 0.0 && domain_margin_length_scales <= 10.0,
-          "domain_margin_length_scales must lie in 0..10");
-  require(basis_cutoff >= 2.0 && basis_cutoff <= 10.0, "basis_cutoff must lie in 2..10");
+          "domain_margin_length_scales must be in 0..10");
+  require(basis_cutoff >= 2.0 && basis_cutoff <= 10.0, "basis_cutoff must be in 2..10");
 }
 
 WindowedRegression::WindowedRegression(std::vector<FieldCell> cells, double shortest_length_scale_m,

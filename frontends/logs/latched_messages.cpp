@@ -42,7 +42,7 @@ LatchedMessages::LatchedMessages(const std::vector<const TopicInfo*>& topics) {
   }
 }
 
-void LatchedMessages::take(const RawMessage& message) {
+void LatchedMessages::add(const RawMessage& message) {
   Topic& topic = topics_[message.topic];
   const Publisher* publisher = message.publisher;
   if (!(publisher != nullptr ? publisher->latching : topic.latches)) return;

@@ -22,10 +22,10 @@ class LatchedMessages {
   explicit LatchedMessages(const std::vector<const TopicInfo*>& topics);
 
   /// Adds a message before the part, in the order of the log; kept if it is latched.
-  void take(const RawMessage& message);
+  void add(const RawMessage& message);
 
   /// The currently latched messages, with record time `time`, in their order of arrival. The views are valid until the
-  /// next call of take().
+  /// next call of add().
   std::vector<RawMessage> recorded_at(Time time) const;
 
   /// Counts dropped messages in `warnings`: log.latched_left_out. `path` names the log.

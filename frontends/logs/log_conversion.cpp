@@ -66,7 +66,7 @@ Conversion convert_log(const std::string& path, MessageSource& source, LogWriter
   for (RawMessage message; source.next(message);) {
     progress(message.record_time);
     if (message.record_time < part.from) {
-      if (latched) latched->take(message);
+      if (latched) latched->add(message);
       continue;
     }
     begin_part();

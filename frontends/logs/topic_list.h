@@ -24,7 +24,7 @@ inline std::string ros2_type_name(std::string type) {
   return type;
 }
 
-inline Encoding encoding_named(std::string_view name) {
+inline Encoding parse_encoding(std::string_view name) {
   return name == "cdr" ? Encoding::cdr : name == "ros1" ? Encoding::ros1 : Encoding::other;
 }
 

@@ -33,7 +33,7 @@ constexpr double most_nodes_a_row = 1000.0;
 constexpr double largest_usual_site_m = 20e3, largest_usual_step_m = 20.0;
 
 /// The centres of clusters of values that are closer together than `scatter`, sorted.
-std::vector<double> heaps_of(std::vector<double> values, double scatter) {
+std::vector<double> cluster_centres(std::vector<double> values, double scatter) {
   std::sort(values.begin(), values.end());
   std::vector<double> result;
   for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
@@ -136,13 +136,13 @@ class Importer {
   Axis find_axis(std::size_t axis) const {
     const std::vector<double> values = positions(axis);
     for (const double scatter : scatters_m) {
-      const std::vector<double> places = heaps_of(values, scatter);
+      const std::vector<double> places = cluster_centres(values, scatter);
       if (places.size() < 2) break;
       const auto even = even_axis(places);
       if (even && (scatter == same_m || even->step > least_step_over_scatter * scatter)) return *even;
     }
     const char name = "xy"[axis];
-    if (heaps_of(values, same_m).size() < 2)
+    if (cluster_centres(values, same_m).size() < 2)
       fail(fmt::format("all positions have the same {}; a map requires at least two nodes per side", name));
     fail_scattered(fmt::format("the positions' {} are not evenly spaced", name));
   }
@@ -151,13 +151,13 @@ class Importer {
   std::vector<double> find_heights() const {
     const std::vector<double> values = positions(2);
     for (const double scatter : scatters_m) {
-      std::vector<double> heights = heaps_of(values, scatter);
+      std::vector<double> heights = cluster_centres(values, scatter);
       if (static_cast<double>(x_.count) * y_.count * static_cast<double>(heights.size()) <
           4.0 * static_cast<double>(values.size())) {
         return heights;
       }
     }
-    return heaps_of(values, same_m);
+    return cluster_centres(values, same_m);
   }
 
   void find_grid() {

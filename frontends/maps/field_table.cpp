@@ -22,7 +22,7 @@ namespace {
 enum Column { x, y, z, field_x, field_y, field_z, sigma, columns };
 
 /// Letters and digits only, lower case: "B_x [uT]" is "bxut".
-std::string plain(std::string_view name) {
+std::string normalized_name(std::string_view name) {
   std::string result;
   for (const char letter : name) {
     if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
@@ -34,7 +34,7 @@ std::string plain(std::string_view name) {
   return result;
 }
 
-bool take_ending(std::string& name, std::string_view ending) {
+bool strip_suffix(std::string& name, std::string_view ending) {
   if (name.size() <= ending.size() || !name.ends_with(ending)) return false;
   name.resize(name.size() - ending.size());
   return true;
@@ -42,7 +42,7 @@ bool take_ending(std::string& name, std::string_view ending) {
 
 /// Meaning of a column's name; `columns` if it is unknown.
 struct ColumnName {
-  explicit ColumnName(std::string_view text) : name(plain(text)) {
+  explicit ColumnName(std::string_view text) : name(normalized_name(text)) {
     if (find()) return;
     const std::string whole = name;
     const std::pair<const char*, FieldUnit> units[] = {{"microtesla", FieldUnit::microtesla},
@@ -56,13 +56,13 @@ struct ColumnName {
                                                        {"t", FieldUnit::tesla}};
     for (const auto& [ending, value] : units) {
       name = whole;
-      if (!take_ending(name, ending) || !find() || kind < field_x) continue;
+      if (!strip_suffix(name, ending) || !find() || kind < field_x) continue;
       unit = value;
       return;
     }
     for (const char* ending : {"mm", "cm", "metres", "meters", "m"}) {
       name = whole;
-      if (!take_ending(name, ending) || !find() || kind > z) continue;
+      if (!strip_suffix(name, ending) || !find() || kind > z) continue;
       length_unit = ending;
       return;
     }
@@ -140,7 +140,7 @@ class TableReader {
       double ignored = 0.0;
       const bool words =
           std::none_of(cells.begin(), cells.end(), [&](auto cell) { return parse_number(cell, ignored); });
-      if (words && (take_header(cells) || comment)) return;
+      if (words && (parse_header(cells) || comment)) return;
       if (words) {
         fail(fmt::format("found the columns {}; expected x, y, z, Bx, By, Bz, and optionally sigma",
                          join_names({cells.begin(), cells.end()})));
@@ -148,10 +148,10 @@ class TableReader {
       if (comment) return;
       take_order(cells.size());
     }
-    if (!comment) take_numbers(cells);
+    if (!comment) parse_numbers(cells);
   }
 
-  bool take_header(const std::vector<std::string_view>& cells) {
+  bool parse_header(const std::vector<std::string_view>& cells) {
     std::array<int, columns> places;
     places.fill(-1);
     std::size_t with_unit = 0;
@@ -209,7 +209,7 @@ class TableReader {
     ordered_ = true;
   }
 
-  void take_numbers(const std::vector<std::string_view>& cells) {
+  void parse_numbers(const std::vector<std::string_view>& cells) {
     FieldTableRow row;
     row.line = number_;
     for (std::size_t column = 0; column < columns; ++column) {

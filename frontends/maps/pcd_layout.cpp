@@ -8,7 +8,7 @@ namespace lodestone {
 namespace {
 
 template <class Value>
-std::vector<Value> rest_of(std::istringstream& words) {
+std::vector<Value> remaining_values(std::istringstream& words) {
   std::vector<Value> values;
   for (Value value; words >> value;) values.push_back(value);
   return values;
@@ -30,10 +30,10 @@ std::optional<PcdLayout> read_binary_pcd_layout(const std::string& path) {
     std::istringstream words(line);
     std::string key;
     words >> key;
-    if (key == "FIELDS") names = rest_of<std::string>(words);
-    if (key == "TYPE") types = rest_of<char>(words);
-    if (key == "SIZE") sizes = rest_of<int>(words);
-    if (key == "COUNT") counts = rest_of<int>(words);
+    if (key == "FIELDS") names = remaining_values<std::string>(words);
+    if (key == "TYPE") types = remaining_values<char>(words);
+    if (key == "SIZE") sizes = remaining_values<int>(words);
+    if (key == "COUNT") counts = remaining_values<int>(words);
     if (key == "WIDTH") words >> width;
     if (key == "HEIGHT") words >> height;
     if (key == "DATA") words >> data;

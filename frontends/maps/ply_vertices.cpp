@@ -83,7 +83,7 @@ void PlyVertices::read_header() {
     if (key.empty() || key == "comment" || key == "obj_info") continue;
     if (key == "format") {
       if (!(words >> name)) fail("the line format is empty");
-      take_format(name);
+      parse_format(name);
       has_format = true;
     } else if (key == "element") {
       std::string count;
@@ -93,7 +93,7 @@ void PlyVertices::read_header() {
       if (elements_.size() == most_properties) fail("the header has too many elements");
       elements_.push_back(std::move(element));
     } else if (key == "property") {
-      take_property(words);
+      parse_property(words);
     } else {
       fail("the header has an unknown line");
     }
@@ -101,7 +101,7 @@ void PlyVertices::read_header() {
   fail("the header has no end");
 }
 
-void PlyVertices::take_format(const std::string& kind) {
+void PlyVertices::parse_format(const std::string& kind) {
   if (kind == "ascii") {
     encoding_ = Encoding::text;
   } else if (kind == "binary_little_endian") {
@@ -120,7 +120,7 @@ PlyVertices::Property PlyVertices::number_type(const std::string& name) const {
   fail("the header has a property of unknown type");
 }
 
-void PlyVertices::take_property(std::istream& words) {
+void PlyVertices::parse_property(std::istream& words) {
   if (elements_.empty()) fail("the header has a property before any element");
   std::string type, name;
   words >> type;

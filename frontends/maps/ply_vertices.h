@@ -39,8 +39,8 @@ class PlyVertices {
   [[noreturn]] void fail(const std::string& what) const;
   bool header_line(std::string& line);
   void read_header();
-  void take_format(const std::string& kind);
-  void take_property(std::istream& words);
+  void parse_format(const std::string& kind);
+  void parse_property(std::istream& words);
   Property number_type(const std::string& name) const;
   void find_coordinates();
   void skip(const Element& element);

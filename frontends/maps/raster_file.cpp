@@ -31,7 +31,7 @@ bool is_float_page(TIFF* file) {
 
 /// Upper limit of the unpacked bytes per packed byte. Data that unpack to less than a tile are unreadable, so that no
 /// readable file is refused.
-std::uint64_t unpacked_of_a_byte(TIFF* file) {
+std::uint64_t unpacking_limit(TIFF* file) {
   std::uint16_t compression = COMPRESSION_NONE;
   TIFFGetFieldDefaulted(file, TIFFTAG_COMPRESSION, &compression);
   switch (compression) {
@@ -70,7 +70,7 @@ struct BlockPlaces {
 };
 
 /// Nothing if the file has no such entries.
-std::optional<BlockPlaces> places_of_blocks(TIFF* file, const BlockCut& cut) {
+std::optional<BlockPlaces> block_offsets(TIFF* file, const BlockCut& cut) {
   std::uint64_t* offsets = nullptr;
   std::uint64_t* counts = nullptr;
   if (cut.blocks != (cut.tiled ? TIFFNumberOfTiles(file) : TIFFNumberOfStrips(file)) ||
@@ -79,7 +79,7 @@ std::optional<BlockPlaces> places_of_blocks(TIFF* file, const BlockCut& cut) {
       offsets == nullptr || counts == nullptr) {
     return std::nullopt;
   }
-  const std::uint64_t factor = unpacked_of_a_byte(file);
+  const std::uint64_t factor = unpacking_limit(file);
   constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
   BlockPlaces places;
   for (std::uint64_t i = 0; i < cut.blocks; ++i) {
@@ -204,7 +204,7 @@ RasterFile::Page RasterFile::describe_blocks(int page, tiff* file, std::uint64_t
   const std::uint32_t last_rows = static_cast<std::uint32_t>(size_.height) -
                                   (static_cast<std::uint32_t>(size_.height) - 1) / block_rows * block_rows;
   const auto places =
-      places_of_blocks(file, {tiled, blocks, bytes, tiled ? bytes : sizeof(float) * block_columns * last_rows});
+      block_offsets(file, {tiled, blocks, bytes, tiled ? bytes : sizeof(float) * block_columns * last_rows});
   if (!places)
     throw InputError(fmt::format("{}: page {} has no offsets of its pixels; {}", path_, page + 1, kCopyAgain));
   if (places->end > size) {
@@ -217,7 +217,7 @@ RasterFile::Page RasterFile::describe_blocks(int page, tiff* file, std::uint64_t
         "{}: is damaged: page {} announces tiles of {} x {} pixels ({} bytes), one of which has only {} bytes; {}",
         path_, page + 1, block_columns, block_rows, bytes, *places->too_few, kCopyAgain));
   }
-  if (unpacked_of_a_byte(file) > 1 && bytes > most_block_bytes) {
+  if (unpacking_limit(file) > 1 && bytes > most_block_bytes) {
     throw InputError(
         fmt::format("{}: page {} has tiles of {} x {} pixels, which require {} bytes each; expected up to {}; save the "
                     "file in smaller "

@@ -153,7 +153,7 @@ std::string PointCloudDecoder::deskewed_hint() const {
 }
 
 /// Recognizes the PointCloud2 of a Livox by three of its fields.
-bool PointCloudDecoder::take_livox_fields(const PointCloudMessage& message) {
+bool PointCloudDecoder::apply_livox_fields(const PointCloudMessage& message) {
   const auto has = [&message](const char* name, std::uint8_t datatype) {
     return std::any_of(message.fields.begin(), message.fields.end(),
                        [&](const PointField& field) { return field.name == name && field.datatype == datatype; });
@@ -169,7 +169,7 @@ bool PointCloudDecoder::take_livox_fields(const PointCloudMessage& message) {
 }
 
 void PointCloudDecoder::resolve_fields(const PointCloudMessage& message) {
-  if (layout_.time_field.empty() && !is_deskewed()) livox_ = take_livox_fields(message);
+  if (layout_.time_field.empty() && !is_deskewed()) livox_ = apply_livox_fields(message);
   const std::string time_field = time_.name;
   const std::string where = fmt::format("{}: {} at {:.9f} s", source_, layout_.topic, to_seconds(message.stamp));
   fields_ = find_point_fields(message, layout_, {where, keys_, platform_file_});

@@ -44,7 +44,7 @@ class PointCloudDecoder {
  private:
   [[noreturn]] void fail(const ros1::PointCloudMessage& message, const std::string& what) const;
   [[noreturn]] void fail_unit(const ros1::PointCloudMessage& message, double span_s) const;
-  bool take_livox_fields(const ros1::PointCloudMessage& message);
+  bool apply_livox_fields(const ros1::PointCloudMessage& message);
   const ros1::PointCloudMessage& without_padding(const ros1::PointCloudMessage& message);
   void decode_compact(const ros1::PointCloudMessage& message, LidarScan& scan);
   bool is_deskewed() const { return layout_.point_times == PointTimes::none; }

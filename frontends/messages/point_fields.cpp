@@ -23,7 +23,7 @@ std::string names_of(const PointCloudMessage& message) {
 }
 
 /// The first of `names` that is a field; empty if none is.
-std::string first_there(const PointCloudMessage& message, std::initializer_list<const char*> names) {
+std::string first_present(const PointCloudMessage& message, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     for (const PointField& field : message.fields) {
       if (field.name == name && size_of_datatype(field.datatype) != 0) return name;
@@ -183,8 +183,8 @@ PointFields find_point_fields(const PointCloudMessage& message, const LidarMessa
   fields.times = finder.times(layout);
   const bool by_name = layout.time_field.empty() || layout.point_times == PointTimes::none;
   std::string intensity = layout.intensity_field, ring = layout.ring_field;
-  if (by_name && intensity.empty()) intensity = first_there(message, {"intensity", "reflectivity", "i"});
-  if (by_name && ring.empty()) ring = first_there(message, {"ring", "line", "channel", "laser_id", "row"});
+  if (by_name && intensity.empty()) intensity = first_present(message, {"intensity", "reflectivity", "i"});
+  if (by_name && ring.empty()) ring = first_present(message, {"ring", "line", "channel", "laser_id", "row"});
   if (!intensity.empty()) fields.intensity = finder.column(intensity, "intensity");
   if (!ring.empty()) fields.ring = finder.column(ring, "ring");
   fields.step = message.point_step;

@@ -33,7 +33,7 @@ std::string without_underscores(std::string name) {
 }
 
 /// `name` without the first of `words` in it (a word with an underscore must be at the end); nothing if there is none.
-std::optional<std::string> stem_without(const std::string& name, std::initializer_list<std::string_view> words) {
+std::optional<std::string> stem_of(const std::string& name, std::initializer_list<std::string_view> words) {
   for (const std::string_view word : words) {
     const std::size_t at = name.rfind(word);
     if (at == std::string::npos || (word.front() == '_' && at + word.size() != name.size())) continue;
@@ -161,10 +161,10 @@ std::optional<TimePart> time_part_of(const std::string& field) {
   const std::string name = lower_case(field);
   // Nanoseconds first: their names contain those of seconds.
   if (auto stem =
-          stem_without(name, {"nanoseconds", "nanosecond", "nanosecs", "nanosec", "nanos", "nsecs", "nsec", "_ns"})) {
+          stem_of(name, {"nanoseconds", "nanosecond", "nanosecs", "nanosec", "nanos", "nsecs", "nsec", "_ns"})) {
     return TimePart{*stem, true};
   }
-  if (auto stem = stem_without(name, {"seconds", "second", "secs", "sec", "_s"})) return TimePart{*stem, false};
+  if (auto stem = stem_of(name, {"seconds", "second", "secs", "sec", "_s"})) return TimePart{*stem, false};
   return std::nullopt;
 }
 

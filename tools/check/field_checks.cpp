@@ -58,12 +58,12 @@ class FieldCheck {
       return findings_;
     }
     if (wrong_map()) return findings_;
-    if (delays()) return findings_;
-    for (const FieldSensor& sensor : sensors_) one(sensor);
+    if (find_delays()) return findings_;
+    for (const FieldSensor& sensor : sensors_) check_sensor(sensor);
     // A difference of most magnetometers at the same time is not the fault of a single sensor.
     const bool most = 2 * faulty_.size() > sensors_.size();
     if (most) faulty_.clear();
-    const bool passes = passing();
+    const bool passes = find_passing_steel();
     if (!most || !passes) append(findings_, std::move(faults_));
     return findings_;
   }
@@ -147,7 +147,7 @@ class FieldCheck {
            models.rms_undelayed_ut < std::min({models.rms_turned_ut, models.rms_linear_ut, models.rms_drift_ut});
   }
 
-  bool delays() {
+  bool find_delays() {
     std::vector<double> late_s;
     for (const FieldSensor& sensor : sensors_) {
       if (is_late(sensor)) late_s.push_back(sensor.models.delay_s);
@@ -174,7 +174,7 @@ class FieldCheck {
     return false;
   }
 
-  void one(const FieldSensor& sensor) {
+  void check_sensor(const FieldSensor& sensor) {
     const FieldModels& models = sensor.models;
     if (faulty_.count(sensor.index) > 0) return;
     const Time begin = sensor.series.times.front();
@@ -239,7 +239,7 @@ class FieldCheck {
   }
 
   /// Intervals in which most magnetometers at once deviate from their usual difference.
-  bool passing() {
+  bool find_passing_steel() {
     std::map<Time, std::vector<double>> bins;
     std::size_t healthy = 0;
     for (const FieldSensor& sensor : sensors_) {

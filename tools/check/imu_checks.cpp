@@ -62,11 +62,11 @@ class ImuCheck {
   Findings run() {
     const std::optional<RestSpan> rest = calmest_span(sample_.imu);
     if (!rest) return findings_;
-    if (unit()) return findings_;
-    gravity(*rest);
+    if (refuses_unit()) return findings_;
+    check_gravity(*rest);
     if (!in_degrees(*rest)) {
-      if (rest->at_rest) bias(*rest);
-      noise(*rest);
+      if (rest->at_rest) check_bias(*rest);
+      check_noise(*rest);
     }
     add(Severity::note, rest->at_rest ? "rest" : "no_rest",
         rest->at_rest
@@ -85,7 +85,7 @@ class ImuCheck {
   }
 
   /// Checks the unit of acceleration. True if a run would refuse it.
-  bool unit() {
+  bool refuses_unit() {
     FirstReadings readings;
     for (std::size_t i = 0; i < std::min<std::size_t>(200, sample_.imu.size()); ++i) {
       readings.add(sample_.imu[i].time, sample_.imu[i].linear_acceleration.norm());
@@ -99,7 +99,7 @@ class ImuCheck {
     return false;
   }
 
-  void gravity(const RestSpan& rest) {
+  void check_gravity(const RestSpan& rest) {
     const double expected = platform_.suite.gravity_m_s2;
     const double found = rest.linear_acceleration.norm();
     if (std::abs(found / expected - 1.0) < (rest.at_rest ? 1.0 : 2.0) * gravity_tolerance) return;
@@ -134,7 +134,7 @@ class ImuCheck {
     return true;
   }
 
-  void bias(const RestSpan& rest) {
+  void check_bias(const RestSpan& rest) {
     const double rate = rest.angular_velocity.norm();
     if (rate < largest_bias_rad_s) return;
     add(Severity::warning, "gyroscope_bias",
@@ -144,7 +144,7 @@ class ImuCheck {
         rest.begin);
   }
 
-  void noise(const RestSpan& rest) {
+  void check_noise(const RestSpan& rest) {
     const ImuNoise& model = platform_.suite.imu;
     const double root_rate = std::sqrt(model.rate_hz);
     const double gyroscope = gyroscope_noise(rest);

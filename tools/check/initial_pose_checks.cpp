@@ -83,17 +83,17 @@ class InitialPoseCheck {
           "invert lidar.T_imu_lidar in " + file_ + " (T_imu_lidar transforms points from lidar to imu)");
       return findings_;
     }
-    if (given.registered.share < good_share && elsewhere(given)) return findings_;
+    if (given.registered.share < good_share && fits_elsewhere(given)) return findings_;
     if (given.registered.share < low_share) {
       add(given.registered.share < poor_share ? Severity::error : Severity::warning, "start.no_overlap",
-          seen_of(given) + (inputs_.find_anywhere ? ", and no clearly better place was found" : ""),
+          overlap_text(given) + (inputs_.find_anywhere ? ", and no clearly better place was found" : ""),
           "check site, unit (metres) and axes (z up) of --cloud, --initial-pose, or lidar.T_imu_lidar in " + file_);
     } else {
       add(Severity::note, "start.overlap",
           fmt::format("{:.0f} % of the first scan are on the map, {:.2f} m and {:.1f} deg from the initial pose",
                       100.0 * given.registered.share, given.moved_m, given.turned_deg),
           "");
-      if ((given.moved_m > near_m || given.turned_deg > near_deg) && fits_at_start(inverse, given)) {
+      if ((given.moved_m > near_m || given.turned_deg > near_deg) && fits_at_initial_pose(inverse, given)) {
         // A wrong initial pose could cause the same offset by chance. Therefore a warning, not an error.
         add(Severity::warning, "extrinsic.inverse",
             fmt::format(
@@ -111,7 +111,7 @@ class InitialPoseCheck {
                         pose_text(given.T_map_imu), file_));
       }
     }
-    if (given.registered.share > poor_share) upright(given.T_map_imu);
+    if (given.registered.share > poor_share) check_level(given.T_map_imu);
     return findings_;
   }
 
@@ -153,32 +153,32 @@ class InitialPoseCheck {
     return fit;
   }
 
-  static bool fits_at_start(const Fit& fit, const Fit& other) {
+  static bool fits_at_initial_pose(const Fit& fit, const Fit& other) {
     return fit.registered.share > other.registered.share - same_share && fit.moved_m < exact_m &&
            fit.turned_deg < exact_deg;
   }
 
-  std::string seen_of(const Fit& given) const {
+  std::string overlap_text(const Fit& given) const {
     return fmt::format("only {:.0f} % of the first scan are on the map at the initial pose ({:.2f} {:.2f} {:.2f})",
                        100.0 * given.registered.share, inputs_.start.position.x(), inputs_.start.position.y(),
                        inputs_.start.position.z());
   }
 
   /// True if the scan fits clearly better at another place.
-  bool elsewhere(const Fit& given) {
+  bool fits_elsewhere(const Fit& given) {
     const std::optional<PlaceOnMap> place = inputs_.find_anywhere ? inputs_.find_anywhere() : std::nullopt;
     if (!place || place->share < given.registered.share + clearly_better || place->share < low_share) return false;
     const Vector6 step = place->T_map_imu.boxminus(inputs_.start);
     add(Severity::error, "start.wrong",
-        fmt::format("{}; {:.0f} % are on the map {:.2f} m and {:.1f} deg away{}", seen_of(given), 100.0 * place->share,
-                    step.tail<3>().norm(), step.head<3>().norm() * degrees_per_radian,
+        fmt::format("{}; {:.0f} % are on the map {:.2f} m and {:.1f} deg away{}", overlap_text(given),
+                    100.0 * place->share, step.tail<3>().norm(), step.head<3>().norm() * degrees_per_radian,
                     place->sure ? "" : ", and possibly at other places"),
         fmt::format("set --initial-pose \"{}\"; if the initial pose is right, check the map's frame",
                     pose_text(place->T_map_imu)));
     return true;
   }
 
-  void upright(const Pose& T_map_imu) {
+  void check_level(const Pose& T_map_imu) {
     if (inputs_.sample.imu.empty()) return;
     const Up up = up_at_begin(inputs_.sample);
     const double tilt = tilt_between_deg(T_map_imu.rotation * up.direction, Vector3::UnitZ());

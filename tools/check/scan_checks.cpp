@@ -15,7 +15,7 @@ namespace {
 constexpr double span_tolerance = 0.4;  // relative to the period; a scan may be shorter, not longer
 constexpr std::size_t fewest_points = 100;
 
-bool sounds_like_time(const std::string& name) {
+bool has_time_name(const std::string& name) {
   return name == "t" || name.find("time") != std::string::npos || name.find("stamp") != std::string::npos ||
          time_part_of(name);
 }
@@ -40,7 +40,7 @@ std::vector<std::string> readable_times(const LidarOfLog& lidar) {
   std::vector<std::string> names = lidar.sample().fields_of_cloud();
   std::stable_partition(names.begin(), names.end(), [&](const std::string& name) { return name == given; });
   for (const std::string& name : names) {
-    if (!sounds_like_time(name) && name != given) continue;
+    if (!has_time_name(name) && name != given) continue;
     for (const auto& [unit, unit_name] : enum_names(PointTimeUnit::seconds)) {
       Platform probe = lidar.platform;
       layout_of(probe, lidar.index).point_times = PointTimes::field;

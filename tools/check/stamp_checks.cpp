@@ -34,11 +34,11 @@ class StreamCheck {
       return findings_;
     }
     if (zero_stamps()) return findings_;
-    order();
-    rate();
-    gaps();
-    edges();
-    recorder();
+    check_order();
+    check_rate();
+    check_gaps();
+    check_silence();
+    check_recorder_clock();
     return findings_;
   }
 
@@ -66,7 +66,7 @@ class StreamCheck {
   }
 
   /// Sets `intervals_`: differences of neighbouring stamps, if they increase.
-  void order() {
+  void check_order() {
     int back = 0, repeated = 0, leaps = 0;
     double furthest_s = 0.0;
     Time first = 0;
@@ -94,7 +94,7 @@ class StreamCheck {
         "use one steady clock for the driver's stamps", first);
   }
 
-  void rate() {
+  void check_rate() {
     period_s_ = median_s(intervals_);
     const double nominal = nominal_s();
     if (nominal <= 0.0 || period_s_ <= 0.0 || intervals_.size() < 5) return;
@@ -108,7 +108,7 @@ class StreamCheck {
         stream_.stamps.front());
   }
 
-  void gaps() {
+  void check_gaps() {
     const double periods = stream_.sensor == Sensor::lidar ? scan_gap_periods : sensor_gap_periods;
     int count = 0;
     double longest_s = 0.0, total_s = 0.0;
@@ -136,7 +136,7 @@ class StreamCheck {
   }
 
   /// Uses record times, because stamps may be of another clock.
-  void edges() {
+  void check_silence() {
     const Time least = from_seconds(std::max(silent_s, 2.0 * period_s_));
     if (stream_.record_times.front() - sample_.begin > least)
       silence(sample_.begin, stream_.record_times.front(), "at the begin");
@@ -144,7 +144,7 @@ class StreamCheck {
       silence(stream_.record_times.back(), sample_.end, "at the end");
   }
 
-  void recorder() {
+  void check_recorder_clock() {
     std::vector<double> lags;
     for (std::size_t i = 0; i < stream_.stamps.size(); ++i) {
       lags.push_back(to_seconds(stream_.record_times[i] - stream_.stamps[i]));

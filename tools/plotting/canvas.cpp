@@ -26,7 +26,7 @@ CanvasPoint clamp_point(CanvasPoint point) {
 }
 
 /// Replaces invalid UTF-8 and control characters by '?': otherwise the writers refuse the whole picture.
-std::string well_formed(std::string_view text) {
+std::string sanitize_text(std::string_view text) {
   std::string result;
   for (std::size_t i = 0; i < text.size();) {
     const auto byte = static_cast<unsigned char>(text[i]);
@@ -151,7 +151,7 @@ void Canvas::shade(const CanvasBox& box, const std::function<double(CanvasPoint)
 }
 
 double Canvas::text_width(const std::string& text, double size) const {
-  return advance_of(well_formed(text), size);
+  return advance_of(sanitize_text(text), size);
 }
 
 void Canvas::text(CanvasPoint at, const std::string& text, double size, Color color, Anchor horizontal,
@@ -160,14 +160,14 @@ void Canvas::text(CanvasPoint at, const std::string& text, double size, Color co
   // The height of a capital for any text, so that neighbouring texts are on one line.
   if (vertical == Anchor::begin) at.y += kCapitalHeight * size;
   if (vertical == Anchor::middle) at.y += 0.5 * kCapitalHeight * size;
-  sheet_->drawing.marks.push_back({TextMark{at, well_formed(text), size, color, horizontal, false}, std::nullopt});
+  sheet_->drawing.marks.push_back({TextMark{at, sanitize_text(text), size, color, horizontal, false}, std::nullopt});
 }
 
 void Canvas::vertical_text(CanvasPoint center, const std::string& text, double size, Color color) {
   if (text.empty()) return;
   center.x += 0.5 * kCapitalHeight * size;
   sheet_->drawing.marks.push_back(
-      {TextMark{center, well_formed(text), size, color, Anchor::middle, true}, std::nullopt});
+      {TextMark{center, sanitize_text(text), size, color, Anchor::middle, true}, std::nullopt});
 }
 
 void Canvas::save(const std::filesystem::path& path) const {

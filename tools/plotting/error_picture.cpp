@@ -73,7 +73,7 @@ void step_curve(Axes& axes, const std::vector<double>& time, const std::vector<i
 
 /// Draws in reverse order, so that the first series is on top.
 template <class Function>
-void from_last_to_first(const std::vector<PictureSeries>& series, Function draw) {
+void draw_in_reverse(const std::vector<PictureSeries>& series, Function draw) {
   for (std::size_t i = series.size(); i-- > 0;) draw(i, series[i]);
 }
 
@@ -112,7 +112,7 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   error_axes.grid(kTimeTicks, 6);
   count_axes.grid(kTimeTicks, 4);
   if (magnetic) weight_axes.grid(kTimeTicks, 2);
-  from_last_to_first(series, [&](std::size_t i, const PictureSeries& one) {
+  draw_in_reverse(series, [&](std::size_t i, const PictureSeries& one) {
     error_axes.curve(one.error_time_s, one.error_m, series_color(i), 1.8);
     step_curve(count_axes, one.step_time_s, one.degenerate_directions, series_color(i));
     if (!one.magnetic_weight.empty()) weight_axes.curve(one.step_time_s, one.magnetic_weight, series_color(i), 1.6);
@@ -136,7 +136,7 @@ void draw_distribution_picture(const std::filesystem::path& path, const std::vec
   Axes axes(canvas, box, error, {0.0, 102.0});
   axes.grid(8, 6);
   std::vector<LegendEntry> legend;
-  from_last_to_first(series, [&](std::size_t i, const PictureSeries& one) {
+  draw_in_reverse(series, [&](std::size_t i, const PictureSeries& one) {
     std::vector<double> sorted = one.error_m;
     sorted.erase(std::remove_if(sorted.begin(), sorted.end(), [](double value) { return !std::isfinite(value); }),
                  sorted.end());

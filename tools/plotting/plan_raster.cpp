@@ -19,7 +19,7 @@ constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 constexpr int kLongestSide = 30'000;
 
 /// Means of `factor` by `factor` neighbours, of those with a value.
-PlanRaster shrunk(const PlanRaster& raster, int factor) {
+PlanRaster downsampled(const PlanRaster& raster, int factor) {
   const cv::Size size((raster.values.cols + factor - 1) / factor, (raster.values.rows + factor - 1) / factor);
   cv::Mat values;
   cv::copyMakeBorder(raster.values, values, 0, size.height * factor - raster.values.rows, 0,
@@ -128,14 +128,14 @@ PlanRaster change_raster(const MagneticDifference& difference) {
 
 PlanRaster coarsened(const PlanRaster& raster, std::size_t limit) {
   const double share = static_cast<double>(raster.values.total()) / static_cast<double>(limit);
-  return share <= 1.0 ? raster : shrunk(raster, static_cast<int>(std::ceil(std::sqrt(share))));
+  return share <= 1.0 ? raster : downsampled(raster, static_cast<int>(std::ceil(std::sqrt(share))));
 }
 
 cv::Mat1f values_at(const PlanRaster& raster, const PlanPoints& points, RasterInterpolation interpolation) {
   cv::Mat1f result(points.count, kNoValue);
   if (raster.values.cols < 2 || raster.values.rows < 2) return result;
   const int longest = std::max(raster.values.cols, raster.values.rows);
-  if (longest > kLongestSide) return values_at(shrunk(raster, longest / kLongestSide + 1), points, interpolation);
+  if (longest > kLongestSide) return values_at(downsampled(raster, longest / kLongestSide + 1), points, interpolation);
   const bool nearest = interpolation == RasterInterpolation::nearest;
   const double reach = nearest ? 0.5 : 0.0;
   const double x_step = points.x_step_m / raster.resolution_m;

@@ -77,7 +77,7 @@ void add_errors(Json& json, const EstimatorFiles& files, const Trajectory& truth
 }
 
 /// Removes field values without samples on the map; runs of older versions have zeros there.
-std::vector<double> where_sampled(std::vector<double> values, const std::vector<double>& samples) {
+std::vector<double> mask_unsampled(std::vector<double> values, const std::vector<double>& samples) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!(samples[i] > 0.0)) values[i] = std::nan("");
   }
@@ -95,9 +95,9 @@ void add_diagnostics(Json& json, const EstimatorFiles& files, const TimeBuckets&
   }
   add("degenerate", table.numbers("degenerate_directions"), Summary::largest);
   const std::vector<double> samples = table.numbers("magnetic_samples");
-  add("weight", where_sampled(table.numbers("magnetic_weight"), samples), Summary::smallest);
-  add("shrink", where_sampled(table.numbers("magnetic_shrink"), samples), Summary::smallest);
-  add("residual", where_sampled(table.numbers("magnetic_residual_ut"), samples), Summary::largest);
+  add("weight", mask_unsampled(table.numbers("magnetic_weight"), samples), Summary::smallest);
+  add("shrink", mask_unsampled(table.numbers("magnetic_shrink"), samples), Summary::smallest);
+  add("residual", mask_unsampled(table.numbers("magnetic_residual_ut"), samples), Summary::largest);
 }
 
 }  // namespace

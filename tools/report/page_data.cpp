@@ -49,7 +49,7 @@ std::string data_uri(std::string_view media_type, std::string_view bytes) {
   return fmt::format("data:{};base64,{}", media_type, base64(bytes));
 }
 
-std::string for_script(const Json& json) {
+std::string escape_script(const Json& json) {
   // In JSON, '<' occurs only in strings, where its escape is equivalent. File names may be invalid UTF-8.
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string safe;
@@ -64,7 +64,7 @@ std::string for_script(const Json& json) {
   return safe;
 }
 
-std::string for_html(std::string_view text) {
+std::string escape_html(std::string_view text) {
   std::string safe;
   for (const char letter : text) {
     switch (letter) {

@@ -18,9 +18,9 @@ nlohmann::ordered_json with_decimals(const std::vector<double>& values, int deci
 std::string data_uri(std::string_view media_type, std::string_view bytes);
 
 /// JSON text that is safe in an HTML script element: contains neither "</script>" nor "<!--".
-std::string for_script(const nlohmann::ordered_json& json);
+std::string escape_script(const nlohmann::ordered_json& json);
 
 /// Escapes text for HTML.
-std::string for_html(std::string_view text);
+std::string escape_html(std::string_view text);
 
 }  // namespace lodestone

@@ -27,9 +27,9 @@ std::string page(std::string_view title, const Json& data) {
   const std::size_t title_at = kPageTemplate.find(kTitle);
   const std::size_t data_at = kPageTemplate.find(kData);
   std::string text(kPageTemplate.substr(0, title_at));
-  text += for_html(title);
+  text += escape_html(title);
   text += kPageTemplate.substr(title_at + kTitle.size(), data_at - title_at - kTitle.size());
-  text += for_script(data);
+  text += escape_script(data);
   text += kPageTemplate.substr(data_at + kData.size());
   return text;
 }
@@ -43,7 +43,7 @@ std::string name_of(const std::filesystem::path& folder) {
 }
 
 /// Only an HTML page may be overwritten: --out run/summary.json would destroy the report's input.
-void refuse_what_is_no_page(const std::filesystem::path& out) {
+void require_replaceable_page(const std::filesystem::path& out) {
   if (!std::filesystem::is_regular_file(out)) return;
   constexpr std::string_view kBegin = "<!doctype html>";
   std::string begin(kBegin.size(), ' ');
@@ -57,7 +57,7 @@ void refuse_what_is_no_page(const std::filesystem::path& out) {
 }  // namespace
 
 std::size_t write_report(const std::filesystem::path& folder, const std::filesystem::path& out) {
-  refuse_what_is_no_page(out);
+  require_replaceable_page(out);
   if (!std::filesystem::is_directory(folder)) {
     throw InputError(
         fmt::format("{}: there is no such folder; use the --out folder of `lodestone run` or `lodestone reproduce`",

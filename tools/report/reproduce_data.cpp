@@ -56,7 +56,7 @@ Json figure_json(const fs::path& folder, const Json& figure, Json& missing) {
 
 /// The runs on disk with one seed per case, the smallest. Finished runs that are missing on disk are added to
 /// `missing`.
-std::vector<Json> one_seed_each(const fs::path& folder, const Json& runs, Json& missing) {
+std::vector<Json> choose_one_seed(const fs::path& folder, const Json& runs, Json& missing) {
   std::map<std::string, std::size_t> places;
   std::vector<Json> chosen;
   for (const Json& run : runs) {
@@ -106,7 +106,7 @@ Json reproduce_json(const fs::path& folder, const Json& source) {
   for (const Json& figure : source["figures"]) json["figures"].push_back(figure_json(folder, figure, missing));
 
   json["all_runs"] = source["runs"].size();
-  const std::vector<Json> runs = one_seed_each(folder, source["runs"], missing);
+  const std::vector<Json> runs = choose_one_seed(folder, source["runs"], missing);
   const DetailLimits limits = limits_for(runs);
   json["runs"] = Json::array();
   for (const Json& run : runs) {

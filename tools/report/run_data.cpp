@@ -115,7 +115,7 @@ void add_truth(Json& json, const Trajectory& truth, const TimeBuckets& buckets) 
 }
 
 /// A value of the call as text: a list becomes one text; nothing if empty.
-Json shown(const Json& list) {
+Json display_value(const Json& list) {
   if (list.is_boolean()) return list.get<bool>() ? "yes" : "no";
   if (!list.is_array()) return list;
   std::string text;
@@ -165,7 +165,7 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
     if (name != "estimators" && name != "status" && name != "call") json["inputs"][name] = value;
   }
   if (summary.contains("call") && summary["call"].is_object()) {
-    for (const auto& [name, value] : summary["call"].items()) json["inputs"][name] = shown(value);
+    for (const auto& [name, value] : summary["call"].items()) json["inputs"][name] = display_value(value);
   }
   json["status"] = summary.value("status", "done");
   json["begin_s"] = format_stamp(notes.begin);

@@ -7,7 +7,7 @@ namespace lodestone {
 
 namespace {
 
-double chosen(double before, double value, Summary summary) {
+double combine(double before, double value, Summary summary) {
   if (std::isnan(before)) return value;
   if (std::isnan(value)) return before;
   switch (summary) {
@@ -40,7 +40,7 @@ std::vector<double> TimeBuckets::summarize(const std::vector<Time>& times, const
     const auto found = std::lower_bound(stamps_.begin(), stamps_.end(), times[i]);
     if (found == stamps_.end() || *found != times[i]) continue;
     double& bucket = result[static_cast<std::size_t>(found - stamps_.begin()) / width_];
-    bucket = chosen(bucket, values[i], summary);
+    bucket = combine(bucket, values[i], summary);
   }
   return result;
 }

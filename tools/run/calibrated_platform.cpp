@@ -10,7 +10,7 @@ namespace lodestone {
 namespace {
 
 /// Reduces the platform file's sigma to `largest`, the largest remaining sigma. 0: not estimated.
-void narrow(double& sigma, double largest) {
+void reduce_sigma(double& sigma, double largest) {
   if (largest > 0.0) sigma = std::min(sigma, largest);
 }
 
@@ -25,9 +25,9 @@ void calibrate_lidars(Platform& platform, const CalibrationEstimate::Lidar& lida
   }
   platform.lidar.clock_offset_s += lidar.correction.clock_s;
   LidarCalibrationSigmas& sigmas = platform.suite.calibration.lidar;
-  narrow(sigmas.rotation_sigma_deg, degrees_per_radian * lidar.turn_sigma_rad.maxCoeff());
-  narrow(sigmas.translation_sigma_m, lidar.shift_sigma_m.maxCoeff());
-  narrow(sigmas.clock_sigma_s, lidar.clock_sigma_s);
+  reduce_sigma(sigmas.rotation_sigma_deg, degrees_per_radian * lidar.turn_sigma_rad.maxCoeff());
+  reduce_sigma(sigmas.translation_sigma_m, lidar.shift_sigma_m.maxCoeff());
+  reduce_sigma(sigmas.clock_sigma_s, lidar.clock_sigma_s);
 }
 
 void calibrate_magnetometer(MagnetometerModel& model, MagnetometerMessageLayout& layout,
@@ -47,7 +47,7 @@ Platform calibrated_platform(Platform platform, const SensorSuite& suite, const 
   calibrate_lidars(platform, estimate.lidar);
   platform.magnetometer_clock_offset_s += estimate.magnetometer_clock_s;
   MagnetometerCalibrationSigmas& sigmas = platform.suite.calibration.magnetometers;
-  narrow(sigmas.clock_sigma_s, estimate.magnetometer_clock_sigma_s);
+  reduce_sigma(sigmas.clock_sigma_s, estimate.magnetometer_clock_sigma_s);
   double turn_sigma_rad = 0.0, distortion_sigma = 0.0;
   std::size_t found = 0;
   for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
@@ -62,8 +62,8 @@ Platform calibrated_platform(Platform platform, const SensorSuite& suite, const 
     }
   }
   if (found < platform.suite.magnetometers.size()) return platform;
-  narrow(sigmas.rotation_sigma_deg, degrees_per_radian * turn_sigma_rad);
-  narrow(sigmas.matrix_sigma, distortion_sigma);
+  reduce_sigma(sigmas.rotation_sigma_deg, degrees_per_radian * turn_sigma_rad);
+  reduce_sigma(sigmas.matrix_sigma, distortion_sigma);
   return platform;
 }
 

@@ -40,7 +40,7 @@ bool is_among(const Kinds& kinds, const std::string& kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
-bool ends_a_run(const Finding& finding, const LogSample& sample) {
+bool refuses_run(const Finding& finding, const LogSample& sample) {
   if (finding.severity != Severity::error || is_among(kSurvived, finding.kind)) return false;
   // Equal times of all points are valid for a robot at rest and for deskewed scans.
   if (finding.kind == "lidar.point_time") {
@@ -50,13 +50,13 @@ bool ends_a_run(const Finding& finding, const LogSample& sample) {
   return true;
 }
 
-std::string without_path(const std::string& text, const std::string& log) {
+std::string strip_path(const std::string& text, const std::string& log) {
   const std::string prefix = log + ": ";
   return text.rfind(prefix, 0) == 0 ? text.substr(prefix.size()) : text;
 }
 
 std::string line_of(const Finding& finding, const std::string& log) {
-  return without_path(finding.seen, log) + (finding.change.empty() ? "" : "; " + finding.change);
+  return strip_path(finding.seen, log) + (finding.change.empty() ? "" : "; " + finding.change);
 }
 
 Findings run_checks(const FirstSeconds& run, const LogSample& sample) {
@@ -83,7 +83,7 @@ void check_first_seconds(const FirstSeconds& run, WarningLog& warnings) {
   const LogSample sample = read_log_sample(run.log, run.platform, run.seconds, ignored, run.sensors);
   const Findings findings = run_checks(run, sample);
   for (const Finding& finding : findings) {
-    if (!ends_a_run(finding, sample)) continue;
+    if (!refuses_run(finding, sample)) continue;
     BagSource(run.log, run.platform, ignored, run.sensors);  // the reader's own error is more specific
     throw InputError(fmt::format("{}: {}: {}; --check-seconds 0 skips this check", run.log, finding.kind,
                                  line_of(finding, run.log)));

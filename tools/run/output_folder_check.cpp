@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_written_by_a_run(const fs::path& in_out) {
+bool is_run_output(const fs::path& in_out) {
   const fs::path first = *in_out.begin();
   const std::vector<std::string> estimators = estimator_names();
   const bool in_a_folder = std::next(in_out.begin()) != in_out.end();
@@ -40,7 +40,7 @@ void check_output_folder(const RunCall& call) {
                                    call.calibration_truth, call.initial_pose_from}) {
     if (input.empty()) continue;
     const fs::path in_out = path_below(input, call.out);
-    if (in_out.empty() || in_out == "." || !is_written_by_a_run(in_out)) continue;
+    if (in_out.empty() || in_out == "." || !is_run_output(in_out)) continue;
     throw InputError(fmt::format(
         "{}: is among the files that --out {} would replace; choose another folder for the results", input, call.out));
   }

@@ -11,7 +11,7 @@ namespace lodestone {
 namespace {
 
 /// The part of the ground truth during the log. A ground truth of a whole day would make the picture too wide.
-Trajectory during(const Trajectory& truth, const std::vector<PictureSeries>& series) {
+Trajectory crop_to_log(const Trajectory& truth, const std::vector<PictureSeries>& series) {
   Trajectory part;
   for (const PictureSeries& one : series) {
     if (one.trajectory.empty()) continue;
@@ -50,7 +50,7 @@ PictureSeries picture_series(const EstimatorOutcome& outcome) {
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<PictureSeries>& series) {
   made_folder(folder);
-  draw_map_picture(folder / "map", map, during(truth, series), series);
+  draw_map_picture(folder / "map", map, crop_to_log(truth, series), series);
   draw_error_picture(folder / "error", series);
   draw_distribution_picture(folder / "distribution", series);
 }

@@ -30,7 +30,7 @@ fs::path identity_file(const RunCall& call) {
 }
 
 /// The exit code of a complete call with this identity.
-std::optional<int> code_of_whole_results(const RunCall& call, const RunIdentity& identity) {
+std::optional<int> exit_code_of_complete_results(const RunCall& call, const RunIdentity& identity) {
   const fs::path summary = fs::path(call.out) / "summary.json";
   if (fs::exists(checkpoint_folder(call)) || !fs::exists(summary)) return std::nullopt;
   const auto json = nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
@@ -90,7 +90,7 @@ void print_kept_estimators(const RunCall& call) {
 
 std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& identity) {
   if (call.resume) {
-    if (const auto code = code_of_whole_results(call, identity)) {
+    if (const auto code = exit_code_of_complete_results(call, identity)) {
       std::printf("%s: the results are complete; nothing to resume\n", call.out.c_str());
       return code;
     }

@@ -141,7 +141,7 @@ void load_maps(const RunCall& call, RunInputs& inputs, WarningLog& warnings) {
 }
 
 /// The quick part of `lodestone check` on the first seconds of the log.
-void check_begin(const RunCall& call, const RunInputs& inputs, WarningLog& warnings) {
+void run_first_checks(const RunCall& call, const RunInputs& inputs, WarningLog& warnings) {
   if (call.check_seconds == 0.0) return;
   const auto start_at = [&](Time time) -> std::optional<Pose> {
     if (is_automatic(call) || (call.initial_pose.empty() && call.initial_pose_from.empty())) return std::nullopt;
@@ -324,7 +324,7 @@ int execute(const RunCall& call) {
   RunInputs inputs = load_small_files(call);
   check_log(call, inputs);
   load_maps(call, inputs, shared);
-  check_begin(call, inputs, shared);
+  run_first_checks(call, inputs, shared);
   const std::filesystem::path out = made_folder(call.out);
   const RunIdentity identity = identify(call, inputs.options);
   if (const auto code = begin_or_resume(call, identity)) return *code;

@@ -43,7 +43,7 @@ void McapIndex::walk() {
     if (opcode == 0) break;
     if (size > there && opcode != Opcode::chunk) break;
     try {
-      take_record(opcode, content, std::min(size, there));
+      process_record(opcode, content, std::min(size, there));
     } catch (const RecordError& error) {
       warnings_.add("log.damaged_record", fmt::format("{}: at byte {}: {}", path(), offset, error.what()), 0);
     }
@@ -63,7 +63,7 @@ void McapIndex::walk() {
   warnings_.add("log.cut_off", what + "; the messages before are read", segments_.back().end);
 }
 
-void McapIndex::take_record(std::uint8_t opcode, std::uint64_t offset, std::uint64_t size) {
+void McapIndex::process_record(std::uint8_t opcode, std::uint64_t offset, std::uint64_t size) {
   if (opcode != Opcode::message) open_run_ = false;
   if (opcode != Opcode::message_index) close_chunk();
   switch (opcode) {
@@ -73,7 +73,7 @@ void McapIndex::take_record(std::uint8_t opcode, std::uint64_t offset, std::uint
       file_.read(offset, size, buffer_);
       return define(opcode, buffer_);
     case Opcode::message:
-      return take_message(offset - record_prefix, size);
+      return process_message(offset - record_prefix, size);
     case Opcode::chunk: {
       file_.read(offset, static_cast<std::size_t>(std::min(size, chunk_header_bytes)), buffer_);
       const ChunkHeader header = parse_chunk_header(buffer_);
@@ -82,14 +82,14 @@ void McapIndex::take_record(std::uint8_t opcode, std::uint64_t offset, std::uint
       return;
     }
     case Opcode::message_index:
-      return take_message_index(offset, size);
+      return process_message_index(offset, size);
     default:
       return;  // attachments, metadata, the summary's indexes, private records
   }
 }
 
 /// A message outside chunks.
-void McapIndex::take_message(std::uint64_t record, std::uint64_t size) {
+void McapIndex::process_message(std::uint64_t record, std::uint64_t size) {
   if (size < MessageHeader::bytes || size > largest_chunk)
     throw RecordError(fmt::format("a message of {} bytes", size));
   file_.read(record + record_prefix, MessageHeader::bytes, buffer_);
@@ -105,7 +105,7 @@ void McapIndex::take_message(std::uint64_t record, std::uint64_t size) {
   segment.end = std::max(segment.end, header.log_time);
 }
 
-void McapIndex::take_message_index(std::uint64_t offset, std::uint64_t size) {
+void McapIndex::process_message_index(std::uint64_t offset, std::uint64_t size) {
   if (!open_chunk_) return;
   if (size > largest_index) throw RecordError(fmt::format("a message index of {} bytes", size));
   file_.read(offset, size, buffer_);
@@ -161,7 +161,7 @@ void McapIndex::name_topics() {
   for (const auto& [id, channel] : channels_) {
     TopicInfo& info = infos[id];
     info.name = channel.topic;
-    info.encoding = encoding_named(channel.encoding);
+    info.encoding = parse_encoding(channel.encoding);
     if (info.encoding == Encoding::cdr) info.metadata = channel.metadata;
     const auto schema = schemas_.find(channel.schema);
     if (schema == schemas_.end()) continue;
@@ -177,7 +177,7 @@ int McapIndex::topic_of(std::uint32_t channel) const {
   return found == topics_.topic_of.end() ? -1 : found->second;
 }
 
-void McapIndex::lose(const Segment& segment, const std::string& what) {
+void McapIndex::report_loss(const Segment& segment, const std::string& what) {
   if (!lost_.insert(segment.offset).second) return;
   warnings_.add(
       "log.damaged_chunk",
@@ -190,11 +190,11 @@ void McapIndex::load(const Segment& segment, LoadedSegment& loaded) {
   loaded.entries.clear();
   try {
     read_segment(segment, loaded);
-    take_entries(loaded);
+    collect_entries(loaded);
   } catch (const CompressionError& error) {
-    lose(segment, error.what());
+    report_loss(segment, error.what());
   } catch (const RecordError& error) {
-    if (!segment.cut) lose(segment, error.what());
+    if (!segment.cut) report_loss(segment, error.what());
   }
   std::stable_sort(loaded.entries.begin(), loaded.entries.end(),
                    [](const SegmentEntry& a, const SegmentEntry& b) { return a.time < b.time; });
@@ -215,7 +215,7 @@ void McapIndex::read_segment(const Segment& segment, LoadedSegment& loaded) {
   if (crc != header.crc) throw RecordError("its checksum differs");
 }
 
-void McapIndex::take_entries(LoadedSegment& loaded) {
+void McapIndex::collect_entries(LoadedSegment& loaded) {
   const std::span<const std::uint8_t> all(loaded.bytes);
   RecordCursor cursor(all);
   while (cursor.left() > 0) {

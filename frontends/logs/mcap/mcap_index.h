@@ -39,16 +39,16 @@ class McapIndex : public SegmentIndex {
 
  private:
   void walk();
-  void take_record(std::uint8_t opcode, std::uint64_t offset, std::uint64_t size);
-  void take_message(std::uint64_t record, std::uint64_t size);
-  void take_message_index(std::uint64_t offset, std::uint64_t size);
+  void process_record(std::uint8_t opcode, std::uint64_t offset, std::uint64_t size);
+  void process_message(std::uint64_t record, std::uint64_t size);
+  void process_message_index(std::uint64_t offset, std::uint64_t size);
   void close_chunk();
   void load(const Segment& segment, LoadedSegment& loaded);
   void read_segment(const Segment& segment, LoadedSegment& loaded);
-  void take_entries(LoadedSegment& loaded);
+  void collect_entries(LoadedSegment& loaded);
   void define(std::uint8_t opcode, std::span<const std::uint8_t> content);
   void name_topics();
-  void lose(const Segment& segment, const std::string& what);
+  void report_loss(const Segment& segment, const std::string& what);
 
   FileBytes file_;
   WarningLog& warnings_;

@@ -59,7 +59,7 @@ BagIndex::BagIndex(const std::string& path, WarningLog& warnings) : file_(path),
 /// False if the bag is cut off or was not closed. `offset` ends at the first unread byte.
 bool BagIndex::walk(std::uint64_t& offset) {
   try {
-    while (offset < file_.size()) offset = take_record(offset);
+    while (offset < file_.size()) offset = process_record(offset);
   } catch (const BagEnd&) {
     return false;
   } catch (const BagRecordError& error) {
@@ -71,7 +71,7 @@ bool BagIndex::walk(std::uint64_t& offset) {
 }
 
 /// Returns the offset of the next record.
-std::uint64_t BagIndex::take_record(std::uint64_t offset) {
+std::uint64_t BagIndex::process_record(std::uint64_t offset) {
   const auto piece = [this](std::uint64_t at) -> std::uint64_t {
     if (at > file_.size() || file_.size() - at < 4) throw BagEnd();
     std::uint8_t bytes[4];
@@ -98,7 +98,7 @@ std::uint64_t BagIndex::take_record(std::uint64_t offset) {
     Chunk chunk;
     chunk.record = offset;
     chunk.data = data;
-    take_chunk(header, std::move(chunk), unfinished ? there : size);
+    process_chunk(header, std::move(chunk), unfinished ? there : size);
     if (unfinished || size > there) throw BagEnd();
     return data + size;
   }
@@ -110,7 +110,7 @@ std::uint64_t BagIndex::take_record(std::uint64_t offset) {
                     header.number<std::uint32_t>("chunk_count")};
       break;
     case BagOperation::index:
-      take_index(header, data, size);
+      process_index(header, data, size);
       break;
     case BagOperation::connection:
       if (size > largest_bag_header) throw BagRecordError(fmt::format("a connection of {} bytes", size));
@@ -127,7 +127,7 @@ std::uint64_t BagIndex::take_record(std::uint64_t offset) {
   return data + size;
 }
 
-void BagIndex::take_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size) {
+void BagIndex::process_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size) {
   chunk.cut = size > file_.size() - chunk.data || (announced_.index_start == 0 && size == file_.size() - chunk.data);
   chunk.packed = std::min(size, file_.size() - chunk.data);
   chunk.size = header.number<std::uint32_t>("size");
@@ -141,7 +141,7 @@ void BagIndex::take_chunk(const BagHeader& header, Chunk chunk, std::uint64_t si
   open_chunk_ = true;
 }
 
-void BagIndex::take_index(const BagHeader& header, std::uint64_t data, std::uint64_t size) {
+void BagIndex::process_index(const BagHeader& header, std::uint64_t data, std::uint64_t size) {
   const std::uint64_t count = header.number<std::uint32_t>("count");
   if (!open_chunk_) throw BagRecordError("an index without a chunk");
   if (count * bag_index_entry_bytes != size)
@@ -207,7 +207,7 @@ void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
     file_.read(chunk.data, static_cast<std::size_t>(chunk.packed), buffer_);
     unpack(bag_codec(chunk.compression), buffer_, chunk.size, chunk.cut ? UnpackedSize::cut_off : UnpackedSize::exact,
            loaded.bytes);
-    take_entries(loaded);
+    collect_entries(loaded);
   } catch (const CompressionError& error) {
     wrong = fmt::format("a chunk cannot be unpacked: {}", error.what());
   } catch (const BagRecordError& error) {
@@ -231,7 +231,7 @@ void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
       count.begin);
 }
 
-void BagIndex::take_entries(LoadedSegment& loaded) {
+void BagIndex::collect_entries(LoadedSegment& loaded) {
   const std::span<const std::uint8_t> all(loaded.bytes);
   for (std::size_t offset = 0; offset < all.size();) {
     const BagRecordView record = view_record(all, offset);

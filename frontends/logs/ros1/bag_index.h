@@ -48,14 +48,13 @@ class BagIndex : public SegmentIndex {
   [[noreturn]] void fail(std::uint64_t byte, const std::string& what) const;
   void check_magic() const;
   bool walk(std::uint64_t& offset);
-  std::uint64_t take_record(std::uint64_t offset);
-  void take_file_header(const BagHeader& header, std::uint64_t offset);
-  void take_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size);
-  void take_index(const BagHeader& header, std::uint64_t data, std::uint64_t size);
+  std::uint64_t process_record(std::uint64_t offset);
+  void process_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size);
+  void process_index(const BagHeader& header, std::uint64_t data, std::uint64_t size);
   void define(const BagHeader& header, std::span<const std::uint8_t> content);
   void close_chunk();
   void load(const Chunk& chunk, LoadedSegment& loaded);
-  void take_entries(LoadedSegment& loaded);
+  void collect_entries(LoadedSegment& loaded);
 
   FileBytes file_;
   WarningLog& warnings_;

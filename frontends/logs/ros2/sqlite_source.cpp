@@ -80,7 +80,7 @@ struct SqliteSource::Implementation {
   bool read_definitions(const std::string& encoding);
   std::string find_row_number();
   void read_rows();
-  void take_row(SqliteStatement& statement);
+  void process_row(SqliteStatement& statement);
   bool read_content(const Row& row, RawMessage& message);
 };
 
@@ -128,7 +128,7 @@ void SqliteSource::Implementation::read_topics() {
   while (statement.step()) {
     const std::string name = statement.text(1);
     const std::string type = ros1_type_name(statement.text(2));
-    const Encoding encoding = encoding_named(statement.text(3));
+    const Encoding encoding = parse_encoding(statement.text(3));
     if (!topics.empty() && topics.back().name == name && topics.back().type != type) {
       warnings.add("log.mixed_topic",
                    fmt::format("{}: {} has messages of two types; those of {} are ignored", path, name, type), 0);
@@ -192,7 +192,7 @@ std::string SqliteSource::Implementation::find_row_number() {
                    "write the bag again with 'ros2 bag convert'");
 }
 
-void SqliteSource::Implementation::take_row(SqliteStatement& statement) {
+void SqliteSource::Implementation::process_row(SqliteStatement& statement) {
   const Time time =
       std::clamp(Time{statement.integer(2)}, -farthest_time, farthest_time);  // sums of two times must not overflow
   const auto topic = topic_of_id.find(statement.integer(1));
@@ -221,7 +221,7 @@ void SqliteSource::Implementation::read_rows() {
       while (statement.step()) {
         // Pages of a damaged file may form a circle, which would repeat the same rows endlessly.
         if (statement.integer(0) < from) throw SqliteError(SQLITE_CORRUPT, "rows out of order");
-        take_row(statement);
+        process_row(statement);
         from = statement.integer(0) + 1;
         stride = 1;
         if (from == std::numeric_limits<std::int64_t>::min()) break;

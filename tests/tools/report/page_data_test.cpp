@@ -167,10 +167,10 @@ TEST(PageData, EncodesAsTheStandardSays) {
 
 TEST(PageData, CannotLeaveItsScriptElement) {
   const nlohmann::ordered_json json = {{"name", "</script><script>alert(1)</script><!--"}, {"bytes", "a\xff"}};
-  const std::string text = for_script(json);
+  const std::string text = escape_script(json);
   EXPECT_THAT(text, Not(HasSubstr("<")));
   EXPECT_EQ(nlohmann::ordered_json::parse(text)["name"], json["name"]);
-  EXPECT_EQ(for_html("a<b> & \"c\""), "a&lt;b&gt; &amp; &quot;c&quot;");
+  EXPECT_EQ(escape_html("a<b> & \"c\""), "a&lt;b&gt; &amp; &quot;c&quot;");
 }
 
 TEST(PageData, RoundsAndSaysWhatIsNoNumber) {
