@@ -264,7 +264,7 @@ TEST(CheckCommand, ExitCodesAndReport) {
 
   expect_refused("check " + site().file("no.bag"), "no such log");
   expect_refused("check " + log + " --seconds 0", "--seconds");
-  expect_refused("check " + log + " --cloud " + site().file("cloud.pcd"), "needs --platform");
+  expect_refused("check " + log + " --cloud " + site().file("cloud.pcd"), "requires --platform");
 }
 
 }  // namespace
