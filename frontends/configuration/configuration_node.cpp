@@ -97,6 +97,23 @@ void ConfigurationNode::merge(const ConfigurationNode& other) {
   }
 }
 
+ConfigurationNode ConfigurationNode::with_texts(const TextReplacement& replace) const {
+  ConfigurationNode copy = *this;
+  if (kind_ == Kind::scalar) copy.scalar_ = replace(*this, scalar_);
+  for (std::size_t i = 0; i < elements_.size(); ++i) copy.elements_[i] = elements_[i].with_texts(replace);
+  for (std::size_t i = 0; i < keys_.size(); ++i) copy.keys_[i] = replace(elements_[i], keys_[i]);
+  return copy;
+}
+
+ConfigurationNode ConfigurationNode::without(const std::string& key) const {
+  ConfigurationNode copy = *this;
+  const auto found = std::find(copy.keys_.begin(), copy.keys_.end(), key);
+  if (found == copy.keys_.end()) return copy;
+  copy.elements_.erase(copy.elements_.begin() + (found - copy.keys_.begin()));
+  copy.keys_.erase(found);
+  return copy;
+}
+
 std::string ConfigurationNode::describe() const {
   switch (kind_) {
     case Kind::empty:

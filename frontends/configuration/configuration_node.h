@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,6 +55,13 @@ class ConfigurationNode {
   /// Lays `key.path=value` (the value in YAML) over this, as the command line's --set does. Throws InputError where
   /// there is no '=' or no key.
   void set(const std::string& assignment);
+
+  /// A copy in which `replace` was applied to every key and scalar; it gets the text and the node that it stands in.
+  using TextReplacement = std::function<std::string(const ConfigurationNode& node, const std::string& text)>;
+  ConfigurationNode with_texts(const TextReplacement& replace) const;
+
+  /// A copy without a key of this map.
+  ConfigurationNode without(const std::string& key) const;
 
   /// Throws InputError "file:line: key.path: message".
   [[noreturn]] void fail(const std::string& message) const;

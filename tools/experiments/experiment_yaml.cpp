@@ -10,6 +10,7 @@
 #include "frontends/configuration/options.h"
 #include "tools/experiments/experiment.h"
 #include "tools/experiments/plan.h"
+#include "tools/experiments/repeated_entries.h"
 #include "tools/experiments/yaml_parts.h"
 #include "tools/simulate/world_queries.h"
 
@@ -206,7 +207,7 @@ auto read_list(const ConfigurationNode& root, const std::string& key, Read read)
   std::vector<decltype(read(root))> list;
   if (const ConfigurationNode* node = root.find(key)) {
     std::set<std::string> names;
-    for (const ConfigurationNode& element : node->elements()) {
+    for (const ConfigurationNode& element : repeated_entries(*node)) {
       list.push_back(read(element));
       const ConfigurationNode* name = element.find("name");
       if (name != nullptr && !names.insert(name->as_string()).second) name->fail("the name is there twice");
@@ -230,9 +231,9 @@ Experiment load_experiment(const std::string& path, bool quick) {
   const std::vector<EstimatorChoice> estimators =
       common != nullptr ? read_estimators(*common) : std::vector<EstimatorChoice>{};
   const ConfigurationNode& groups = root.at("groups");
-  for (const std::string& name : groups.keys()) {
-    const ConfigurationNode& group = groups.at(name);
+  for (const auto& [name, group] : repeated_groups(groups)) {
     check_file_name(group, name);
+    if (experiment.find_group(name) != nullptr) group.fail(fmt::format("the group '{}' is there twice", name));
     experiment.groups.push_back(read_group(group, name, estimators));
   }
   if (experiment.groups.empty()) groups.fail("expected at least one group of runs");

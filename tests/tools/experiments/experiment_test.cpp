@@ -47,14 +47,70 @@ TEST(ReproduceExperiment, TheShippedExperimentOfRealityHasNineDrivesAtTwoRangesI
     EXPECT_EQ(row_names(group), row_names(experiment.groups.front()));
   }
   EXPECT_THAT(grades, ElementsAre("exact", "calibrated", "field", "rough"));
+  std::vector<std::string> tables;
+  for (const TableChoice& table : experiment.tables) tables.push_back(table.name);
+  ASSERT_EQ(tables.size(), 12U);
+  EXPECT_THAT(std::vector(tables.begin(), tables.begin() + 4),
+              ElementsAre("exact", "exact-coverage", "exact-consistency", "calibrated"));
+  EXPECT_EQ(experiment.tables[2].columns.size() + 3, experiment.tables[5].columns.size());
+  EXPECT_EQ(experiment.criteria.size(), 30U);
+}
+
+/// An experiment in two grades, written once. `entries`: of its tables.
+std::string graded(const std::string& entries) {
+  return R"(
+estimators: [smoother]
+groups:
+  "{grade}": {for_each: {grade: [exact, field]}, grade: "{grade}", drives: [{world: yard.yaml, sequences: [out]}]}
+tables:
+  - {name: first, group: exact, columns: [{estimator: smoother}]}
+  - for_each: {grade: [exact, field]}
+    entries:
+)" + entries +
+         R"(
+criteria:
+  - for_each: {grade: [exact, field]}
+    entries:
+      - {title: "{grade}: reaches the end", group: "{grade}", estimator: smoother, figure: success, limit: 1}
+)";
+}
+
+TEST(ReproduceExperiment, RepeatedEntriesAreReadOnceForEachValue) {
+  const TemporaryFolder folder;
+  const std::string entries =
+      R"(      - {name: "{grade}", title: "of {grade}, {grade}", group: "{grade}", columns: [{estimator: smoother}]}
+      - name: "{grade}-more"
+        when: {grade: [field]}
+        group: "{grade}"
+        columns: [{estimator: smoother, figure: success}])";
+  const Experiment experiment = load_experiment(write_yard(folder, graded(entries)), false);
+  ASSERT_EQ(experiment.groups.size(), 2U);
+  for (const Group& group : experiment.groups) {
+    EXPECT_EQ(group.grade, group.name);
+    EXPECT_THAT(row_names(group), ElementsAre("yard-out"));
+  }
+  std::vector<std::string> tables;
+  for (const TableChoice& table : experiment.tables) tables.push_back(table.name + " of " + table.group);
+  EXPECT_THAT(tables, ElementsAre("first of exact", "exact of exact", "field of field", "field-more of field"));
+  EXPECT_EQ(experiment.tables[2].title, "of field, field");
+  ASSERT_EQ(experiment.criteria.size(), 2U);
+  EXPECT_EQ(experiment.criteria[1].title, "field: reaches the end");
+  EXPECT_EQ(experiment.criteria[1].group, "field");
 }
 
 /// Every mistake is one line with the file's name and line, and names what is right.
 TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
-  const auto changed = [](const std::string& from, const std::string& to) {
-    std::string text = kYardExperiment;
+  const auto changed_in = [](std::string text, const std::string& from, const std::string& to) {
     EXPECT_NE(text.find(from), std::string::npos) << from;
     return text.replace(text.find(from), from.size(), to);
+  };
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    return changed_in(kYardExperiment, from, to);
+  };
+  const std::string repeated = graded(
+      R"(      - {name: "{grade}", when: {grade: [field]}, group: "{grade}", columns: [{estimator: smoother}]})");
+  const auto changed_block = [&](const std::string& from, const std::string& to) {
+    return changed_in(repeated, from, to);
   };
   struct Case {
     std::string text;
@@ -63,7 +119,8 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   for (const Case& wrong :
        {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
         Case{changed("seeds: first\n", "seeds: first\n    grade: feld\n"), "did you mean 'field'?"},
-        Case{changed("[1, 2]", "[1, 1]"), "twice"}, Case{changed("[1, 2]", "[]"), "at least one seed"},
+        Case{changed("[1, 2]", "[1, 1]"), "twice"},
+        Case{changed("[1, 2]", "[]"), "at least one seed"},
         Case{changed("[smoother,", "[smother,"), "did you mean 'smoother'?"},
         Case{changed("yard-out-5m: ", "yard-out-6m: "), "did you mean 'yard-out-5m'?"},
         Case{changed("[\"/\"]", "[1, 2]"), "expected 1 values"},
@@ -78,7 +135,17 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
         Case{changed("ranges_m: [30, 5]", "ranges_m: [30, 30]"), "two runs would be called"},
         Case{changed("sequences: [out]", "sequences: [../out]"), "letters, digits"},
         Case{changed("  ways:", "  w/ays:"), "letters, digits"},
-        Case{changed("duration_s: 3", "duration: 3"), "duration_s"}}) {
+        Case{changed("duration_s: 3", "duration: 3"), "duration_s"},
+        Case{changed("group: days, columns", "group: days, when: {grade: [field]}, columns"), "unknown key 'when'"},
+        Case{changed_block("    entries:", "    entry:"), "did you mean 'entries'?"},
+        Case{changed_block("grade: \"{grade}\"", "grade: \"{grad}\""), "expected {grade} of 'for_each', found {grad}"},
+        Case{changed_block("name: \"{grade}\"", "name: \"{grade\""), "expected {grade} of 'for_each', found {grade"},
+        Case{changed_block("when: {grade: [field]}", "when: {grade: [feld]}"), "did you mean 'field'?"},
+        Case{changed_block("when: {grade: [field]}", "when: {grad: [field]}"), "did you mean 'grade'?"},
+        Case{changed_block("\"{grade}\": {for_each", "all: {for_each"), "the group 'all' is there twice"},
+        Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {grade: [field, field]}"), "twice"},
+        Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {grade: []}"), "at least one value"},
+        Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {}"), "expected one name"}}) {
     const TemporaryFolder folder;
     const std::string file = write_yard(folder, wrong.text);
     try {
