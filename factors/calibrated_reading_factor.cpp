@@ -34,7 +34,10 @@ Eigen::Matrix<double, 5, 5> turned_slope(const Matrix3& Q) {
 }
 
 CalibratedReadingFactor::CalibratedReadingFactor(const Reading& reading)
-    : reading_(reading), slope_(reading.R_mag_imu * slope_jacobian(reading.lever_m)) {}
+    : reading_(reading), slope_(reading.R_mag_imu * slope_jacobian(reading.lever_m)) {
+  variation_ = reading.R_mag_imu * (reading.known_ut - reading.usual_ut);
+  change_ << reading.R_mag_imu * reading.known_ut, reading.R_mag_imu * reading.R_imu_map;
+}
 
 bool CalibratedReadingFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const Eigen::Map<const Vector3> offset(parameters[0]);
@@ -42,24 +45,32 @@ bool CalibratedReadingFactor::Evaluate(double const* const* parameters, double* 
   const Eigen::Map<const Vector3> rest(parameters[1]);
   const Eigen::Map<const FieldSlope> slope(parameters[2]);
   const Eigen::Map<const Eigen::Matrix<double, 5, 3, Eigen::RowMajor>> coupling(parameters[3]);
-  const Vector3 field =
-      reading_.R_mag_imu * (reading_.known_ut + rest) + slope_ * (slope + coupling * reading_.anomaly_ut);
+  const Eigen::Map<const MapChange> change(parameters[4]);
+  const Matrix3& D_rest = reading_.last_distortion ? *reading_.last_distortion : D;
+  const Vector3 known = reading_.R_mag_imu * reading_.known_ut;
+  const Vector3 field = reading_.R_mag_imu * rest + slope_ * (slope + coupling * reading_.anomaly_ut) +
+                        change_ * change + variation_ * parameters[5][0];
   const double weight = 1.0 / reading_.sigma_ut;
   Eigen::Map<Vector3> residual(residuals);
-  residual = weight * (reading_.measured_ut - D * field - offset);
+  residual = weight * (reading_.measured_ut - D * known - D_rest * field - offset);
   if (jacobians == nullptr) return true;
   if (jacobians[0] != nullptr) {
     auto jacobian = row_major<3, 12>(jacobians[0]);
     jacobian.leftCols<3>() = -weight * Matrix3::Identity();
-    jacobian.rightCols<9>() = -weight * distortion_jacobian(field);
+    jacobian.rightCols<9>() = -weight * distortion_jacobian(reading_.last_distortion ? known : Vector3(known + field));
   }
-  if (jacobians[1] != nullptr) row_major<3, 3>(jacobians[1]) = -weight * D * reading_.R_mag_imu;
-  if (jacobians[2] != nullptr) row_major<3, 5>(jacobians[2]) = -weight * D * slope_;
+  if (jacobians[1] != nullptr) row_major<3, 3>(jacobians[1]) = -weight * D_rest * reading_.R_mag_imu;
+  if (jacobians[2] != nullptr) row_major<3, 5>(jacobians[2]) = -weight * D_rest * slope_;
   if (jacobians[3] != nullptr) {
     auto jacobian = row_major<3, 15>(jacobians[3]);
     for (int i = 0; i < 5; ++i) {
-      jacobian.middleCols<3>(3 * i) = -weight * (D * slope_.col(i)) * reading_.anomaly_ut.transpose();
+      jacobian.middleCols<3>(3 * i) = -weight * (D_rest * slope_.col(i)) * reading_.anomaly_ut.transpose();
     }
+  }
+  if (jacobians[4] != nullptr) row_major<3, 4>(jacobians[4]) = -weight * D_rest * change_;
+  if (jacobians[5] != nullptr) {
+    Eigen::Map<Vector3> jacobian(jacobians[5]);
+    jacobian = -weight * D_rest * variation_;
   }
   return true;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -56,14 +57,17 @@ class Passes {
  public:
   explicit Passes(double cell_m) : cell_m_(cell_m) {}
 
-  void enter(const Vector3& place) {
-    const Cell cell = cell_of(place);
-    if (cells_.empty() || cell != cells_.back()) ++passes_[cell];
-    cells_.push_back(cell);
+  /// The index of the place's cell, in the order in which cells were first entered.
+  std::size_t enter(const Vector3& place) {
+    const std::size_t cell = cells_.try_emplace(cell_of(place), cells_.size()).first->second;
+    passes_.resize(cells_.size(), 0);
+    if (cell != last_) ++passes_[cell];
+    last_ = cell;
+    return cell;
   }
 
-  /// Of the cell of the moment so-and-so many.
-  double at(std::size_t moment) const { return passes_.at(cells_[moment]); }
+  double of(std::size_t cell) const { return passes_[cell]; }
+  std::size_t cells() const { return passes_.size(); }
 
  private:
   using Cell = std::array<int, 3>;
@@ -74,8 +78,9 @@ class Passes {
   }
 
   double cell_m_;
-  std::map<Cell, int> passes_;
-  std::vector<Cell> cells_;
+  std::map<Cell, std::size_t> cells_;
+  std::vector<int> passes_;
+  std::size_t last_ = std::numeric_limits<std::size_t>::max();
 };
 
 /// An IMU's samples from `begin` to `end`, both included and interpolated; nothing where they leave a gap.
@@ -162,10 +167,15 @@ CalibrationLog mapped_log(const ArrayLog& readings, const Trajectory& trajectory
       moment.moved_m = (*T_map_imu * log.centre_m - *last * log.centre_m).norm();
     }
     last = T_map_imu;
-    passes.enter(*T_map_imu * log.centre_m);
+    moment.T_map_centre = {T_map_imu->rotation, *T_map_imu * log.centre_m};
+    moment.place = passes.enter(moment.T_map_centre.position);
     log.moments.push_back(std::move(moment));
   }
-  for (std::size_t k = 0; k < log.moments.size(); ++k) log.moments[k].map_sigma_ut *= std::sqrt(passes.at(k));
+  log.places = passes.cells();
+  for (CalibrationMoment& moment : log.moments) {
+    moment.passes = passes.of(moment.place);
+    moment.map_sigma_ut *= std::sqrt(moment.passes);
+  }
   return log;
 }
 

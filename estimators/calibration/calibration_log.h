@@ -29,6 +29,9 @@ struct CalibrationMoment {
   double moved_m = 0.0;                      ///< with a map: of the array's centre
   double map_sigma_ut = 0.0;  ///< with a map: of the known field here, a component; alike for neighbours, and so often
                               ///< counted as the array passes here
+  double passes = 1.0;        ///< with a map: of the array through its place
+  std::size_t place = 0;      ///< with a map: index of the cell of the array's centre
+  Pose T_map_centre;          ///< with a map: of the array's centre, imu axes
 };
 
 /// Everything that a calibration looks at.
@@ -37,6 +40,7 @@ struct CalibrationLog {
   std::vector<MagnetometerModel> magnetometers;
   Vector3 centre_m = Vector3::Zero();      ///< of the array, imu axes
   std::vector<CalibrationMoment> moments;  ///< in order of time, each with a reading
+  std::size_t places = 0;                  ///< with a map: cells of twice its correlation length that were entered
   std::size_t off_map = 0;                 ///< readings left out: no map at their place
   std::size_t without_motion = 0;          ///< moments left out: no pose, or no IMU, at their time
 };

@@ -24,6 +24,10 @@ Matrix3 R_mag_imu(const MagnetometerModel& model) {
   return model.T_imu_mag.rotation.conjugate().toRotationMatrix();
 }
 
+Matrix3 R_imu_map(const CalibrationMoment& moment) {
+  return moment.T_map_centre.rotation.conjugate().toRotationMatrix();
+}
+
 PriorBlock zero_block(int size) {
   return {BlockKind::euclidean, std::vector<double>(static_cast<std::size_t>(size), 0.0)};
 }
@@ -48,6 +52,9 @@ void CalibrationProblem::reset() {
   common_.setZero();
   gyroscope_bias_.setZero();
   coupling_.setZero();
+  map_change_.setZero();
+  variation_ = 0.0;
+  place_excess_.clear();
   states_ = {};
   active_.clear();
   start();
@@ -56,12 +63,17 @@ void CalibrationProblem::reset() {
 /// The mean of the readings as they are; with a map no error of it.
 void CalibrationProblem::start() {
   std::vector<std::size_t> counts(log_.magnetometers.size(), 0);
+  double squares = 0.0, readings = 0.0;
+  Vector3 mean = Vector3::Zero();
   for (const CalibrationMoment& moment : log_.moments) {
     Vector3 sum = Vector3::Zero();
     for (const MomentReading& reading : moment.readings) {
       const auto j = static_cast<std::size_t>(reading.magnetometer);
       sum += log_.magnetometers[j].T_imu_mag.rotation * reading.measured_ut;
       ++counts[j];
+      squares += reading.known_ut.squaredNorm();
+      mean += moment.T_map_centre.rotation * reading.known_ut;
+      readings += 1.0;
     }
     states_.field_ut.push_back(log_.mapped ? Vector3(Vector3::Zero())
                                            : Vector3(sum / static_cast<double>(moment.readings.size())));
@@ -73,8 +85,14 @@ void CalibrationProblem::start() {
     active_.push_back(static_cast<int>(j));
     spread = std::max(spread, (log_.magnetometers[j].T_imu_mag.position - log_.centre_m).norm());
   }
+  if (log_.mapped) {
+    usual_field_ut_ = std::max(1.0, std::sqrt(squares / readings));
+    mean_field_ut_ = mean / readings;
+    map_variance_ut2_ = std::max(0.0, squares / readings - mean_field_ut_.squaredNorm()) / 3.0;
+  }
   with_slope_ = active_.size() > 1 && spread > kLeastSpread_m;
   anomalies_ut_.assign(log_.moments.size(), Vector3::Zero());
+  last_distortions_.assign(own_.size(), Matrix3::Identity());
 }
 
 /// Without a map: the array's field less its mean over the stretch of log, which stays while the robot turns.
@@ -93,19 +111,27 @@ void CalibrationProblem::find_anomalies() {
   }
 }
 
-void CalibrationProblem::add_readings(ceres::Problem& problem, const std::vector<ReadingWeights>& weights,
+void CalibrationProblem::add_readings(ceres::Problem& problem, const FieldProcess& process,
+                                      const std::vector<ReadingWeights>& weights,
                                       std::vector<std::unique_ptr<ceres::LossFunction>>& losses) {
   for (const ReadingWeights& weight : weights) losses.push_back(std::make_unique<ceres::HuberLoss>(weight.huber));
   for (std::size_t k = 0; k < log_.moments.size(); ++k) {
     for (const MomentReading& reading : log_.moments[k].readings) {
       const auto j = static_cast<std::size_t>(reading.magnetometer);
       const MagnetometerModel& model = log_.magnetometers[j];
-      auto* factor = new CalibratedReadingFactor({reading.measured_ut, reading.known_ut, R_mag_imu(model),
-                                                  model.T_imu_mag.position - log_.centre_m,
-                                                  weights[j].sigma_scale * reading.sigma_ut, anomalies_ut_[k]});
+      auto* factor = new CalibratedReadingFactor(
+          {reading.measured_ut, reading.known_ut, R_mag_imu(model), model.T_imu_mag.position - log_.centre_m,
+           weights[j].sigma_scale * reading_sigma(k, reading), anomalies_ut_[k], R_imu_map(log_.moments[k]),
+           R_imu_map(log_.moments[k]) * mean_field_ut_, last_distortion(j)});
       problem.AddResidualBlock(factor, losses[j].get(), own_[j].data(), states_.field_ut[k].data(),
-                               states_.slope_ut_m[with_slope_ ? k : 0].data(), coupling_.data());
+                               states_.slope_ut_m[with_slope_ ? k : 0].data(), coupling_.data(), map_change_.data(),
+                               &variation_);
     }
+  }
+  if (!log_.mapped) problem.SetParameterBlockConstant(&variation_);
+  if (!with_map_change() || process.map_change_ut <= 0.0) {
+    map_change_.setZero();
+    problem.SetParameterBlockConstant(map_change_.data());
   }
   if (log_.mapped || !with_slope_) problem.SetParameterBlockConstant(coupling_.data());
   if (!with_slope_) problem.SetParameterBlockConstant(states_.slope_ut_m.front().data());
@@ -138,6 +164,8 @@ void CalibrationProblem::add_steps(ceres::Problem& problem, const FieldProcess& 
                              states_.slope_ut_m[k].data());
   }
   if (log_.mapped) {
+    problem.AddResidualBlock(linear_factor({1}, Eigen::MatrixXd::Constant(1, 1, 1.0 / variation_sigma(process))),
+                             nullptr, &variation_);
     problem.SetParameterBlockConstant(common_.data());
     problem.SetParameterBlockConstant(gyroscope_bias_.data());
     return;
@@ -182,7 +210,11 @@ Eigen::VectorXd CalibrationProblem::prior_sigma() const {
   return one.replicate(static_cast<Eigen::Index>(active_.size()), 1);
 }
 
-void CalibrationProblem::add_priors(ceres::Problem& problem, const Eigen::MatrixXd& held) {
+void CalibrationProblem::add_priors(ceres::Problem& problem, const FieldProcess& process, const Eigen::MatrixXd& held) {
+  if (with_map_change() && process.map_change_ut > 0.0) {
+    const Eigen::Matrix4d root = map_change_sigma(process).cwiseInverse().asDiagonal();
+    problem.AddResidualBlock(linear_factor({4}, root), nullptr, map_change_.data());
+  }
   const Eigen::MatrixXd total = total_by_own();
   const auto own_size = 12 * static_cast<Eigen::Index>(active_.size());
   const Eigen::VectorXd weight = prior_sigma().cwiseInverse();
@@ -209,13 +241,16 @@ void CalibrationProblem::add_priors(ceres::Problem& problem, const Eigen::Matrix
 void CalibrationProblem::solve(const FieldProcess& process, const std::vector<ReadingWeights>& weights,
                                const Eigen::MatrixXd& held, int iterations) {
   find_anomalies();
+  place_excess_ = process.place_scale;
+  for (double& scale : place_excess_) scale = process.map_scale * (scale - 1.0);
+  for (std::size_t j = 0; j < own_.size(); ++j) last_distortions_[j] = distortion_matrix(own_[j].tail<9>());
   std::vector<std::unique_ptr<ceres::LossFunction>> losses;
   ceres::Problem::Options problem_options;
   problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(problem_options);
-  add_readings(problem, weights, losses);
+  add_readings(problem, process, weights, losses);
   add_steps(problem, process);
-  add_priors(problem, held);
+  add_priors(problem, process, held);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = iterations;
@@ -241,13 +276,13 @@ void CalibrationProblem::take_off_turn_noise(const FieldProcess& process, int st
   }
 }
 
-Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process,
-                                                const std::vector<ReadingWeights>& weights) {
+Eigen::MatrixXd CalibrationProblem::information_of_own(const FieldProcess& process,
+                                                       const std::vector<ReadingWeights>& weights) {
   std::vector<std::unique_ptr<ceres::LossFunction>> losses;
   ceres::Problem::Options problem_options;
   problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(problem_options);
-  add_readings(problem, weights, losses);
+  add_readings(problem, process, weights, losses);
   add_steps(problem, process);
 
   ceres::Problem::EvaluateOptions evaluate;
@@ -257,7 +292,10 @@ Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process,
     if (with_slope_) evaluate.parameter_blocks.push_back(states_.slope_ut_m[k].data());
     states += with_slope_ ? 8 : 3;
   }
-  if (!log_.mapped) {
+  if (log_.mapped) {
+    evaluate.parameter_blocks.push_back(&variation_);
+    states += 1;
+  } else {
     evaluate.parameter_blocks.push_back(gyroscope_bias_.data());
     states += 3;
     if (with_slope_) {
@@ -266,7 +304,9 @@ Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process,
     }
   }
   for (const int j : active_) evaluate.parameter_blocks.push_back(own_[static_cast<std::size_t>(j)].data());
+  const bool changed = with_map_change() && process.map_change_ut > 0.0;
   if (!log_.mapped) evaluate.parameter_blocks.push_back(common_.data());
+  if (changed) evaluate.parameter_blocks.push_back(map_change_.data());
   ceres::CRSMatrix crs;
   problem.Evaluate(evaluate, nullptr, nullptr, nullptr, &crs);
   const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> rows(
@@ -281,11 +321,23 @@ Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process,
   if (solver.info() != Eigen::Success)
     throw InputError("the calibration's states are not determined: too few readings");
   const Eigen::MatrixXd cross = Eigen::SparseMatrix<double>(by_state.transpose() * by_parameter);
-  const Eigen::MatrixXd own = Eigen::MatrixXd(Eigen::SparseMatrix<double>(by_parameter.transpose() * by_parameter)) -
-                              cross.transpose() * solver.solve(cross);
-  if (log_.mapped) return own;
-  const Eigen::MatrixXd own_of_total = own_by_total();
-  return own_of_total.transpose() * own * own_of_total;
+  return Eigen::MatrixXd(Eigen::SparseMatrix<double>(by_parameter.transpose() * by_parameter)) -
+         cross.transpose() * solver.solve(cross);
+}
+
+Eigen::MatrixXd CalibrationProblem::information(const FieldProcess& process,
+                                                const std::vector<ReadingWeights>& weights) {
+  const Eigen::MatrixXd own = information_of_own(process, weights);
+  if (!log_.mapped) {
+    const Eigen::MatrixXd own_of_total = own_by_total();
+    return own_of_total.transpose() * own * own_of_total;
+  }
+  const Eigen::Index size = prior_sigma().size();
+  if (own.rows() == size) return own;
+  Eigen::Matrix4d change = own.bottomRightCorner<4, 4>();
+  change.diagonal() += map_change_sigma(process).cwiseAbs2().cwiseInverse();
+  const Eigen::MatrixXd cross = own.bottomLeftCorner(4, size);
+  return own.topLeftCorner(size, size) - cross.transpose() * change.ldlt().solve(cross);
 }
 
 std::vector<CalibrationParameters> CalibrationProblem::parameters() const {
@@ -302,25 +354,40 @@ MagnetometerCalibration CalibrationProblem::calibration(std::size_t j) const {
   return {own_[j].head<3>(), distortion_matrix(own_[j].tail<9>()) * Q * distortion_matrix(common_) * Q.transpose()};
 }
 
-/// The field that a reading sees by the states, before what all distort alike is taken off or (`common_inverse`) after.
+/// The field that a reading sees by the states, or the map's error, before what all distort alike is taken off or
+/// (`common_inverse`) after.
 Vector3 CalibrationProblem::field_of(std::size_t k, const MomentReading& reading, const Matrix3& common_inverse) const {
   const MagnetometerModel& model = log_.magnetometers[static_cast<std::size_t>(reading.magnetometer)];
   const Vector3 slope = slope_jacobian(model.T_imu_mag.position - log_.centre_m) *
                         (states_.slope_ut_m[with_slope_ ? k : 0] + coupling_ * anomalies_ut_[k]);
-  return R_mag_imu(model) * common_inverse * (reading.known_ut + states_.field_ut[k] + slope);
+  return R_mag_imu(model) * common_inverse * (states_.field_ut[k] + slope);
+}
+
+std::optional<Matrix3> CalibrationProblem::last_distortion(std::size_t magnetometer) const {
+  return log_.mapped ? std::optional(last_distortions_[magnetometer]) : std::nullopt;
+}
+
+Vector3 CalibrationProblem::field_change(std::size_t k, const MomentReading& reading) const {
+  return R_mag_imu(log_.magnetometers[static_cast<std::size_t>(reading.magnetometer)]) *
+         (map_change_[0] * reading.known_ut + R_imu_map(log_.moments[k]) * map_change_.tail<3>() +
+          variation_ * (reading.known_ut - R_imu_map(log_.moments[k]) * mean_field_ut_));
 }
 
 Vector3 CalibrationProblem::reference(std::size_t k, const MomentReading& reading) const {
-  if (log_.mapped)
-    return R_mag_imu(log_.magnetometers[static_cast<std::size_t>(reading.magnetometer)]) * reading.known_ut;
+  if (log_.mapped) {
+    return R_mag_imu(log_.magnetometers[static_cast<std::size_t>(reading.magnetometer)]) * reading.known_ut +
+           field_change(k, reading);
+  }
   return field_of(k, reading, distortion_matrix(common_).inverse());
 }
 
 Vector3 CalibrationProblem::residual(std::size_t k, const MomentReading& reading) const {
-  const CalibrationParameters& own = own_[static_cast<std::size_t>(reading.magnetometer)];
-  const Vector3 predicted =
-      distortion_matrix(own.tail<9>()) * field_of(k, reading, Matrix3::Identity()) + own.head<3>();
-  return (reading.measured_ut - predicted) / reading.sigma_ut;
+  const auto j = static_cast<std::size_t>(reading.magnetometer);
+  const Matrix3 D = distortion_matrix(own_[j].tail<9>());
+  const Vector3 known = R_mag_imu(log_.magnetometers[j]) * reading.known_ut;
+  const Vector3 rest = field_of(k, reading, Matrix3::Identity()) + field_change(k, reading);
+  const Vector3 predicted = D * known + last_distortion(j).value_or(D) * rest + own_[j].head<3>();
+  return (reading.measured_ut - predicted) / reading_sigma(k, reading);
 }
 
 }  // namespace lodestone

@@ -12,6 +12,7 @@ namespace {
 constexpr double kUsualField_ut = 50.0;    // what the gyroscope's noise turns
 constexpr double kAnyField_ut = 200.0;     // prior of a field of which nothing is known
 constexpr double kLeastStep_ut = 0.01;     // between moments: the solver's numbers stay in range
+constexpr double kUsualExcess = 4.0;       // of a place's mean square over that of most places
 constexpr double kMapErrorLasts_s = 60.0;  // at a standstill: errors of the pose change too
 constexpr std::array<double, 5> kLags_s{0.5, 1.0, 2.0, 4.0, 8.0};
 constexpr double kLeastWalk_ut = 0.02, kLeastSlope_ut_m = 0.5, kLeastSlopeWalk_ut_m = 0.1;
@@ -53,14 +54,32 @@ double largest_walk(const CalibrationLog& log, const std::vector<State>& states,
   return std::sqrt(largest);
 }
 
+/// By how much the map's error at each place exceeds that at most places, which itself is at least its sigma.
+std::vector<double> place_scales(const CalibrationLog& log, const FieldStates& states) {
+  std::vector<double> squares(log.places, 0.0), counts(log.places, 0.0);
+  for (std::size_t k = 0; k < states.field_ut.size(); ++k) {
+    const CalibrationMoment& moment = log.moments[k];
+    squares[moment.place] +=
+        states.field_ut[k].squaredNorm() * moment.passes / (3.0 * std::pow(moment.map_sigma_ut, 2));
+    counts[moment.place] += 1.0;
+  }
+  for (std::size_t i = 0; i < log.places; ++i) squares[i] /= counts[i];
+  std::vector<double> sorted = squares;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double usual = kUsualExcess * std::max(1.0, *middle);
+  for (double& square : squares) square = std::max(1.0, square / usual);
+  return squares;
+}
+
 }  // namespace
 
 StepWeights field_step(const CalibrationLog& log, std::size_t moment, const FieldProcess& process,
                        const CalibrationOptions& options) {
   const CalibrationMoment& now = log.moments[moment];
   if (log.mapped) {
-    return stationary(map_likeness(log, moment, options), process.map_scale * log.moments[moment - 1].map_sigma_ut,
-                      process.map_scale * now.map_sigma_ut);
+    return stationary(map_likeness(log, moment, options), map_sigma(log.moments[moment - 1], process),
+                      map_sigma(now, process));
   }
   const double variance = std::pow(process.step_ut_sqrt_s, 2) * seconds_since_last(log, moment) +
                           std::pow(now.turn_sigma * kUsualField_ut, 2) + std::pow(kLeastStep_ut, 2);
@@ -79,12 +98,17 @@ StepWeights slope_step(const CalibrationLog& log, std::size_t moment, const Fiel
 }
 
 double field_start_sigma(const CalibrationMoment& moment, bool mapped, const FieldProcess& process) {
-  return mapped ? process.map_scale * moment.map_sigma_ut : kAnyField_ut;
+  return mapped ? map_sigma(moment, process) : kAnyField_ut;
+}
+
+double map_sigma(const CalibrationMoment& moment, const FieldProcess& process) {
+  const double place = process.place_scale.empty() ? 1.0 : process.place_scale[moment.place];
+  return process.map_scale * place * moment.map_sigma_ut;
 }
 
 double slope_start_sigma(const CalibrationMoment& moment, bool mapped, const FieldProcess& process,
                          const CalibrationOptions& options) {
-  return mapped ? process.map_scale * moment.map_sigma_ut / options.map_correlation_m : process.slope_ut_m;
+  return mapped ? map_sigma(moment, process) / options.map_correlation_m : process.slope_ut_m;
 }
 
 FieldProcess observed_process(const CalibrationLog& log, const FieldStates& states, const Vector3& gyroscope_bias,
@@ -113,18 +137,20 @@ FieldProcess observed_process(const CalibrationLog& log, const FieldStates& stat
 
 FieldProcess observed_map_error(const CalibrationLog& log, const FieldStates& states, const FieldProcess& process,
                                 const CalibrationOptions& options) {
+  FieldProcess result = process;
+  result.place_scale = place_scales(log, states);
+  const auto usual = [&](std::size_t k) { return result.place_scale[log.moments[k].place] <= 1.0; };
   double squares = 0.0;
   std::size_t steps = 0;
   for (std::size_t k = 1; k < states.field_ut.size(); ++k) {
-    if (!log.moments[k].follows) continue;
-    const StepWeights weights = field_step(log, k, process, options);
+    if (!log.moments[k].follows || !usual(k) || !usual(k - 1)) continue;
+    const StepWeights weights = field_step(log, k, result, options);
     squares += (weights.after * states.field_ut[k] -
                 weights.before * (log.moments[k].turn.conjugate() * states.field_ut[k - 1]))
                    .squaredNorm() /
                3.0;
     ++steps;
   }
-  FieldProcess result = process;
   if (steps > 0) result.map_scale *= std::max(1.0, std::sqrt(squares / static_cast<double>(steps)));
   return result;
 }

@@ -27,8 +27,8 @@ std::string held_at(int parameter, const CalibrationOptions& options) {
   return text;
 }
 
-std::string line(const std::string& who, const std::string& what, const std::string& held) {
-  return who + ": " + what + ": not shown by this motion; " + held;
+std::string line(const std::string& who, const std::string& what, const std::string& held, bool map_changed = false) {
+  return who + ": " + what + ": not shown by this motion" + (map_changed ? " in a changed field; " : "; ") + held;
 }
 
 /// The same parameter of every magnetometer, along the robot's axes, in units of the prior.
@@ -51,7 +51,8 @@ Eigen::VectorXd common_pattern(int parameter, const std::vector<MagnetometerMode
 }  // namespace
 
 std::vector<std::string> describe_held(const ParameterGain& gain, const std::vector<MagnetometerModel>& magnetometers,
-                                       const std::vector<int>& active, const CalibrationOptions& options) {
+                                       const std::vector<int>& active, const CalibrationOptions& options,
+                                       bool map_changed) {
   std::vector<std::string> lines;
   for (std::size_t j = 0; j < magnetometers.size(); ++j) {
     if (std::find(active.begin(), active.end(), static_cast<int>(j)) == active.end()) {
@@ -72,7 +73,8 @@ std::vector<std::string> describe_held(const ParameterGain& gain, const std::vec
       lines.push_back(line(who, name + " of the sensor", held_at(parameter, options)));
     } else if (active.size() > 1 &&
                gain.hidden_share_of(common_pattern(parameter, magnetometers, active)) >= kMostlyHidden) {
-      lines.push_back(line("all magnetometers alike", name + " of the robot", held_at(parameter, options)));
+      lines.push_back(
+          line("all magnetometers alike", name + " of the robot", held_at(parameter, options), map_changed));
     }
   }
   const Eigen::VectorXd scale = common_pattern(3, magnetometers, active) + common_pattern(4, magnetometers, active) +
@@ -81,7 +83,7 @@ std::vector<std::string> describe_held(const ParameterGain& gain, const std::vec
   if (!named && gain.hidden_share_of(scale) >= kMostlyHidden) {
     const std::string who =
         active.size() > 1 ? "all magnetometers alike" : magnetometers[static_cast<std::size_t>(active[0])].name;
-    lines.push_back(line(who, "scale along all axes together", held_at(3, options)));
+    lines.push_back(line(who, "scale along all axes together", held_at(3, options), map_changed && active.size() > 1));
   }
   return lines;
 }

@@ -13,6 +13,7 @@ namespace lodestone {
 /// only in so far as all magnetometers have it alike: "all magnetometers alike: scale: …". `active`: the magnetometers
 /// that `gain` is of, 12 parameters each; magnetometers without readings get a line of their own.
 std::vector<std::string> describe_held(const ParameterGain& gain, const std::vector<MagnetometerModel>& magnetometers,
-                                       const std::vector<int>& active, const CalibrationOptions& options);
+                                       const std::vector<int>& active, const CalibrationOptions& options,
+                                       bool map_changed = false);
 
 }  // namespace lodestone

@@ -1,8 +1,10 @@
 #include "estimators/calibration/magnetometer_calibrator.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/error.h"
 #include "estimators/calibration/held_parameters.h"
@@ -15,7 +17,11 @@ constexpr std::size_t kFewestMoments = 20;
 constexpr int kRoughly = 6, kWell = 50;  // iterations of a solver
 constexpr double kSettled = 0.03;        // relative change of the weights
 constexpr double kMedianSquare = 2.366;  // of χ² with three degrees of freedom
-constexpr double kFarOff = 4.0;          // sigmas: what lies further off says nothing about scatter and likeness
+constexpr double kChangeMargin = 2.0;    // prior sigma of a change of the map over the size that its log shows
+constexpr double kAnyChange_ut = 20.0;   // of the map, before its size is estimated
+constexpr double kWorthNaming = 3.0;     // change of the mean field over the map's error
+constexpr double kLeastChange_ut = 0.05;
+constexpr double kFarOff = 4.0;  // sigmas: what lies further off says nothing about scatter and likeness
 
 /// How much the residuals of one magnetometer scatter beyond their white noise, for how long they stay alike.
 class Scatter {
@@ -130,8 +136,32 @@ void add_sigmas(const CalibrationProblem& problem, MagnetometerCalibrationResult
     one.hidden_share = share.segment<12>(row);
     Eigen::Matrix<double, 3, 12> error;
     error << Matrix3::Identity(), distortion_jacobian(one.usual_field_ut);
-    one.usual_error_sigma_ut = (error * covariance * error.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+    one.usual_error_covariance_ut2 = error * covariance * error.transpose();
+    one.usual_error_sigma_ut = one.usual_error_covariance_ut2.diagonal().cwiseMax(0.0).cwiseSqrt();
   }
+}
+
+/// The units of a change of the map in µT: its scale times the usual field.
+Eigen::Vector4d to_microtesla(const CalibrationProblem& problem, const FieldProcess& process) {
+  return problem.map_change_sigma(process).cwiseInverse() * process.map_change_ut;
+}
+
+/// What the log tells about a change of the map, in µT, at a solution with process.map_change_ut.
+struct ChangeEvidence {
+  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  ///< without a prior of the change
+  ChangeSize size;
+};
+
+ChangeEvidence change_evidence(CalibrationProblem& problem, const FieldProcess& process,
+                               const std::vector<ReadingWeights>& weights) {
+  const Eigen::Vector4d unit = to_microtesla(problem, process);
+  const Eigen::Matrix4d scale = unit.cwiseInverse().asDiagonal();
+  ChangeEvidence evidence;
+  evidence.information = scale * problem.map_change_information(process, weights) * scale;
+  const Eigen::Vector4d solved = unit.cwiseProduct(problem.map_change());
+  const double prior = 1.0 / std::pow(process.map_change_ut, 2);
+  evidence.size = change_size(evidence.information, evidence.information * solved + prior * solved);
+  return evidence;
 }
 
 /// Solves and weighs anew until the weights stay.
@@ -140,11 +170,16 @@ void settle(const CalibrationLog& log, const CalibrationOptions& options, const 
   rounds = 0;
   for (bool settled = false; !settled && rounds < options.max_rounds; ++rounds) {
     problem.solve(process, weights, held, kRoughly);
-    const FieldProcess next =
+    FieldProcess next =
         log.mapped ? observed_map_error(log, problem.states(), process, options)
                    : observed_process(log, problem.states(), problem.gyroscope_bias(), problem.common_distortion());
     const std::vector<ReadingWeights> next_weights = observed_weights(log, problem, options);
     settled = change(process, next, weights, next_weights) < kSettled;
+    if (process.map_change_ut > 0.0) {
+      const ChangeSize size = change_evidence(problem, process, weights).size;
+      next.map_change_ut = std::max(kLeastChange_ut, kChangeMargin * size.size_ut);
+      settled = settled && relative_change(process.map_change_ut, next.map_change_ut) < kSettled;
+    }
     process = next;
     weights = next_weights;
   }
@@ -176,6 +211,63 @@ Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProbl
   return sum.transpose() * of_offsets * sum;
 }
 
+/// By how much the mean field has changed along the axes of the map on which the log can tell, a component. A scale and
+/// an offset that cancel there describe errors of the map that go with its variation, and no change of the field.
+double mean_change_ut(const CalibrationProblem& problem, const std::vector<int>& untold) {
+  const MapChange& change = problem.map_change();
+  const Vector3 mean = change[0] * problem.mean_field_ut() + change.tail<3>();
+  double squares = 0.0, axes = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::find(untold.begin(), untold.end(), axis) != untold.end()) continue;
+    squares += mean[axis] * mean[axis];
+    axes += 1.0;
+  }
+  return axes > 0.0 ? std::sqrt(squares / axes) : 0.0;
+}
+
+/// Decides whether the map as a whole has changed; else nothing of that kind is in the problem any more.
+FieldChange settle_map_change(CalibrationProblem& problem, FieldProcess& process,
+                              const std::vector<ReadingWeights>& weights, const CalibrationOptions& options) {
+  FieldChange change;
+  change.compared = problem.with_map_change();
+  if (!change.compared) return change;
+  const ChangeEvidence evidence = change_evidence(problem, process, weights);
+  const double alike_ut = options.hard_iron_sigma_ut / std::sqrt(static_cast<double>(problem.active().size()));
+  for (int axis = 0; axis < 3; ++axis) {
+    // Information about the axis if the other components were known: an upper bound.
+    const double sigma_ut = 1.0 / std::sqrt(std::max(evidence.information(1 + axis, 1 + axis), 1e-12));
+    if (sigma_ut > 0.5 * alike_ut) change.like_sensors.push_back(axis);
+  }
+  change.p_value = evidence.size.p_value;
+  change.everywhere = change.p_value < field_change_probability &&
+                      mean_change_ut(problem, change.like_sensors) > kWorthNaming * problem.map_error_ut(process);
+  if (!change.everywhere) {
+    process.map_change_ut = 0.0;
+    return change;
+  }
+  const Eigen::Matrix4d posterior =
+      (evidence.information + Eigen::Matrix4d::Identity() / std::pow(process.map_change_ut, 2)).inverse();
+  change.sigma = posterior.diagonal().cwiseSqrt().cwiseQuotient(to_microtesla(problem, process));
+  return change;
+}
+
+void add_field_change(const CalibrationLog& log, const CalibrationProblem& problem,
+                      MagnetometerCalibrationResult& result) {
+  FieldChange& change = result.field_change;
+  if (!change.compared) return;
+  change.change = problem.map_change();
+  std::vector<MagnetometerCalibration> calibrations;
+  std::vector<Matrix3> covariances;
+  for (const CalibratedMagnetometer& one : result.magnetometers) {
+    calibrations.push_back(one.calibration);
+    covariances.push_back(one.usual_error_covariance_ut2);
+  }
+  change.places = compare_places(log, result.process, calibrations, covariances);
+  double squares = 0.0;
+  for (const ComparedPlace& place : change.places) squares += place.difference_ut.squaredNorm();
+  change.difference_ut = std::sqrt(squares / static_cast<double>(change.places.size()));
+}
+
 }  // namespace
 
 MagnetometerCalibrationResult calibrate_magnetometers(const CalibrationLog& log, const CalibrationOptions& options) {
@@ -192,6 +284,7 @@ MagnetometerCalibrationResult calibrate_magnetometers(const CalibrationLog& log,
     const FieldProcess seen = observed_process(log, problem.states(), Vector3::Zero(), Matrix3::Identity());
     process.step_ut_sqrt_s = seen.step_ut_sqrt_s;  // the slope's states are zero yet
   }
+  if (problem.with_map_change()) process.map_change_ut = kAnyChange_ut;
   const Eigen::MatrixXd nothing_held;
   const Eigen::MatrixXd distortions_held = distortion_rows(problem.prior_sigma());
   settle(log, options, nothing_held, problem, process, weights, result.rounds);
@@ -202,6 +295,7 @@ MagnetometerCalibrationResult calibrate_magnetometers(const CalibrationLog& log,
     settle(log, options, distortions_held, problem, process, weights, result.rounds);
     information = of_usual_error(log, problem, problem.information(process, weights));
   } else {
+    result.field_change = settle_map_change(problem, process, weights, options);
     information = problem.information(process, weights);
   }
   result.gain = analyse_gain(information, problem.prior_sigma(), options.min_gain);
@@ -225,7 +319,9 @@ MagnetometerCalibrationResult calibrate_magnetometers(const CalibrationLog& log,
   }
   add_residuals(log, problem, result);
   add_sigmas(problem, result);
-  result.held = describe_held(result.gain, log.magnetometers, problem.active(), options);
+  add_field_change(log, problem, result);
+  result.held =
+      describe_held(result.gain, log.magnetometers, problem.active(), options, result.field_change.everywhere);
   return result;
 }
 

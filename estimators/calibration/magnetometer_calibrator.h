@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/observability/parameter_gain.h"
-#include "estimators/calibration/calibration_problem.h"
+#include "estimators/calibration/field_change.h"
 
 namespace lodestone {
 
@@ -22,12 +22,14 @@ struct CalibratedMagnetometer {
   Vector3 usual_field_ut = Vector3::Zero();  ///< mean of the reference over the log, magnetometer axes
   Vector3 usual_error_ut = Vector3::Zero();  ///< what it reads beside the field where the field is usual
   Vector3 usual_error_sigma_ut = Vector3::Zero();
+  Matrix3 usual_error_covariance_ut2 = Matrix3::Zero();
 };
 
 struct MagnetometerCalibrationResult {
   std::vector<CalibratedMagnetometer> magnetometers;  ///< in the order of the suite
   std::vector<std::string> held;  ///< in words, one a kind of parameter: what the motion does not show
   FieldProcess process;
+  FieldChange field_change;                        ///< with a map
   Vector3 gyroscope_bias_rad_s = Vector3::Zero();  ///< without a map
   std::size_t moments = 0;
   double duration_s = 0.0;
@@ -41,6 +43,10 @@ struct MagnetometerCalibrationResult {
 /// Hard iron, soft iron and misalignment of each magnetometer. The reference is the map at each one's pose, whose error
 /// is one and the same over its correlation length; or, without a map, the field that all read together: it turns back
 /// as the gyroscope turns, changes as a random walk while the robot moves, and has a slope across the array.
+///
+/// With a map, what all magnetometers share is the map's: a scale and an offset of the field in map axes, of a size
+/// that the log shows, and places that stand out. If scale and offset are significant, their prior is wide, so that
+/// what does not distinguish them from errors of all magnetometers stays with the map, and widens the sigmas.
 ///
 /// Each round solves for parameters and field together, and then weighs anew: how far the field walks, how much each
 /// magnetometer scatters. What the information of the log, in units of the prior, leaves below options.min_gain is held

@@ -15,6 +15,7 @@
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/recorded_array.h"
 #include "tools/calibrate/calibration_report.h"
+#include "tools/calibrate/field_change_report.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
@@ -103,6 +104,10 @@ CalibrationLog log_of(const CalibrateCall& call, const RecordedArray& recorded, 
   return log;
 }
 
+std::filesystem::path field_change_file(const std::string& out) {
+  return std::filesystem::path(out).replace_filename("field_change.csv");
+}
+
 void calibrate(const CalibrateCall& call) {
   catch_interrupts();
   const ThreadLimit limit(1);  // BLAS: the same bits on every machine
@@ -139,6 +144,15 @@ void calibrate(const CalibrateCall& call) {
   save_platform(calibrated, call.out);
   file.commit();
   fmt::print("\nwrote {} and {}\n", call.out, json.string());
+  const std::filesystem::path places = field_change_file(call.out);
+  if (!result.field_change.compared) {
+    std::filesystem::remove(places);
+    return;
+  }
+  OutputFile csv(places);
+  csv.write(field_change_csv(result.field_change));
+  csv.commit();
+  fmt::print("wrote {}\n", places.string());
 }
 
 void add_magnetometers(CLI::App& parent, int* code) {
@@ -159,11 +173,13 @@ void add_magnetometers(CLI::App& parent, int* code) {
                                   "a magnetic map, FIELD.yaml: the reference; needs --trajectory"));
   files.input(command->add_option("--trajectory", call->sources.trajectory,
                                   "T_map_imu of the log, TUM, for instance of lodestone run"));
-  files.output(
-      command->add_option("--out", call->out, "the platform file to write; calibration.json is written beside it"),
-      [](const std::filesystem::path& out) {
-        return std::vector<std::filesystem::path>{std::filesystem::path(out).replace_filename("calibration.json")};
-      });
+  files.output(command->add_option("--out", call->out,
+                                   "the platform file to write; calibration.json is written beside it, with a "
+                                   "map also field_change.csv"),
+               [](const std::filesystem::path& out) {
+                 return std::vector<std::filesystem::path>{
+                     std::filesystem::path(out).replace_filename("calibration.json"), field_change_file(out.string())};
+               });
   files.input(
       command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order"));
   command->add_option("--set", call->settings, "one option, as key=value; the keys are below");

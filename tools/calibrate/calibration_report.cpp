@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/angles.h"
+#include "tools/calibrate/field_change_report.h"
 #include "tools/table.h"
 
 namespace lodestone {
@@ -121,6 +122,7 @@ std::string calibration_text(const Platform& platform, const MagnetometerCalibra
       residual_table(platform, result);
   text += "\nparameters against the given platform file; in brackets: held at the prior\n" +
           parameter_table(platform, result);
+  text += field_change_text(result.field_change);
   if (!result.held.empty()) text += "\n";
   for (const std::string& line : result.held) text += without_sigma(line) + "\n";
   const std::string left = left_as_given(changes, platform.suite.magnetometers, result);
@@ -147,6 +149,7 @@ std::string calibration_json(const CalibrationSources& sources, const Platform& 
   json["moments"] = result.moments;
   json["duration_s"] = result.duration_s;
   json["turned_deg"] = result.turned_deg;
+  if (result.field_change.compared) json["field_change"] = field_change_json(result.field_change);
   json["min_gain"] = options.min_gain;
   json["held"] = Json::array();
   for (const std::string& line : result.held) json["held"].push_back(without_sigma(line));

@@ -1,12 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/maps/magnetic_map_file.h"
 #include "tests/estimators/calibration/simulated_array.h"
 #include "tests/tools/program_runner.h"
 #include "tools/report/json_file.h"
@@ -30,6 +33,10 @@ class CalibrateCommand : public ::testing::Test {
     array_.run();
     std::filesystem::create_directories(log_);
     write_log();
+    write_platform();
+  }
+
+  void write_platform() const {
     Platform platform = load_platform(std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_os32.yaml");
     platform.imu.topic = "/imu";
     platform.suite.magnetometers = array_.suite.magnetometers;
@@ -103,6 +110,68 @@ TEST_F(CalibrateCommand, TheSameLogGivesTheSameBytes) {
   }
   EXPECT_EQ(content_of(folder_ / "first" / "platform.yaml"), content_of(folder_ / "second" / "platform.yaml"));
   EXPECT_EQ(content_of(folder_ / "first" / "calibration.json"), content_of(folder_ / "second" / "calibration.json"));
+}
+
+/// The same array, level and in a field that has grown by a fifth since the survey.
+class CalibrateInAChangedFieldCommand : public CalibrateCommand {
+ protected:
+  CalibrateInAChangedFieldCommand() {
+    array_ = SimulatedArray(2);
+    for (MagnetometerModel& model : array_.suite.magnetometers) model.T_imu_mag.position.z() = 0.0;
+    array_.motion = [](double t) {
+      return Pose{so3::exp(Vector3(0.0, 0.0, 0.3 * t)),
+                  Vector3(1.2 * std::sin(0.3 * t), -1.2 * std::cos(0.3 * t), 0.2)};
+    };
+    array_.field = [](const Vector3& place) { return Vector3(1.2 * testing::field_with_steel(place)); };
+    array_.duration_s = 30.0;
+    array_.run();
+    write_log();
+    write_platform();
+    Trajectory trajectory = array_.trajectory;
+    for (StampedPose& pose : trajectory) pose.time += from_seconds(1000.0);
+    write_tum((folder_ / "truth.tum").string(), trajectory);
+    FieldGrid grid;
+    grid.resolution_m = 0.1;
+    grid.origin = Eigen::Vector2d(-2.0, -2.0);
+    grid.columns = grid.rows = 41;
+    grid.heights_m = {0.2};
+    std::vector<Eigen::Vector4f> nodes;
+    for (int row = 0; row < grid.rows; ++row) {
+      for (int column = 0; column < grid.columns; ++column) {
+        const Vector3 field =
+            testing::field_with_steel({grid.origin.x() + 0.1 * column, grid.origin.y() + 0.1 * row, 0.2});
+        nodes.emplace_back(field.x(), field.y(), field.z(), 0.3);
+      }
+    }
+    write_magnetic_map(MagneticMap(grid, nodes, 10.0), {}, (folder_ / "field.yaml").string());
+  }
+};
+
+TEST_F(CalibrateInAChangedFieldCommand, SaysThatTheMapIsStaleAndLeavesTheMagnetometersAsTheyAre) {
+  const std::filesystem::path out = folder_ / "calibrated" / "platform.yaml";
+  const ProgramResult result =
+      run_lodestone(call("--set max_moments=300 --magnetic " + (folder_ / "field.yaml").string() + " --trajectory " +
+                         (folder_ / "truth.tum").string() + " --out " + out.string()));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("common to all magnetometers: the map is stale, survey it again"));
+  EXPECT_THAT(result.output, HasSubstr("field = 1.2"));
+  EXPECT_THAT(result.output, HasSubstr("all magnetometers alike: scale along all axes together"));
+  const Platform calibrated = load_platform(out.string());
+  for (const MagnetometerMessageLayout& layout : calibrated.magnetometers) {
+    EXPECT_LT(layout.hard_iron_ut.cwiseAbs().maxCoeff(), 2.0);
+    EXPECT_LT((layout.soft_iron_correction - Matrix3::Identity()).cwiseAbs().maxCoeff(), 0.04);
+  }
+  const nlohmann::ordered_json json = read_json(out.parent_path() / "calibration.json");
+  EXPECT_EQ(json["field_change"]["map_as_a_whole"], true);
+  EXPECT_NEAR(json["field_change"]["scale"], 1.2, 0.05);
+  EXPECT_GT(json["field_change"]["difference_rms_ut"], 5.0);
+  const std::string places = content_of(out.parent_path() / "field_change.csv");
+  EXPECT_THAT(places, ::testing::StartsWith("x_m,y_m,z_m,moments,difference_x_ut,"));
+  EXPECT_EQ(static_cast<std::size_t>(std::count(places.begin(), places.end(), '\n')),
+            json["field_change"]["places"].get<std::size_t>() + 1);
+  // Against the array alone there is no such file.
+  ASSERT_EQ(run_lodestone(call("--set max_moments=100 --out " + out.string())).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(out.parent_path() / "field_change.csv"));
 }
 
 TEST_F(CalibrateCommand, EachMistakeIsOneLineAndCodeTwo) {
