@@ -129,8 +129,8 @@ struct MagneticOptions {
                   "array samples beyond this χ² quantile are weighed down; 0.95 is the paper's c = 3.55 in 6 degrees");
     visitor.field(
         "huber_power", huber_power,
-        "the smoother's: they count by (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 lets go "
-        "what is far off, as steel that passes");
+        "the smoother's: they count by (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 nearly "
+        "ignores far outliers such as passing steel");
     visitor.field("sensor_probability", sensor_probability,
                   "a magnetometer beyond this χ² quantile of what the rest of the array says is set aside");
     visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");

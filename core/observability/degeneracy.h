@@ -48,23 +48,26 @@ struct DegeneracyOptions {
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("rule", rule,
-                  "none, paper, marginal or probabilistic: what decides that LiDAR does not see a direction");
+                  "none, paper, marginal or probabilistic: the criterion by which a direction is degenerate for LiDAR");
     visitor.field("mask", mask, "hard or soft: whether a direction is dropped or faded out");
     visitor.field("paper_threshold", paper_threshold, "τ of the paper's rule: least eigenvalue of ΣJᵀJ, unit weights");
     visitor.field(
         "max_sigma_m", max_sigma_m,
         "marginal and probabilistic rule: a direction is degenerate above this predicted sigma; rotations count at "
         "the scan's rms range");
-    visitor.field("normal_noise_margin", normal_noise_margin,
-                  "how many times the information that noisy normals pretend to give is taken off before the analysis");
+    visitor.field(
+        "normal_noise_margin", normal_noise_margin,
+        "errors of the map's normals add spurious information; this multiple of its expectation is subtracted "
+        "before the analysis");
     visitor.field("min_probability", min_probability,
                   "probabilistic rule: a direction is degenerate where its sigma lies below max_sigma_m with less "
                   "probability");
     visitor.field("normal_noise_uncertainty", normal_noise_uncertainty,
                   "probabilistic rule: one sigma, as a share, of the level of the normals' noise; it says how far the "
                   "planes' own variances can be trusted");
-    visitor.field("min_signal_to_noise", min_signal_to_noise,
-                  "probabilistic rule: least ratio of a direction's information to what noisy normals pretend to give");
+    visitor.field(
+        "min_signal_to_noise", min_signal_to_noise,
+        "probabilistic rule: least ratio of a direction's information to the spurious information of noisy normals");
     visitor.field("follow_gain", follow_gain,
                   "share by which a hard mask follows each new analysis; small, so that the noise of hidden directions "
                   "from scan to scan adds up to no information; 1 takes each analysis as it is; the smoother's alone, "
