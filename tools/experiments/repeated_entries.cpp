@@ -31,8 +31,8 @@ Repetition read_repetition(const ConfigurationNode& node) {
 }
 
 /// `text` with `value` for each {name}. Another name in braces is an error.
-std::string replaced(const ConfigurationNode& node, std::string text, const std::string& name,
-                     const std::string& value) {
+std::string substituted(const ConfigurationNode& node, std::string text, const std::string& name,
+                        const std::string& value) {
   for (std::size_t begin = text.find('{'); begin != std::string::npos; begin = text.find('{', begin)) {
     const std::size_t end = text.find('}', begin);
     const std::string found = text.substr(begin + 1, end == std::string::npos ? end : end - begin - 1);
@@ -48,7 +48,7 @@ std::string replaced(const ConfigurationNode& node, std::string text, const std:
 
 ConfigurationNode with_value(const ConfigurationNode& node, const std::string& name, const std::string& value) {
   return node.with_texts(
-      [&](const ConfigurationNode& where, const std::string& text) { return replaced(where, text, name, value); });
+      [&](const ConfigurationNode& where, const std::string& text) { return substituted(where, text, name, value); });
 }
 
 /// Whether the entry is read with this value.
@@ -97,7 +97,7 @@ std::vector<std::pair<std::string, ConfigurationNode>> repeated_groups(const Con
     }
     const Repetition repetition = read_repetition(*each);
     for (const std::string& value : repetition.values) {
-      result.emplace_back(replaced(group, name, repetition.name, value),
+      result.emplace_back(substituted(group, name, repetition.name, value),
                           with_value(group.without("for_each"), repetition.name, value));
     }
   }

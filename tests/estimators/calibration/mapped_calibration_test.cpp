@@ -164,7 +164,7 @@ double blame(const CalibratedMagnetometer& one) {
   return change.cwiseQuotient(one.sigma).cwiseAbs().maxCoeff();
 }
 
-void print(const MagnetometerCalibrationResult& result) {
+void print_change(const MagnetometerCalibrationResult& result) {
   const FieldChange& change = result.field_change;
   std::printf(
       "change %d: p %.1e, scale %.3f (%.3f), offset %.2f %.2f %.2f (%.2f %.2f %.2f); %zu of %zu places; map "
@@ -188,7 +188,7 @@ TEST(CalibrateInAChangedField, AScaleThatAllMagnetometersShareIsTheMaps) {
   SimulatedArray array = changed_drive(11, scaled_field);
   array.run();
   const MagnetometerCalibrationResult result = calibrate_in_map(array, erring_map(7));
-  print(result);
+  print_change(result);
   const FieldChange& change = result.field_change;
   EXPECT_TRUE(change.everywhere);
   EXPECT_NEAR(1.0 + change.change[0], 1.2, 3.0 * change.sigma[0]);
@@ -208,7 +208,7 @@ TEST(CalibrateInAChangedField, AnOffsetInMapAxesIsTheMaps) {
       changed_drive(12, [&](const Vector3& place) { return Vector3(testing::field_with_steel(place) + offset); });
   array.run();
   const MagnetometerCalibrationResult result = calibrate_in_map(array, erring_map(8));
-  print(result);
+  print_change(result);
   const FieldChange& change = result.field_change;
   EXPECT_TRUE(change.everywhere);
   for (int axis = 0; axis < 3; ++axis)
@@ -234,7 +234,7 @@ TEST(CalibrateInAChangedField, PlacesThatChangedAreNamedAndBlameNobody) {
   array.truth[1].hard_iron_ut = Vector3(4.0, -6.0, 0.0);
   array.run();
   const MagnetometerCalibrationResult result = calibrate_in_map(array, erring_map(9));
-  print(result);
+  print_change(result);
   const FieldChange& change = result.field_change;
   std::size_t far_changed = 0, far = 0, near_changed = 0, near = 0;
   for (const ComparedPlace& place : change.places) {
@@ -265,7 +265,7 @@ TEST(CalibrateInAChangedField, DifferencesBetweenMagnetometersAreTheirs) {
   array.truth[2].hard_iron_ut = Vector3(-8.0, 6.0, -7.0);
   array.run();
   const MagnetometerCalibrationResult result = calibrate_in_map(array, erring_map(10));
-  print(result);
+  print_change(result);
   EXPECT_TRUE(result.field_change.everywhere);
   const auto difference = [&](std::size_t j, std::size_t k) -> Vector3 {
     const auto in_imu_axes = [&](std::size_t i, const Vector3& v) -> Vector3 {
@@ -288,7 +288,7 @@ TEST(CalibrateInAChangedField, AFieldThatIsAsMappedIsNotCalledChanged) {
     array.draw_truth(20.0, 0.05, 2.0 * std::numbers::pi / 180.0);
     array.run();
     const MagnetometerCalibrationResult result = calibrate_in_map(array, erring_map(100 + seed));
-    print(result);
+    print_change(result);
     EXPECT_FALSE(result.field_change.everywhere);
     EXPECT_EQ(result.field_change.change, MapChange::Zero());
     changed += result.field_change.changed_places();
