@@ -25,13 +25,20 @@ struct MagneticSample {
   Vector3 field_ut = Vector3::Zero();  ///< µT
 };
 
-/// One point of a scan, in the lidar frame at the point's own time.
+/// One point of a scan, in the (first) LiDAR's frame at the point's own time.
 struct LidarPoint {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();  ///< metres
   float intensity = 0.0F;
   std::int32_t offset_ns = 0;  ///< the point's time less the scan's start time
   std::uint16_t ring = 0;
+  std::uint8_t lidar = 0;  ///< which measured it, by its index in SensorSuite::lidars(): 0 is the first
 };
+
+// A log's scans have millions of points.
+static_assert(sizeof(LidarPoint) == 24);
+
+/// As many as LidarPoint::lidar can tell apart.
+inline constexpr std::size_t kMostLidars = 256;
 
 /// One revolution (or frame) of the LiDAR. Points in the order of the message.
 struct LidarScan {

@@ -56,7 +56,7 @@ struct ImuCalibrationSigmas {
 /// One standard deviation of every part of the calibration; 0: exact, to be believed. The defaults are those of grade
 /// `field` (config/worlds/README.md, section Reality): the calibration of a usual robot.
 struct CalibrationSigmas {
-  LidarCalibrationSigmas lidar;  ///< of each LiDAR
+  LidarCalibrationSigmas lidar;  ///< of the first LiDAR, with which further ones move rigidly
   MagnetometerCalibrationSigmas magnetometers;
   ImuCalibrationSigmas imu;
 };
@@ -69,10 +69,18 @@ constexpr CalibrationSigmas exact_calibration() {
 /// The sensors of a robot as the mathematics needs them. Topics and message layouts belong to the reader.
 struct SensorSuite {
   ImuNoise imu;
-  LidarModel lidar;
+  LidarModel lidar;                        ///< the first: scans are in its frame
+  std::vector<LidarModel> further_lidars;  ///< mostly none; they move rigidly with the first
   std::vector<MagnetometerModel> magnetometers;
   double gravity_m_s2 = 9.80665;
   CalibrationSigmas calibration{};
+
+  /// The first and the further ones, by LidarPoint::lidar.
+  std::vector<LidarModel> lidars() const {
+    std::vector<LidarModel> all{lidar};
+    all.insert(all.end(), further_lidars.begin(), further_lidars.end());
+    return all;
+  }
 };
 
 }  // namespace lodestone

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
+#include <utility>
 
 #include "core/observability/robust_weight.h"
 #include "core/parallel.h"
@@ -61,9 +63,15 @@ Repeats repeats_of(const ScanAveraging& averaging, double most) {
   return result;
 }
 
-struct Noise {
+/// Of one LiDAR.
+struct Beams {
+  Eigen::Vector3f origin;  // imu frame
   float range_variance;
   float angle_variance;
+};
+
+struct Noise {
+  std::vector<Beams> beams;  // by LiDAR
   float roughness_variance;
   float max_distance;
   Matrix6f pose_covariance;  // φ, p
@@ -73,9 +81,9 @@ struct Noise {
   double huber_sigmas;
 };
 
-void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s, const Pose& T_map_imu,
-                    const Eigen::Vector3f& beam_origin, const PlaneMap& map, const Noise& noise,
-                    std::vector<Correspondence>& result) {
+void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s,
+                    std::span<const std::uint8_t> lidars, const Pose& T_map_imu, const PlaneMap& map,
+                    const Noise& noise, std::vector<Correspondence>& result) {
   const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
   // Doubles for the position: far from the map's origin floats lose millimetres, which the sum would keep.
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -85,7 +93,8 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     const Plane* plane = map.match(place, noise.max_distance);
     if (plane == nullptr) continue;
     const float distance = plane->distance(place);
-    const Eigen::Vector3f beam = rotation * (point - beam_origin);
+    const Beams& beams = noise.beams[lidars.empty() ? 0 : lidars[i]];
+    const Eigen::Vector3f beam = rotation * (point - beams.origin);
     const float range_squared = beam.squaredNorm();
     const float along_normal = plane->normal.dot(beam);
     const float cosine_squared = along_normal * along_normal / range_squared;
@@ -94,8 +103,8 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     jacobian.head<3>() = point.cross(normal_in_imu);
     jacobian.tail<3>() = plane->normal;
     const float by_sensor = noise.variance_scale *
-                            (noise.range_variance * cosine_squared +
-                             noise.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance);
+                            (beams.range_variance * cosine_squared +
+                             beams.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance);
     const float by_plane = noise.variance_scale * plane->variance_at(place);
     const float variance = by_sensor + noise.repeats.along(jacobian) * by_plane;
     const float expected = variance + variance_by_pose(jacobian, noise.pose_covariance);
@@ -109,12 +118,19 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
 }  // namespace
 
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
-                                      const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
+                                      const Matrix6& pose_covariance, const PlaneMap& map, const ScanLidars& lidars,
                                       const AssociationOptions& options, std::span<const float> ages_s,
                                       const ScanAveraging& averaging, double variance_scale) {
   const auto square = [](double value) { return static_cast<float>(value * value); };
-  const Noise noise{square(lidar.range_noise_m),
-                    square(lidar.direction_noise_rad),
+  if (!lidars.of_points.empty() && lidars.of_points.size() != points.size()) {
+    throw std::invalid_argument("associate: expected the LiDAR of each point");
+  }
+  std::vector<Beams> beams;
+  for (const LidarModel& lidar : lidars.models) {
+    beams.push_back(
+        {lidar.T_imu_lidar.position.cast<float>(), square(lidar.range_noise_m), square(lidar.direction_noise_rad)});
+  }
+  const Noise noise{std::move(beams),
                     square(options.surface_roughness_m),
                     static_cast<float>(options.max_distance_m),
                     pose_covariance.cast<float>(),
@@ -122,15 +138,15 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                     static_cast<float>(variance_scale),
                     square(options.gate_sigmas),
                     options.huber_sigmas};
-  const Eigen::Vector3f beam_origin = lidar.T_imu_lidar.position.cast<float>();
   const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
   std::vector<std::vector<Correspondence>> parts(chunks);
   parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
     const std::size_t begin = i * kChunk;
     parts[i].reserve(kChunk);
     const std::size_t count = std::min(kChunk, points.size() - begin);
-    associate_part(points.subspan(begin, count), ages_s.empty() ? ages_s : ages_s.subspan(begin, count), T_map_imu,
-                   beam_origin, map, noise, parts[i]);
+    const auto part_of = [&](auto all) { return all.empty() ? all : all.subspan(begin, count); };
+    associate_part(points.subspan(begin, count), part_of(ages_s), part_of(std::span(lidars.of_points)), T_map_imu, map,
+                   noise, parts[i]);
   });
   std::vector<Correspondence> result;
   result.reserve(points.size());

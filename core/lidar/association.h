@@ -6,6 +6,7 @@
 #include "core/geometry/pose.h"
 #include "core/lidar/correspondence.h"
 #include "core/lidar/plane_map.h"
+#include "core/lidar/scan_lidars.h"
 #include "core/option_checks.h"
 #include "core/sensor_suite.h"
 
@@ -47,13 +48,14 @@ struct ScanAveraging {
 };
 
 /// Finds each point's plane at the pose `T_map_imu` and what its residual is worth. `points`: imu frame at the scan's
-/// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it,
-/// of the surface and of the plane's own fit, this one as often as scans are averaged along r. `pose_covariance` (φ,
-/// p): of `T_map_imu`; a residual within it is no outlier. `variance_scale`: by which the log's own residuals exceed
-/// what sensor and plane explain (residual_scale). Points in order; the result does not depend on threads. `ages_s`:
-/// how long before the scan's end each was taken; none where that does not matter.
+/// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it
+/// (both of the LiDAR that measured the point, seen from its mounting), of the surface and of the plane's own fit, this
+/// one as often as scans are averaged along r. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no
+/// outlier. `variance_scale`: by which the log's own residuals exceed what sensor and plane explain (residual_scale).
+/// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken; none
+/// where that does not matter.
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
-                                      const Matrix6& pose_covariance, const PlaneMap& map, const LidarModel& lidar,
+                                      const Matrix6& pose_covariance, const PlaneMap& map, const ScanLidars& lidars,
                                       const AssociationOptions& options, std::span<const float> ages_s = {},
                                       const ScanAveraging& averaging = {}, double variance_scale = 1.0);
 

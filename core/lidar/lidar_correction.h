@@ -1,6 +1,9 @@
 #pragma once
 
+#include <vector>
+
 #include "core/geometry/pose.h"
+#include "core/sensor_suite.h"
 #include "core/time.h"
 
 namespace lodestone {
@@ -17,6 +20,17 @@ struct LidarCorrection {
     result.rotation = (so3::exp(turn_rad) * T_imu_lidar.rotation).normalized();
     result.position = T_imu_lidar.position + shift_m;
     return result;
+  }
+
+  /// Of all LiDARs, the first in front: the further ones move rigidly with it.
+  std::vector<LidarModel> corrected(std::vector<LidarModel> lidars) const {
+    const Pose given = lidars.front().T_imu_lidar;
+    const Pose found = corrected(given);
+    lidars.front().T_imu_lidar = found;
+    for (std::size_t i = 1; i < lidars.size(); ++i) {
+      lidars[i].T_imu_lidar = found * (given.inverse() * lidars[i].T_imu_lidar);
+    }
+    return lidars;
   }
 
   Time clock() const { return from_seconds(clock_s); }

@@ -95,17 +95,38 @@ class StratifiedDraw {
   double next_;
 };
 
+/// Ranges that a LiDAR measures, from where it is.
+struct RangeLimits {
+  Eigen::Vector3f origin;  // frame of the first LiDAR
+  float min_squared;
+  float max_squared;
+
+  bool hold(const LidarPoint& point) const {
+    const float squared = (point.position - origin).squaredNorm();
+    return squared >= min_squared && squared <= max_squared;  // also drops NaN
+  }
+};
+
+std::vector<RangeLimits> range_limits_of(std::span<const LidarModel> lidars) {
+  const auto square = [](double value) { return static_cast<float>(value * value); };
+  std::vector<RangeLimits> result;
+  for (const LidarModel& lidar : lidars) {
+    const Vector3 origin =
+        result.empty() ? Vector3::Zero() : lidars.front().T_imu_lidar.inverse() * lidar.T_imu_lidar.position;
+    result.push_back({origin.cast<float>(), square(lidar.min_range_m), square(lidar.max_range_m)});
+  }
+  return result;
+}
+
 }  // namespace
 
-std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lidar,
+std::vector<LidarPoint> sample_scan(const LidarScan& scan, std::span<const LidarModel> lidars,
                                     const ScanSamplingOptions& options) {
-  const float min_squared = static_cast<float>(lidar.min_range_m * lidar.min_range_m);
-  const float max_squared = static_cast<float>(lidar.max_range_m * lidar.max_range_m);
+  const std::vector<RangeLimits> limits = range_limits_of(lidars);
   std::vector<LidarPoint> kept;
   kept.reserve(scan.points.size());
   for (const LidarPoint& point : scan.points) {
-    const float squared = point.position.squaredNorm();
-    if (squared >= min_squared && squared <= max_squared) kept.push_back(point);  // also drops NaN
+    if (limits.at(point.lidar).hold(point)) kept.push_back(point);
   }
   if (options.voxel_m > 0.0) {
     constexpr double kVoxelsOfASurface = 9.0;  // of the 27
@@ -117,7 +138,7 @@ std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lid
     std::unordered_map<int, StratifiedDraw> rings;
     std::size_t size = 0;
     for (std::size_t i = 0; i < kept.size(); ++i) {
-      const int ring = kept[i].ring;
+      const int ring = kept[i].lidar << 16 | kept[i].ring;
       const double probability = std::min(1.0, kVoxelsOfASurface / counts.surroundings(slots[i]));
       if (rings.try_emplace(ring, static_cast<std::uint64_t>(ring) + 1).first->second.take(probability))
         kept[size++] = kept[i];

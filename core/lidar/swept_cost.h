@@ -34,7 +34,7 @@ struct CondensedScan {
   SweptCost swept;
   Deskewing deskewing;
   LidarCorrection correction{};              ///< that points were brought to the imu frame with
-  Vector3 beam_origin_m = Vector3::Zero();   ///< of the LiDAR, imu frame
+  Vector3 beam_origin_m = Vector3::Zero();   ///< of the first LiDAR, imu frame: its mounting turns all points about it
   Matrix6 map_error_root = Matrix6::Zero();  ///< L: the map's shared error moves the pose by L Lᵀ (φ in map axes, p)
   double map_error_length_m = 0.0;           ///< the way over which that error changes
   bool by_lidar = false;                     ///< false: the points are no LiDAR's, calibration does not move them

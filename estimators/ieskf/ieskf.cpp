@@ -17,6 +17,7 @@ namespace lodestone {
 
 struct IteratedFilter::Scan {
   std::vector<Eigen::Vector3f> points;          // imu frame at the scan's end
+  ScanLidars lidars{LidarModel{}};              // that measured them
   std::shared_ptr<const PlaneMap> planes;       // that correspondences point into
   std::vector<Correspondence> correspondences;  // at the prediction
   CondensedCost cost;
@@ -47,11 +48,12 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
   Degeneracy degeneracy = no_degeneracy();
   if (input_.planes != nullptr) {
     const ScanMotion motion(state_, bundle.imu);
-    const auto sampled = sample_scan(bundle.scan, input_.suite.lidar, options.lidar.sampling);
+    const auto sampled = sample_scan(bundle.scan, input_.suite.lidars(), options.lidar.sampling);
     scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
+    scan.lidars = ScanLidars(input_.suite.lidars(), sampled);
     scan.planes = input_.planes->around(scan.predicted.position);
     scan.correspondences = associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes,
-                                     input_.suite.lidar, association_);
+                                     scan.lidars, association_);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
   }
@@ -163,7 +165,7 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
   const auto evidence = [&](const NavState& state) {
     if (!first) {
       planes = input_.planes->around(state.T_map_imu.position);
-      renewed = associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes, input_.suite.lidar,
+      renewed = associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes, scan.lidars,
                           association_);
       correspondences = &renewed;
       cost = condense(renewed, state.T_map_imu);

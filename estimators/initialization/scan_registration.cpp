@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include "core/angles.h"
@@ -36,21 +35,26 @@ Matrix6 trust_in_start() {
 }  // namespace
 
 RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose& start, const PlaneMap& map,
-                             const LidarModel& lidar, const AssociationOptions& options) {
+                             const ScanLidars& lidars, const AssociationOptions& options) {
   const Matrix6 trust = trust_in_start();
   RegisteredScan result;
   result.T_map_imu = start;
   std::vector<Eigen::Vector3f> near;
+  ScanLidars near_lidars = lidars;
   for (const Stage& stage : kStages) {
     near.clear();
+    near_lidars.of_points.clear();
     const auto limit = static_cast<float>(std::min(stage.range_m * stage.range_m, 1e30));
-    std::copy_if(points.begin(), points.end(), std::back_inserter(near),
-                 [limit](const Eigen::Vector3f& point) { return point.squaredNorm() < limit; });
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!(points[i].squaredNorm() < limit)) continue;
+      near.push_back(points[i]);
+      if (!lidars.of_points.empty()) near_lidars.of_points.push_back(lidars.of_points[i]);
+    }
     Vector6 variance;
     variance << Vector3::Constant(stage.sigma_rad * stage.sigma_rad), Vector3::Constant(stage.sigma_m * stage.sigma_m);
     for (int i = 0; i < stage.iterations; ++i) {
       const std::vector<Correspondence> matches =
-          associate(near, result.T_map_imu, variance.asDiagonal(), map, lidar, options);
+          associate(near, result.T_map_imu, variance.asDiagonal(), map, near_lidars, options);
       const CondensedCost cost = condense(matches, result.T_map_imu);
       result.information = cost.hessian(result.T_map_imu);
       const Vector6 gradient = cost.gradient(result.T_map_imu) + trust * result.T_map_imu.boxminus(start);

@@ -18,7 +18,7 @@ struct RegisteredScan {
 /// Moves a scan from a place that is right to about 0.3 m and 2° onto the planes, from near points to far ones, by
 /// Gauss-Newton on the condensed cost. Directions that LiDAR does not see stay where they were. `points`: imu frame.
 RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose& start, const PlaneMap& map,
-                             const LidarModel& lidar, const AssociationOptions& options);
+                             const ScanLidars& lidars, const AssociationOptions& options);
 
 /// How well a scan lies on the map.
 struct ScanAgreement {

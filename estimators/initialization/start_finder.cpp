@@ -83,8 +83,7 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
     const Quaternion to_imu = registered.rotation.conjugate();
     const StartScan again = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * (velocity + correction),
                                           input.suite, input.options.lidar.sampling.voxel_m);
-    registered =
-        register_scan(again.points, end, *planes, input.suite.lidar, input.options.lidar.association).T_map_imu;
+    registered = register_scan(again.points, end, *planes, again.lidars, input.options.lidar.association).T_map_imu;
     if (lag_s >= kLeastLag_s) correction = (end.position - registered.position) / lag_s;
   }
   StartHypothesis result;

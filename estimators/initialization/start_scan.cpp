@@ -105,8 +105,9 @@ StartScan prepare_start(const ScanBundle& bundle, const Vector3& up_at_end, cons
   end.velocity = end.T_map_imu.rotation * velocity_imu;
   end.gravity = Vector3(0.0, 0.0, -suite.gravity_m_s2);
   const ScanSamplingOptions sampling{voxel_m, 20000};
-  result.points = deskew(sample_scan(bundle.scan, suite.lidar, sampling), bundle.scan.start,
-                         ScanMotion(end, bundle.imu), suite.lidar.T_imu_lidar);
+  const std::vector<LidarPoint> sampled = sample_scan(bundle.scan, suite.lidars(), sampling);
+  result.points = deskew(sampled, bundle.scan.start, ScanMotion(end, bundle.imu), suite.lidar.T_imu_lidar);
+  result.lidars = ScanLidars(suite.lidars(), sampled);
   result.ground = find_ground(result.points, up_at_end);
   return result;
 }

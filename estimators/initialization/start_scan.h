@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/imu/scan_motion.h"
+#include "core/lidar/scan_lidars.h"
 #include "core/measurements.h"
 #include "core/sensor_suite.h"
 #include "estimators/initialization/place_search.h"
@@ -21,6 +22,7 @@ struct GroundPlane {
 /// What the first scan of a log says before anyone knows where it was taken.
 struct StartScan {
   std::vector<Eigen::Vector3f> points;  ///< imu frame at the scan's end, deskewed with the gyroscope and a velocity
+  ScanLidars lidars{LidarModel{}};      ///< that measured them
   Vector3 up = Vector3::UnitZ();        ///< against gravity, imu frame at the scan's end, from the accelerometer
   std::optional<GroundPlane> ground;    ///< nothing where the scan shows no level floor below the robot
 };

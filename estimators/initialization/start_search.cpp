@@ -38,7 +38,8 @@ bool is_same(const Pose& a, const Pose& b) {
   return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSameHeading_rad;
 }
 
-std::vector<Eigen::Vector3f> thinned(std::vector<Eigen::Vector3f> points, std::size_t most) {
+template <class Point>
+std::vector<Point> thinned(std::vector<Point> points, std::size_t most) {
   if (points.size() <= most) return points;
   for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
   points.resize(most);
@@ -108,6 +109,8 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   const std::vector<SearchPoint> points = search_points(scan, options_.range_m, options_.points);
   const std::vector<Eigen::Vector3f> judged = above_floor(scan);
   const std::vector<Eigen::Vector3f> registered_points = thinned(scan.points, kRegisteredPoints);
+  ScanLidars registered_lidars = scan.lidars;
+  registered_lidars.of_points = thinned(scan.lidars.of_points, kRegisteredPoints);
   result.search_points = static_cast<int>(points.size());
   result.nowhere_log_likelihood = evidence_.nowhere(judged, array, attitude);
 
@@ -130,7 +133,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
     StartCandidate& candidate = candidates[i];
     const Pose rough = pose_of(places[i], attitude, height_m);
     const auto planes = planes_.around(rough.position);
-    const RegisteredScan registered = register_scan(registered_points, rough, *planes, suite_.lidar, association_);
+    const RegisteredScan registered = register_scan(registered_points, rough, *planes, registered_lidars, association_);
     candidate.T_map_imu = registered.T_map_imu;
     if (field_ != nullptr && array != nullptr) {
       std::vector<LocalizationReading> readings;

@@ -21,7 +21,7 @@ struct Keyframe {
   Time scan_start = 0;
   std::vector<ImuSample> imu;      ///< over this scan's bundle
   ImuNoise imu_noise;              ///< of these samples
-  std::vector<LidarPoint> points;  ///< sampled, lidar frame, own times
+  std::vector<LidarPoint> points;  ///< sampled, frame of the first LiDAR, own times
   std::vector<MagneticArraySample> magnetic;
   Pose predicted;                                      ///< that readings of the field are judged at
   Matrix6 predicted_covariance = Matrix6::Identity();  ///< of it, before this scan's measurements (φ, p)

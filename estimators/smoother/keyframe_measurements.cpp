@@ -50,15 +50,15 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
       before == nullptr ? ScanMotion(state, keyframe.imu) : ScanMotion(*before, state, keyframe.imu);
   // The scan's start by the clock of the imu.
   const Time scan_start = keyframe.scan_start - keyframe.lidar_correction.clock();
-  LidarModel lidar = input_.suite.lidar;
-  lidar.T_imu_lidar = keyframe.lidar_correction.corrected(lidar.T_imu_lidar);
-  const std::vector<Eigen::Vector3f> points = deskew(keyframe.points, scan_start, motion, lidar.T_imu_lidar);
+  const ScanLidars lidars(keyframe.lidar_correction.corrected(input_.suite.lidars()), keyframe.points);
+  const Pose& T_imu_lidar = lidars.models.front().T_imu_lidar;
+  const std::vector<Eigen::Vector3f> points = deskew(keyframe.points, scan_start, motion, T_imu_lidar);
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
   std::vector<float> ages_s(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - scan_start - keyframe.points[i].offset_ns));
   }
-  keyframe.correspondences = associate(points, keyframe.associated, keyframe.gate_covariance, *planes, lidar,
+  keyframe.correspondences = associate(points, keyframe.associated, keyframe.gate_covariance, *planes, lidars,
                                        options.lidar.association, ages_s, keyframe.averaging, keyframe.variance_scale);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
@@ -74,7 +74,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
         condense_scan(keyframe.correspondences, keyframe.associated, deskewing, error.scan_covariance_of(variances_m2));
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
-    keyframe.lidar.beam_origin_m = lidar.T_imu_lidar.position;
+    keyframe.lidar.beam_origin_m = T_imu_lidar.position;
     keyframe.lidar.map_error_root = error.pose_error_root_of(variances_m2);
     keyframe.lidar.map_error_length_m = error.length_m_of(variances_m2);
   }

@@ -130,7 +130,7 @@ void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) c
   keyframe.imu = bundle.imu;
   keyframe.magnetic = bundle.magnetic;
   if (input_.planes != nullptr) {
-    keyframe.points = sample_scan(bundle.scan, input_.suite.lidar, input_.options.lidar.sampling);
+    keyframe.points = sample_scan(bundle.scan, input_.suite.lidars(), input_.options.lidar.sampling);
   }
 }
 

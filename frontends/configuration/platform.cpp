@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/measurements.h"
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/platform_calibration.h"
@@ -59,9 +60,10 @@ Pose read_pose(const ConfigurationNode& node) {
 }
 
 /// The keys that the first LiDAR and further ones share.
-const std::vector<std::string> lidar_keys{"topic",         "stamp",       "fields",        "point_times",
-                                          "time_unit",     "time_zero",   "min_range_m",   "max_range_m",
-                                          "scan_period_s", "T_imu_lidar", "clock_offset_s"};
+const std::vector<std::string> lidar_keys{
+    "topic",         "stamp",       "fields",        "point_times",   "time_unit",           "time_zero",
+    "min_range_m",   "max_range_m", "scan_period_s", "range_noise_m", "direction_noise_rad", "T_imu_lidar",
+    "clock_offset_s"};
 
 /// Deskewed scans have no times of points: a key that describes them contradicts.
 void refuse_times_of_points(const ConfigurationNode& node) {
@@ -95,27 +97,31 @@ void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, Lidar
   read_positive(node, "max_range_m", model.max_range_m);
   if (model.max_range_m <= model.min_range_m) node.at("max_range_m").fail("expected more than min_range_m");
   read_positive(node, "scan_period_s", model.scan_period_s);
+  read_if_there(node, "direction_noise_rad", model.direction_noise_rad);
+  if (!(model.direction_noise_rad >= 0.0)) node.at("direction_noise_rad").fail("expected a number of at least 0");
   model.T_imu_lidar = read_pose(node.at("T_imu_lidar"));
 }
 
 void read_first_lidar(const ConfigurationNode& node, Platform& platform) {
   std::vector<std::string> keys = lidar_keys;
-  keys.insert(keys.end(), {"range_noise_m", "direction_noise_rad", "calibration"});
+  keys.push_back("calibration");
   node.refuse_keys_other_than(keys);
   read_positive(node, "range_noise_m", platform.suite.lidar.range_noise_m);
-  double& direction_noise_rad = platform.suite.lidar.direction_noise_rad;
-  read_if_there(node, "direction_noise_rad", direction_noise_rad);
-  if (!(direction_noise_rad >= 0.0)) node.at("direction_noise_rad").fail("expected a number of at least 0");
   read_lidar(node, platform.lidar, platform.suite.lidar);
   read_calibration_sigmas(node, "calibration", platform.suite.calibration.lidar);
 }
 
+/// Of the first one's kind, unless its file says otherwise.
 void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
   node.refuse_keys_other_than(lidar_keys);
-  FurtherLidar& lidar = platform.further_lidars.emplace_back();
-  read_lidar(node, lidar.layout, lidar.model);
-  lidar.model.range_noise_m = platform.suite.lidar.range_noise_m;
-  lidar.model.direction_noise_rad = platform.suite.lidar.direction_noise_rad;
+  if (1 + platform.further_lidars.size() == kMostLidars) {
+    node.fail("expected at most " + std::to_string(kMostLidars - 1) + " further LiDARs");
+  }
+  LidarModel& model = platform.suite.further_lidars.emplace_back();
+  model.range_noise_m = platform.suite.lidar.range_noise_m;
+  model.direction_noise_rad = platform.suite.lidar.direction_noise_rad;
+  if (node.has("range_noise_m")) read_positive(node, "range_noise_m", model.range_noise_m);
+  read_lidar(node, platform.further_lidars.emplace_back(), model);
 }
 
 void read_imu(const ConfigurationNode& node, Platform& platform) {
@@ -212,7 +218,7 @@ std::string pose_lines(int depth, const std::string& key, const Pose& pose) {
          line(depth + 1, "quaternion_xyzw", std::vector<double>{q.x(), q.y(), q.z(), q.w()});
 }
 
-std::string lidar_lines(int depth, const LidarMessageLayout& layout, const LidarModel& model, bool with_noise) {
+std::string lidar_lines(int depth, const LidarMessageLayout& layout, const LidarModel& model) {
   std::string text;
   if (layout.stamp) text += line(depth, "stamp", *layout.stamp);
   std::string fields;
@@ -224,12 +230,10 @@ std::string lidar_lines(int depth, const LidarMessageLayout& layout, const Lidar
   if (layout.time_zero) text += line(depth, "time_zero", *layout.time_zero);
   if (layout.point_times != PointTimes::field) text += line(depth, "point_times", layout.point_times);
   if (layout.clock_offset_s != 0.0) text += line(depth, "clock_offset_s", layout.clock_offset_s);
-  if (with_noise) {
-    text += line(depth, "range_noise_m", model.range_noise_m) +
-            line(depth, "direction_noise_rad", model.direction_noise_rad);
-  }
-  return text + line(depth, "min_range_m", model.min_range_m) + line(depth, "max_range_m", model.max_range_m) +
-         line(depth, "scan_period_s", model.scan_period_s) + pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
+  return text + line(depth, "range_noise_m", model.range_noise_m) +
+         line(depth, "direction_noise_rad", model.direction_noise_rad) + line(depth, "min_range_m", model.min_range_m) +
+         line(depth, "max_range_m", model.max_range_m) + line(depth, "scan_period_s", model.scan_period_s) +
+         pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
 }
 
 /// Nothing for a magnetometer that needs none.
@@ -244,13 +248,13 @@ std::string calibration_lines(int depth, const MagnetometerMessageLayout& layout
 std::string format_platform(const Platform& platform) {
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
-  text += "lidar:\n" + line(1, "topic", platform.lidar.topic) +
-          lidar_lines(1, platform.lidar, platform.suite.lidar, true) +
+  text += "lidar:\n" + line(1, "topic", platform.lidar.topic) + lidar_lines(1, platform.lidar, platform.suite.lidar) +
           calibration_sigma_lines(1, "calibration", platform.suite.calibration.lidar);
   if (!platform.further_lidars.empty()) text += "further_lidars:\n";
-  for (const FurtherLidar& further : platform.further_lidars) {
+  for (std::size_t i = 0; i < platform.further_lidars.size(); ++i) {
+    const LidarMessageLayout& layout = platform.further_lidars[i];
     text +=
-        "  - topic: " + write_value(further.layout.topic) + "\n" + lidar_lines(2, further.layout, further.model, false);
+        "  - topic: " + write_value(layout.topic) + "\n" + lidar_lines(2, layout, platform.suite.further_lidars.at(i));
   }
   text += "imu:\n" + line(1, "topic", platform.imu.topic) +
           (platform.imu.angular_velocity_path.empty()

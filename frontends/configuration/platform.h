@@ -106,12 +106,6 @@ struct MagnetometerMessageLayout {
   bool calibrated() const { return hard_iron_ut != Vector3::Zero() || soft_iron_correction != Matrix3::Identity(); }
 };
 
-/// A LiDAR beside the first, whose points join the first one's scans (scan_merger.h).
-struct FurtherLidar {
-  LidarMessageLayout layout;
-  LidarModel model;  ///< of its own: extrinsics, limits of range, period
-};
-
 /// A robot: where its log keeps each sensor, and what the sensors are.
 struct Platform {
   std::string name;
@@ -119,7 +113,7 @@ struct Platform {
   LidarMessageLayout lidar;
   ImuMessageLayout imu;
   std::vector<MagnetometerMessageLayout> magnetometers;  ///< one a magnetometer of the suite, in its order
-  std::vector<FurtherLidar> further_lidars;              ///< mostly none
+  std::vector<LidarMessageLayout> further_lidars;        ///< mostly none; one for each of the suite, in its order
   double magnetometer_clock_offset_s = 0.0;  ///< of all magnetometers; sign as LidarMessageLayout::clock_offset_s
   SensorSuite suite;
 

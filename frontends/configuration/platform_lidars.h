@@ -12,14 +12,14 @@ inline std::size_t lidar_count(const Platform& platform) {
 }
 
 inline const LidarMessageLayout& layout_of(const Platform& platform, std::size_t lidar) {
-  return lidar == 0 ? platform.lidar : platform.further_lidars.at(lidar - 1).layout;
+  return lidar == 0 ? platform.lidar : platform.further_lidars.at(lidar - 1);
 }
 inline LidarMessageLayout& layout_of(Platform& platform, std::size_t lidar) {
-  return lidar == 0 ? platform.lidar : platform.further_lidars.at(lidar - 1).layout;
+  return lidar == 0 ? platform.lidar : platform.further_lidars.at(lidar - 1);
 }
 
 inline const LidarModel& model_of(const Platform& platform, std::size_t lidar) {
-  return lidar == 0 ? platform.suite.lidar : platform.further_lidars.at(lidar - 1).model;
+  return lidar == 0 ? platform.suite.lidar : platform.suite.further_lidars.at(lidar - 1);
 }
 
 /// Where the platform file describes it.

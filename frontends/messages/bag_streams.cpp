@@ -73,7 +73,7 @@ std::vector<SensorStream> make_streams(const Platform& platform, SensorChoice ch
   if (choice.lidar) {
     add(Sensor::lidar, 0, platform.lidar.topic, "lidar.topic");
     for (std::size_t i = 0; i < platform.further_lidars.size(); ++i) {
-      add(Sensor::lidar, i + 1, platform.further_lidars[i].layout.topic, fmt::format("further_lidars[{}].topic", i));
+      add(Sensor::lidar, i + 1, platform.further_lidars[i].topic, fmt::format("further_lidars[{}].topic", i));
     }
   }
   for (std::size_t i = 0; choice.magnetometers && i < platform.magnetometers.size(); ++i) {

@@ -58,9 +58,7 @@ struct BagSource::Implementation {
         streams(make_streams(log_platform, choice)),
         orders(streams.size()) {
     if (choice.lidar && !platform.further_lidars.empty()) {
-      std::vector<LidarModel> others;
-      for (const FurtherLidar& each : platform.further_lidars) others.push_back(each.model);
-      merger.emplace(platform.suite.lidar, others, warnings);
+      merger.emplace(platform.suite.lidar, platform.suite.further_lidars, warnings);
     }
   }
 

@@ -17,11 +17,12 @@ ScanMerger::ScanMerger(const LidarModel& first, const std::vector<LidarModel>& o
     : warnings_(warnings), period_(from_seconds(first.scan_period_s)) {
   const Pose T_first_imu = first.T_imu_lidar.inverse();
   for (const LidarModel& other : others) {
-    others_.push_back({T_first_imu * other.T_imu_lidar, other.min_range_m, other.max_range_m, {}});
+    others_.push_back({T_first_imu * other.T_imu_lidar, {}});
   }
 }
 
 void ScanMerger::add(std::size_t lidar, LidarScan&& scan) {
+  for (LidarPoint& point : scan.points) point.lidar = static_cast<std::uint8_t>(lidar);
   if (lidar == 0) {
     first_.push_back(std::move(scan));
     return;
@@ -29,10 +30,6 @@ void ScanMerger::add(std::size_t lidar, LidarScan&& scan) {
   Other& other = others_.at(lidar - 1);
   const Eigen::Matrix3f R = other.T_first_other.rotation.toRotationMatrix().cast<float>();
   const Eigen::Vector3f t = other.T_first_other.position.cast<float>();
-  std::erase_if(scan.points, [&other](const LidarPoint& point) {
-    const double range = point.position.norm();
-    return range < other.min_range_m || range > other.max_range_m;
-  });
   for (LidarPoint& point : scan.points) point.position = R * point.position + t;
   other.reached = scan.end;
   other.any = true;

@@ -13,8 +13,8 @@ namespace lodestone {
 
 /// Makes one scan of what several LiDARs saw: the scans of the first set the pace, and every point of the others joins
 /// the one within whose time it lies, (end of the scan before, end]. Points are brought to the first LiDAR's frame by
-/// the extrinsics, which is exact, for each keeps its own time: deskewing moves it with the body. Points of the others
-/// outside their own limits of range are dropped, for afterwards their range is another.
+/// the extrinsics, which is exact, for each keeps its own time: deskewing moves it with the body. Each names the LiDAR
+/// that measured it: limits of range, incidence and noise are those of its own.
 ///
 /// A scan is held until the others have come to its end; where one stays silent, until two more of the first are there.
 /// Counted in `warnings`: lidar.unmerged_points (came too late, or with no scan of the first around them; dropped).
@@ -36,7 +36,6 @@ class ScanMerger {
  private:
   struct Other {
     Pose T_first_other;
-    double min_range_m, max_range_m;
     std::deque<LidarScan> scans;  ///< positions in the first LiDAR's frame
     Time reached = 0;             ///< end of the last
     bool any = false;

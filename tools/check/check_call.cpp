@@ -72,7 +72,7 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
   drive.seconds = call.seconds;
   WarningLog warnings;
   if (!call.cloud.empty()) {
-    drive.planes = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidar,
+    drive.planes = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidars(),
                                std::filesystem::temp_directory_path().string(), warnings)
                        .source;
   }

@@ -15,14 +15,13 @@ void reduce_sigma(double& sigma, double largest) {
 }
 
 void calibrate_lidars(Platform& platform, const CalibrationEstimate::Lidar& lidar) {
-  const Pose given = platform.suite.lidar.T_imu_lidar;
   const bool moved = !lidar.correction.turn_rad.isZero(0.0) || !lidar.correction.shift_m.isZero(0.0);
-  if (moved) platform.suite.lidar.T_imu_lidar = lidar.correction.corrected(given);
-  for (FurtherLidar& further : platform.further_lidars) {
-    Pose& T_imu_further = further.model.T_imu_lidar;
-    if (moved) T_imu_further = platform.suite.lidar.T_imu_lidar * (given.inverse() * T_imu_further);
-    further.layout.clock_offset_s += lidar.correction.clock_s;
+  if (moved) {
+    const std::vector<LidarModel> lidars = lidar.correction.corrected(platform.suite.lidars());
+    platform.suite.lidar = lidars.front();
+    platform.suite.further_lidars.assign(lidars.begin() + 1, lidars.end());
   }
+  for (LidarMessageLayout& further : platform.further_lidars) further.clock_offset_s += lidar.correction.clock_s;
   platform.lidar.clock_offset_s += lidar.correction.clock_s;
   LidarCalibrationSigmas& sigmas = platform.suite.calibration.lidar;
   reduce_sigma(sigmas.rotation_sigma_deg, degrees_per_radian * lidar.turn_sigma_rad.maxCoeff());

@@ -103,7 +103,11 @@ RunInputs load_small_files(const RunCall& call) {
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
     throw InputError("--refine: no chosen estimator supports it; add smoother or magnetic to --estimator");
   }
-  if (call.max_range_m) inputs.platform.suite.lidar.max_range_m = *call.max_range_m;
+  if (call.max_range_m) {
+    SensorSuite& suite = inputs.platform.suite;
+    suite.lidar.max_range_m = *call.max_range_m;
+    for (LidarModel& lidar : suite.further_lidars) lidar.max_range_m = *call.max_range_m;
+  }
   if (!call.truth.empty()) inputs.truth = read_trajectory(call.truth);
   if (!call.calibration_truth.empty()) {
     inputs.true_calibration = read_true_calibration(call.calibration_truth, inputs.platform.suite);
@@ -117,7 +121,7 @@ RunInputs load_small_files(const RunCall& call) {
 void load_maps(const RunCall& call, RunInputs& inputs, WarningLog& warnings) {
   if (!call.cloud.empty()) {
     const LoadedPlanes loaded =
-        load_planes(call.cloud, inputs.options.lidar.map, inputs.platform.suite.lidar, call.out, warnings);
+        load_planes(call.cloud, inputs.options.lidar.map, inputs.platform.suite.lidars(), call.out, warnings);
     inputs.planes = loaded.source;
     std::printf("%s: %s\n", call.cloud.c_str(), loaded.description.c_str());
   } else {
@@ -156,7 +160,8 @@ void run_first_checks(const RunCall& call, const RunInputs& inputs, WarningLog& 
 void check_within_map(const RunCall& call, const RunInputs& inputs, const Pose& pose, Time time, WarningLog& warnings) {
   const Vector3& p = pose.position;
   if (inputs.planes != nullptr) {
-    const double reach = inputs.platform.suite.lidar.max_range_m;
+    double reach = 0.0;
+    for (const LidarModel& lidar : inputs.platform.suite.lidars()) reach = std::max(reach, lidar.max_range_m);
     const auto map = inputs.planes->around(p);
     const bool seen = std::any_of(map->planes().begin(), map->planes().end(), [&](const Plane& plane) {
       return (plane.center.cast<double>() - p).squaredNorm() < reach * reach;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 #include <set>
+#include <stdexcept>
 #include <tuple>
 
 #include "tools/simulate/beam_pattern.h"
@@ -113,6 +114,75 @@ TEST(ScanSampling, AWallStandsWhereItStandsWhereverItsVoxelsEnd) {
   for (const double distance_m : {4.2, 4.21, 4.25, 4.35, 4.48, 4.5}) {
     EXPECT_LT(std::abs(mean_height_sigmas(distance_m)), 4.0) << distance_m;
   }
+}
+
+/// A scan of two LiDARs in turns: at the origin, and 3 m behind it; what they see lies apart.
+LidarScan scan_of_two() {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
+  LidarScan scan;
+  for (int i = 0; i < 20000; ++i) {
+    LidarPoint point;
+    point.lidar = static_cast<std::uint8_t>(i % 2);
+    const float side = i % 2 == 0 ? 1.0F : -1.0F;
+    point.position = {side * 6.0F, 4.0F * uniform(random), uniform(random)};
+    point.offset_ns = 1000 * i;
+    point.ring = static_cast<std::uint16_t>(i / 2 % 16);
+    scan.points.push_back(point);
+  }
+  return scan;
+}
+
+std::vector<LidarModel> two_lidars() {
+  std::vector<LidarModel> lidars(2);
+  lidars[0].T_imu_lidar = {so3::exp(Vector3(0.1, -0.2, 2.0)), Vector3(0.3, 0.1, 0.5)};
+  lidars[1].T_imu_lidar = lidars[0].T_imu_lidar * Pose{so3::exp(Vector3(0.0, 0.3, 3.0)), Vector3(-3.0, 0.0, 0.0)};
+  return lidars;
+}
+
+TEST(ScanSampling, LimitsOfRangeAreThoseOfAPointsOwnLidar) {
+  LidarScan scan = scan_of_two();
+  for (LidarPoint& point : scan.points) point.lidar = static_cast<std::uint8_t>(point.position.y() > 0.0F);
+  std::vector<LidarModel> lidars = two_lidars();
+  lidars[0].min_range_m = 6.5;
+  lidars[0].max_range_m = 7.0;
+  lidars[1].min_range_m = 3.5;
+  lidars[1].max_range_m = 9.3;
+  const Vector3 origins[] = {Vector3::Zero(), Vector3(-3.0, 0.0, 0.0)};
+  std::vector<std::int32_t> expected, found;
+  for (const LidarPoint& point : scan.points) {
+    const LidarModel& own = lidars[point.lidar];
+    const double range = (point.position.cast<double>() - origins[point.lidar]).norm();
+    if (range > own.min_range_m && range < own.max_range_m) expected.push_back(point.offset_ns);
+  }
+  for (const LidarPoint& point : sample_scan(scan, lidars, {0.0, 0})) found.push_back(point.offset_ns);
+  EXPECT_GT(expected.size(), scan.points.size() / 10);
+  EXPECT_LT(expected.size(), scan.points.size() * 9 / 10);
+  EXPECT_EQ(found, expected);
+}
+
+/// Rings of two LiDARs are not one ring: what the one sees far away changes nothing of what is kept of the other.
+TEST(ScanSampling, ALidarIsThinnedAsIfItWereAlone) {
+  LidarScan scan = scan_of_two(), alone = scan;
+  std::erase_if(alone.points, [](const LidarPoint& point) { return point.lidar != 0; });
+  const auto times_of_first = [](const std::vector<LidarPoint>& points) {
+    std::vector<std::int32_t> times;
+    for (const LidarPoint& point : points) {
+      if (point.lidar == 0) times.push_back(point.offset_ns);
+    }
+    return times;
+  };
+  const std::vector<LidarModel> lidars = two_lidars();
+  const std::vector<LidarPoint> both = sample_scan(scan, lidars, {});
+  const std::vector<LidarPoint> first = sample_scan(alone, lidars.front(), {});
+  EXPECT_GT(first.size(), 100U);
+  EXPECT_LT(first.size(), alone.points.size() / 4);
+  EXPECT_GT(both.size(), first.size() + 100U);
+  EXPECT_EQ(times_of_first(both), times_of_first(first));
+}
+
+TEST(ScanSampling, APointOfAnUnknownLidarIsRefused) {
+  EXPECT_THROW(sample_scan(scan_of_two(), LidarModel{}, {}), std::out_of_range);
 }
 
 INSTANTIATE_TEST_SUITE_P(Patterns, SampledScan,

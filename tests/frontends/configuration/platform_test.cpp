@@ -128,18 +128,68 @@ TEST(PlatformFile, ClockOffsetsAndACommentReadBackToTheSameBits) {
   const testing::TemporaryFolder folder;
   Platform platform = load_platform(scout);
   EXPECT_EQ(platform.lidar.clock_offset_s, 0.0);
-  platform.further_lidars.push_back({platform.lidar, platform.suite.lidar});
+  platform.further_lidars = {platform.lidar};
+  platform.suite.further_lidars = {platform.suite.lidar};
   platform.lidar.clock_offset_s = -0.01 / 3.0;
-  platform.further_lidars[0].layout.clock_offset_s = 0.1;
+  platform.further_lidars[0].clock_offset_s = 0.1;
   platform.magnetometer_clock_offset_s = 0.02 / 3.0;
   save_platform(platform, folder / "platform.yaml", "made of: robot.yaml\nname: of another");
   const Platform back = load_platform(folder / "platform.yaml");
   EXPECT_EQ(back.name, platform.name);
   EXPECT_EQ(back.lidar.clock_offset_s, platform.lidar.clock_offset_s);
-  EXPECT_EQ(back.further_lidars.at(0).layout.clock_offset_s, 0.1);
+  EXPECT_EQ(back.further_lidars.at(0).clock_offset_s, 0.1);
   EXPECT_EQ(back.magnetometer_clock_offset_s, platform.magnetometer_clock_offset_s);
   EXPECT_THAT(read_text_file(folder / "platform.yaml"),
               ::testing::StartsWith("# made of: robot.yaml\n# name: of another\nname:"));
+}
+
+/// The Scout with a second LiDAR whose description ends with `lines`.
+std::string with_rear_lidar(const std::string& lines) {
+  return read_text_file(scout) +
+         "\nfurther_lidars:\n  - topic: /rear/points\n    min_range_m: 0.5\n    max_range_m: 60.0\n"
+         "    scan_period_s: 0.1\n    T_imu_lidar: {translation_m: [-0.4, 0, 0.3], quaternion_xyzw: [0, 0, 1, 0]}\n" +
+         lines;
+}
+
+TEST(PlatformFile, AFurtherLidarHasANoiseOfItsOwn) {
+  const testing::TemporaryFolder folder;
+  const std::string noise = "    range_noise_m: 0.2\n    direction_noise_rad: 0.003\n";
+  Platform platform = parse_platform(with_rear_lidar(noise), "scout.yaml");
+  ASSERT_EQ(platform.suite.further_lidars.size(), 1U);
+  platform.suite.further_lidars[0].range_noise_m /= 3.0;
+  save_platform(platform, folder / "platform.yaml");
+  const Platform back = load_platform(folder / "platform.yaml");
+  ASSERT_EQ(back.suite.further_lidars.size(), 1U);
+  EXPECT_EQ(back.suite.further_lidars[0].range_noise_m, 0.2 / 3.0);
+  EXPECT_EQ(back.suite.further_lidars[0].direction_noise_rad, 0.003);
+  EXPECT_EQ(back.suite.further_lidars[0].max_range_m, 60.0);
+  EXPECT_EQ(back.suite.lidar.range_noise_m, load_platform(scout).suite.lidar.range_noise_m);
+  EXPECT_EQ(back.further_lidars.at(0).topic, "/rear/points");
+}
+
+TEST(PlatformFile, AFurtherLidarWithoutNoiseIsAsTheFirst) {
+  const Platform platform = parse_platform(with_rear_lidar(""), "scout.yaml");
+  ASSERT_EQ(platform.suite.further_lidars.size(), 1U);
+  EXPECT_EQ(platform.suite.further_lidars[0].range_noise_m, platform.suite.lidar.range_noise_m);
+  EXPECT_EQ(platform.suite.further_lidars[0].direction_noise_rad, platform.suite.lidar.direction_noise_rad);
+}
+
+TEST(PlatformFile, AFurtherLidarsMistakesNameItsKeys) {
+  const auto error = [](const std::string& lines) {
+    return message_of<InputError>([&] { parse_platform(with_rear_lidar(lines), "scout.yaml"); });
+  };
+  EXPECT_THAT(error("    range_noise_m: 0\n"), HasSubstr("further_lidars[0].range_noise_m: expected a number above 0"));
+  EXPECT_THAT(error("    direction_noise_rad: -1\n"),
+              HasSubstr("further_lidars[0].direction_noise_rad: expected a number of at least 0"));
+  EXPECT_THAT(error("    range_nose_m: 0.1\n"), HasSubstr("did you mean 'range_noise_m'"));
+  EXPECT_THAT(error("    calibration: {clock_sigma_s: 0.1}\n"), HasSubstr("further_lidars[0]"));
+  std::string many;
+  for (int i = 1; i < 256; ++i) {
+    many +=
+        "  - {topic: /more, min_range_m: 0.5, max_range_m: 60.0, scan_period_s: 0.1,"
+        " T_imu_lidar: {translation_m: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}}\n";
+  }
+  EXPECT_THAT(error(many), HasSubstr("expected at most 255 further LiDARs"));
 }
 
 TEST(PlatformFile, WrongClockOffsetsAreRefusedWithTheirPlace) {

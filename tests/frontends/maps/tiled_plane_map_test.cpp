@@ -176,7 +176,7 @@ class PlaneMapLoading : public ::testing::Test {
   void SetUp() override { write_point_cloud(folder_ / "map.pcd", hall(60.0F, 2000, 7)); }
 
   LoadedPlanes load(const PlaneMapOptions& options) {
-    return load_planes(folder_ / "map.pcd", options, lidar_, folder_ / "out", warnings_);
+    return load_planes(folder_ / "map.pcd", options, {&lidar_, 1}, folder_ / "out", warnings_);
   }
 
   TemporaryFolder folder_;
@@ -238,6 +238,17 @@ TEST_F(PlaneMapLoading, PointsBeyondTheVoxelsMakeNoPlanesElsewhere) {
               HasSubstr("1000 of 1000 points are farther than 65536 m"));
 }
 
+TEST_F(PlaneMapLoading, TilesReachAsFarAsTheLidarThatSeesFarthest) {
+  PlaneMapOptions options = small_tiles();
+  options.tile_above_points = 100000;
+  LidarModel near, far;
+  near.max_range_m = far.max_range_m = 20.0;
+  far.T_imu_lidar.position = {-3.6, 0.0, 4.8};
+  const LidarModel both[] = {near, far};
+  const LoadedPlanes tiles = load_planes(folder_ / "map.pcd", options, both, folder_ / "out", warnings_);
+  EXPECT_THAT(tiles.description, HasSubstr("those within 40 m"));  // 20 + 6 m, 10 m beyond, half a tile
+}
+
 TEST_F(PlaneMapLoading, SaysWhatIsWrong) {
   PlaneMapOptions options = small_tiles();
   options.resident_radius_m = 50.0;
@@ -245,8 +256,9 @@ TEST_F(PlaneMapLoading, SaysWhatIsWrong) {
               HasSubstr("resident_radius_m: expected at least 113.8 m"));
   options.resident_radius_m = 0.0;
   options.tile_above_points = 0;
-  EXPECT_THAT(message_of<InputError>(
-                  [&] { load_planes(folder_ / "map.pcd", options, lidar_, folder_ / "map.pcd", warnings_); }),
+  EXPECT_THAT(message_of<InputError>([&] {
+                load_planes(folder_ / "map.pcd", options, {&lidar_, 1}, folder_ / "map.pcd", warnings_);
+              }),
               HasSubstr("cannot create a temporary file"));
   options.tile_m = 0.1;
   EXPECT_THAT(message_of<InputError>([&] { options.check(); }), HasSubstr("tile_m: expected a number from 0.25"));

@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "core/lidar/scan_sampling.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/frontends/logs/test_files.h"
@@ -45,7 +46,8 @@ struct TwoLidars : ::testing::Test {
     rear.T_imu_lidar = {so3::exp(Vector3(0.2, 0.0, 3.0)), Vector3(-0.4, 0.1, 0.25)};
   }
 
-  /// Every point lies where it was at its time, and times lie within the scan. Adds its times to `seen`.
+  /// Every point lies where it was at its time, and times lie within the scan. Adds its times to `seen`, by LiDAR to
+  /// `counts`.
   void expect_right(const LidarScan& scan) {
     for (const LidarPoint& point : scan.points) {
       const Time time = scan.start + point.offset_ns;
@@ -53,11 +55,13 @@ struct TwoLidars : ::testing::Test {
       EXPECT_LE(time, scan.end);
       ASSERT_LT((front.T_imu_lidar * point.position.cast<double>() - point_at(time)).norm(), 5e-6);
       ++seen[time];
+      ++counts[point.lidar];
     }
   }
 
   LidarModel front, rear;
   std::map<Time, int> seen;
+  std::map<int, std::size_t> counts;
   WarningLog warnings;
 };
 
@@ -79,6 +83,10 @@ TEST_F(TwoLidars, EveryPointJoinsTheScanOfItsTimeOnce) {
     EXPECT_EQ(merged[i].end, first_start + static_cast<Time>(i) * period + period - 40'000)
         << "the first LiDAR sets the pace";
     expect_right(merged[i]);
+    for (const LidarPoint& point : merged[i].points) {
+      const Time since_firing = (merged[i].start + point.offset_ns - first_start) % 40'000;
+      ASSERT_EQ(point.lidar, since_firing == 0 ? 0 : 1) << "each point names the LiDAR that measured it";
+    }
   }
   std::size_t points = 0;
   for (const auto& [time, count] : seen) {
@@ -141,13 +149,28 @@ TEST_F(TwoLidars, WithoutTheFirstNothingPilesUp) {
 }
 
 TEST_F(TwoLidars, LimitsOfRangeAreEachLidarsOwn) {
-  rear.max_range_m = 0.1;
-  ScanMerger merger(front, {rear}, warnings);
-  merger.add(1, scan_at(first_start, rear.T_imu_lidar));
-  merger.add(0, scan_at(first_start, front.T_imu_lidar));
-  LidarScan scan;
-  ASSERT_TRUE(merger.take(scan));
-  EXPECT_EQ(scan.points.size(), 2500U);
+  // All that is here lies within 3.6 m to 7.1 m of the imu.
+  front.max_range_m = 8.0;
+  rear.T_imu_lidar.position = {-40.0, 0.1, 0.25};
+  rear.min_range_m = 10.0;
+  const auto kept = [&](double rear_min_m, double rear_max_m) {
+    rear.min_range_m = rear_min_m;
+    rear.max_range_m = rear_max_m;
+    ScanMerger merger(front, {rear}, warnings);
+    merger.add(1, scan_at(first_start, rear.T_imu_lidar));
+    merger.add(0, scan_at(first_start, front.T_imu_lidar));
+    LidarScan scan;
+    EXPECT_TRUE(merger.take(scan));
+    std::map<int, std::size_t> by_lidar;
+    const LidarModel lidars[] = {front, rear};
+    for (const LidarPoint& point : sample_scan(scan, lidars, {0.0, 0})) ++by_lidar[point.lidar];
+    return by_lidar;
+  };
+  using ::testing::ElementsAre;
+  using ::testing::Pair;
+  EXPECT_THAT(kept(10.0, 50.0), ElementsAre(Pair(0, 2500U), Pair(1, 2500U)));
+  EXPECT_THAT(kept(10.0, 20.0), ElementsAre(Pair(0, 2500U)));
+  EXPECT_THAT(kept(48.0, 60.0), ElementsAre(Pair(0, 2500U)));
 }
 
 TEST_F(TwoLidars, AreReadFromOneLogWithLayoutsOfTheirOwn) {
@@ -194,12 +217,12 @@ imu: {topic: /imu/data, rate_hz: 200, gyroscope_noise_density_rad_s_sqrt_hz: 1.0
 )");
   Platform platform = load_platform(folder / "two.yaml");
   platform.suite.lidar.T_imu_lidar = front.T_imu_lidar;
-  platform.further_lidars.at(0).model.T_imu_lidar = rear.T_imu_lidar;
+  platform.suite.further_lidars.at(0).T_imu_lidar = rear.T_imu_lidar;
   save_platform(platform, folder / "saved.yaml");
   platform = load_platform(folder / "saved.yaml");
   ASSERT_EQ(platform.further_lidars.size(), 1U);
-  EXPECT_EQ(platform.further_lidars[0].model.max_range_m, 90.0);
-  EXPECT_FALSE(platform.further_lidars[0].layout.stamp.has_value());
+  EXPECT_EQ(platform.suite.further_lidars[0].max_range_m, 90.0);
+  EXPECT_FALSE(platform.further_lidars[0].stamp.has_value());
   BagSource source(path, platform, warnings, {.magnetometers = false});
   int scans = 0;
   for (Measurement measurement; source.next(measurement);) {
@@ -210,6 +233,8 @@ imu: {topic: /imu/data, rate_hz: 200, gyroscope_noise_density_rad_s_sqrt_hz: 1.0
     ++scans;
   }
   EXPECT_EQ(scans, 10);
+  EXPECT_EQ(counts[0], 10U * 2500U);
+  EXPECT_GT(counts[1], 9U * 2500U);
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 2) << "once for each LiDAR";
 }
 

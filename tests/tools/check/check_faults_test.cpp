@@ -206,8 +206,9 @@ TEST(CheckFaults, ATurnedLidarIsToldWithoutAMap) {
   // The same messages as those of a second LiDAR: right, and then rolled.
   const auto second = [&](double roll) {
     return site().call_with([roll](Platform& platform) {
-      platform.further_lidars.push_back({platform.lidar, platform.suite.lidar});
-      Quaternion& rotation = platform.further_lidars[0].model.T_imu_lidar.rotation;
+      platform.further_lidars = {platform.lidar};
+      platform.suite.further_lidars = {platform.suite.lidar};
+      Quaternion& rotation = platform.suite.further_lidars[0].T_imu_lidar.rotation;
       rotation = rotation * so3::exp(Vector3(roll, 0, 0));
     });
   };

@@ -39,7 +39,7 @@ struct Begin {
       return start * T_start;
     };
     static const std::shared_ptr<const PlaneMapSource> planes =
-        load_planes(site().file("cloud.pcd"), RunOptions{}.lidar.map, platform.suite.lidar, site().file(""), counted)
+        load_planes(site().file("cloud.pcd"), RunOptions{}.lidar.map, platform.suite.lidars(), site().file(""), counted)
             .source;
     check_first_seconds({log, platform, {}, 5.0, planes, start_at}, counted);
     std::vector<std::string> kinds;

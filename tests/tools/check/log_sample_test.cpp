@@ -50,7 +50,8 @@ class LogSampleTest : public ::testing::Test {
     platform_.magnetometers[1].path = "data[3]";
     platform_.magnetometers[1].hard_iron_ut = {5.0, -3.0, 8.0};
     platform_.magnetometers[1].soft_iron_correction(0, 1) = 0.1;
-    platform_.further_lidars.push_back({platform_.lidar, platform_.suite.lidar});
+    platform_.further_lidars = {platform_.lidar};
+    platform_.suite.further_lidars = {platform_.suite.lidar};
   }
 
   testing::TemporaryFolder folder_;
@@ -126,7 +127,7 @@ TEST_F(LogSampleTest, ATopicOfAnotherTypeNeedsAPath) {
 }
 
 TEST_F(LogSampleTest, AFurtherLidarsMistakesNameItsOwnKeys) {
-  platform_.further_lidars[0].layout.time_unit = PointTimeUnit::microseconds;
+  platform_.further_lidars[0].time_unit = PointTimeUnit::microseconds;
   const LogSample sample = read_log_sample(path_, platform_, 30.0, warnings_);
   std::vector<std::string> changes;
   for (const Finding& one : check_sensors(sample, platform_)) {

@@ -27,10 +27,10 @@ class CalibratedPlatformTest : public testing::Test {
   CalibratedPlatformTest() {
     platform_ = load_platform(std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_os32.yaml");
     platform_.suite.lidar.T_imu_lidar = {so3::exp({0.3, -0.2, 1.1}), {0.4, -0.1, 0.3}};
-    FurtherLidar further{platform_.lidar, platform_.suite.lidar};
-    further.model.T_imu_lidar = {so3::exp({-0.1, 0.7, 0.2}), {-0.4, 0.2, 0.1}};
-    further.layout.clock_offset_s = 0.001;
-    platform_.further_lidars.push_back(further);
+    platform_.further_lidars.push_back(platform_.lidar);
+    platform_.further_lidars[0].clock_offset_s = 0.001;
+    platform_.suite.further_lidars.push_back(platform_.suite.lidar);
+    platform_.suite.further_lidars[0].T_imu_lidar = {so3::exp({-0.1, 0.7, 0.2}), {-0.4, 0.2, 0.1}};
     platform_.lidar.clock_offset_s = 0.004;
     platform_.magnetometer_clock_offset_s = -0.002;
     platform_.magnetometers[3].hard_iron_ut = {4.0, -3.0, 7.0};
@@ -75,11 +75,11 @@ TEST_F(CalibratedPlatformTest, APointOfTheLidarIsSeenWhereTheCorrectionSeesIt) {
 
 TEST_F(CalibratedPlatformTest, FurtherLidarsMoveWithTheFirst) {
   const Platform result = calibrated();
-  const Pose before = platform_.suite.lidar.T_imu_lidar.inverse() * platform_.further_lidars[0].model.T_imu_lidar;
-  const Pose after = result.suite.lidar.T_imu_lidar.inverse() * result.further_lidars[0].model.T_imu_lidar;
+  const Pose before = platform_.suite.lidar.T_imu_lidar.inverse() * platform_.suite.further_lidars[0].T_imu_lidar;
+  const Pose after = result.suite.lidar.T_imu_lidar.inverse() * result.suite.further_lidars[0].T_imu_lidar;
   EXPECT_LT(after.boxminus(before).norm(), 1e-12);
   EXPECT_NEAR(result.lidar.clock_offset_s, 0.007, 1e-15);
-  EXPECT_NEAR(result.further_lidars[0].layout.clock_offset_s, 0.004, 1e-15);
+  EXPECT_NEAR(result.further_lidars[0].clock_offset_s, 0.004, 1e-15);
 }
 
 std::shared_ptr<const MagneticMap> uniform_map(const Eigen::Vector3f& field_ut) {

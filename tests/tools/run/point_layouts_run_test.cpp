@@ -233,17 +233,18 @@ TEST_F(PointLayoutsRun, HalfAScanTooLateIsSeen) {
 }
 
 TEST_F(PointLayoutsRun, TwoLidarsThatShareTheBeamsAreAsGoodAsOne) {
-  FurtherLidar rear;
-  rear.layout.topic = "/rear/points";
-  rear.layout.intensity_field.clear();
-  rear.layout.ring_field.clear();
-  rear.layout.time_field.clear();
-  rear.layout.time_unit.reset();
-  rear.model = platform_.suite.lidar;
-  rear.model.T_imu_lidar = {so3::exp(Vector3(0.1, -0.2, 3.0)), Vector3(-0.4, 0.1, 0.35)};
-  split(base_ + "/log.bag", platform_, rear.model.T_imu_lidar, base_ + "/two.bag");
+  LidarMessageLayout rear;
+  rear.topic = "/rear/points";
+  rear.intensity_field.clear();
+  rear.ring_field.clear();
+  rear.time_field.clear();
+  rear.time_unit.reset();
+  LidarModel model = platform_.suite.lidar;
+  model.T_imu_lidar = {so3::exp(Vector3(0.1, -0.2, 3.0)), Vector3(-0.4, 0.1, 0.35)};
+  split(base_ + "/log.bag", platform_, model.T_imu_lidar, base_ + "/two.bag");
   Platform two = platform_;
   two.further_lidars = {rear};
+  two.suite.further_lidars = {model};
   save_platform(two, base_ + "/two.yaml");
   // The same points in another order: thinning takes others of them, so that only the errors can be alike.
   const Trajectory truth = read_trajectory(base_ + "/truth.tum");
