@@ -52,8 +52,8 @@ struct ScanAveraging {
 /// (both of the LiDAR that measured the point, seen from its mounting), of the surface and of the plane's own fit, this
 /// one as often as scans are averaged along r. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no
 /// outlier. `variance_scale`: by which the log's own residuals exceed what sensor and plane explain (residual_scale).
-/// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken; none
-/// where that does not matter.
+/// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken;
+/// none where that does not matter.
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const ScanLidars& lidars,
                                       const AssociationOptions& options, std::span<const float> ages_s = {},
