@@ -7,7 +7,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kStep_m = 0.1;       // well within what a field or a wall changes over
+constexpr double kPlaceStep_m = 0.1;  // well within what a field or a wall changes over
 constexpr double kStep_rad = 0.0175;  // a degree
 constexpr double kKnown_m = 0.12;     // one sigma: a linearization reaches that far
 constexpr double kFarthest_m = 6.0;
@@ -15,8 +15,8 @@ constexpr int kMostSteps = 7;  // along the second direction, and of heading: a 
 
 SearchDirection shift(const Vector3& direction, double reach_m) {
   SearchDirection result;
-  result.axis.tail<3>() = kStep_m * direction.normalized();
-  result.steps = static_cast<int>(std::ceil(reach_m / kStep_m));
+  result.axis.tail<3>() = kPlaceStep_m * direction.normalized();
+  result.steps = static_cast<int>(std::ceil(reach_m / kPlaceStep_m));
   return result;
 }
 
