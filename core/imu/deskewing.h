@@ -27,6 +27,9 @@ struct Deskewing {
   double step_s = 0.0;                        ///< from the keyframe before to the scan's end; 0: nothing was deskewed
   double gyroscope_density = 0.0;             ///< of the noise's power, rad²/s
   double accelerometer_density = 0.0;         ///< m²/s³
+  /// Of what the motion was made with, if there is no keyframe before: nothing else bounds such errors then.
+  double gyroscope_bias_variance = 0.0;  ///< rad²/s²
+  double acceleration_variance = 0.0;    ///< of the accelerometer's bias and gravity, m²/s⁴
 
   /// Derivatives of the departure by the right tangents (φ, p) of both poses and by both velocities.
   struct Jacobians {

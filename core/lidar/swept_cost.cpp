@@ -105,7 +105,8 @@ Eigen::Matrix<double, kept, kept> marginal(const Matrix& moment, const Eigen::Ma
   return result;
 }
 
-/// Without a state before the step, its departure is the noise of the IMU over the whole step, back from the end.
+/// Without a state before the step, its departure is the noise of the IMU over the whole step, back from the end, and
+/// the constant errors of rate and acceleration.
 Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deskewing) {
   const double step_s = deskewing.step_s;
   // y = G [ξ, slope at the end; turn, noise of shift, noise of slope].
@@ -119,9 +120,14 @@ Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deske
   order.block<3, 3>(22, 13).setIdentity();
   Eigen::Matrix2d covariance;
   covariance << std::pow(step_s, 3) / 3.0, step_s * step_s / 2.0, step_s * step_s / 2.0, step_s;
-  const Eigen::Matrix2d known = (deskewing.accelerometer_density * covariance).inverse();
+  covariance *= deskewing.accelerometer_density;
+  const Eigen::Vector2d by_acceleration(step_s * step_s / 2.0, step_s);
+  covariance += deskewing.acceleration_variance * by_acceleration * by_acceleration.transpose();
+  const Eigen::Matrix2d known = covariance.inverse();
+  const double turn_variance =
+      deskewing.gyroscope_density * step_s + deskewing.gyroscope_bias_variance * step_s * step_s;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(9, 9);
-  information.topLeftCorner<3, 3>() = Matrix3::Identity() / (deskewing.gyroscope_density * step_s);
+  information.topLeftCorner<3, 3>() = Matrix3::Identity() / turn_variance;
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) information.block<3, 3>(3 + 3 * i, 3 + 3 * j) = known(i, j) * Matrix3::Identity();
   }

@@ -68,7 +68,13 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
   } else {
     const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
-    const Deskewing deskewing(state, motion, keyframe.imu_noise);
+    Deskewing deskewing(state, motion, keyframe.imu_noise);
+    if (before == nullptr) {
+      const InitialOptions& initial = options.initial;
+      const double tilted_m_s2 = input_.suite.gravity_m_s2 * initial.gravity_sigma_deg * M_PI / 180.0;
+      deskewing.gyroscope_bias_variance = std::pow(initial.gyroscope_bias_sigma_rad_s, 2);
+      deskewing.acceleration_variance = std::pow(initial.accelerometer_bias_sigma_m_s2, 2) + tilted_m_s2 * tilted_m_s2;
+    }
     const MapErrorVariances& variances_m2 = keyframe.map_error_variances_m2;
     keyframe.lidar =
         condense_scan(keyframe.correspondences, keyframe.associated, deskewing, error.scan_covariance_of(variances_m2));

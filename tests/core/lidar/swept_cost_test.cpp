@@ -225,8 +225,12 @@ Eigen::MatrixXd information_by_force(const Points& points, const Deskewing& desk
       const double a = points.ages_s[i];
       const double b = points.ages_s[j];
       // Of a Brownian motion back from the end; pinned at the other end where that is known.
-      const double turn = deskewing.gyroscope_density * (std::min(a, b) - (both ? a * b / kStepS : 0.0));
-      const double shift = deskewing.accelerometer_density * (both ? integrated_bridge(a, b) : integrated_twice(a, b));
+      double turn = deskewing.gyroscope_density * (std::min(a, b) - (both ? a * b / kStepS : 0.0));
+      double shift = deskewing.accelerometer_density * (both ? integrated_bridge(a, b) : integrated_twice(a, b));
+      if (!both) {
+        turn += deskewing.gyroscope_bias_variance * a * b;
+        shift += deskewing.acceleration_variance * a * a * b * b / 4.0;
+      }
       covariance(i, j) += turn * points.turning.row(i).dot(points.turning.row(j)) +
                           shift * points.normals.row(i).dot(points.normals.row(j));
     }
@@ -269,6 +273,22 @@ TEST(SweptCost, KnowsWhatAPointByPointCovarianceOfTheNoiseKnows) {
       EXPECT_LT(found.second, 1.15) << gyroscope;
     }
   }
+}
+
+TEST(SweptCost, TheFirstScanKnowsNoMoreThanTheBiasesItWasDeskewedWith) {
+  const Points points = points_round_the_robot(4, 300);
+  const CondensedCost cost = condense(points.matches, points.pose);
+  Deskewing deskewing = deskewing_with(1e-8, 1e-8);
+  const SweptCost without = sweep(cost, points.matches, points.pose, deskewing);
+  deskewing.gyroscope_bias_variance = 4e-4;
+  deskewing.acceleration_variance = 1.0;
+  const SweptCost swept = sweep(cost, points.matches, points.pose, deskewing);
+  EXPECT_TRUE((swept.given_both == without.given_both));
+  const Eigen::MatrixXd by_force = information_by_force(points, deskewing, false);
+  const auto found = ratios(information_by(swept, cost, points.pose, false), by_force);
+  EXPECT_GT(found.first, 0.95);
+  EXPECT_LT(found.second, 1.05);
+  EXPECT_GT(ratios(information_by(without, cost, points.pose, false), by_force).second, 10.0);
 }
 
 TEST(SweptCost, ADenseScanKnowsNoMoreThanTheGyroscopesLastMillisecondsLetIt) {
