@@ -226,6 +226,7 @@ struct FilterOptions {
   MagneticShrink shrink = MagneticShrink::residual;
   double beta = 0.3;
   double map_error_repeats = 30.0;
+  bool deskewing_errors = true;
   DegeneracyOptions degeneracy = paper_degeneracy();
 
   static DegeneracyOptions paper_degeneracy() {
@@ -246,6 +247,10 @@ struct FilterOptions {
     visitor.field("beta", beta, "in place of magnetic.beta: the paper's");
     visitor.field("map_error_repeats", map_error_repeats,
                   "in place of lidar.association.map_error_repeats: the filter takes every error for a scan's own");
+    visitor.field(
+        "deskewing_errors", deskewing_errors,
+        "errors of velocity, biases and IMU move the points of a scan, and points correct them; false: the paper, "
+        "which believes deskewed points");
     visitor.section("degeneracy", degeneracy);
   }
 

@@ -11,6 +11,7 @@
 #include "core/observability/robust_weight.h"
 #include "estimators/health.h"
 #include "estimators/ieskf/magnetic_poses.h"
+#include "estimators/ieskf/swept_evidence.h"
 #include "estimators/initialization/initialization.h"
 
 namespace lodestone {
@@ -19,9 +20,12 @@ struct IteratedFilter::Scan {
   std::vector<Eigen::Vector3f> points;          // imu frame at the scan's end
   ScanLidars lidars{LidarModel{}};              // that measured them
   std::shared_ptr<const PlaneMap> planes;       // that correspondences point into
+  std::vector<float> ages_s;                    // of the points, at the scan's end
   std::vector<Correspondence> correspondences;  // at the prediction
   CondensedCost cost;
   Pose predicted;
+  NavState deskewed;  // the state that the points were deskewed with
+  Deskewing deskewing;
 };
 
 IteratedFilter::IteratedFilter(EstimatorInput input)
@@ -52,8 +56,13 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
     scan.lidars = ScanLidars(input_.suite.lidars(), sampled);
     scan.planes = input_.planes->around(scan.predicted.position);
+    for (const LidarPoint& point : sampled) {
+      scan.ages_s.push_back(static_cast<float>(to_seconds(bundle.scan.end - bundle.scan.start - point.offset_ns)));
+    }
+    scan.deskewed = state_;
+    scan.deskewing = Deskewing(state_, motion, input_.suite.imu);
     scan.correspondences = associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes,
-                                     scan.lidars, association_);
+                                     scan.lidars, association_, scan.ages_s);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
   }
@@ -158,19 +167,24 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
   const RunOptions& options = input_.options;
   const Matrix6 mask = degeneracy.lidar_projector();  // H_g = H V D Vᵀ
   CondensedCost cost = scan.cost;
+  Pose condensed_at = scan.predicted;
   std::shared_ptr<const PlaneMap> planes;  // that renewed correspondences point into
   std::vector<Correspondence> renewed;
   const std::vector<Correspondence>* correspondences = &scan.correspondences;
   bool first = scan.predicted.boxminus(state_.T_map_imu).isZero(0.0);
-  const auto evidence = [&](const NavState& state) {
+  const auto evidence = [&](const NavState& state) -> StateEvidence {
     if (!first) {
       planes = input_.planes->around(state.T_map_imu.position);
       renewed = associate(scan.points, state.T_map_imu, covariance_.topLeftCorner<6, 6>(), *planes, scan.lidars,
-                          association_);
+                          association_, scan.ages_s);
       correspondences = &renewed;
       cost = condense(renewed, state.T_map_imu);
+      condensed_at = state.T_map_imu;
     }
     first = false;
+    if (options.ieskf.deskewing_errors) {
+      return swept_evidence(cost, *correspondences, condensed_at, scan.deskewed, scan.deskewing, state, mask);
+    }
     return PoseEvidence{mask.transpose() * cost.hessian(state.T_map_imu) * mask,
                         mask.transpose() * cost.gradient(state.T_map_imu)};
   };

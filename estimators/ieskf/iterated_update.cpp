@@ -5,12 +5,12 @@
 namespace lodestone {
 
 UpdatedState iterated_update(const NavState& prior, const Matrix17& covariance,
-                             const std::function<PoseEvidence(const NavState&)>& evidence,
+                             const std::function<StateEvidence(const NavState&)>& evidence,
                              const IteratedUpdateLimits& limits) {
   const Matrix17 prior_information = covariance.llt().solve(Matrix17::Identity());
   UpdatedState result{prior, covariance, 0};
   for (int iteration = 0; iteration < limits.max_iterations; ++iteration) {
-    const PoseEvidence measured = evidence(result.state);
+    const StateEvidence measured = evidence(result.state);
     const Vector17 moved = result.state.boxminus(prior);
     Matrix17 difference = Matrix17::Identity();
     difference.block<3, 3>(tangent::rotation, tangent::rotation) =
@@ -19,8 +19,8 @@ UpdatedState iterated_update(const NavState& prior, const Matrix17& covariance,
         s2::boxminus_jacobian(result.state.gravity, prior.gravity);
     Matrix17 information = difference.transpose() * prior_information * difference;
     Vector17 gradient = difference.transpose() * (prior_information * moved);
-    information.topLeftCorner<6, 6>() += measured.information;
-    gradient.head<6>() += measured.gradient;
+    information += measured.information;
+    gradient += measured.gradient;
     const Eigen::LDLT<Matrix17> factor(information);
     const Vector17 step = factor.solve(-gradient);
     result.state = result.state.boxplus(step);

@@ -12,6 +12,18 @@ struct PoseEvidence {
   Vector6 gradient = Vector6::Zero();
 };
 
+/// What measurements say of the whole state, in the order of namespace tangent.
+struct StateEvidence {
+  Matrix17 information = Matrix17::Zero();
+  Vector17 gradient = Vector17::Zero();
+
+  StateEvidence() = default;
+  StateEvidence(const PoseEvidence& pose) {
+    information.topLeftCorner<6, 6>() = pose.information;
+    gradient.head<6>() = pose.gradient;
+  }
+};
+
 struct IteratedUpdateLimits {
   int max_iterations = 4;
   double converged_m = 1e-3;
@@ -28,7 +40,7 @@ struct UpdatedState {
 /// |x ⊟ x̂|²_{P⁻¹} + Σ r(x)² by Gauss-Newton, `evidence` relinearized at each iterate; P = (LᵀP̂⁻¹L + H)⁻¹ at the last, L
 /// the Jacobian of ⊟. `prior`: x̂, `covariance`: P̂, positive definite.
 UpdatedState iterated_update(const NavState& prior, const Matrix17& covariance,
-                             const std::function<PoseEvidence(const NavState&)>& evidence,
+                             const std::function<StateEvidence(const NavState&)>& evidence,
                              const IteratedUpdateLimits& limits);
 
 }  // namespace lodestone
