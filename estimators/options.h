@@ -226,7 +226,7 @@ struct FilterOptions {
   MagneticShrink shrink = MagneticShrink::residual;
   double beta = 0.3;
   double map_error_repeats = 30.0;
-  bool deskewing_errors = true;
+  bool deskewing_errors = false;
   DegeneracyOptions degeneracy = paper_degeneracy();
 
   static DegeneracyOptions paper_degeneracy() {
@@ -249,8 +249,8 @@ struct FilterOptions {
                   "in place of lidar.association.map_error_repeats: the filter takes every error for a scan's own");
     visitor.field(
         "deskewing_errors", deskewing_errors,
-        "errors of velocity, biases and IMU move the points of a scan, and points correct them; false: the paper, "
-        "which believes deskewed points");
+        "errors of velocity, biases and IMU move the points of a scan, and points correct them; false: as the paper, "
+        "points are deskewed exactly");
     visitor.section("degeneracy", degeneracy);
   }
 

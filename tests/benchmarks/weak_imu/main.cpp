@@ -59,6 +59,7 @@ Comparison result_of(const Site& site, const DriveChoice& choice, const RunOptio
 
 void simulate_and_run(const Call& call, RunTable& table) {
   RunOptions options;
+  options.ieskf.deskewing_errors = true;
   load_options(load_configuration({}, call.settings), options);
   for (int seed = 1; seed <= call.seeds; ++seed) {
     std::optional<Site> site;
