@@ -57,7 +57,7 @@ TEST_F(ConvertCommand, RefusesInOneLine) {
   expect_refused("convert " + path("text.bag") + " --out " + path("a.mcap"), "is not a log");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.txt"), "expected bag, db3, mcap");
   expect_refused("convert " + path("text.bag") + " --out " + path("a.db3") + " --compression lz4",
-                 "this format knows none, zstd");
+                 "this format supports none, zstd");
   expect_refused("convert " + path("text.bag") + " --out " + path("text.bag"), "which the results would overwrite");
   EXPECT_FALSE(std::filesystem::exists(path("a.mcap")));
 }
