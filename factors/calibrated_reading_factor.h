@@ -44,7 +44,7 @@ class CalibratedReadingFactor final : public ceres::SizedCostFunction<3, 12, 3, 
     Vector3 anomaly_ut = Vector3::Zero();     ///< a, imu axes
     Matrix3 R_imu_map = Matrix3::Identity();  ///< where f comes from a map
     Vector3 usual_ut = Vector3::Zero();       ///< f₀, imu axes
-    std::optional<Matrix3> last_distortion;   ///< D₀; none without a map
+    std::optional<Matrix3> last_distortion{}; ///< D₀; none without a map
   };
 
   explicit CalibratedReadingFactor(const Reading& reading);

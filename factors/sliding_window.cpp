@@ -16,9 +16,6 @@ namespace {
 /// The map's error is constant over so much of the way, and forgotten over the cube's edge.
 constexpr double kMapErrorStep_m = kMapErrorCube_m / 5.0;
 
-/// Least sigma of a parameter of which others of its block are estimated: held, for all that a log may say.
-constexpr double kHeldSigma = 1e-9;
-
 constexpr int kMapErrorSize = 6;
 
 void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
@@ -102,16 +99,8 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
   const Preintegration preintegration(samples, Vector3(before.motion.values.data() + 3),
                                       Vector3(before.motion.values.data() + 6), noise_, imu_axes());
   std::vector<WindowBlock*> blocks{&before.pose, &before.motion, &keyframe->pose, &keyframe->motion, &gravity_};
-  const double misalignment_rad = calibration_.imu.misalignment_sigma_deg * M_PI / 180.0;
-  const bool with_axes = std::max(calibration_.imu.scale_sigma, misalignment_rad) > 0.0;
-  if (with_axes) {
-    std::vector<double> sigmas;
-    for (int i = 0; i < 18; ++i) {
-      sigmas.push_back(std::max(i % 9 % 4 == 0 ? calibration_.imu.scale_sigma : misalignment_rad, kHeldSigma));
-    }
-    add_calibration(imu_axes_, imu_axes_prior_, sigmas);
-    blocks.push_back(&imu_axes_);
-  }
+  const bool with_axes = add_imu_axes();
+  if (with_axes) blocks.push_back(&imu_axes_);
   keyframe->imu = add_factor(std::make_unique<PreintegrationFactor>(preintegration, noise_, with_axes), blocks);
   keyframes_.push_back(std::move(keyframe));
 }

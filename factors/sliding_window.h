@@ -157,6 +157,7 @@ class SlidingWindow {
   BiasEpoch* epoch_at(Time time);
   MapErrorEpoch* map_error_epoch_at(const Vector3& position, const Matrix6& root, double length_m);
   void remove_lidar(Keyframe& keyframe);
+  bool add_imu_axes();  // false: they are not estimated
   ImuAxes imu_axes() const;
   const double* lidar_values() const;                               // null: not estimated
   static const double* map_error_values(const Keyframe& keyframe);  // the same

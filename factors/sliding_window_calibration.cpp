@@ -1,4 +1,5 @@
 // What the window estimates beside the states of its keyframes: the calibration and the error of the map.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -14,6 +15,17 @@ void SlidingWindow::add_calibration(WindowBlock& block, WindowFactor& prior, con
   if (block.values.empty()) block.values.assign(sigmas.size(), 0.0);
   add_block(block);
   prior = add_factor(RandomWalkFactor::prior(sigmas), {&block});
+}
+
+bool SlidingWindow::add_imu_axes() {
+  const double misalignment_rad = calibration_.imu.misalignment_sigma_deg * M_PI / 180.0;
+  if (calibration_.imu.scale_sigma == 0.0 && misalignment_rad == 0.0) return false;
+  std::vector<double> sigmas;
+  for (int i = 0; i < 18; ++i) {
+    sigmas.push_back(std::max(i % 9 % 4 == 0 ? calibration_.imu.scale_sigma : misalignment_rad, kHeldSigma));
+  }
+  add_calibration(imu_axes_, imu_axes_prior_, sigmas);
+  return true;
 }
 
 ImuAxes SlidingWindow::imu_axes() const {

@@ -12,6 +12,9 @@
 
 namespace lodestone {
 
+/// Least sigma of a parameter of which others of its block are estimated: held, for all that a log may say.
+inline constexpr double kHeldSigma = 1e-9;
+
 /// Magnetometer biases over one epoch, and the walk from the epoch before.
 struct SlidingWindow::BiasEpoch {
   Time start = 0;

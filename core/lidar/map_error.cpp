@@ -50,13 +50,14 @@ struct Joined {
   Matrix3 other_gain = Matrix3::Zero();
   Matrix6x3 coupling = Matrix6x3::Zero();
   Matrix6x3 by_pose_m = Matrix6x3::Zero();
+  double noise_m2 = 0.0;
 };
 
 }  // namespace
 
 MapError::MapError() {
   pose_covariance.fill(Matrix6::Zero());
-  scan_covariance.fill(Matrix6::Zero());
+  fit_covariance.fill(Matrix6::Zero());
 }
 
 Matrix6 MapError::pose_covariance_of(const MapErrorVariances& variances_m2) const {
@@ -66,17 +67,18 @@ Matrix6 MapError::pose_covariance_of(const MapErrorVariances& variances_m2) cons
 }
 
 Matrix6 MapError::scan_covariance_of(const MapErrorVariances& variances_m2) const {
-  Matrix6 result = Matrix6::Zero();
-  for (int s = 0; s < kMapErrorScales; ++s) result += variances_m2[s] * scan_covariance[static_cast<std::size_t>(s)];
-  return result;
+  return variances_m2.sum() * fit_covariance.front();
+}
+
+Matrix6 pose_error_root(const Matrix6& covariance) {
+  constexpr double kLeast = 1e-6;
+  const Eigen::LLT<Matrix6> root(covariance + kLeast * kLeast * Matrix6::Identity());
+  if (root.info() != Eigen::Success) return kLeast * Matrix6::Identity();
+  return root.matrixL();
 }
 
 Matrix6 MapError::pose_error_root_of(const MapErrorVariances& variances_m2) const {
-  constexpr double kLeast = 1e-6;
-  const Matrix6 covariance = pose_covariance_of(variances_m2) + kLeast * kLeast * Matrix6::Identity();
-  const Eigen::LLT<Matrix6> root(covariance);
-  if (root.info() != Eigen::Success) return kLeast * Matrix6::Identity();
-  return root.matrixL();
+  return pose_error_root(pose_covariance_of(variances_m2));
 }
 
 double MapError::length_m_of(const MapErrorVariances& variances_m2) const {
@@ -126,7 +128,8 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
   result.inverse = factor.solve(Matrix6::Identity());
   for (const auto& [key, cube] : cubes) {
     const double scale = 1.0 / (1.0 / (kWellKnown_m * kWellKnown_m) + cube.weight.trace());
-    result.cubes.push_back({key, scale * cube.residual, scale * cube.weight, cube.coupling, scale * cube.coupling});
+    result.cubes.push_back({key, scale * cube.residual, scale * cube.weight, scale * scale * cube.weight.trace(),
+                            cube.coupling, scale * cube.coupling});
   }
 
   Matrix6x3 place = Matrix6x3::Zero();
@@ -148,7 +151,7 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
       from_rest += moved * moved.transpose();
     }
     result.pose_covariance[static_cast<std::size_t>(s)] = symmetric(from_place);
-    result.scan_covariance[static_cast<std::size_t>(s)] = symmetric(from_rest);
+    result.fit_covariance[static_cast<std::size_t>(s)] = symmetric(from_rest);
   }
   return result;
 }
@@ -170,6 +173,7 @@ std::optional<MapErrorMoments> compare_map_errors(const MapError& a, const MapEr
       joined.other_gain += other->gain;
       joined.coupling += cube.coupling;
       joined.by_pose_m += cube.by_pose_m;
+      if (&a == &b) joined.noise_m2 += cube.noise_m2;
     }
   }
   if (common < kFewestCubes) return std::nullopt;
@@ -179,7 +183,7 @@ std::optional<MapErrorMoments> compare_map_errors(const MapError& a, const MapEr
     const auto& own = scales[static_cast<std::size_t>(s)];
     Matrix6 by_pose = Matrix6::Zero();
     for (const auto& [key, joined] : own) {
-      result.products_m2[s] += joined.offset_m.dot(joined.other_offset_m);
+      result.products_m2[s] += joined.offset_m.dot(joined.other_offset_m) - joined.noise_m2;
       by_pose += joined.by_pose_m * joined.by_pose_m.transpose();
     }
     for (int t = 0; t < kMapErrorScales; ++t) {  // of the displacement
@@ -196,7 +200,7 @@ std::optional<MapErrorMoments> compare_map_errors(const MapError& a, const MapEr
         const Joined& moved = displaced.at(coarser(key, t - std::min(s, t)));
         mixed += (moment.by_pose_m.transpose() * a.inverse * moved.coupling * joined.gain.transpose()).trace();
       }
-      const double taken = (by_pose.cwiseProduct(a.scan_covariance[static_cast<std::size_t>(t)])).sum();
+      const double taken = (by_pose.cwiseProduct(a.fit_covariance[static_cast<std::size_t>(t)])).sum();
       const double left = alone > 0.0 ? (alone - 2.0 * mixed + taken) / alone : 1.0;
       result.gains(s, t) = main * std::clamp(left, kLeastLeft, 1.0);
     }

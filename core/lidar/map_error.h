@@ -32,8 +32,9 @@ using MapErrorVariances = Eigen::Matrix<double, kMapErrorScales, 1>;
 /// What a scan says of the displacement of one cube of the finest scale.
 struct CubeOffset {
   std::array<int, 3> cube{};
-  Vector3 offset_m = Vector3::Zero();       ///< on average `gain` times the cube's displacement
-  Matrix3 gain = Matrix3::Zero();           ///< near the identity in directions that many points see
+  Vector3 offset_m = Vector3::Zero();  ///< on average `gain` times the cube's displacement
+  Matrix3 gain = Matrix3::Zero();      ///< near the identity in directions that many points see
+  double noise_m2 = 0.0;               ///< variance of the offset by noise of points and planes, sum of the components
   Matrix6x3 coupling = Matrix6x3::Zero();   ///< of the pose with the displacement: Σ w J nᵀ
   Matrix6x3 by_pose_m = Matrix6x3::Zero();  ///< transposed: the offset by the pose
 };
@@ -45,8 +46,8 @@ struct MapError {
   /// of 20 m and more: the robot's own cube makes no error where a scale is long against the scan.
   std::array<Matrix6, kMapErrorScales> pose_covariance;
 
-  /// The same against a place that is not displaced: what changes within a scan.
-  std::array<Matrix6, kMapErrorScales> scan_covariance;
+  /// The same against a place that is not displaced.
+  std::array<Matrix6, kMapErrorScales> fit_covariance;
 
   /// The cubes, in order of their numbers; empty where there are too few.
   std::vector<CubeOffset> cubes;
@@ -57,14 +58,19 @@ struct MapError {
   MapError();
 
   Matrix6 pose_covariance_of(const MapErrorVariances& variances_m2) const;
+
+  /// What looks like motion within the scan, as its parts are seen at different times: all scales count as if they were
+  /// independent in the finest cubes (docs/design/042).
   Matrix6 scan_covariance_of(const MapErrorVariances& variances_m2) const;
 
-  /// L of the pose's covariance L Lᵀ. Invertible: at least a micrometre and a microradian.
   Matrix6 pose_error_root_of(const MapErrorVariances& variances_m2) const;
 
   /// The way over which the pose's error changes, m: the scales' edges, each by its share of the position's variance.
   double length_m_of(const MapErrorVariances& variances_m2) const;
 };
+
+/// L of a pose's covariance L Lᵀ. Invertible: at least a micrometre and a microradian.
+Matrix6 pose_error_root(const Matrix6& covariance);
 
 /// What the map's error makes of a scan. `T_map_seen`: the pose that fits the correspondences.
 MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_seen);
@@ -81,7 +87,8 @@ struct MapErrorMoments {
   MapErrorVariances variances_m2() const;
 };
 
-/// Nothing where the scans have too few cubes in common.
+/// Nothing where the scans have too few cubes in common. A scan compared with itself: less what noise adds; errors of
+/// single planes are then left in.
 std::optional<MapErrorMoments> compare_map_errors(const MapError& a, const MapError& b);
 
 }  // namespace lodestone

@@ -8,7 +8,8 @@
 namespace lodestone {
 
 /// The variances of the errors that the cloud map repeats, from the log: scans from places some metres apart are
-/// compared (compare_map_errors).
+/// compared (compare_map_errors). All is attributed to the finest scale: with the scales as they are, maps that are
+/// bent over tens of metres have an honest covariance, but real scans were tracked less exactly (docs/design/042).
 class RepeatedMapError {
  public:
   /// The next scan's, and where it was taken.
@@ -20,7 +21,8 @@ class RepeatedMapError {
         const double gain = std::max(1.0 / kMemory, 1.0 / pairs_);
         moments_.products_m2 += gain * (found->products_m2 - moments_.products_m2);
         moments_.gains += gain * (found->gains - moments_.gains);
-        variances_m2_ = moments_.variances_m2();
+        const double total_m2 = std::max(0.0, moments_.products_m2[0] / moments_.gains(0, 0));
+        variances_m2_ = total_m2 * MapErrorVariances::Unit(0);
       }
     }
     if (kept_.empty() || (kept_.back().position - position).norm() >= kStep_m) {

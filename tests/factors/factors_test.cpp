@@ -229,7 +229,8 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
   const ceres::EuclideanManifold<18> axes_manifold;
   std::vector<ImuSample> samples(21);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    samples[i] = {static_cast<Time>(i) * 5'000'000, random.vector(0.5), Vector3(0, 0, 9.8) + random.vector(0.5)};
+    // A long and lively motion: all derivatives are of a size that differences resolve.
+    samples[i] = {static_cast<Time>(i) * 25'000'000, random.vector(2.0), Vector3(0, 0, 9.8) + random.vector(3.0)};
   }
   ImuNoise noise;
   noise.gyroscope_noise_density = 0.05;  // residuals of a size that differences resolve
@@ -241,7 +242,7 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
                                     noise, true);
   for (int i = 0; i < 10; ++i) {
     ImuAxes other_axes = axes;
-    for (double& entry : other_axes) entry += 0.5 * random.normal();  // of a size that differences resolve
+    for (double& entry : other_axes) entry += 0.5 * random.normal();
     const PoseBlock first = block_of(random.pose());
     Pose moved = to_pose(first.data());
     moved = moved.boxplus(0.1 * Vector6::Random());

@@ -236,7 +236,7 @@ TEST(Consistency, IntervalHoldsTheTruthThoughErrorsStayTheSameForAWhile) {
   constexpr int kDraws = 300;
   for (int draw = 0; draw < kDraws; ++draw) {
     PosePairs pairs;
-    Vector6 error;
+    Vector6 error = Vector6::Zero();
     for (int i = 0; i < 2000; ++i) {
       if (i % 50 == 0) error = Vector6::NullaryExpr([&]() { return 0.01 * normal(random); });
       PosePair pair;

@@ -65,7 +65,9 @@ TEST_P(SampledScan, KeepsAboutOnePointAVoxelFromAllSidesAndTimes) {
   const bool turns_once = GetParam() == simulation::LidarPattern::rotating;
   for (int i = 0; i < 8; ++i) {
     EXPECT_GT(sides[i], 0.5 * eighth) << i;
-    if (turns_once) EXPECT_GT(times[i], 0.5 * eighth) << i;
+    if (turns_once) {
+      EXPECT_GT(times[i], 0.5 * eighth) << i;
+    }
   }
   EXPECT_GT(times[4] + times[5] + times[6] + times[7], 0.4 * static_cast<double>(kept.size()));
 }

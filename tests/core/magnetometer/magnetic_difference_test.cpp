@@ -61,7 +61,7 @@ const FieldGrid fine{0.07, {-5.51, -3.33}, 160, 101, {0.2}};  // covers the coar
 TEST(MagneticDifference, IsTheFieldOfWhatCame) {
   const MagneticDifference difference = compare_maps(make_map(coarse, before, 0.3F), make_map(fine, after, 0.4F));
   double sum = 0.0, squares = 0.0, largest = 0.0, above = 0.0;
-  Vector3 largest_at;
+  Vector3 largest_at = Vector3::Zero();
   for (int row = 0; row < coarse.rows; ++row) {
     for (int column = 0; column < coarse.columns; ++column) {
       const Vector3 at = place(coarse, 0, row, column);

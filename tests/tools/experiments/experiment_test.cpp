@@ -53,7 +53,7 @@ TEST(ReproduceExperiment, TheShippedExperimentOfRealityHasNineDrivesAtTwoRangesI
   EXPECT_THAT(std::vector(tables.begin(), tables.begin() + 4),
               ElementsAre("exact", "exact-coverage", "exact-consistency", "calibrated"));
   EXPECT_EQ(experiment.tables[2].columns.size() + 3, experiment.tables[5].columns.size());
-  EXPECT_EQ(experiment.criteria.size(), 30U);
+  EXPECT_EQ(experiment.criteria.size(), 52U);
 }
 
 /// An experiment in two grades, written once. `entries`: of its tables.

@@ -30,6 +30,9 @@ SensorSuite suite_of_two() {
 /// magnetometer 1° further about its own y axis, with 2 % more along x, and 5 ms early.
 constexpr const char* kReality = R"(
 seed: 1
+imu:
+  gyroscope_matrix: [1.004, 0.001, 0, 0, 1, 0, 0, 0, 0.998]
+  accelerometer_matrix: [1, 0, 0, 0, 1, 0, 0.002, 0, 1]
 lidar:
   T_imu_lidar: {translation_m: [0.11, 0.2, 0.3], quaternion_xyzw: [0.012340715, -0.012340715, 0.706999074, 0.706999074]}
   clock_offset_s: 0.003
@@ -58,6 +61,12 @@ TEST_F(CalibrationConsistencyTest, TrueValuesAreDeparturesFromThePlatformFile) {
   EXPECT_NEAR((calibration.lidar.correction.turn_rad - Vector3(2.0 * kDegree, 0.0, 0.0)).norm(), 0.0, 1e-6);
   EXPECT_NEAR((calibration.lidar.correction.shift_m - Vector3(0.01, 0.0, 0.0)).norm(), 0.0, 1e-12);
   EXPECT_EQ(calibration.lidar.correction.clock_s, 0.003);
+  ImuAxes axes = ImuAxes::Zero();
+  axes[0] = 0.004;
+  axes[1] = 0.001;
+  axes[8] = -0.002;
+  axes[9 + 6] = 0.002;
+  EXPECT_LT((calibration.imu.axes - axes).norm(), 1e-12);
   EXPECT_EQ(calibration.magnetometer_clock_s, -0.005);
   ASSERT_EQ(calibration.magnetometers.size(), 1U);
   // To second order of the angle: 1.5e-4, and half the distortion times the angle.
