@@ -28,9 +28,8 @@ struct Keyframe {
   double variance_scale = 1.0;             ///< by which residuals of the log exceed what sensor and plane explain
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
-  LidarCorrection lidar_correction;                ///< with which the scan is brought to the imu frame
-  Vector6 map_error = Vector6::Zero();             ///< the map's error where the scan is looked for (φ in map axes, p)
-  Matrix6 map_error_covariance = Matrix6::Zero();  ///< of the pose by the map's error (φ in map axes, p)
+  LidarCorrection lidar_correction;     ///< with which the scan is brought to the imu frame
+  Vector6 map_error = Vector6::Zero();  ///< the map's error where the scan is looked for (φ in map axes, p)
   MapErrorVariances map_error_variances_m2 = MapErrorVariances::Zero();  ///< of cubes of the map, by scale
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend

@@ -81,7 +81,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;
-    keyframe.map_error_covariance = error.pose_covariance_of(variances_m2);
+    keyframe.lidar.map_error_root = error.pose_error_root_of(variances_m2);
     keyframe.lidar.map_error_length_m = error.length_m_of(variances_m2);
   }
   keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
@@ -142,11 +142,6 @@ void KeyframeMeasurements::decide(Keyframe& keyframe, const Degeneracy& analysed
                                           : follow(analysed, keyframe.associated, *before, pose_before,
                                                    input_.options.degeneracy.follow_gain);
   keyframe.analysed = keyframe.associated;
-  // Along a degenerate direction the error is as large as the scan is ignorant, and the scan's own mask hides it.
-  Matrix6 to_map = Matrix6::Identity();
-  to_map.topLeftCorner<3, 3>() = keyframe.associated.rotation.toRotationMatrix();
-  const Matrix6 observed = to_map * keyframe.degeneracy.lidar_projector() * to_map.transpose();
-  keyframe.lidar.map_error_root = pose_error_root(observed * keyframe.map_error_covariance * observed.transpose());
   if (input_.planes == nullptr) return;
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
   diagnostics.direction_sigma_m = keyframe.degeneracy.sigma_m;
