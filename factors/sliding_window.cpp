@@ -135,8 +135,7 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
     }
     const bool map_error = scan.by_lidar && options_.map_error_states;
     if (map_error) {
-      keyframe.map_error =
-          map_error_epoch_at(Vector3(keyframe.pose.values.data() + 4), scan.map_error_root, scan.map_error_length_m);
+      keyframe.map_error = map_error_epoch_at(Vector3(keyframe.pose.values.data() + 4), scan.map_error_root);
       ++keyframe.map_error->keyframes;
       blocks.push_back(&keyframe.map_error->error);
     }
@@ -184,8 +183,7 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
   return epochs_.back().get();
 }
 
-SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& position, const Matrix6& root,
-                                                                double length_m) {
+SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& position, const Matrix6& root) {
   double way_m = 0.0;
   if (!map_errors_.empty()) {
     way_m = (position - map_errors_.back()->start).norm();
@@ -199,7 +197,7 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
     epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(root, 0.0), {&epoch->error});
   } else {
     MapErrorEpoch& before = *map_errors_.back();
-    const double decay = std::exp(-way_m / length_m);
+    const double decay = std::exp(-way_m / kMapErrorCube_m);
     for (std::size_t i = 0; i < epoch->error.values.size(); ++i)
       epoch->error.values[i] = decay * before.error.values[i];
     epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(root, decay), {&before.error, &epoch->error});

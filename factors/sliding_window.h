@@ -155,7 +155,7 @@ class SlidingWindow {
   void remove_block(WindowBlock& block);
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
-  MapErrorEpoch* map_error_epoch_at(const Vector3& position, const Matrix6& root, double length_m);
+  MapErrorEpoch* map_error_epoch_at(const Vector3& position, const Matrix6& root);
   void remove_lidar(Keyframe& keyframe);
   bool add_imu_axes();  // false: they are not estimated
   ImuAxes imu_axes() const;

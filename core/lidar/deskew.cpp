@@ -23,4 +23,13 @@ std::vector<Eigen::Vector3f> deskew(std::span<const LidarPoint> points, Time sca
   return result;
 }
 
+std::vector<float> ages_at(Time end, std::span<const LidarPoint> points, Time scan_start) {
+  std::vector<float> result;
+  result.reserve(points.size());
+  for (const LidarPoint& point : points) {
+    result.push_back(static_cast<float>(to_seconds(end - scan_start - point.offset_ns)));
+  }
+  return result;
+}
+
 }  // namespace lodestone

@@ -13,4 +13,7 @@ namespace lodestone {
 std::vector<Eigen::Vector3f> deskew(std::span<const LidarPoint> points, Time scan_start, const ScanMotion& motion,
                                     const Pose& T_imu_lidar);
 
+/// How long before `end` each point was taken, s.
+std::vector<float> ages_at(Time end, std::span<const LidarPoint> points, Time scan_start);
+
 }  // namespace lodestone

@@ -118,21 +118,8 @@ Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deske
   order.block<3, 3>(22, 22).setIdentity();
   order.block<3, 3>(19, 13) = step_s * Matrix3::Identity();
   order.block<3, 3>(22, 13).setIdentity();
-  Eigen::Matrix2d covariance;
-  covariance << std::pow(step_s, 3) / 3.0, step_s * step_s / 2.0, step_s * step_s / 2.0, step_s;
-  covariance *= deskewing.accelerometer_density;
-  const Eigen::Vector2d by_acceleration(step_s * step_s / 2.0, step_s);
-  covariance += deskewing.acceleration_variance * by_acceleration * by_acceleration.transpose();
-  const Eigen::Matrix2d known = covariance.inverse();
-  const double turn_variance =
-      deskewing.gyroscope_density * step_s + deskewing.gyroscope_bias_variance * step_s * step_s;
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(9, 9);
-  information.topLeftCorner<3, 3>() = Matrix3::Identity() / turn_variance;
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) information.block<3, 3>(3 + 3 * i, 3 + 3 * j) = known(i, j) * Matrix3::Identity();
-  }
   const Eigen::Matrix<double, 16, 16> rest =
-      marginal<16>(Matrix25(order.transpose() * given_both * order), information);
+      marginal<16>(Matrix25(order.transpose() * given_both * order), step_information(deskewing));
   Matrix25 result = Matrix25::Zero();
   result.topLeftCorner<13, 13>() = rest.topLeftCorner<13, 13>();
   result.block<13, 3>(0, 16) = rest.block<13, 3>(0, 13);
@@ -229,6 +216,24 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
       with_departure_error(marginal<25>(all, information.asDiagonal()), pose_covariance, rotation, step_s);
   result.given_end = without_state_before(result.given_both, deskewing);
   return result;
+}
+
+Eigen::Matrix<double, 9, 9> step_information(const Deskewing& deskewing) {
+  const double step_s = deskewing.step_s;
+  Eigen::Matrix2d covariance;
+  covariance << std::pow(step_s, 3) / 3.0, step_s * step_s / 2.0, step_s * step_s / 2.0, step_s;
+  covariance *= deskewing.accelerometer_density;
+  const Eigen::Vector2d by_acceleration(step_s * step_s / 2.0, step_s);
+  covariance += deskewing.acceleration_variance * by_acceleration * by_acceleration.transpose();
+  const Eigen::Matrix2d known = covariance.inverse();
+  const double turn_variance =
+      deskewing.gyroscope_density * step_s + deskewing.gyroscope_bias_variance * step_s * step_s;
+  Eigen::Matrix<double, 9, 9> information = Eigen::Matrix<double, 9, 9>::Zero();
+  information.topLeftCorner<3, 3>() = Matrix3::Identity() / turn_variance;
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) information.block<3, 3>(3 + 3 * i, 3 + 3 * j) = known(i, j) * Matrix3::Identity();
+  }
+  return information;
 }
 
 CondensedScan condense_scan(std::span<const Correspondence> correspondences, const Pose& T_map_imu,

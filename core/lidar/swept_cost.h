@@ -28,6 +28,9 @@ struct SweptCost {
 SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                 const Deskewing& deskewing, const Matrix6& pose_covariance = Matrix6::Zero());
 
+/// Information of the IMU's error over a whole step, back from the scan's end: turn, shift, slope; 9×9.
+Eigen::Matrix<double, 9, 9> step_information(const Deskewing& deskewing);
+
 /// A scan as the window takes it up: what its points say, and what they were deskewed with.
 struct CondensedScan {
   CondensedCost cost;
@@ -36,7 +39,6 @@ struct CondensedScan {
   LidarCorrection correction{};              ///< that points were brought to the imu frame with
   Vector3 beam_origin_m = Vector3::Zero();   ///< of the first LiDAR, imu frame: its mounting turns all points about it
   Matrix6 map_error_root = Matrix6::Zero();  ///< L: the map's shared error moves the pose by L Lᵀ (φ in map axes, p)
-  double map_error_length_m = 0.0;           ///< the way over which that error changes
   bool by_lidar = false;                     ///< false: the points are no LiDAR's, calibration does not move them
 };
 

@@ -20,7 +20,7 @@ struct IteratedFilter::Scan {
   std::vector<Eigen::Vector3f> points;          // imu frame at the scan's end
   ScanLidars lidars{LidarModel{}};              // that measured them
   std::shared_ptr<const PlaneMap> planes;       // that correspondences point into
-  std::vector<float> ages_s;                    // of the points, at the scan's end
+  std::vector<float> ages_s;                    // of the points, at the scan's end; only with deskewing errors
   std::vector<Correspondence> correspondences;  // at the prediction
   CondensedCost cost;
   Pose predicted;
@@ -56,11 +56,11 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
     scan.lidars = ScanLidars(input_.suite.lidars(), sampled);
     scan.planes = input_.planes->around(scan.predicted.position);
-    for (const LidarPoint& point : sampled) {
-      scan.ages_s.push_back(static_cast<float>(to_seconds(bundle.scan.end - bundle.scan.start - point.offset_ns)));
+    if (options.ieskf.deskewing_errors) {
+      scan.ages_s = ages_at(bundle.scan.end, sampled, bundle.scan.start);
+      scan.deskewed = state_;
+      scan.deskewing = Deskewing(state_, motion, input_.suite.imu);
     }
-    scan.deskewed = state_;
-    scan.deskewing = Deskewing(state_, motion, input_.suite.imu);
     scan.correspondences = associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes,
                                      scan.lidars, association_, scan.ages_s);
     scan.cost = condense(scan.correspondences, scan.predicted);
@@ -185,8 +185,7 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
     if (options.ieskf.deskewing_errors) {
       return swept_evidence(cost, *correspondences, condensed_at, scan.deskewed, scan.deskewing, state, mask);
     }
-    return PoseEvidence{mask.transpose() * cost.hessian(state.T_map_imu) * mask,
-                        mask.transpose() * cost.gradient(state.T_map_imu)};
+    return masked_evidence(cost, state.T_map_imu, mask);
   };
   const UpdatedState updated = iterated_update(
       state_, covariance_, evidence,

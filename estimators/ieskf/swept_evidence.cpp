@@ -1,7 +1,6 @@
 #include "estimators/ieskf/swept_evidence.h"
 
 #include <Eigen/Cholesky>
-#include <cmath>
 
 #include "core/lidar/swept_cost.h"
 
@@ -35,28 +34,23 @@ Matrix22 explained_moment(const Matrix25& given_both, const Deskewing& deskewing
   order.block<3, 3>(turn, kExplained) = times(1.0);
   order.block<3, 3>(shift, kExplained + 3) = times(1.0);
   order.block<3, 3>(begin_slope, kExplained + 6) = times(1.0);
-  Eigen::Matrix2d covariance;
-  covariance << std::pow(step_s, 3) / 3.0, step_s * step_s / 2.0, step_s * step_s / 2.0, step_s;
-  const Eigen::Matrix2d known = (deskewing.accelerometer_density * covariance).inverse();
-  Matrix9 information = Matrix9::Zero();
-  information.topLeftCorner<3, 3>() = times(1.0 / (deskewing.gyroscope_density * step_s));
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) information.block<3, 3>(3 + 3 * i, 3 + 3 * j) = times(known(i, j));
-  }
   const Eigen::Matrix<double, kExplained + 9, kExplained + 9> all = order.transpose() * given_both * order;
-  const Matrix9 inner = all.bottomRightCorner<9, 9>() + information;
+  const Matrix9 inner = all.bottomRightCorner<9, 9>() + step_information(deskewing);
   const Eigen::Matrix<double, kExplained, 9> border = all.topRightCorner<kExplained, 9>();
   return all.topLeftCorner<kExplained, kExplained>() - border * inner.llt().solve(border.transpose());
 }
 
 }  // namespace
 
+PoseEvidence masked_evidence(const CondensedCost& cost, const Pose& T_map_imu, const Matrix6& mask) {
+  return {mask.transpose() * cost.hessian(T_map_imu) * mask, mask.transpose() * cost.gradient(T_map_imu)};
+}
+
 StateEvidence swept_evidence(const CondensedCost& cost, std::span<const Correspondence> correspondences,
                              const Pose& condensed_at, const NavState& deskewed, const Deskewing& deskewing,
                              const NavState& state, const Matrix6& mask) {
   if (correspondences.empty() || deskewing.step_s <= 0.0) {
-    return PoseEvidence{mask.transpose() * cost.hessian(state.T_map_imu) * mask,
-                        mask.transpose() * cost.gradient(state.T_map_imu)};
+    return masked_evidence(cost, state.T_map_imu, mask);
   }
   const Matrix22 moment = explained_moment(sweep(cost, correspondences, condensed_at, deskewing).given_both, deskewing);
   Deskewing::Jacobians departure_by;

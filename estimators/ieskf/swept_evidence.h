@@ -8,6 +8,9 @@
 
 namespace lodestone {
 
+/// What a scan says of the pose, its points as they are. `mask`: as below.
+PoseEvidence masked_evidence(const CondensedCost& cost, const Pose& T_map_imu, const Matrix6& mask);
+
 /// What a deskewed scan says of the state at its end. Points were displaced by what the velocity, the biases and
 /// gravity were wrong by: a point of age t by t δv, t δb_g and t²/2 δa. The noise of the IMU within the step is
 /// marginalized. `cost`: condensed from `correspondences` at `condensed_at`. `deskewed`: the state of `deskewing`.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/lidar/association.h"
-#include "core/lidar/map_error.h"
+#include "core/lidar/plane_map.h"
 #include "core/measurements.h"
 #include "core/observability/degeneracy.h"
 #include "estimators/estimate.h"
@@ -30,7 +30,7 @@ struct Keyframe {
   std::vector<Correspondence> correspondences;
   LidarCorrection lidar_correction;     ///< with which the scan is brought to the imu frame
   Vector6 map_error = Vector6::Zero();  ///< the map's error where the scan is looked for (φ in map axes, p)
-  MapErrorVariances map_error_variances_m2 = MapErrorVariances::Zero();  ///< of cubes of the map, by scale
+  double map_error_variance_m2 = 0.0;   ///< of a cube of the map
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see

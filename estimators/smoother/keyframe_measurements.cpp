@@ -54,10 +54,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   const Pose& T_imu_lidar = lidars.models.front().T_imu_lidar;
   const std::vector<Eigen::Vector3f> points = deskew(keyframe.points, scan_start, motion, T_imu_lidar);
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
-  std::vector<float> ages_s(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    ages_s[i] = static_cast<float>(to_seconds(keyframe.estimate.time - scan_start - keyframe.points[i].offset_ns));
-  }
+  const std::vector<float> ages_s = ages_at(keyframe.estimate.time, keyframe.points, scan_start);
   keyframe.correspondences = associate(points, keyframe.associated, keyframe.gate_covariance, *planes, lidars,
                                        options.lidar.association, ages_s, keyframe.averaging, keyframe.variance_scale);
   keyframe.planes = planes;
@@ -75,14 +72,12 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
       deskewing.gyroscope_bias_variance = std::pow(initial.gyroscope_bias_sigma_rad_s, 2);
       deskewing.acceleration_variance = std::pow(initial.accelerometer_bias_sigma_m_s2, 2) + tilted_m_s2 * tilted_m_s2;
     }
-    const MapErrorVariances& variances_m2 = keyframe.map_error_variances_m2;
-    keyframe.lidar =
-        condense_scan(keyframe.correspondences, keyframe.associated, deskewing, error.scan_covariance_of(variances_m2));
+    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing,
+                                   keyframe.map_error_variance_m2 * error.pose_covariance);
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;
-    keyframe.lidar.map_error_root = error.pose_error_root_of(variances_m2);
-    keyframe.lidar.map_error_length_m = error.length_m_of(variances_m2);
+    keyframe.lidar.map_error_root = error.pose_error_root_of(keyframe.map_error_variance_m2);
   }
   keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
                                options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;

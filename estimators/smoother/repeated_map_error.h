@@ -7,9 +7,8 @@
 
 namespace lodestone {
 
-/// The variances of the errors that the cloud map repeats, from the log: scans from places some metres apart are
-/// compared (compare_map_errors). All is attributed to the finest scale: with the scales as they are, maps that are
-/// bent over tens of metres have an honest covariance, but real scans were tracked less exactly (docs/design/042).
+/// The variance of the errors that the cloud map repeats, from the log: scans from places some metres apart are
+/// compared (compare_map_errors).
 class RepeatedMapError {
  public:
   /// The next scan's, and where it was taken.
@@ -19,10 +18,8 @@ class RepeatedMapError {
       if (const auto found = compare_map_errors(kept_.front().error, error)) {
         ++pairs_;
         const double gain = std::max(1.0 / kMemory, 1.0 / pairs_);
-        moments_.products_m2 += gain * (found->products_m2 - moments_.products_m2);
-        moments_.gains += gain * (found->gains - moments_.gains);
-        const double total_m2 = std::max(0.0, moments_.products_m2[0] / moments_.gains(0, 0));
-        variances_m2_ = total_m2 * MapErrorVariances::Unit(0);
+        moments_.product_m2 += gain * (found->product_m2 - moments_.product_m2);
+        moments_.gain += gain * (found->gain - moments_.gain);
       }
     }
     if (kept_.empty() || (kept_.back().position - position).norm() >= kStep_m) {
@@ -30,7 +27,7 @@ class RepeatedMapError {
     }
   }
 
-  const MapErrorVariances& variances_m2() const { return variances_m2_; }
+  double variance_m2() const { return pairs_ == 0 ? kAtFirst_m * kAtFirst_m : moments_.variance_m2(); }
 
  private:
   // Far enough that the beams meet other planes, near enough that the cubes are the same.
@@ -45,7 +42,6 @@ class RepeatedMapError {
   };
   std::deque<Kept> kept_;
   MapErrorMoments moments_;
-  MapErrorVariances variances_m2_ = kAtFirst_m * kAtFirst_m * MapErrorVariances::Unit(0);
   int pairs_ = 0;
 };
 
