@@ -30,6 +30,7 @@ class CondensedLidarFactor final : public ceres::CostFunction {
   void set_mask(const PoseMask& mask) { mask_ = mask; }
   const PoseMask& mask() const { return mask_; }
   bool by_lidar() const { return scan_.by_lidar; }
+  const Matrix6& long_map_error_root() const { return scan_.long_map_error_root; }
 
   /// Where the scan is seen, before the mask, if its clock is right. Null: not estimated.
   SeenState seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const;

@@ -26,7 +26,8 @@ struct Columns {
 
 }  // namespace
 
-MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<WindowBlock* const> eliminated) {
+MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<WindowBlock* const> eliminated,
+                          std::span<const Eigen::MatrixXd> disturbances) {
   Columns columns;
   for (WindowBlock* block : eliminated) columns.add(block);
   const int gone = columns.size;
@@ -36,10 +37,14 @@ MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<Windo
     rows += factor.function->num_residuals();
   }
 
-  // [eliminated | remaining | residual]
-  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(rows, columns.size + 1);
+  Eigen::Index errors = 0;
+  for (const Eigen::MatrixXd& disturbance : disturbances) errors = std::max(errors, disturbance.cols());
+
+  // [eliminated | remaining | residual | disturbances]
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(rows, columns.size + 1 + errors);
   Eigen::Index row = 0;
-  for (const WindowFactor& factor : factors) {
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const WindowFactor& factor = factors[i];
     const LinearizedFactor part = linearize(factor);
     int column = 0;
     for (WindowBlock* block : factor.blocks) {
@@ -48,27 +53,31 @@ MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<Windo
       column += size;
     }
     system.block(row, columns.size, part.residual.size(), 1) = part.residual;
+    if (i < disturbances.size() && disturbances[i].size() > 0) {
+      system.block(row, columns.size + 1, part.residual.size(), disturbances[i].cols()) = disturbances[i];
+    }
     row += part.residual.size();
   }
 
   MarginalPrior prior;
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factorization(system.leftCols(gone));
-  Eigen::MatrixXd rest = system.rightCols(columns.size + 1 - gone);
+  Eigen::MatrixXd rest = system.rightCols(columns.size + 1 + errors - gone);
   rest.applyOnTheLeft(factorization.householderQ().adjoint());
   Eigen::MatrixXd remaining = rest.bottomRows(rows - factorization.rank());
   const Eigen::Index kept = columns.size - gone;
   if (remaining.rows() > kept) {
     // Triangular in the remaining variables; the rows below hold a constant cost alone.
     Eigen::HouseholderQR<Eigen::MatrixXd> triangle(remaining.leftCols(kept));
-    Eigen::MatrixXd residual = remaining.rightCols<1>();
-    residual.applyOnTheLeft(triangle.householderQ().adjoint());
-    Eigen::MatrixXd compressed(kept, kept + 1);
+    Eigen::MatrixXd right = remaining.rightCols(1 + errors);
+    right.applyOnTheLeft(triangle.householderQ().adjoint());
+    Eigen::MatrixXd compressed(kept, kept + 1 + errors);
     compressed.leftCols(kept) = triangle.matrixQR().topRows(kept).triangularView<Eigen::Upper>();
-    compressed.rightCols<1>() = residual.topRows(kept);
+    compressed.rightCols(1 + errors) = right.topRows(kept);
     remaining = compressed;
   }
   prior.root = remaining.leftCols(kept);
-  prior.offset = remaining.rightCols<1>();
+  prior.offset = remaining.col(kept);
+  prior.disturbance = remaining.rightCols(errors);
 
   prior.blocks.assign(columns.blocks.begin() + static_cast<std::ptrdiff_t>(eliminated.size()), columns.blocks.end());
   return prior;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/lidar/map_error.h"
 #include "factors/manifolds.h"
 #include "factors/prior_factor.h"
 #include "factors/sliding_window_parts.h"
@@ -12,11 +11,6 @@
 namespace lodestone {
 
 namespace {
-
-/// The map's error is constant over so much of the way, and forgotten over the cube's edge.
-constexpr double kMapErrorStep_m = kMapErrorCube_m / 5.0;
-
-constexpr int kMapErrorSize = 6;
 
 void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
   from_pose(state.T_map_imu, pose.values.data());
@@ -135,7 +129,7 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
     }
     const bool map_error = scan.by_lidar && options_.map_error_states;
     if (map_error) {
-      keyframe.map_error = map_error_epoch_at(Vector3(keyframe.pose.values.data() + 4), scan.map_error_root);
+      keyframe.map_error = map_error_epoch_at(Vector3(keyframe.pose.values.data() + 4), scan);
       ++keyframe.map_error->keyframes;
       blocks.push_back(&keyframe.map_error->error);
     }
@@ -181,35 +175,6 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
   }
   epochs_.push_back(std::move(epoch));
   return epochs_.back().get();
-}
-
-SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& position, const Matrix6& root) {
-  double way_m = 0.0;
-  if (!map_errors_.empty()) {
-    way_m = (position - map_errors_.back()->start).norm();
-    if (way_m < kMapErrorStep_m) return map_errors_.back().get();
-  }
-  auto epoch = std::make_unique<MapErrorEpoch>();
-  epoch->start = position;
-  epoch->error = {BlockKind::euclidean, std::vector<double>(kMapErrorSize, 0.0)};
-  add_block(epoch->error);
-  if (map_errors_.empty()) {
-    epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(root, 0.0), {&epoch->error});
-  } else {
-    MapErrorEpoch& before = *map_errors_.back();
-    const double decay = std::exp(-way_m / kMapErrorCube_m);
-    for (std::size_t i = 0; i < epoch->error.values.size(); ++i)
-      epoch->error.values[i] = decay * before.error.values[i];
-    epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(root, decay), {&before.error, &epoch->error});
-  }
-  map_errors_.push_back(std::move(epoch));
-  return map_errors_.back().get();
-}
-
-void SlidingWindow::remove_lidar(Keyframe& keyframe) {
-  remove_factor(keyframe.lidar);
-  if (keyframe.map_error != nullptr) --keyframe.map_error->keyframes;
-  keyframe.map_error = nullptr;
 }
 
 void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
@@ -302,7 +267,7 @@ void SlidingWindow::marginalize_oldest() {
       involved.push_back(map_errors_[1]->step);
     }
   }
-  MarginalPrior prior = marginalize(involved, gone);
+  MarginalPrior prior = marginalize_disturbed(involved, gone, stretch != nullptr);
   // Constant biases are no variables: the prior must not know them.
   if (!options_.magnetometer_bias_states) {
     Eigen::Index column = 0;

@@ -71,11 +71,13 @@ class SlidingWindow {
   static std::string solver_description();
 
   /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation).
+  /// With them goes what errors of the map over tens of metres make of the estimate.
   /// Never throws: a direction that nothing measures has a very large variance.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
 
   /// Joint covariance of the newest keyframe's pose and motion and of gravity, in tangent order φ, p, v, b_g, b_a, g;
-  /// and the same of the pose at which its scan is seen in the map, in place of the pose.
+  /// and the same of the pose at which its scan is seen in the map, in place of the pose. Without errors of the map
+  /// over tens of metres, which the next scan has, too.
   struct NewestCovariance {
     Matrix17 state;
     Matrix17 seen;
@@ -155,7 +157,7 @@ class SlidingWindow {
   void remove_block(WindowBlock& block);
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
-  MapErrorEpoch* map_error_epoch_at(const Vector3& position, const Matrix6& root);
+  MapErrorEpoch* map_error_epoch_at(const Vector3& position, const CondensedScan& scan);
   void remove_lidar(Keyframe& keyframe);
   bool add_imu_axes();  // false: they are not estimated
   ImuAxes imu_axes() const;
@@ -166,6 +168,16 @@ class SlidingWindow {
   std::vector<const WindowFactor*> factors() const;
   std::vector<const WindowBlock*> variables_in_order() const;
   SparseInformation information() const;
+
+  struct LongErrors;
+  LongErrors long_errors() const;
+  Eigen::MatrixXd prior_disturbance(const LongErrors& errors) const;
+  static Eigen::MatrixXd scan_disturbance(const Keyframe& keyframe, const LinearizedFactor& scan);
+  std::vector<Eigen::MatrixXd> disturbances(std::span<const WindowFactor> involved, const LongErrors& errors) const;
+  MarginalPrior marginalize_disturbed(std::span<const WindowFactor> involved, std::span<WindowBlock* const> gone,
+                                      bool first_stretch_leaves);
+  Eigen::MatrixXd covariance(const SparseInformation& known, std::span<const WindowBlock* const> variables) const;
+  void add_long_errors(const SparseInformation& known, std::vector<Matrix6>& poses) const;
 
   SlidingWindowOptions options_;
   ImuNoise noise_;
@@ -189,6 +201,10 @@ class SlidingWindow {
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   std::deque<std::unique_ptr<BiasEpoch>> epochs_;
   std::deque<std::unique_ptr<MapErrorEpoch>> map_errors_;
+  // How errors of the map over tens of metres move the prior's residual: columns of the sources of the first stretches
+  // (LongErrors), six each, then independent ones.
+  Eigen::MatrixXd prior_disturbance_;
+  Eigen::Index prior_sources_ = 0;
 };
 
 }  // namespace lodestone

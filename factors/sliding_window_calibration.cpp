@@ -3,11 +3,24 @@
 #include <array>
 #include <cmath>
 
+#include "core/lidar/map_error.h"
 #include "factors/manifolds.h"
 #include "factors/sliding_window_parts.h"
 #include "factors/sparse_information.h"
 
 namespace lodestone {
+
+namespace {
+
+/// The map's error is constant over so much of the way, and forgotten over the cube's edge.
+constexpr double kMapErrorStep_m = kMapErrorCube_m / 5.0;
+
+/// Its part over tens of metres is constant over this share of its length.
+constexpr double kLongErrorStep = 0.25;
+
+constexpr int kMapErrorSize = 6;
+
+}  // namespace
 
 void SlidingWindow::add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas) {
   if (prior) return;
@@ -42,6 +55,41 @@ LidarCorrection SlidingWindow::lidar_correction() const {
   if (lidar_calibration_.values.empty()) return {};
   const double* values = lidar_calibration_.values.data();
   return {Vector3(values), Vector3(values + 3), values[6]};
+}
+
+SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& position, const CondensedScan& scan) {
+  double way_m = 0.0;
+  if (!map_errors_.empty()) {
+    way_m = (position - map_errors_.back()->start).norm();
+    if (way_m < kMapErrorStep_m) return map_errors_.back().get();
+  }
+  auto epoch = std::make_unique<MapErrorEpoch>();
+  epoch->start = position;
+  epoch->error = {BlockKind::euclidean, std::vector<double>(kMapErrorSize, 0.0)};
+  add_block(epoch->error);
+  if (map_errors_.empty()) {
+    epoch->step = add_factor(std::make_unique<GaussMarkovFactor>(scan.map_error_root, 0.0), {&epoch->error});
+  } else {
+    MapErrorEpoch& before = *map_errors_.back();
+    const double decay = std::exp(-way_m / kMapErrorCube_m);
+    for (std::size_t i = 0; i < epoch->error.values.size(); ++i)
+      epoch->error.values[i] = decay * before.error.values[i];
+    epoch->step =
+        add_factor(std::make_unique<GaussMarkovFactor>(scan.map_error_root, decay), {&before.error, &epoch->error});
+    // In steps, which are the fewer the longer these errors are.
+    const double long_way_m = before.long_way_m + way_m;
+    const bool steps = long_way_m >= kLongErrorStep * scan.long_map_error_length_m;
+    epoch->long_decay = steps ? std::exp(-long_way_m / scan.long_map_error_length_m) : 1.0;
+    epoch->long_way_m = steps ? 0.0 : long_way_m;
+  }
+  map_errors_.push_back(std::move(epoch));
+  return map_errors_.back().get();
+}
+
+void SlidingWindow::remove_lidar(Keyframe& keyframe) {
+  remove_factor(keyframe.lidar);
+  if (keyframe.map_error != nullptr) --keyframe.map_error->keyframes;
+  keyframe.map_error = nullptr;
 }
 
 Pose SlidingWindow::seen_pose(std::size_t k) const {
@@ -89,7 +137,7 @@ CalibrationEstimate SlidingWindow::calibration_estimate() const {
   CalibrationEstimate result;
   const SparseInformation known = information();
   const auto sigmas = [&](const WindowBlock& block) -> Eigen::VectorXd {
-    return known.covariance(std::array<const WindowBlock*, 1>{&block}).diagonal().cwiseMax(0.0).cwiseSqrt();
+    return covariance(known, std::array<const WindowBlock*, 1>{&block}).diagonal().cwiseMax(0.0).cwiseSqrt();
   };
   if (lidar_calibration_prior_) {
     const Eigen::VectorXd sigma = sigmas(lidar_calibration_);

@@ -29,7 +29,9 @@ struct SlidingWindow::MapErrorEpoch {
   Vector3 start = Vector3::Zero();  // m, map
   WindowBlock error;
   RenewableFactor<GaussMarkovFactor> step;
-  int keyframes = 0;  // how many keyframes use it
+  int keyframes = 0;        // how many keyframes use it
+  double long_decay = 0.0;  // share of the error over tens of metres that is left of the stretch before
+  double long_way_m = 0.0;  // since that error changed last
 };
 
 struct SlidingWindow::Keyframe {

@@ -135,11 +135,11 @@ SparseInformation SlidingWindow::information() const {
 
 std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t> keyframes) const {
   const SparseInformation known = information();
-  if (clock_prior_) clock_sigma_s_ = std::sqrt(known.covariance(std::array<const WindowBlock*, 1>{&clock_})(0, 0));
+  if (clock_prior_) clock_sigma_s_ = std::sqrt(covariance(known, std::array<const WindowBlock*, 1>{&clock_})(0, 0));
   std::vector<Matrix6> result;
   if (keyframes.size() <= kFewKeyframes) {
     for (const std::size_t k : keyframes) {
-      result.push_back(known.covariance(std::array<const WindowBlock*, 1>{&keyframes_[k]->pose}));
+      result.push_back(covariance(known, std::array<const WindowBlock*, 1>{&keyframes_[k]->pose}));
     }
     return result;
   }
@@ -149,6 +149,7 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
   for (std::size_t i = 0; i < variables.size(); ++i) {
     if (variables[i]->kind == BlockKind::pose) poses.push_back(all[i]);
   }
+  add_long_errors(known, poses);
   for (const std::size_t k : keyframes) result.push_back(poses[k]);
   return result;
 }

@@ -183,6 +183,10 @@ Eigen::MatrixXd SparseInformation::covariance(std::span<const WindowBlock* const
   return root_->covariance(ranges);
 }
 
+Eigen::MatrixXd SparseInformation::solve(const Eigen::MatrixXd& right) const {
+  return root_ ? root_->solve(right) : (kUnknownSigma * kUnknownSigma * right).eval();
+}
+
 std::vector<Eigen::MatrixXd> SparseInformation::covariances() const {
   if (root_) return root_->diagonal_covariances(ranges_);
   std::vector<Eigen::MatrixXd> result;

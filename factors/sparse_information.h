@@ -27,6 +27,18 @@ class SparseInformation {
   /// Joint covariance of some of the variables: their tangents one after the other.
   Eigen::MatrixXd covariance(std::span<const WindowBlock* const> variables) const;
 
+  /// H⁻¹ times `right`, whose rows are the variables' tangents in their order.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
+
+  /// The rows of a variable among all tangents; nothing of a constant.
+  std::optional<IndexRange> range(const WindowBlock* variable) const {
+    const auto found = numbers_.find(variable);
+    if (found == numbers_.end()) return std::nullopt;
+    return ranges_[static_cast<std::size_t>(found->second)];
+  }
+
+  Eigen::Index size() const { return information_.rows(); }
+
   /// Covariance of each variable alone, in the order of the variables.
   std::vector<Eigen::MatrixXd> covariances() const;
 

@@ -149,6 +149,27 @@ Eigen::MatrixXd SparseTriangle::covariance(std::span<const IndexRange> variables
   return solution.transpose() * solution;
 }
 
+Eigen::MatrixXd SparseTriangle::solve(const Eigen::MatrixXd& right) const {
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> solution = right;
+  const Eigen::Index size = solution.rows();
+  for (Eigen::Index j = 0; j < size; ++j) {
+    const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j)]);
+    const auto end = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j) + 1]);
+    auto pivot = solution.row(j);
+    if (pivot.isZero(0.0)) continue;
+    pivot /= values_[begin];
+    for (std::size_t at = begin + 1; at < end; ++at) solution.row(rows_[at]) -= values_[at] * pivot;
+  }
+  for (Eigen::Index j = size; j-- > 0;) {
+    const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j)]);
+    const auto end = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j) + 1]);
+    auto pivot = solution.row(j);
+    for (std::size_t at = begin + 1; at < end; ++at) pivot -= values_[at] * solution.row(rows_[at]);
+    pivot /= values_[begin];
+  }
+  return solution;
+}
+
 std::vector<double> SparseTriangle::inverse_on_pattern() const {
   // Z = H⁻¹ on the pattern of L, column by column from the last: Z_ij = -Σ_k Z_ik L_kj / L_jj over the rows k > j of
   // L's column j, and Z_jj = 1 / L_jj² - Σ_k Z_kj L_kj / L_jj.

@@ -36,6 +36,9 @@ class SparseTriangle {
   /// The covariance H⁻¹ of the given variables: rows and columns in their order. By one forward solve a column.
   Eigen::MatrixXd covariance(std::span<const IndexRange> variables) const;
 
+  /// H⁻¹ times `right`.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
+
   /// The diagonal blocks of H⁻¹ for all variables, by the recursion of Takahashi, Fagan and Chin (1973), in time linear
   /// in the size of H where L is banded. Each variable's own block of H must be dense.
   std::vector<Eigen::MatrixXd> diagonal_covariances(std::span<const IndexRange> variables) const;

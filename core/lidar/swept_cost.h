@@ -39,7 +39,9 @@ struct CondensedScan {
   LidarCorrection correction{};              ///< that points were brought to the imu frame with
   Vector3 beam_origin_m = Vector3::Zero();   ///< of the first LiDAR, imu frame: its mounting turns all points about it
   Matrix6 map_error_root = Matrix6::Zero();  ///< L: the map's shared error moves the pose by L Lᵀ (φ in map axes, p)
-  bool by_lidar = false;                     ///< false: the points are no LiDAR's, calibration does not move them
+  Matrix6 long_map_error_root = Matrix6::Zero();  ///< the same of errors over tens of metres, which are not estimated
+  double long_map_error_length_m = 1.0;           ///< the way over which these change
+  bool by_lidar = false;                          ///< false: the points are no LiDAR's, calibration does not move them
 };
 
 /// The points' ages are those of the correspondences.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/lidar/association.h"
+#include "core/lidar/map_error.h"
 #include "core/lidar/plane_map.h"
 #include "core/measurements.h"
 #include "core/observability/degeneracy.h"
@@ -31,6 +32,7 @@ struct Keyframe {
   LidarCorrection lidar_correction;     ///< with which the scan is brought to the imu frame
   Vector6 map_error = Vector6::Zero();  ///< the map's error where the scan is looked for (φ in map axes, p)
   double map_error_variance_m2 = 0.0;   ///< of a cube of the map
+  MapErrorVariances long_map_error_variances_m2 = MapErrorVariances::Zero();  ///< of cubes of tens of metres
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see

@@ -18,8 +18,8 @@ class RepeatedMapError {
       if (const auto found = compare_map_errors(kept_.front().error, error)) {
         ++pairs_;
         const double gain = std::max(1.0 / kMemory, 1.0 / pairs_);
-        moments_.product_m2 += gain * (found->product_m2 - moments_.product_m2);
-        moments_.gain += gain * (found->gain - moments_.gain);
+        moments_.products_m2 += gain * (found->products_m2 - moments_.products_m2);
+        moments_.gains += gain * (found->gains - moments_.gains);
       }
     }
     if (kept_.empty() || (kept_.back().position - position).norm() >= kStep_m) {
@@ -27,7 +27,15 @@ class RepeatedMapError {
     }
   }
 
-  double variance_m2() const { return pairs_ == 0 ? kAtFirst_m * kAtFirst_m : moments_.variance_m2(); }
+  /// As displacements of the finest cubes alone: an error that scans share over some metres, which is estimated.
+  double finest_variance_m2() const { return pairs_ == 0 ? kAtFirst_m * kAtFirst_m : moments_.finest_variance_m2(); }
+
+  /// Of the scales above the finest: errors over tens of metres, which no estimate can tell from the trajectory.
+  MapErrorVariances long_variances_m2() const {
+    MapErrorVariances result = pairs_ == 0 ? MapErrorVariances::Zero().eval() : moments_.variances_m2();
+    result[0] = 0.0;
+    return result;
+  }
 
  private:
   // Far enough that the beams meet other planes, near enough that the cubes are the same.

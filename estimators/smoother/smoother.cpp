@@ -70,7 +70,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->gate_covariance};
   }
   keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
-  keyframe->map_error_variance_m2 = map_error_.variance_m2();
+  keyframe->map_error_variance_m2 = map_error_.finest_variance_m2();
+  keyframe->long_map_error_variances_m2 = map_error_.long_variances_m2();
   keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
@@ -96,7 +97,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   if (newest == 0 && solved) {
     // What the first scan has told of the noise holds for itself, too.
     keyframes_.back()->variance_scale = variance_scale_;
-    keyframes_.back()->map_error_variance_m2 = map_error_.variance_m2();
+    keyframes_.back()->map_error_variance_m2 = map_error_.finest_variance_m2();
     renew(newest);
     iterations += window_->solve();
   }

@@ -1,0 +1,206 @@
+// Errors of the map over tens of metres. Scans share them as they share errors over some metres, but no trajectory of
+// minutes tells them from motion: they are considered, not estimated (Schmidt, Advances in Control Systems 1966). They
+// widen covariances and leave estimates as they are.
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "core/parallel.h"
+#include "factors/sliding_window_parts.h"
+#include "factors/sparse_information.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr Eigen::Index kSize = 6;
+
+/// Sources worked on at a time: as many as keep all cores busy while their solutions fit in memory.
+constexpr Eigen::Index kAtOnce = 8;
+
+/// As many columns as rows at most, with the same D Dᵀ.
+Eigen::MatrixXd compressed(const Eigen::MatrixXd& columns) {
+  if (columns.cols() <= columns.rows()) return columns;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> triangle(columns.transpose());
+  const Eigen::MatrixXd upper = triangle.matrixQR().topRows(columns.rows()).triangularView<Eigen::Upper>();
+  return upper.transpose();
+}
+
+}  // namespace
+
+/// A scan's error is L u, with u of its stretch of the way: six components of variance one. From stretch to stretch
+/// u = decay u_before + √(1 − decay²) w. The sources are u of the first stretch and the w: `weights` of them for each
+/// stretch make its u.
+struct SlidingWindow::LongErrors {
+  Eigen::Index sources = 0;
+  std::unordered_map<const MapErrorEpoch*, Eigen::VectorXd> weights;  // looked up, never gone through
+};
+
+SlidingWindow::LongErrors SlidingWindow::long_errors() const {
+  LongErrors result;
+  for (std::size_t i = 0; i < map_errors_.size(); ++i) {
+    if (i == 0 || map_errors_[i]->long_decay < 1.0) ++result.sources;
+  }
+  Eigen::VectorXd now = Eigen::VectorXd::Zero(result.sources);
+  Eigen::Index source = 0;
+  for (std::size_t i = 0; i < map_errors_.size(); ++i) {
+    const double decay = i == 0 ? 0.0 : map_errors_[i]->long_decay;
+    if (decay < 1.0) {
+      now *= decay;
+      now[source++] = std::sqrt(1.0 - decay * decay);
+    }
+    result.weights.emplace(map_errors_[i].get(), now);
+  }
+  return result;
+}
+
+/// Columns: those of the sources of `errors`, six each; then the independent ones of what has left the window.
+Eigen::MatrixXd SlidingWindow::prior_disturbance(const LongErrors& errors) const {
+  const Eigen::Index known = kSize * prior_sources_;
+  const Eigen::Index independent = prior_disturbance_.cols() - known;
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(prior_.content->root().rows(), kSize * errors.sources + independent);
+  if (prior_disturbance_.cols() == 0) return result;
+  result.leftCols(known) = prior_disturbance_.leftCols(known);
+  result.rightCols(independent) = prior_disturbance_.rightCols(independent);
+  return result;
+}
+
+/// How u of its stretch moves the residual of a scan: rows × 6.
+Eigen::MatrixXd SlidingWindow::scan_disturbance(const Keyframe& keyframe, const LinearizedFactor& scan) {
+  return scan.jacobian.rightCols<kSize>() * keyframe.lidar.content->long_map_error_root();
+}
+
+std::vector<Eigen::MatrixXd> SlidingWindow::disturbances(std::span<const WindowFactor> involved,
+                                                         const LongErrors& errors) const {
+  std::vector<Eigen::MatrixXd> result(involved.size());
+  if (map_errors_.empty()) return result;
+  const Eigen::MatrixXd prior = prior_disturbance(errors);
+  for (std::size_t i = 0; i < involved.size(); ++i) {
+    if (involved[i].id == prior_.id) result[i] = prior;
+    for (const auto& keyframe : keyframes_) {
+      if (keyframe->lidar.id != involved[i].id || keyframe->map_error == nullptr) continue;
+      const Eigen::MatrixXd own = scan_disturbance(*keyframe, linearize(keyframe->lidar));
+      const Eigen::VectorXd& weights = errors.weights.at(keyframe->map_error);
+      result[i] = Eigen::MatrixXd::Zero(own.rows(), prior.cols());
+      for (Eigen::Index s = 0; s < errors.sources; ++s) result[i].middleCols<kSize>(kSize * s) = weights[s] * own;
+    }
+  }
+  return result;
+}
+
+MarginalPrior SlidingWindow::marginalize_disturbed(std::span<const WindowFactor> involved,
+                                                   std::span<WindowBlock* const> gone, bool first_stretch_leaves) {
+  const LongErrors errors = long_errors();
+  MarginalPrior result = marginalize(involved, gone, disturbances(involved, errors));
+  Eigen::MatrixXd disturbance = std::move(result.disturbance);
+  prior_sources_ = disturbance.cols() > 0 ? errors.sources : 0;
+  const double decay = first_stretch_leaves ? map_errors_[1]->long_decay : 1.0;
+  if (decay < 1.0 && prior_sources_ > 1) {
+    // u of the second stretch in place of the first's, and what is independent of it.
+    const double turned = std::sqrt(1.0 - decay * decay);
+    const Eigen::MatrixXd first = disturbance.leftCols<kSize>();
+    const Eigen::MatrixXd step = disturbance.middleCols<kSize>(kSize);
+    disturbance.middleCols<kSize>(kSize) = decay * first + turned * step;
+    Eigen::MatrixXd moved(disturbance.rows(), disturbance.cols());
+    moved << disturbance.rightCols(disturbance.cols() - kSize), turned * first - decay * step;
+    disturbance = moved;
+    --prior_sources_;
+  }
+  const Eigen::Index known = kSize * prior_sources_;
+  const Eigen::MatrixXd independent = compressed(disturbance.rightCols(disturbance.cols() - known));
+  prior_disturbance_.resize(disturbance.rows(), known + independent.cols());
+  prior_disturbance_ << disturbance.leftCols(known), independent;
+  return result;
+}
+
+Eigen::MatrixXd SlidingWindow::covariance(const SparseInformation& known,
+                                          std::span<const WindowBlock* const> variables) const {
+  Eigen::MatrixXd result = known.covariance(variables);
+  if (map_errors_.empty()) return result;
+  Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(known.size(), result.cols());
+  Eigen::Index column = 0;
+  for (const WindowBlock* variable : variables) {
+    const IndexRange range = *known.range(variable);
+    wanted.block(range.begin, column, range.size, range.size).setIdentity();
+    column += range.size;
+  }
+  const Eigen::MatrixXd by_tangents = known.solve(wanted);
+  const auto by_residual = [&](const WindowFactor& factor, const LinearizedFactor& part) {
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(part.jacobian.rows(), by_tangents.cols());
+    Eigen::Index begin = 0;
+    for (const WindowBlock* block : factor.blocks) {
+      const Eigen::Index size = block->tangent_size();
+      if (const auto range = known.range(block)) {
+        sum.noalias() += part.jacobian.middleCols(begin, size) * by_tangents.middleRows(range->begin, size);
+      }
+      begin += size;
+    }
+    return sum;
+  };
+  const LongErrors errors = long_errors();
+  Eigen::MatrixXd by_errors = by_residual(prior_, linearize(prior_)).transpose() * prior_disturbance(errors);
+  for (const auto& keyframe : keyframes_) {
+    if (!keyframe->lidar || keyframe->map_error == nullptr) continue;
+    const LinearizedFactor part = linearize(keyframe->lidar);
+    const Eigen::MatrixXd own = by_residual(keyframe->lidar, part).transpose() * scan_disturbance(*keyframe, part);
+    const Eigen::VectorXd& weights = errors.weights.at(keyframe->map_error);
+    for (Eigen::Index s = 0; s < errors.sources; ++s) by_errors.middleCols<kSize>(kSize * s) += weights[s] * own;
+  }
+  result.noalias() += by_errors * by_errors.transpose();
+  return result;
+}
+
+void SlidingWindow::add_long_errors(const SparseInformation& known, std::vector<Matrix6>& poses) const {
+  if (map_errors_.empty()) return;
+  const LongErrors errors = long_errors();
+  const Eigen::MatrixXd prior_by = prior_disturbance(errors);
+  // Jᵀ D of each scan: what u of its stretch adds to the gradient.
+  std::vector<Eigen::MatrixXd> gradients(keyframes_.size());
+  parallel_for(
+      std::size_t{0}, keyframes_.size(),
+      [&](std::size_t k) {
+        const Keyframe& keyframe = *keyframes_[k];
+        if (!keyframe.lidar || keyframe.map_error == nullptr) return;
+        const LinearizedFactor part = linearize(keyframe.lidar);
+        gradients[k] = part.jacobian.transpose() * scan_disturbance(keyframe, part);
+      },
+      4);
+  const auto add = [&](const WindowFactor& factor, const Eigen::MatrixXd& gradient, double weight,
+                       Eigen::MatrixXd& right) {
+    Eigen::Index begin = 0;
+    for (const WindowBlock* block : factor.blocks) {
+      const Eigen::Index size = block->tangent_size();
+      if (const auto range = known.range(block)) {
+        right.block(range->begin, 0, size, gradient.cols()) += weight * gradient.middleRows(begin, size);
+      }
+      begin += size;
+    }
+  };
+  const Eigen::MatrixXd prior_gradient = linearize(prior_).jacobian.transpose() * prior_by;
+  std::vector<Eigen::MatrixXd> moved(static_cast<std::size_t>(kAtOnce));
+  for (Eigen::Index first = 0; first < prior_by.cols(); first += kAtOnce * kSize) {
+    const Eigen::Index count = std::min(kAtOnce, (prior_by.cols() - first + kSize - 1) / kSize);
+    parallel_for(std::size_t{0}, static_cast<std::size_t>(count), [&](std::size_t i) {
+      const Eigen::Index column = first + static_cast<Eigen::Index>(i) * kSize;
+      const Eigen::Index width = std::min(kSize, prior_by.cols() - column);
+      Eigen::MatrixXd right = Eigen::MatrixXd::Zero(known.size(), width);
+      add(prior_, prior_gradient.middleCols(column, width), 1.0, right);
+      const Eigen::Index source = column / kSize;
+      for (std::size_t k = 0; source < errors.sources && k < keyframes_.size(); ++k) {
+        if (gradients[k].size() == 0) continue;
+        const double weight = errors.weights.at(keyframes_[k]->map_error)[source];
+        if (weight != 0.0) add(keyframes_[k]->lidar, gradients[k], weight, right);
+      }
+      moved[i] = known.solve(right);
+    });
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      for (std::size_t k = 0; k < poses.size(); ++k) {
+        const auto pose = moved[i].middleRows<kSize>(known.range(&keyframes_[k]->pose)->begin);
+        poses[k].noalias() += pose * pose.transpose();
+      }
+    }
+  }
+}
+
+}  // namespace lodestone
