@@ -49,7 +49,7 @@ SeenState CondensedLidarFactor::seen(const Pose& T_map_imu, const double* calibr
 Vector6 CondensedLidarFactor::rate_at(const Pose& T_map_imu) const {
   Vector6 result = Vector6::Zero();
   const double step_s = scan_.deskewing.step_s;
-  if (step_s > 0.0) result << so3::log(scan_.deskewing.turn) / step_s, T_map_imu.rotation * scan_.deskewing.velocity;
+  if (step_s > 0.0) result << scan_.deskewing.turn_rate, T_map_imu.rotation * scan_.deskewing.velocity;
   return result;
 }
 
@@ -60,8 +60,7 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   const double* error = blocks_.map_error ? parameters[map_error] : nullptr;
   const NavState own_end = state_of(parameters[0], parameters[1]);
   const NavState own_before = blocks_.before ? state_of(parameters[2], parameters[3]) : NavState{};
-  const ClockShift clock(scan_, blocks_.before ? &own_before : nullptr, own_end,
-                         mounting == nullptr ? scan_.correction.clock_s : mounting[6]);
+  const ClockShift clock(scan_, own_end, mounting == nullptr ? scan_.correction.clock_s : mounting[6]);
   const NavState moved_end = clock.moved(own_end);
   const NavState moved_before = clock.moved(own_before);
   // Both ends of the step as the scan sees them: it was deskewed as a rigid body of the lidar.
@@ -95,24 +94,22 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   const Matrix25x6 by_before = by_seen_before * before.by_pose;
   const Matrix25x3 by_end_velocity = by_seen_end_velocity * end.velocity_by_velocity;
   const Matrix25x3 by_before_velocity = by_seen_before_velocity * before.velocity_by_velocity;
-  const Matrix25x3 by_rate = (by_end.leftCols<3>() + by_before.leftCols<3>()) * clock.by_rate;
   const Matrix25x3 by_acceleration = -clock.late_s * (by_end_velocity + by_before_velocity);
-  const double share = clock.step_s > 0.0 ? 1.0 / clock.step_s : 0.0;
   if (jacobians[0] != nullptr) {
     Matrix25x6 own = by_end;
-    own.leftCols<3>() = by_end.leftCols<3>() * clock.turned + by_rate * clock.rate_by_end;
+    own.leftCols<3>() = by_end.leftCols<3>() * clock.turned + by_acceleration * clock.acceleration_by_end;
     to_ambient(parameters[0], own, jacobians[0]);
   }
   if (jacobians[1] != nullptr) {
-    to_motion(by_end_velocity - clock.late_s * by_end.rightCols<3>() + share * by_acceleration, jacobians[1]);
+    to_motion(by_end_velocity - clock.late_s * by_end.rightCols<3>(), jacobians[1]);
   }
   if (blocks_.before && jacobians[2] != nullptr) {
     Matrix25x6 own = by_before;
-    own.leftCols<3>() = by_before.leftCols<3>() * clock.turned + by_rate * clock.rate_by_before;
+    own.leftCols<3>() = by_before.leftCols<3>() * clock.turned;
     to_ambient(parameters[2], own, jacobians[2]);
   }
   if (blocks_.before && jacobians[3] != nullptr) {
-    to_motion(by_before_velocity - clock.late_s * by_before.rightCols<3>() - share * by_acceleration, jacobians[3]);
+    to_motion(by_before_velocity - clock.late_s * by_before.rightCols<3>(), jacobians[3]);
   }
   if (blocks_.calibration && jacobians[calibration] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 25, 7, Eigen::RowMajor>> by_calibration{jacobians[calibration]};

@@ -38,28 +38,17 @@ SeenState see(const CondensedScan& scan, const Pose& T_map_imu, const Vector3& v
   return seen;
 }
 
-ClockShift::ClockShift(const CondensedScan& scan, const NavState* before, const NavState& end, double clock_s)
-    : late_s(scan.by_lidar ? clock_s - scan.correction.clock_s : 0.0) {
-  const double step = scan.deskewing.step_s;
-  if (step <= 0.0) {
-    late_s = 0.0;
-    return;
-  }
-  turn_rate = so3::log(scan.deskewing.turn) / step;
-  if (before != nullptr) {
-    step_s = step;
-    const Vector3 turn = so3::log(before->T_map_imu.rotation.conjugate() * end.T_map_imu.rotation);
-    turn_rate = turn / step;
-    acceleration = (end.velocity - before->velocity) / step;
-    const Matrix3 inverse = so3::right_jacobian_inverse(turn) / step;
-    rate_by_end = inverse;
-    rate_by_before = -inverse.transpose();
-  }
+ClockShift::ClockShift(const CondensedScan& scan, const NavState& end, double clock_s) {
+  const Deskewing& deskewing = scan.deskewing;
+  if (!scan.by_lidar || deskewing.step_s <= 0.0) return;
+  late_s = clock_s - scan.correction.clock_s;
+  turn_rate = deskewing.turn_rate;
+  const Matrix3 to_map = end.T_map_imu.rotation.toRotationMatrix();
+  acceleration = to_map * deskewing.acceleration;
+  acceleration_by_end = -to_map * so3::hat(deskewing.acceleration);
   const Vector3 back = -late_s * turn_rate;
-  const Matrix3 right = so3::right_jacobian(back);
   turned = so3::exp(back).toRotationMatrix().transpose();
-  by_rate = -late_s * right;
-  turn_by_clock = -right * turn_rate;
+  turn_by_clock = -so3::right_jacobian(back) * turn_rate;
 }
 
 NavState ClockShift::moved(const NavState& state) const {

@@ -26,25 +26,21 @@ SeenState see(const CondensedScan& scan, const Pose& T_map_imu, const Vector3& v
               const double* map_error);
 
 /// What a late clock makes of the states at both ends of a scan's step: each is moved back along its own motion by
-/// δ = clock − (clock that the scan was deskewed with). The turn rate is the mean of the step, the acceleration too.
-/// Both are those of the states themselves: rates that were kept from an earlier estimate would carry its errors, which
-/// later residuals show, and the clock would follow these.
+/// δ = clock − (clock that the scan was deskewed with). The turn rate and the acceleration are those that the IMU
+/// measured. Rates of the states would let the clock explain noise: a scan seen at R_k less a share of R_k − R_k₋₁ fits
+/// any noise of LiDAR better than R_k does (docs/design/041).
 struct ClockShift {
-  /// `before`: null where no state before is known; then the mean rate of the deskewing holds.
-  ClockShift(const CondensedScan& scan, const NavState* before, const NavState& end, double clock_s);
+  ClockShift(const CondensedScan& scan, const NavState& end, double clock_s);
 
   /// A state at either end, moved.
   NavState moved(const NavState& state) const;
 
-  double late_s = 0.0;                       ///< δ
-  double step_s = 0.0;                       ///< 0: no state before
-  Vector3 turn_rate = Vector3::Zero();       ///< rad/s, imu axes at the end
-  Vector3 acceleration = Vector3::Zero();    ///< m/s², map axes
-  Matrix3 turned = Matrix3::Identity();      ///< ∂φ(moved)/∂φ but for the change of the rate
-  Matrix3 by_rate = Matrix3::Zero();         ///< ∂φ(moved)/∂(turn rate)
-  Matrix3 rate_by_end = Matrix3::Zero();     ///< ∂(turn rate)/∂φ at the end
-  Matrix3 rate_by_before = Matrix3::Zero();  ///< ∂(turn rate)/∂φ before
-  Vector3 turn_by_clock = Vector3::Zero();   ///< ∂φ(moved)/∂clock
+  double late_s = 0.0;                            ///< δ
+  Vector3 turn_rate = Vector3::Zero();            ///< rad/s, imu axes at the end
+  Vector3 acceleration = Vector3::Zero();         ///< m/s², map axes
+  Matrix3 acceleration_by_end = Matrix3::Zero();  ///< by the rotation at the end
+  Matrix3 turned = Matrix3::Identity();           ///< ∂φ(moved)/∂φ
+  Vector3 turn_by_clock = Vector3::Zero();        ///< ∂φ(moved)/∂clock
 };
 
 }  // namespace lodestone
