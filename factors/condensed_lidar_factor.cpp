@@ -1,11 +1,15 @@
 #include "factors/condensed_lidar_factor.h"
 
+#include <array>
+
 #include "core/lidar/square_root.h"
 #include "factors/manifolds.h"
 
 namespace lodestone {
 
 namespace {
+
+constexpr std::array<int, 3> kInMapAxes{3, 6, 9};  // slopes and shift of a departure
 
 using Matrix25x3 = Eigen::Matrix<double, 25, 3>;
 using Matrix25x6 = Eigen::Matrix<double, 25, 6>;
@@ -42,8 +46,10 @@ void CondensedLidarFactor::set(const CondensedScan& scan, const PoseMask& mask) 
   mask_ = mask;
 }
 
-SeenState CondensedLidarFactor::seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const {
-  return see(scan_, T_map_imu, Vector3::Zero(), calibration, map_error);
+SeenPose CondensedLidarFactor::seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const {
+  SeenPose result = see(scan_, T_map_imu, calibration);
+  if (scan_.by_lidar && map_error != nullptr) move_by(Vector6(map_error), result);
+  return result;
 }
 
 Vector6 CondensedLidarFactor::rate_at(const Pose& T_map_imu) const {
@@ -64,36 +70,39 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   const NavState moved_end = clock.moved(own_end);
   const NavState moved_before = clock.moved(own_before);
   // Both ends of the step as the scan sees them: it was deskewed as a rigid body of the lidar.
-  const SeenState end = see(scan_, moved_end.T_map_imu, moved_end.velocity, mounting, error);
-  const SeenState before = see(scan_, moved_before.T_map_imu, moved_before.velocity, mounting, error);
-  NavState seen_end, seen_before;
+  const SeenPose end = see(scan_, moved_end.T_map_imu, mounting);
+  const SeenPose before = see(scan_, moved_before.T_map_imu, mounting);
+  NavState seen_end = moved_end;
+  NavState seen_before = moved_before;
   seen_end.T_map_imu = end.pose;
-  seen_end.velocity = end.velocity;
   seen_before.T_map_imu = before.pose;
-  seen_before.velocity = before.velocity;
   const bool derive = jacobians != nullptr;
+  const Vector6 map_error_there = error == nullptr ? Vector6::Zero().eval() : Vector6(error);
+  const PoseMask::Seen masked = mask_.see(end.pose, map_error_there);
   Deskewing::Jacobians by_states;
-  Matrix6 masked_by_seen;
-  const Pose masked = mask_.apply(end.pose, derive ? &masked_by_seen : nullptr);
-  const Vector12 departure =
+  Vector12 departure =
       scan_.deskewing.departure(blocks_.before ? &seen_before : nullptr, seen_end, derive ? &by_states : nullptr);
+  for (const int part : kInMapAxes) departure.segment<3>(part) = masked.turned * departure.segment<3>(part);
   Vector25 coordinates;
-  coordinates << scan_.cost.coordinates(masked), mask_.hide_departure(departure);
+  coordinates << scan_.cost.coordinates(masked.pose), mask_.hide_departure(departure);
   Eigen::Map<Vector25>{residuals} = root_ * coordinates;
   if (!derive) return true;
 
-  const Eigen::Matrix<double, 25, 12> by_departure = mask_.hide_departure_from(root_.rightCols<12>());
-  Matrix25x6 by_seen_end = root_.leftCols<13>() * scan_.cost.coordinates_jacobian(masked);
-  if (mask_.active()) by_seen_end = (by_seen_end * masked_by_seen).eval();
-  by_seen_end += by_departure * by_states.by_end;
-  const Matrix25x3 by_seen_end_velocity = by_departure * by_states.by_end_velocity;
+  Eigen::Matrix<double, 25, 12> by_departure = mask_.hide_departure_from(root_.rightCols<12>());
+  Matrix25x3 by_turned = Matrix25x3::Zero();
+  for (const int part : kInMapAxes) {
+    by_turned -= by_departure.middleCols<3>(part) * so3::hat(departure.segment<3>(part));
+    by_departure.middleCols<3>(part) *= masked.turned.toRotationMatrix();
+  }
+  const Matrix25x6 by_masked = root_.leftCols<13>() * scan_.cost.coordinates_jacobian(masked.pose);
+  const Matrix25x6 by_seen_end =
+      by_masked * masked.by_pose + by_turned * masked.turned_by_pose + by_departure * by_states.by_end;
   const Matrix25x6 by_seen_before = by_departure * by_states.by_before;
-  const Matrix25x3 by_seen_before_velocity = by_departure * by_states.by_before_velocity;
   // By the moved states, then by their own.
   const Matrix25x6 by_end = by_seen_end * end.by_pose;
   const Matrix25x6 by_before = by_seen_before * before.by_pose;
-  const Matrix25x3 by_end_velocity = by_seen_end_velocity * end.velocity_by_velocity;
-  const Matrix25x3 by_before_velocity = by_seen_before_velocity * before.velocity_by_velocity;
+  const Matrix25x3 by_end_velocity = by_departure * by_states.by_end_velocity;
+  const Matrix25x3 by_before_velocity = by_departure * by_states.by_before_velocity;
   const Matrix25x3 by_acceleration = -clock.late_s * (by_end_velocity + by_before_velocity);
   if (jacobians[0] != nullptr) {
     Matrix25x6 own = by_end;
@@ -124,8 +133,7 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   }
   if (blocks_.map_error && jacobians[map_error] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 25, 6, Eigen::RowMajor>>{jacobians[map_error]} =
-        by_seen_end * end.by_map_error + by_seen_before * before.by_map_error +
-        by_seen_end_velocity * end.velocity_by_map_error + by_seen_before_velocity * before.velocity_by_map_error;
+        by_masked * masked.by_error + by_turned * masked.turned_by_error;
   }
   return true;
 }

@@ -11,10 +11,11 @@ namespace lodestone {
 /// All point-to-plane residuals of a scan as twenty-five: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost, gradient and
 /// Gauss-Newton Hessian are those of one residual a point whose place depends on the states at both ends of the step
 /// that the scan was deskewed over. The calibration of the LiDAR and the error of the map move the pose that the scan
-/// sees (see, ClockShift). The mask hides directions of the pose and of the departure alike. Parameters: pose (7) and
-/// motion (9: v, b_g, b_a) at the scan's end; where a keyframe comes before, its pose and motion; where they are
-/// estimated, the LiDAR's calibration (7: turn, shift, clock) and the map's error (6). Its content may be renewed
-/// between solves, so that the Ceres problem persists.
+/// sees (see, ClockShift). The mask hides directions of the pose and of the departure alike; all poses and velocities
+/// may slide together along what it hides, the rest unchanged, and nothing is felt. Parameters: pose (7) and motion (9:
+/// v, b_g, b_a) at the scan's end; where a keyframe comes before, its pose and motion; where they are estimated, the
+/// LiDAR's calibration (7: turn, shift, clock) and the map's error (6). Its content may be renewed between solves, so
+/// that the Ceres problem persists.
 class CondensedLidarFactor final : public ceres::CostFunction {
  public:
   struct Blocks {
@@ -33,7 +34,7 @@ class CondensedLidarFactor final : public ceres::CostFunction {
   const Matrix6& long_map_error_root() const { return scan_.long_map_error_root; }
 
   /// Where the scan is seen, before the mask, if its clock is right. Null: not estimated.
-  SeenState seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const;
+  SeenPose seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const;
 
   /// How the pose moves with time where the scan is (φ right, p map), a second.
   Vector6 rate_at(const Pose& T_map_imu) const;

@@ -25,13 +25,46 @@ class PoseMask {
       if (jacobian != nullptr) jacobian->setIdentity();
       return pose;
     }
-    const SlideDifference step = difference_along(slide_, pose, reference_);
-    const Vector6 seen = projector_ * step.value;
-    if (jacobian != nullptr) {
-      *jacobian = projector_ * step.by_tangent;
-      jacobian->topRows<3>() = (so3::right_jacobian(seen.head<3>()) * jacobian->topRows<3>()).eval();
+    const Seen seen = see(pose, Vector6::Zero());
+    if (jacobian != nullptr) *jacobian = seen.by_pose;
+    return seen.pose;
+  }
+
+  /// What the factor sees of a pose in a map with an error.
+  struct Seen {
+    Pose pose;
+    Matrix6 by_pose = Matrix6::Identity();  ///< in the right tangents of both
+    Matrix6 by_error;                       ///< φ in map axes, p
+    /// Turns what the pose has along with it in map axes, a velocity, as it is seen. Derivatives of the turn: in map
+    /// axes.
+    Quaternion turned;
+    Eigen::Matrix<double, 3, 6> turned_by_pose = Eigen::Matrix<double, 3, 6>::Zero();
+    Eigen::Matrix<double, 3, 6> turned_by_error = Eigen::Matrix<double, 3, 6>::Zero();
+  };
+
+  /// `error` (φ in map axes, p): of the map at the reference. It stays there when the pose slides.
+  Seen see(const Pose& pose, const Vector6& error) const {
+    Seen seen;
+    const Quaternion error_turn = so3::exp(error.head<3>());
+    const Matrix3 error_turned = so3::right_jacobian(-error.head<3>());
+    seen.turned_by_error.leftCols<3>() = error_turned;
+    if (!active_) {
+      seen.pose = moved_by(error, pose);
+      seen.turned = error_turn;
+      seen.by_error.setIdentity();
+      seen.by_error.topLeftCorner<3, 3>() = seen.pose.rotation.toRotationMatrix().transpose() * error_turned;
+      return seen;
     }
-    return reference_.boxplus(seen);
+    const SlideDifference step = difference_along(slide_, pose, reference_, error);
+    const Vector6 kept = projector_ * step.value;
+    Matrix6 turning = Matrix6::Identity();
+    turning.topLeftCorner<3, 3>() = so3::right_jacobian(kept.head<3>());
+    seen.pose = reference_.boxplus(kept);
+    seen.by_pose = turning * projector_ * step.by_tangent;
+    seen.by_error = turning * projector_ * step.by_error;
+    seen.turned = error_turn * step.unslid.back;
+    seen.turned_by_pose.rightCols<3>() = -(error_turn * slide_.turn) * step.unslid.by_position.transpose();
+    return seen;
   }
 
   /// What of a departure (Deskewing) the factor sees: its turn and its shift are one motion of the keyframe before, its

@@ -1,41 +1,34 @@
 #include "factors/seen_pose.h"
 
+#include "core/geometry/slide.h"
+
 namespace lodestone {
 
-SeenState see(const CondensedScan& scan, const Pose& T_map_imu, const Vector3& velocity, const double* mounting,
-              const double* map_error) {
-  SeenState seen{T_map_imu, velocity};
-  if (!scan.by_lidar) return seen;
-  if (mounting != nullptr) {
-    const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
-    const Vector3 turn = Vector3(mounting) - scan.correction.turn_rad;
-    const Matrix3 turned = so3::exp(turn).toRotationMatrix();
-    const Vector3 shift =
-        Vector3(mounting + 3) - scan.correction.shift_m + scan.beam_origin_m - turned * scan.beam_origin_m;
-    seen.pose.rotation = (T_map_imu.rotation * so3::exp(turn)).normalized();
-    seen.pose.position += rotation * shift;
-    const Matrix3 right = so3::right_jacobian(turn);
-    seen.by_pose.topLeftCorner<3, 3>() = turned.transpose();
-    seen.by_pose.bottomLeftCorner<3, 3>() = -rotation * so3::hat(shift);
-    seen.by_mounting.topLeftCorner<3, 3>() = right;
-    seen.by_mounting.bottomLeftCorner<3, 3>() = rotation * turned * so3::hat(scan.beam_origin_m) * right;
-    seen.by_mounting.bottomRightCorner<3, 3>() = rotation;
-  }
-  if (map_error != nullptr) {
-    const Vector6 moved = Eigen::Map<const Vector6>(map_error);
-    const Vector3 turn = moved.head<3>();
-    const Matrix3 turned = so3::exp(turn).toRotationMatrix();
-    seen.pose.rotation = (so3::exp(turn) * seen.pose.rotation).normalized();
-    seen.pose.position += moved.tail<3>();
-    seen.velocity = turned * velocity;
-    // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, turned into the seen body's axes.
-    seen.by_map_error.topLeftCorner<3, 3>() =
-        seen.pose.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-turn);
-    seen.by_map_error.bottomRightCorner<3, 3>().setIdentity();
-    seen.velocity_by_velocity = turned;
-    seen.velocity_by_map_error.leftCols<3>() = -turned * so3::hat(velocity) * so3::right_jacobian(turn);
-  }
+SeenPose see(const CondensedScan& scan, const Pose& T_map_imu, const double* mounting) {
+  SeenPose seen{T_map_imu};
+  if (!scan.by_lidar || mounting == nullptr) return seen;
+  const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
+  const Vector3 turn = Vector3(mounting) - scan.correction.turn_rad;
+  const Matrix3 turned = so3::exp(turn).toRotationMatrix();
+  const Vector3 shift =
+      Vector3(mounting + 3) - scan.correction.shift_m + scan.beam_origin_m - turned * scan.beam_origin_m;
+  seen.pose.rotation = (T_map_imu.rotation * so3::exp(turn)).normalized();
+  seen.pose.position += rotation * shift;
+  const Matrix3 right = so3::right_jacobian(turn);
+  seen.by_pose.topLeftCorner<3, 3>() = turned.transpose();
+  seen.by_pose.bottomLeftCorner<3, 3>() = -rotation * so3::hat(shift);
+  seen.by_mounting.topLeftCorner<3, 3>() = right;
+  seen.by_mounting.bottomLeftCorner<3, 3>() = rotation * turned * so3::hat(scan.beam_origin_m) * right;
+  seen.by_mounting.bottomRightCorner<3, 3>() = rotation;
   return seen;
+}
+
+void move_by(const Vector6& map_error, SeenPose& seen) {
+  seen.pose = moved_by(map_error, seen.pose);
+  // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, turned into the seen body's axes.
+  seen.by_map_error.topLeftCorner<3, 3>() =
+      seen.pose.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-map_error.head<3>());
+  seen.by_map_error.bottomRightCorner<3, 3>().setIdentity();
 }
 
 ClockShift::ClockShift(const CondensedScan& scan, const NavState& end, double clock_s) {

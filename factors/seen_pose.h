@@ -5,25 +5,22 @@
 
 namespace lodestone {
 
-/// Pose and velocity at one end of a scan's step as the scan sees them in the map: moved by what the LiDAR's mounting
-/// departs from that with which the scan was brought to the imu frame, and by the error of the map there.
-struct SeenState {
+/// A pose as the scan sees it in the map: moved by what the LiDAR's mounting departs from that with which the scan was
+/// brought to the imu frame, and by the error of the map there. Derivatives of the seen pose's right tangent (φ; p in
+/// map axes).
+struct SeenPose {
   Pose pose;
-  Vector3 velocity = Vector3::Zero();
-
-  /// Of the seen pose's right tangent (φ; p in map axes).
   Matrix6 by_pose = Matrix6::Identity();
   Matrix6 by_mounting = Matrix6::Zero();   ///< by turn and shift (LidarCorrection)
   Matrix6 by_map_error = Matrix6::Zero();  ///< by the map's error (φ in map axes, p)
-  /// Of the seen velocity.
-  Matrix3 velocity_by_velocity = Matrix3::Identity();
-  Eigen::Matrix<double, 3, 6> velocity_by_map_error = Eigen::Matrix<double, 3, 6>::Zero();
 };
 
-/// `mounting` (turn, shift) and `map_error`: null where they are not estimated. A scan that is not the LiDAR's is seen
-/// where the robot is.
-SeenState see(const CondensedScan& scan, const Pose& T_map_imu, const Vector3& velocity, const double* mounting,
-              const double* map_error);
+/// By the mounting alone: turn and shift; null where it is not estimated. A scan that is not the LiDAR's is seen where
+/// the robot is.
+SeenPose see(const CondensedScan& scan, const Pose& T_map_imu, const double* mounting);
+
+/// By an error of the map as well (φ in map axes, p).
+void move_by(const Vector6& map_error, SeenPose& seen);
 
 /// What a late clock makes of the states at both ends of a scan's step: each is moved back along its own motion by
 /// δ = clock − (clock that the scan was deskewed with). The turn rate and the acceleration are those that the IMU

@@ -162,7 +162,7 @@ Eigen::MatrixXd SlidingWindow::seen_jacobian(const Keyframe& keyframe, std::vect
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(6, size);
   result.leftCols<6>().setIdentity();
   if (!keyframe.lidar) return result;
-  const SeenState by =
+  const SeenPose by =
       keyframe.lidar.content->seen(to_pose(keyframe.pose.values.data()), lidar_values(), map_error_values(keyframe));
   result.leftCols<6>() = by.by_pose;
   const auto add = [&](const WindowBlock& block, const Eigen::MatrixXd& part) {

@@ -54,14 +54,22 @@ Unslid unslide(const Slide& slide, const Pose& pose) {
   return result;
 }
 
-SlideDifference difference_along(const Slide& slide, const Pose& x, const Pose& x0) {
+Pose moved_by(const Vector6& error, const Pose& pose) {
+  return {(so3::exp(error.head<3>()) * pose.rotation).normalized(), pose.position + error.tail<3>()};
+}
+
+SlideDifference difference_along(const Slide& slide, const Pose& x, const Pose& x0, const Vector6& error) {
   SlideDifference result;
   result.unslid = unslide(slide, x);
   const Unslid& unslid = result.unslid;
   Vector6 along;
   along << x0.rotation.conjugate() * slide.turn, slide.direction;
-  result.value = unslid.pose.boxminus(x0);
+  const Pose moved = moved_by(error, unslid.pose);
+  result.value = moved.boxminus(x0);
   const Matrix3 turning = so3::right_jacobian_inverse(result.value.head<3>());
+  result.by_error.setIdentity();
+  result.by_error.topLeftCorner<3, 3>() =
+      turning * moved.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-error.head<3>());
   result.value += unslid.distance_m * along;
   result.by_tangent.setZero();
   result.by_tangent.topLeftCorner<3, 3>() = turning;

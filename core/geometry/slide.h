@@ -39,15 +39,21 @@ struct Unslid {
 
 Unslid unslide(const Slide& slide, const Pose& pose);
 
+/// A pose moved by an error of the map at its place (φ in map axes, p).
+Pose moved_by(const Vector6& error, const Pose& pose);
+
 /// x ⊟ x₀ with the slide in it straightened: what the pose is off once it is taken back, plus the slide as x₀'s tangent
 /// has it. To first order x ⊟ x₀; along the slide it changes in one direction, exactly and however far. `slide`: about
-/// x₀.
+/// x₀. `error` (φ in map axes, p) moves the pose once it is taken back: an error that slid along would turn with the
+/// bend, and tell of the slide.
 struct SlideDifference {
   Unslid unslid;
   Vector6 value;       ///< φ, p
   Matrix6 by_tangent;  ///< by the right tangent of x
+  Matrix6 by_error;
 };
 
-SlideDifference difference_along(const Slide& slide, const Pose& x, const Pose& x0);
+SlideDifference difference_along(const Slide& slide, const Pose& x, const Pose& x0,
+                                 const Vector6& error = Vector6::Zero());
 
 }  // namespace lodestone

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/slide.h"
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/lidar/map_error.h"
@@ -17,11 +18,6 @@ namespace {
 /// The field of one scan does not see a direction of which it knows less than this share of what the prediction knows.
 /// Well below what a window of scans adds up to, so that no information worth having is lost.
 constexpr double kUnseenGain = 1e-3;
-
-/// A pose moved by an error of the map: `error` φ (map axes), p.
-Pose seen_with(const Pose& pose, const Vector6& error) {
-  return {(so3::exp(error.head<3>()) * pose.rotation).normalized(), pose.position + error.tail<3>()};
-}
 
 }  // namespace
 
@@ -40,7 +36,7 @@ KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
 
 void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& state, const NavState* before) const {
   const RunOptions& options = input_.options;
-  keyframe.associated = seen_with(state.T_map_imu, keyframe.map_error);
+  keyframe.associated = moved_by(keyframe.map_error, state.T_map_imu);
   if (input_.planes == nullptr) {
     hold_height(keyframe);
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
