@@ -113,8 +113,9 @@ class ArrayNodes final : public FieldNodes {
 
 }  // namespace
 
-MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut)
-    : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut) {
+MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut,
+                         const FieldMapErrors& errors)
+    : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut), errors_(errors) {
   check_grid(grid_);
   if (nodes.size() != static_cast<std::size_t>(grid_.columns) * grid_.rows * grid_.heights_m.size()) {
     throw std::invalid_argument("a magnetic map's nodes must be columns × rows × layers");
@@ -123,8 +124,8 @@ MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nod
 }
 
 MagneticMap::MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut,
-                         std::size_t max_bytes)
-    : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut) {
+                         std::size_t max_bytes, const FieldMapErrors& errors)
+    : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut), errors_(errors) {
   check_grid(grid_);
   tiles_ = std::make_shared<FieldTileCache>(grid_, std::move(nodes), max_bytes);
 }

@@ -28,6 +28,12 @@ struct FieldValue {
   double sigma_ut = 0.0;               ///< posterior one sigma a component, µT
 };
 
+/// How a map errs, besides its nodes' σ.
+struct FieldMapErrors {
+  double correlation_m = 0.0;  ///< the error's correlation is exp(−distance / correlation_m); 0: not known
+  Vector3 sigma_shares = Vector3::Ones();  ///< sigma of each component over σ, the root mean square over all three
+};
+
 /// The ambient magnetic field on a regular grid, one or several layers, with posterior sigma at each node.
 /// Immutable; queries are thread-safe. It is held in tiles, those without field take no memory; a map may hold but some
 /// of the others and read them again when a query comes to them, with the same bits. Copies share their tiles.
@@ -36,10 +42,12 @@ class MagneticMap {
   /// A map in memory. `nodes`: layer-major, then row, then column; (B_x, B_y, B_z, σ) in µT. NaN marks a node without
   /// field. `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a
   /// side has fewer than two nodes, or heights do not increase.
-  MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut);
+  MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut,
+              const FieldMapErrors& errors = {});
 
   /// A map of which up to `max_bytes` of tiles are in memory: those that were asked for last. Throws as above.
-  MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes);
+  MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes,
+              const FieldMapErrors& errors = {});
 
   /// The field at `position` (map, metres); nothing outside the grid, in a cell with a corner without field, or where
   /// σ is above the limit. Never extrapolates across x, y; below the lowest and above the highest layer the nearest
@@ -61,12 +69,15 @@ class MagneticMap {
 
   double max_sigma_ut() const { return max_sigma_ut_; }
 
+  const FieldMapErrors& errors() const { return errors_; }
+
   /// How the map is held: tiles made so far, and the most that they took in memory.
   const FieldTileCache& tiles() const { return *tiles_; }
 
  private:
   FieldGrid grid_;
   double max_sigma_ut_;
+  FieldMapErrors errors_;
   std::shared_ptr<const FieldTileCache> tiles_;
 };
 

@@ -120,11 +120,12 @@ double shortest_structure(const FieldKernelFit& fit) {
   return std::min({fit.kernels[0].length_scale_m, fit.kernels[1].length_scale_m, fit.kernels[2].length_scale_m});
 }
 
+constexpr double well_known = 0.35;  // of the signal's sigma
+
 /// Errors of those held-out cells, of one component, that the survey predicts well without them: cells near another
 /// pass.
 void gather_errors(const std::vector<FieldCell>& held_out, const std::vector<FieldPrediction>& predictions,
                    int component, double signal_sigma, std::vector<HeldOutError>& errors) {
-  constexpr double well_known = 0.35;  // of the signal's sigma
   for (std::size_t i = 0; i < held_out.size(); ++i) {
     const double sigma = predictions[i].sigma_ut[component];
     if (!predictions[i].supported || sigma > well_known * signal_sigma) continue;
@@ -142,20 +143,60 @@ bool raise_noise(const std::vector<HeldOutError>& errors, std::size_t enough, do
   return calibrated > noise;
 }
 
+/// The drive error that the held-out cells show, once the noise is calibrated.
+DriveError drive_error(const std::vector<CalibrationSplit>& splits, const FieldKernelFit& fit,
+                       const SlidingGprOptions& options) {
+  std::vector<HeldOutCell> cells;
+  for (const auto& [split, blocks] : splits) {
+    std::vector<Vector3> points;
+    for (const FieldCell& cell : split.held_out) points.push_back(cell.position);
+    const std::vector<SlopedPrediction> predictions =
+        predict_with_slopes(*make_regression(split.training, fit, options), points, 0.5 * fit.cell_m);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const FieldPrediction& field = predictions[i].field;
+      if (!field.supported) continue;
+      HeldOutCell& cell = cells.emplace_back();
+      cell.position = points[i];
+      cell.block = blocks[i];
+      cell.error_ut = split.held_out[i].field_ut - field.field_ut;
+      cell.variance_ut2 = field.sigma_ut.cwiseAbs2().array() + split.held_out[i].variance_ut2;
+      cell.squared_slope = predictions[i].squared_slope;
+      for (int k = 0; k < 3; ++k) {
+        cell.well_predicted[static_cast<std::size_t>(k)] =
+            field.sigma_ut[k] <= well_known * fit.kernels[k].signal_sigma;
+      }
+    }
+  }
+  bool raised = false;
+  for (int k = 0; k < 3; ++k) raised = raised || fit.kernels[k].noise_sigma > fit.uncalibrated_noise[k];
+  return fit_drive_error(cells, 0.5 * options.calibration_block_m, raised);
+}
+
 void calibrate_noise(const std::vector<FieldObservation>& observations, const SlidingGprOptions& options,
                      FieldKernelFit& fit) {
-  const auto [training, held_out] = split_for_calibration(observations, fit.cell_m, options.calibration_block_s);
-  if (held_out.size() < enough_held_out_cells || training.size() < enough_held_out_cells) return;
-  std::vector<Vector3> points;
-  for (const FieldCell& cell : held_out) points.push_back(cell.position);
+  const std::vector<CalibrationSplit> splits =
+      splits_for_calibration(observations, fit.cell_m, options.calibration_block_m);
+  std::size_t cells = 0;
+  for (const auto& [split, blocks] : splits) {
+    cells += split.held_out.size();
+    if (split.training.size() < enough_held_out_cells) return;
+  }
+  if (cells < enough_held_out_cells) return;
+  std::vector<std::vector<FieldPrediction>> predictions(splits.size());
   for (int round = 0; round < 4; ++round) {  // the prediction also depends on the noise
-    const std::vector<FieldPrediction> predictions = make_regression(training, fit, options)->predict(points);
+    for (std::size_t s = 0; s < splits.size(); ++s) {
+      std::vector<Vector3> points;
+      for (const FieldCell& cell : splits[s].cells.held_out) points.push_back(cell.position);
+      predictions[s] = make_regression(splits[s].cells.training, fit, options)->predict(points);
+    }
     bool changed = false;
     std::vector<HeldOutError> errors;
     for (int component = 0; component < 3; ++component) {
       KernelParameters& kernel = fit.kernels[component];
       if (!fit.potential) errors.clear();
-      gather_errors(held_out, predictions, component, kernel.signal_sigma, errors);
+      for (std::size_t s = 0; s < splits.size(); ++s) {
+        gather_errors(splits[s].cells.held_out, predictions[s], component, kernel.signal_sigma, errors);
+      }
       if (!fit.potential) changed = raise_noise(errors, enough_held_out_cells, kernel.noise_sigma) || changed;
     }
     if (fit.potential) {  // one noise for all components
@@ -164,6 +205,7 @@ void calibrate_noise(const std::vector<FieldObservation>& observations, const Sl
     }
     if (!changed) break;
   }
+  fit.drive = drive_error(splits, fit, options);
 }
 
 }  // namespace
@@ -194,7 +236,7 @@ FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observatio
     result.cell_m = wanted;
   }
   for (int k = 0; k < 3; ++k) result.uncalibrated_noise[k] = result.kernels[k].noise_sigma;
-  if (options.calibration_block_s > 0.0) calibrate_noise(observations, options, result);
+  if (options.calibration_block_m > 0.0) calibrate_noise(observations, options, result);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/mapping/curl_free_kernel.h"
+#include "core/mapping/drive_error.h"
 #include "core/mapping/sliding_gpr.h"
 #include "core/options.h"
 
@@ -28,13 +29,14 @@ struct FieldKernelFit {
   int windows = 0;
   int evaluations = 0;
   Vector3 uncalibrated_noise = Vector3::Zero();  ///< noise_sigma before the calibration, µT
+  DriveError drive;                              ///< zero without a second pass, or if nothing of it shows
 };
 
 /// Fits hyperparameters by marginal likelihood on a deterministic choice of windows: one set per component, or one for
 /// the potential. The survey is thinned to voxels of `finest_cell_m`, or coarser if the length scale allows
 /// (options.cells_per_length_scale).
 /// The likelihood alone cannot distinguish correlated survey errors (calibration error, late stamps, drift) from the
-/// field; a second pass can. Therefore held-out blocks of time are predicted from the rest, and the noise is raised
+/// field; a second pass can. Therefore held-out blocks of way are predicted from the rest, and the noise is raised
 /// until the predicted variances match the errors. Surveys without stamps or without a second pass keep the
 /// likelihood's noise. Throws InputError if there are fewer than 10 cells.
 FieldKernelFit fit_field_kernels(const std::vector<FieldObservation>& observations, double finest_cell_m,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 
 namespace lodestone {
@@ -33,7 +34,10 @@ std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observat
     };
     const Voxel voxel{index(2), index(1), index(0)};
     const auto [found, added] = entry_of.try_emplace(voxel, entries.size());
-    if (added) entries.push_back({voxel, {}});
+    if (added) {
+      entries.push_back({voxel, {}});
+      entries.back().cell.time = observation.time;
+    }
     FieldCell& cell = entries[found->second].cell;
     cell.position += observation.position;
     cell.field_ut += observation.field_ut;
@@ -53,15 +57,36 @@ std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observat
   return cells;
 }
 
-HeldOutBlocks::HeldOutBlocks(const std::vector<FieldObservation>& observations, Time block, Time period)
-    : block_(block), period_(period) {
-  if (observations.empty()) return;
-  begin_ = observations.front().time;
-  for (const FieldObservation& observation : observations) begin_ = std::min(begin_, observation.time);
+HeldOutBlocks::HeldOutBlocks(const std::vector<FieldObservation>& observations, double block_m, int period, int phase)
+    : period_(period), phase_(phase) {
+  constexpr Time moment = from_seconds(0.2);
+  constexpr double step_m = 0.1;
+  std::vector<const FieldObservation*> in_time;
+  for (const FieldObservation& observation : observations) {
+    if (observation.position.allFinite()) in_time.push_back(&observation);
+  }
+  std::stable_sort(in_time.begin(), in_time.end(), [](const auto* a, const auto* b) { return a->time < b->time; });
+  std::optional<Vector3> last;
+  double way_m = 0.0;
+  for (std::size_t i = 0; i < in_time.size();) {
+    const Time begin = in_time[i]->time;
+    Vector3 sum = Vector3::Zero();
+    const std::size_t first = i;
+    for (; i < in_time.size() && in_time[i]->time - begin < moment; ++i) sum += in_time[i]->position;
+    const Vector3 place = sum / static_cast<double>(i - first);
+    if (!last) last = place;
+    if ((place - *last).norm() >= step_m) {
+      way_m += (place - *last).norm();
+      last = place;
+    }
+    const auto block = static_cast<std::size_t>(way_m / block_m);
+    while (begins_.size() <= block) begins_.push_back(begin);
+  }
 }
 
-bool HeldOutBlocks::contain(const FieldObservation& observation) const {
-  return (observation.time - begin_) / block_ % period_ == period_ / 2;
+int HeldOutBlocks::block_of(Time time) const {
+  const auto next = std::upper_bound(begins_.begin(), begins_.end(), time);
+  return std::max(0, static_cast<int>(next - begins_.begin()) - 1);
 }
 
 }  // namespace lodestone

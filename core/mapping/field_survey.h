@@ -22,6 +22,7 @@ struct FieldCell {
   Vector3 field_ut = Vector3::Zero();
   double variance_ut2 = 0.0;  ///< variance of the mean due to white noise, per component
   int count = 0;
+  Time time = 0;  ///< of the first observation
 };
 
 /// True for observations that are used.
@@ -33,18 +34,23 @@ using ObservationChoice = std::function<bool(const FieldObservation&)>;
 std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observations, double cell_m,
                                    const ObservationChoice& chosen = {});
 
-/// Held-out blocks for cross-validation: every `period`-th block of `block` ns, counted from the earliest observation;
-/// the middle block of each period.
+/// Held-out blocks for cross-validation: stretches of `block_m` along the survey's way, of which every `period`-th is
+/// held out, beginning with number `phase`. By way and not by time, because errors of poses and calibration are alike
+/// over a stretch of way: a block must be longer than that, at any speed. The way is that of the readings' mean
+/// position over a fifth of a second, in steps of a decimetre, so that noise of the poses does not add to it.
 class HeldOutBlocks {
  public:
-  HeldOutBlocks(const std::vector<FieldObservation>& observations, Time block, Time period);
+  HeldOutBlocks(const std::vector<FieldObservation>& observations, double block_m, int period, int phase);
 
-  bool contain(const FieldObservation& observation) const;
+  bool contain(const FieldObservation& observation) const { return block_of(observation.time) % period_ == phase_; }
+
+  /// Number of the block at a time of the survey.
+  int block_of(Time time) const;
 
  private:
-  Time begin_ = 0;
-  Time block_;
-  Time period_;
+  std::vector<Time> begins_;  ///< of each block
+  int period_;
+  int phase_;
 };
 
 /// A survey divided by such blocks, both parts thinned.
@@ -53,9 +59,8 @@ struct SurveySplit {
   std::vector<FieldCell> held_out;
 };
 
-inline SurveySplit split_survey(const std::vector<FieldObservation>& observations, double cell_m, Time block,
-                                Time period) {
-  const HeldOutBlocks blocks(observations, block, period);
+inline SurveySplit split_survey(const std::vector<FieldObservation>& observations, double cell_m,
+                                const HeldOutBlocks& blocks) {
   return {thin_survey(observations, cell_m, [&](const FieldObservation& one) { return !blocks.contain(one); }),
           thin_survey(observations, cell_m, [&](const FieldObservation& one) { return blocks.contain(one); })};
 }

@@ -1,6 +1,7 @@
 #include "core/mapping/magnetic_map_builder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -16,6 +17,8 @@ namespace {
 
 /// Most points that wait for the regression; some 400 bytes each.
 constexpr std::size_t waiting_points = 20000;
+/// Default limit of σ over the signal's: the survey explains half of the signal's variance.
+constexpr double kMostOfSignal = 0.7071;
 /// Cache for tiles of the finished map.
 constexpr std::size_t cache_bytes = 16U << 20U;
 
@@ -63,6 +66,71 @@ double quantile(std::vector<double>& values, double share) {
   return *nth;
 }
 
+/// Visits the rows of each layer: `visit(layer, row, nodes)` with the row and the rows beside it, NaN beyond the grid.
+template <class Visit>
+void for_each_row(const SparseFieldNodes& nodes, const FieldGrid& grid, Visit&& visit) {
+  using Row = std::vector<Eigen::Vector4f>;
+  const auto columns = static_cast<std::size_t>(grid.columns);
+  const Eigen::Vector4f missing = Eigen::Vector4f::Constant(std::numeric_limits<float>::quiet_NaN());
+  for (int layer = 0; layer < static_cast<int>(grid.heights_m.size()); ++layer) {
+    std::array<Row, 3> rows{Row(columns, missing), Row(columns, missing), Row(columns, missing)};
+    const auto read = [&](int row, Row& into) {
+      into.assign(columns, missing);
+      if (row < grid.rows) nodes.read(layer, row, 0, 1, grid.columns, into.data());
+    };
+    read(0, rows[2]);
+    for (int row = 0; row < grid.rows; ++row) {
+      std::swap(rows[0], rows[1]);
+      std::swap(rows[1], rows[2]);
+      read(row + 1, rows[2]);
+      visit(layer, row, rows);
+    }
+  }
+}
+
+/// Sum of the squared slopes of a node's components along x and y, from the neighbours that exist, (µT/m)².
+double squared_slope(const std::array<std::vector<Eigen::Vector4f>, 3>& rows, std::size_t column, double resolution_m) {
+  const Eigen::Vector4f missing = Eigen::Vector4f::Constant(std::numeric_limits<float>::quiet_NaN());
+  const Eigen::Vector4f& here = rows[1][column];
+  const auto along = [&](const Eigen::Vector4f& before, const Eigen::Vector4f& after) {
+    const bool left = std::isfinite(before[3]);
+    const bool right = std::isfinite(after[3]);
+    if (!left && !right) return 0.0;
+    const Eigen::Vector3f change = (right ? after : here).head<3>() - (left ? before : here).head<3>();
+    return change.cast<double>().squaredNorm() / std::pow(resolution_m * (left && right ? 2.0 : 1.0), 2);
+  };
+  return along(column > 0 ? rows[1][column - 1] : missing,
+               column + 1 < rows[1].size() ? rows[1][column + 1] : missing) +
+         along(rows[0][column], rows[2][column]);
+}
+
+/// Adds the variance position_sigma_m² |∇B|² / 3 to the nodes.
+std::shared_ptr<SparseFieldNodes> with_position_error(const SparseFieldNodes& nodes, const FieldGrid& grid,
+                                                      double position_sigma_m) {
+  auto result = std::make_shared<SparseFieldNodes>();
+  for_each_row(nodes, grid, [&](int layer, int row, const std::array<std::vector<Eigen::Vector4f>, 3>& rows) {
+    for (std::size_t column = 0; column < rows[1].size(); ++column) {
+      Eigen::Vector4f node = rows[1][column];
+      if (!std::isfinite(node[3])) continue;
+      const double squares = squared_slope(rows, column, grid.resolution_m);
+      node[3] =
+          static_cast<float>(std::sqrt(std::pow(node[3], 2) + position_sigma_m * position_sigma_m * squares / 3.0));
+      result->set(layer, row, static_cast<int>(column), node);
+    }
+  });
+  return result;
+}
+
+std::vector<double> sigmas_within(const SparseFieldNodes& nodes, const FieldGrid& grid, double limit) {
+  std::vector<double> sigmas;
+  for_each_row(nodes, grid, [&](int, int, const std::array<std::vector<Eigen::Vector4f>, 3>& rows) {
+    for (const Eigen::Vector4f& node : rows[1]) {
+      if (node[3] <= limit) sigmas.push_back(node[3]);
+    }
+  });
+  return sigmas;
+}
+
 }  // namespace
 
 void MagneticMapOptions::check() const {
@@ -72,7 +140,7 @@ void MagneticMapOptions::check() const {
   require(resolution_m >= 0.005 && resolution_m <= 10.0, "resolution_m must be in 0.005..10");
   require(max_sigma_ut >= 0.0, "max_sigma_ut must not be negative");
   require(tile_m > 0.0 && tile_m <= 1000.0, "tile_m must be in 0..1000");
-  require(held_out_block_s >= 0.0, "held_out_block_s must not be negative");
+  require(held_out_block_m == 0.0 || held_out_block_m >= 0.1, "held_out_block_m must be 0 or at least 0.1");
   for (std::size_t i = 1; i < heights_m.size(); ++i)
     require(heights_m[i] > heights_m[i - 1], "heights_m must increase");
   regression.check();
@@ -91,18 +159,18 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
   const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
 
   // Row by row from below: then memory contains only a few rows of the regression's windows.
-  const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : 0.5 * signal_sigma(fit.kernels);
-  const auto nodes = std::make_shared<SparseFieldNodes>();
-  std::vector<double> sigmas;
+  const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : kMostOfSignal * signal_sigma(fit.kernels);
+  const Vector3 drive_variance = fit.drive.sigma_ut.cwiseAbs2();
+  auto nodes = std::make_shared<SparseFieldNodes>();
   const auto layers = static_cast<int>(grid.heights_m.size());
   GprSweep sweep(*regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
-    const double sigma = component_rms(prediction.sigma_ut);
+    // The error of a drive is alike over a stretch of its way, so that neither the map nor a later drive averages it.
+    const double sigma = component_rms((prediction.sigma_ut.cwiseAbs2() + drive_variance).cwiseSqrt());
     Eigen::Vector4f node;
     node << prediction.field_ut.cast<float>(), static_cast<float>(sigma);
     const std::int64_t row = tag / grid.columns;
     nodes->set(static_cast<int>(row / grid.rows), static_cast<int>(row % grid.rows),
                static_cast<int>(tag % grid.columns), node);
-    if (sigma <= limit) sigmas.push_back(sigma);
   });
   std::vector<char> supported(static_cast<std::size_t>(grid.columns));
   for (int row = 0; row < grid.rows; ++row) {
@@ -119,7 +187,11 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
     }
   }
   sweep.finish();
-  MagneticMapResult result{MagneticMap(grid, nodes, limit, cache_bytes), fit, cells.size(), sigmas.size(), 0.0, 0.0};
+  if (fit.drive.position_sigma_m > 0.0) nodes = with_position_error(*nodes, grid, fit.drive.position_sigma_m);
+  const FieldMapErrors errors{fit.drive.correlation_m, fit.drive.sigma_shares};
+  std::vector<double> sigmas = sigmas_within(*nodes, grid, limit);
+  MagneticMapResult result{
+      MagneticMap(grid, nodes, limit, cache_bytes, errors), fit, cells.size(), sigmas.size(), 0.0, 0.0};
   result.median_sigma_ut = quantile(sigmas, 0.5);
   result.high_sigma_ut = quantile(sigmas, 0.95);
   return result;
@@ -130,17 +202,21 @@ HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit,
   const std::vector<FieldCell>& cells = split.held_out;
   std::vector<Vector3> points;
   for (const FieldCell& cell : cells) points.push_back(cell.position);
-  const std::vector<FieldPrediction> predictions = make_regression(split.training, fit, options)->predict(points);
+  const std::vector<SlopedPrediction> predictions =
+      predict_with_slopes(*make_regression(split.training, fit, options), points, 0.5 * fit.cell_m);
   HeldOutScore score;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (!predictions[i].supported || component_rms(predictions[i].sigma_ut) > max_sigma_ut) {
+    const FieldPrediction& field = predictions[i].field;
+    const Vector3 drive = fit.drive.variance(predictions[i].squared_slope);
+    if (!field.supported || component_rms((field.sigma_ut.cwiseAbs2() + drive).cwiseSqrt()) > max_sigma_ut) {
       ++score.refused;
       continue;
     }
     ++score.cells;
-    const Vector3 error = cells[i].field_ut - predictions[i].field_ut;
-    Vector3 variance = predictions[i].sigma_ut.cwiseAbs2().array() + cells[i].variance_ut2;
-    for (int k = 0; k < 3; ++k) variance[k] += fit.kernels[k].noise_sigma * fit.kernels[k].noise_sigma;
+    const Vector3 error = cells[i].field_ut - field.field_ut;
+    // Without a drive error the cell's own error is what the likelihood found.
+    const Vector3 own = drive.cwiseMax(fit.uncalibrated_noise.cwiseAbs2());
+    const Vector3 variance = (field.sigma_ut.cwiseAbs2() + own).array() + cells[i].variance_ut2;
     score.rms_ut += error.cwiseAbs2();
     score.normalized_rms += error.cwiseAbs2().cwiseQuotient(variance);
   }

@@ -11,9 +11,9 @@ struct MagneticMapOptions {
   FieldMethod method = FieldMethod::sliding_gpr;
   double resolution_m = 0.1;      ///< spacing of the map's nodes
   std::vector<double> heights_m;  ///< map z of the layers; empty: one, at the survey's mean sensor height
-  double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: half of the fitted signal sigma
+  double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: 0.71 of the fitted signal sigma
   double tile_m = 6.4;            ///< side of the file's tiles, rounded to a multiple of 16 nodes
-  double held_out_block_s = 0.5;  ///< every tenth block of time is held out as a test; 0: no test
+  double held_out_block_m = 3.0;  ///< every tenth block of way is held out as a test; 0: no test
   SlidingGprOptions regression;
 
   template <class Visitor>
@@ -23,10 +23,10 @@ struct MagneticMapOptions {
     visitor.field("resolution_m", resolution_m, "spacing of the map's nodes");
     visitor.field("heights_m", heights_m, "map z of the layers; empty: one at the survey's mean sensor height");
     visitor.field("max_sigma_ut", max_sigma_ut,
-                  "nodes with larger sigma have no field; 0: half of the fitted signal sigma");
+                  "nodes with larger sigma have no field; 0: 0.71 of the fitted signal sigma");
     visitor.field("tile_m", tile_m, "side of the image's tiles, rounded to a multiple of 16 nodes");
-    visitor.field("held_out_block_s", held_out_block_s,
-                  "length of blocks of time; every tenth block is held out to test the regression; 0: no test");
+    visitor.field("held_out_block_m", held_out_block_m,
+                  "length of blocks of way; every tenth block is held out to test the regression; 0: no test");
     visitor.section("regression", regression);
   }
 
@@ -45,10 +45,11 @@ struct MagneticMapResult {
   double high_sigma_ut = 0.0;    ///< 95 % quantile over these nodes
 };
 
-/// Builds the grid map of a survey. A node's σ is the root mean square over the three components. The grid spans the
-/// survey and the regression's reach. Its origin is a multiple of the resolution. Throws InputError if the survey is
-/// too short, if the grid would exceed 2·10⁸ nodes, or if the method does not support the survey. Memory: 16 bytes per
-/// node with field, and the readings.
+/// Builds the grid map of a survey. A node's σ is by how much a reading of another drive differs from the map, white
+/// noise aside: posterior of the regression and DriveError; the root mean square over the three components. The grid
+/// spans the survey and the regression's reach. Its origin is a multiple of the resolution. Throws InputError if the
+/// survey is too short, if the grid would exceed 2·10⁸ nodes, or if the method does not support the survey. Memory: 16
+/// bytes per node with field, and the readings.
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);
 

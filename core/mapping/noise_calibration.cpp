@@ -4,10 +4,7 @@
 #include <numeric>
 
 namespace lodestone {
-namespace {
 
-/// Trimmed mean of error / (predicted + noise) over the smallest 90 %, divided by its value for a normal distribution.
-/// 1 is consistent.
 double trimmed_normalized_square(const std::vector<HeldOutError>& errors, double noise) {
   constexpr double share = 0.9;
   constexpr double normal_value = 0.6231;  // of χ² with one degree of freedom, below its 90 % quantile
@@ -19,8 +16,6 @@ double trimmed_normalized_square(const std::vector<HeldOutError>& errors, double
   std::sort(ratios.begin(), ratios.begin() + count);  // fixed order of summation: the partition depends on the library
   return std::accumulate(ratios.begin(), ratios.begin() + count, 0.0) / static_cast<double>(count) / normal_value;
 }
-
-}  // namespace
 
 double calibrated_noise(const std::vector<HeldOutError>& errors, double noise) {
   constexpr double tolerance = 1.2;  // spread of this estimate
@@ -35,13 +30,28 @@ double calibrated_noise(const std::vector<HeldOutError>& errors, double noise) {
   return high;
 }
 
-SurveySplit split_for_calibration(const std::vector<FieldObservation>& observations, double cell_m, double block_s) {
-  SurveySplit split;
-  for (const Time period : {96, 48, 24, 12, 5}) {
-    split = split_survey(observations, cell_m, from_seconds(block_s), period);
-    if (split.held_out.size() >= 1000) break;
+std::vector<CalibrationSplit> splits_for_calibration(const std::vector<FieldObservation>& observations, double cell_m,
+                                                     double block_m) {
+  constexpr std::size_t enough = 1000;
+  constexpr int turns = 5;
+  const auto split_by = [&](int period, int phase) {
+    const HeldOutBlocks blocks(observations, block_m, period, phase);
+    CalibrationSplit split{split_survey(observations, cell_m, blocks), {}};
+    for (const FieldCell& cell : split.cells.held_out) split.blocks.push_back(blocks.block_of(cell.time));
+    return split;
+  };
+  std::vector<CalibrationSplit> splits;
+  for (const int period : {96, 48, 24, 12}) {
+    splits = {split_by(period, period / 2)};
+    if (splits.front().cells.held_out.size() >= enough) return splits;
   }
-  return split;
+  splits.clear();
+  std::size_t held_out = 0;
+  for (int turn = 0; turn < turns && held_out < enough; ++turn) {
+    splits.push_back(split_by(turns, (turns / 2 + turn) % turns));
+    held_out += splits.back().cells.held_out.size();
+  }
+  return splits;
 }
 
 }  // namespace lodestone

@@ -22,7 +22,7 @@ void SlidingGprOptions::check() const {
   require(cells_per_length_scale >= 1.0, "cells_per_length_scale must be at least 1");
   require(fit_windows >= 1 && fit_windows <= 1000, "fit_windows must be in 1..1000");
   require(fit_points >= 10 && fit_points <= 5000, "fit_points must be in 10..5000");
-  require(calibration_block_s >= 0.0, "calibration_block_s must not be negative");
+  require(calibration_block_m == 0.0 || calibration_block_m >= 0.1, "calibration_block_m must be 0 or at least 0.1");
   require(scale_prior_points > 0.0, "scale_prior_points must be positive");
   require(domain_margin_length_scales > 0.0 && domain_margin_length_scales <= 10.0,
           "domain_margin_length_scales must be in 0..10");

@@ -16,7 +16,7 @@ struct SlidingGprOptions {
   int fit_windows = 12;                 ///< windows whose likelihood chooses the hyperparameters
   int fit_points = 200;                 ///< training cells of each of these windows
   int seed = 1;                         ///< random choice of these windows
-  double calibration_block_s = 4.0;     ///< blocks of time that calibrate the noise, see fit_field_kernels; 0: none
+  double calibration_block_m = 3.0;     ///< blocks of way that calibrate the errors, see fit_field_kernels; 0: none
   double scale_prior_points = 50.0;     ///< weight of the map-wide variance against the window's
   double domain_margin_length_scales =
       1.5;                    ///< curl-free: margin of the basis functions' box around the training cells
@@ -35,8 +35,8 @@ struct SlidingGprOptions {
     visitor.field("fit_windows", fit_windows, "windows used to fit the hyperparameters");
     visitor.field("fit_points", fit_points, "training cells of each of these windows");
     visitor.field("seed", seed, "seed of the choice of windows for the fit");
-    visitor.field("calibration_block_s", calibration_block_s,
-                  "length of held-out blocks of time that calibrate the noise; 0: no calibration");
+    visitor.field("calibration_block_m", calibration_block_m,
+                  "length of held-out blocks of way that calibrate the survey's errors; 0: no calibration");
     visitor.field("scale_prior_points", scale_prior_points,
                   "weight of the map-wide variance against the window's variance");
     visitor.field("domain_margin_length_scales", domain_margin_length_scales,

@@ -85,6 +85,12 @@ void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, co
   text += fmt::format("resolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\nunit: {}\nframe: map\n",
                       grid.resolution_m, grid.origin.x(), grid.origin.y(), heights, unit);
   text += fmt::format("max_sigma_ut: {}\nimage: {}\n", map.max_sigma_ut(), quoted_yaml(image.filename().string()));
+  const FieldMapErrors& errors = map.errors();
+  if (errors.correlation_m > 0.0) text += fmt::format("error_correlation_m: {}\n", errors.correlation_m);
+  if (!errors.sigma_shares.isOnes(0.0)) {
+    const Vector3& shares = errors.sigma_shares;
+    text += fmt::format("sigma_shares: [{}, {}, {}]\n", shares.x(), shares.y(), shares.z());
+  }
   text += provenance.empty() ? "provenance: {}\n" : "provenance:\n";
   for (const auto& [name, value] : provenance) text += "  " + name + ": " + quoted_yaml(value) + "\n";
   write_image(map, tile, image);
@@ -110,8 +116,8 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   }
   require_kind(yaml_path, SeemingKind::magnetic_map, "a magnetic map's YAML");
   const ConfigurationNode node = ConfigurationNode::load(yaml_path);
-  node.refuse_keys_other_than(
-      {"resolution_m", "origin_m", "heights_m", "unit", "frame", "max_sigma_ut", "image", "provenance"});
+  node.refuse_keys_other_than({"resolution_m", "origin_m", "heights_m", "unit", "frame", "max_sigma_ut",
+                               "error_correlation_m", "sigma_shares", "image", "provenance"});
   if (const std::string found = node.at("unit").as_string(); found != unit) {
     node.at("unit").fail(fmt::format("expected {}, found '{}'; convert the image to {}", unit, found, unit));
   }
@@ -128,6 +134,15 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
     if (!(grid.heights_m[i] > grid.heights_m[i - 1])) node.at("heights_m").fail("expected increasing heights");
   }
   const double max_sigma = positive(node.at("max_sigma_ut"));
+  FieldMapErrors errors;
+  if (const ConfigurationNode* correlation = node.find("error_correlation_m")) {
+    errors.correlation_m = positive(*correlation);
+  }
+  if (const ConfigurationNode* shares = node.find("sigma_shares")) {
+    const std::vector<double> values = shares->as_doubles(3);
+    errors.sigma_shares = {values[0], values[1], values[2]};
+    if (!(errors.sigma_shares.minCoeff() > 0.0)) shares->fail("expected three positive numbers");
+  }
 
   const std::string image = image_beside(yaml_path, node);
   std::error_code code;
@@ -146,7 +161,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
     throw InputError(
         fmt::format("{}: {} x {} pixels; a map requires at least two pixels per side", image, grid.columns, grid.rows));
   }
-  return MagneticMap(grid, std::make_shared<RasterNodes>(std::move(file)), max_sigma, max_bytes);
+  return MagneticMap(grid, std::make_shared<RasterNodes>(std::move(file)), max_sigma, max_bytes, errors);
 }
 
 }  // namespace lodestone

@@ -13,8 +13,8 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 /// A magnetic map consists of two files, as in map_server:
 ///
-///   field.yaml   resolution_m, origin_m [x, y], heights_m [z, …], unit (microtesla), frame, max_sigma_ut, image,
-///                provenance
+///   field.yaml   resolution_m, origin_m [x, y], heights_m [z, …], unit (microtesla), frame, max_sigma_ut,
+///                error_correlation_m and sigma_shares [x, y, z] (if known), image, provenance
 ///   field.tif    float32 pages of one size: B_x, B_y, B_z, σ of the lowest layer, then of the next
 ///
 /// A pixel is a node. The first row of a page has the largest y, so that QGIS and ImageJ show the map with y up;

@@ -116,6 +116,14 @@ double reading_noise(const Platform& platform) {
   return std::sqrt(sum / static_cast<double>(platform.suite.magnetometers.size()));
 }
 
+/// What the passes of the survey differ by beyond noise; empty if nothing was found.
+std::string drive_error_text(const DriveError& drive) {
+  if (drive.sigma_ut.isZero() && drive.position_sigma_m == 0.0) return {};
+  return fmt::format("{:.3g} {:.3g} {:.3g} uT (x y z) and {:.2g} m of position, alike over {:.2g} m",
+                     drive.sigma_ut.x(), drive.sigma_ut.y(), drive.sigma_ut.z(), drive.position_sigma_m,
+                     drive.correlation_m);
+}
+
 std::string method_name(const MagneticMapOptions& options) {
   return options.method == FieldMethod::curl_free ? "curl-free" : "s-GPR";
 }
@@ -157,6 +165,9 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
                                                    potential->length_scale_m, potential->vertical_length_scale_m,
                                                    potential->linear_sigma_ut)});
   }
+  if (const std::string drive = drive_error_text(result.fit.drive); !drive.empty()) {
+    provenance.push_back({"drive_error", drive});
+  }
   if (!held_out.empty()) provenance.push_back({"held_out", held_out});
   if (!doubts.empty()) provenance.push_back({"warning", doubts});
   return provenance;
@@ -182,6 +193,8 @@ void map_magnetic(const MapMagneticCall& call) {
              method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows,
              grid.resolution_m, grid.heights_m.front(), clock.lap());
   fmt::print("{}", kernels_table(result.fit));
+  const std::string drive = drive_error_text(result.fit.drive);
+  fmt::print("error between drives: {}\n", drive.empty() ? "none found beyond the noise" : drive);
   fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
              result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
   throw_if_interrupted();
@@ -195,16 +208,16 @@ void map_magnetic(const MapMagneticCall& call) {
 
   std::string held_out;
   std::optional<HeldOutScore> held_out_score;
-  if (options.held_out_block_s > 0.0) {
-    const SurveySplit split =
-        split_survey(survey.observations, result.fit.cell_m, from_seconds(options.held_out_block_s), 10);
+  if (options.held_out_block_m > 0.0) {
+    const SurveySplit split = split_survey(survey.observations, result.fit.cell_m,
+                                           HeldOutBlocks(survey.observations, options.held_out_block_m, 10, 5));
     if (!split.held_out.empty() && !split.training.empty()) {
       const HeldOutScore score = score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
       held_out_score = score;
       held_out = fmt::format(
-          "every tenth {:g} s predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
+          "every tenth {:g} m of way predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
           "cells; normalized by sigma {:.2f} {:.2f} {:.2f}; {} cells without prediction",
-          options.held_out_block_s, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
+          options.held_out_block_m, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
           score.normalized_rms.x(), score.normalized_rms.y(), score.normalized_rms.z(), score.refused);
       fmt::print("held out: {}; {:.1f} s\n", held_out, clock.lap());
     }
@@ -243,7 +256,7 @@ void add_map_magnetic(CLI::App& parent, int* code) {
                       "s-gpr: each component separately (default); curl-free: one potential for all three");
   command->add_option("--resolution", call->resolution_m, "spacing of the map's nodes, metres (default 0.1)");
   command->add_option("--max-sigma-ut", call->max_sigma_ut,
-                      "nodes with larger sigma have no field (default: half of the fitted signal sigma)");
+                      "nodes with larger sigma have no field (default: 0.71 of the fitted signal sigma)");
   command->add_option("--threads", call->threads, "number of threads (default: all); the map does not depend on it")
       ->check(CLI::PositiveNumber);
   files.input(command->add_option("--config", call->configurations,

@@ -158,7 +158,7 @@ TEST_F(AaltoCalibration, AgainstAMapOfEarlierRunsTheDriftedSensorComesBackToItsF
   }
   MagneticMapOptions map_options;
   map_options.resolution_m = 0.1;
-  map_options.held_out_block_s = 0.0;
+  map_options.held_out_block_m = 0.0;
   const MagneticMap map = build_magnetic_map(survey, map_options).map;
   CalibrationOptions options;
   options.max_moments = 500;  // each costs time

@@ -42,24 +42,27 @@ TEST(SurveyTest, PutsReadingsWhereTheirSensorWasAndTurnsThemToTheMap) {
   EXPECT_EQ(survey.observations[1].time, 50);
 }
 
-TEST(SurveyTest, SplitsInBlocksOfTime) {
+TEST(SurveyTest, SplitsInBlocksOfWay) {
   std::vector<FieldObservation> observations(100);
-  for (int i = 0; i < 100; ++i) observations[i].time = 1000 + 10 * i;
-  const HeldOutBlocks blocks(observations, 50, 10);
+  for (int i = 0; i < 100; ++i) {
+    observations[i].time = from_seconds(1000.0 + i);
+    observations[i].position.x() = i;
+  }
+  const HeldOutBlocks blocks(observations, 5.0, 10, 5);
   std::vector<Time> held_out;
   for (const FieldObservation& one : observations) {
     if (blocks.contain(one)) held_out.push_back(one.time);
   }
   ASSERT_EQ(held_out.size(), 10U);
-  EXPECT_EQ(held_out.front(), 1250);  // block 5 of 0..9
-  EXPECT_EQ(held_out.back(), 1790);
-  // Thinned, each part holds its own readings alone.
-  for (int i = 0; i < 100; ++i) observations[i].position.x() = i;
-  const SurveySplit split = split_survey(observations, 0.5, 50, 10);
+  EXPECT_EQ(held_out.front(), from_seconds(1025.0));  // block 5 of 0..9
+  EXPECT_EQ(held_out.back(), from_seconds(1079.0));
+  // Thinned, each part has its own readings alone.
+  const SurveySplit split = split_survey(observations, 0.5, blocks);
   ASSERT_EQ(split.held_out.size(), 10U);
   EXPECT_EQ(split.training.size(), 90U);
   EXPECT_EQ(split.held_out.front().position.x(), 25.0);
   EXPECT_EQ(split.held_out.front().count, 1);
+  EXPECT_EQ(split.held_out.front().time, from_seconds(1025.0));
 }
 
 }  // namespace
