@@ -104,7 +104,7 @@ struct MagneticOptions {
   double sensor_probability = 0.9999;
   bool map_sigma = true;
   double map_sigma_floor_ut = 0.2;
-  double map_correlation_m = 0.1;
+  double map_correlation_m = -1.0;
   double map_max_inflation = 40.0;
   double height_sigma_m = 0.02;
   int samples_per_reading = 5;
@@ -136,7 +136,8 @@ struct MagneticOptions {
     visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");
     visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "least sigma of the map: interpolation between nodes");
     visitor.field("map_correlation_m", map_correlation_m,
-                  "the map's error is one and the same over this distance: samples closer than that share it");
+                  "the map's error is one and the same over this distance: samples closer than that share it; below 0: "
+                  "as the map states, or 0.1 m if it does not");
     visitor.field(
         "map_max_inflation", map_max_inflation,
         "most that sharing inflates the map's variance: readings within what the IMU bridges; at a standstill "
@@ -153,7 +154,7 @@ struct MagneticOptions {
     option_checks::within("huber_power", huber_power, 1.0, 4.0);
     option_checks::within("sensor_probability", sensor_probability, 0.5, 1.0 - 1e-12);
     option_checks::not_negative("map_sigma_floor_ut", map_sigma_floor_ut);
-    option_checks::not_negative("map_correlation_m", map_correlation_m);
+    option_checks::within("map_correlation_m", map_correlation_m, -1.0, 1e6);
     option_checks::within("map_max_inflation", map_max_inflation, 1.0, 1e6);
     option_checks::positive("height_sigma_m", height_sigma_m);
     option_checks::within("samples_per_reading", samples_per_reading, 1, 1000);

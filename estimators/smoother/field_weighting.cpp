@@ -15,6 +15,12 @@ FieldResidual calibrated_residual(const Pose& T_map_imu, const Pose& T_end_mag, 
   return result;
 }
 
+double map_correlation_m(const MagneticOptions& options, const MagneticMap& map) {
+  constexpr double usual_m = 0.1;
+  if (options.map_correlation_m >= 0.0) return options.map_correlation_m;
+  return map.errors().correlation_m > 0.0 ? map.errors().correlation_m : usual_m;
+}
+
 std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m) {
   std::vector<double> result;
   for (const MagnetometerModel& own : suite.magnetometers) {
@@ -104,7 +110,8 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
                                       const Matrix6& covariance, double spacing_m, double factor,
                                       const FieldWeighting& weighting, FieldStatistics& statistics) {
   const MagneticOptions& options = weighting.options;
-  const double inflation = correlation_inflation(spacing_m, options.map_correlation_m, options.map_max_inflation);
+  const double inflation =
+      correlation_inflation(spacing_m, map_correlation_m(options, weighting.map), options.map_max_inflation);
   std::vector<FieldReading> result;
   for (const ArrayReading& array : arrays) {
     const Eigen::Index most = 3 * static_cast<Eigen::Index>(array.readings.size());

@@ -43,6 +43,9 @@ struct FieldWeighting {
 FieldResidual calibrated_residual(const Pose& T_map_imu, const Pose& T_end_mag, const Vector3& measured_ut,
                                   const Vector3& bias_ut, const Matrix3& matrix, const FieldValue& map);
 
+/// The distance over which the map's error is alike: the option, else as the map states, else 0.1 m.
+double map_correlation_m(const MagneticOptions& options, const MagneticMap& map);
+
 /// How many magnetometers of the array share each one's map error, itself included: Σ exp(−distance/correlation_m).
 std::vector<double> array_crowding(const SensorSuite& suite, double correlation_m);
 

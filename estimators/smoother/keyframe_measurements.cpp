@@ -23,7 +23,9 @@ constexpr double kUnseenGain = 1e-3;
 
 KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
     : input_(std::move(input)),
-      crowding_(array_crowding(input_.suite, input_.options.magnetic.map_correlation_m)),
+      crowding_(input_.field == nullptr
+                    ? std::vector<double>{}
+                    : array_crowding(input_.suite, map_correlation_m(input_.options.magnetic, *input_.field))),
       sensor_gate_(mahalanobis_quantile(3, input_.options.magnetic.sensor_probability)) {
   // Without LiDAR nothing tells the height; but a field map of one layer holds at that layer alone.
   if (input_.field != nullptr && input_.field->grid().heights_m.size() == 1) {
