@@ -89,7 +89,7 @@ void compare_piece(const MagneticMap& first, const MagneticMap& second, Compared
         const Vector3 change = other->field_ut - node.head<3>().cast<double>();
         const double sigma = std::hypot(static_cast<double>(node[3]), other->sigma_ut);
         Eigen::Vector4f& entry = piece.nodes[static_cast<std::size_t>(layer) * places + place];
-        entry << change.cast<float>(), static_cast<float>(sigma > 0.0 ? change.norm() / sigma : 0.0);
+        entry << change.cast<float>(), static_cast<float>(sigma);
         std::int16_t& largest = piece.largest_layer[place];
         if (largest < 0 || entry.head<3>().norm() > piece.at(largest, row, column).head<3>().norm()) {
           largest = static_cast<std::int16_t>(layer);
@@ -149,8 +149,9 @@ void add_figures(MagneticDifference& result) {
           changes.push_back(static_cast<float>(change));
           sum += change;
           squares += change * change;
-          normalized += static_cast<double>(node[3]) * node[3];
-          above += node[3] > 3.0F;
+          const double ratio = node[3] > 0.0F ? change / static_cast<double>(node[3]) : 0.0;
+          normalized += ratio * ratio;
+          above += ratio > 3.0;
           if (changes.size() > 1 && !(change > result.largest_ut)) continue;
           result.largest_ut = change;
           result.largest_at = node_position(grid, layer, piece.row + row, piece.column + column);
@@ -180,6 +181,8 @@ double DifferencePiece::change(int piece_row, int piece_column) const {
 MagneticDifference compare_maps(const MagneticMap& first, const MagneticMap& second) {
   MagneticDifference result;
   result.grid = first.grid();
+  result.sigma_shares =
+      ((first.errors().sigma_shares.cwiseAbs2() + second.errors().sigma_shares.cwiseAbs2()) / 2.0).cwiseSqrt();
   std::vector<Compared> compared(piece_count(result.grid));
   for_each_piece(result.grid, [&](std::size_t index, int row, int column, int rows, int columns) {
     compared[index].piece = {column, row, columns, rows, {}, {}};

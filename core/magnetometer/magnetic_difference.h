@@ -13,7 +13,8 @@ struct DifferencePiece {
   int row = 0;
   int columns = 0;
   int rows = 0;
-  /// Layer, row, column: ΔB = second − first in µT, map axes, and |ΔB| over the combined sigma; NaN where not compared.
+  /// Layer, row, column: ΔB = second − first in µT, map axes, and √(σ_first² + σ_second²), of one component; NaN where
+  /// not compared.
   std::vector<Eigen::Vector4f> nodes;
   /// Row, column: the layer in which |ΔB| is largest; −1 where none was compared.
   std::vector<std::int16_t> largest_layer;
@@ -27,10 +28,11 @@ struct DifferencePiece {
 
 /// What two magnetic maps of one place differ by.
 struct MagneticDifference {
-  FieldGrid grid;                       ///< the first map's: its nodes are compared
-  std::vector<DifferencePiece> pieces;  ///< only where something was compared; row by row from below
-  double compared_m2 = 0.0;             ///< where both have field in a layer
-  double only_first_m2 = 0.0;           ///< where only the first has
+  FieldGrid grid;                          ///< the first map's: its nodes are compared
+  Vector3 sigma_shares = Vector3::Ones();  ///< sigma of each component over that of the pieces
+  std::vector<DifferencePiece> pieces;     ///< only where something was compared; row by row from below
+  double compared_m2 = 0.0;                ///< where both have field in a layer
+  double only_first_m2 = 0.0;              ///< where only the first has
   double only_second_m2 = 0.0;
   std::int64_t nodes = 0;  ///< compared, all layers
   double mean_ut = 0.0;    ///< of |ΔB|

@@ -26,6 +26,7 @@ struct MapDiffCall {
   std::string second;
   std::string out;
   double threshold_ut = 10.0;
+  double level = 0.05;  // as usual for a test of one hypothesis: this site did not change
 };
 
 struct Shares {
@@ -50,7 +51,7 @@ void refuse_disjoint(const MapDiffCall& call, const MagneticMap& first, const Ma
 }
 
 std::string to_json(const MapDiffCall& call, const MagneticDifference& difference,
-                    const std::vector<ChangedPlace>& places) {
+                    const DifferenceSignificance& significance, const std::vector<ChangedPlace>& places) {
   using Json = nlohmann::ordered_json;
   const Shares shares = shares_of(difference);
   const Vector3& at = difference.largest_at;
@@ -68,6 +69,10 @@ std::string to_json(const MapDiffCall& call, const MagneticDifference& differenc
             {"largest_at_m", {at.x(), at.y(), at.z()}},
             {"normalized_rms", difference.normalized_rms},
             {"share_above_3_sigma", difference.share_above_three_sigma},
+            {"common_change_ut", {significance.common_ut.x(), significance.common_ut.y(), significance.common_ut.z()}},
+            {"sigma_scale", {significance.scale.x(), significance.scale.y(), significance.scale.z()}},
+            {"level", call.level},
+            {"critical_chi_square", significance.critical(call.level)},
             {"threshold_ut", call.threshold_ut},
             {"places_above_threshold", places.size()}};
   double area = 0.0;
@@ -77,18 +82,21 @@ std::string to_json(const MapDiffCall& call, const MagneticDifference& differenc
 }
 
 std::string to_csv(const std::vector<ChangedPlace>& places) {
-  std::string text = "place,x_m,y_m,area_m2,mean_change_ut,largest_change_ut,largest_x_m,largest_y_m,largest_z_m\n";
+  std::string text =
+      "place,x_m,y_m,area_m2,mean_change_ut,largest_change_ut,largest_x_m,largest_y_m,largest_z_m,sigma_ut,"
+      "p_value\n";
   for (std::size_t i = 0; i < places.size(); ++i) {
     const ChangedPlace& place = places[i];
-    text += fmt::format("{},{:.3f},{:.3f},{:.4g},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", i + 1, place.center.x(),
-                        place.center.y(), place.area_m2, place.mean_ut, place.largest_ut, place.largest_at.x(),
-                        place.largest_at.y(), place.largest_at.z());
+    text +=
+        fmt::format("{},{:.3f},{:.3f},{:.4g},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3g}\n", i + 1,
+                    place.center.x(), place.center.y(), place.area_m2, place.mean_ut, place.largest_ut,
+                    place.largest_at.x(), place.largest_at.y(), place.largest_at.z(), place.sigma_ut, place.p_value);
   }
   return text;
 }
 
 void print_figures(const MapDiffCall& call, const MagneticDifference& difference,
-                   const std::vector<ChangedPlace>& places) {
+                   const DifferenceSignificance& significance, const std::vector<ChangedPlace>& places) {
   const Shares shares = shares_of(difference);
   const Vector3& at = difference.largest_at;
   fmt::print("compared {:.2f} m2, {:.1f} % of the union of both maps; only {}: {:.1f} %, only {}: {:.1f} %\n",
@@ -101,12 +109,20 @@ void print_figures(const MapDiffCall& call, const MagneticDifference& difference
       "normalized by the maps' sigma: rms {:.2f} per component (1: no change), {:.1f} % above 3 sigma (2.9 % by "
       "chance)\n",
       difference.normalized_rms, 100.0 * difference.share_above_three_sigma);
-  fmt::print("{} place{} above {:g} uT\n", places.size(), places.size() == 1 ? "" : "s", call.threshold_ut);
+  const Vector3& common = significance.common_ut;
+  fmt::print("common to the whole site: {:.2f} {:.2f} {:.2f} uT (x y z), removed before the test\n", common.x(),
+             common.y(), common.z());
+  if (!significance.scale.isOnes()) {
+    fmt::print("the maps differ by {:.2f} {:.2f} {:.2f} of their sigma (x y z) almost everywhere; the test uses this\n",
+               significance.scale.x(), significance.scale.y(), significance.scale.z());
+  }
+  fmt::print("{} place{} above {:g} uT, by more than the maps' errors at the level {:g}\n", places.size(),
+             places.size() == 1 ? "" : "s", call.threshold_ut, call.level);
   constexpr std::size_t most = 10;
-  if (!places.empty()) fmt::print("  place        x, m      y, m   area, m2   largest, uT\n");
+  if (!places.empty()) fmt::print("  place        x, m      y, m   area, m2   largest, uT   sigma, uT   p-value\n");
   for (std::size_t i = 0; i < std::min(most, places.size()); ++i) {
-    fmt::print("  {:>5} {:>11.2f} {:>9.2f} {:>10.3g} {:>13.2f}\n", i + 1, places[i].center.x(), places[i].center.y(),
-               places[i].area_m2, places[i].largest_ut);
+    fmt::print("  {:>5} {:>11.2f} {:>9.2f} {:>10.3g} {:>13.2f} {:>11.2f} {:>9.2g}\n", i + 1, places[i].center.x(),
+               places[i].center.y(), places[i].area_m2, places[i].largest_ut, places[i].sigma_ut, places[i].p_value);
   }
   if (places.size() > most) fmt::print("  ... {} more in places.csv\n", places.size() - most);
 }
@@ -121,19 +137,23 @@ void map_diff(const MapDiffCall& call) {
   if (!(call.threshold_ut > 0.0) || !std::isfinite(call.threshold_ut)) {
     throw InputError(fmt::format("--threshold-ut: expected microtesla above 0, found {}", call.threshold_ut));
   }
+  if (!(call.level > 0.0 && call.level < 1.0)) {
+    throw InputError(fmt::format("--level: expected a probability between 0 and 1, found {}", call.level));
+  }
   const MagneticMap first = read_magnetic_map(call.first);
   const MagneticMap second = read_magnetic_map(call.second);
   const MagneticDifference difference = compare_maps(first, second);
   if (difference.nodes == 0) refuse_disjoint(call, first, second);
-  const std::vector<ChangedPlace> places = changed_places(difference, call.threshold_ut);
+  const DifferenceSignificance significance = significance_of(difference);
+  const std::vector<ChangedPlace> places = changed_places(difference, significance, call.threshold_ut, call.level);
 
   const std::filesystem::path out = made_folder(call.out);
-  print_figures(call, difference, places);
+  print_figures(call, difference, significance, places);
   write_magnetic_difference(difference, call.first, call.second, (out / "difference.yaml").string());
   write_result(out / "places.csv", to_csv(places));
   draw_difference_picture(out / "picture", difference, places,
                           fmt::format("Change of the field from {} to {}", call.first, call.second));
-  write_result(out / "diff.json", to_json(call, difference, places));
+  write_result(out / "diff.json", to_json(call, difference, significance, places));
   fmt::print("wrote {}/: picture.png, .pdf and .svg, difference.yaml with difference.tif, places.csv, diff.json\n",
              call.out);
 }
@@ -157,10 +177,12 @@ void add_map_diff(CLI::App& map, int* code) {
       ->required();
   command->add_option("--threshold-ut", call->threshold_ut, "places with a larger change are listed, microtesla")
       ->capture_default_str();
+  command->add_option("--level", call->level, "probability that two maps of an unchanged site show any place")
+      ->capture_default_str();
   command->footer(R"(
 Examples:
   lodestone map diff spring.yaml autumn.yaml --out /tmp/change
-  lodestone map diff spring.yaml autumn.yaml --out /tmp/change --threshold-ut 3)");
+  lodestone map diff spring.yaml autumn.yaml --out /tmp/change --threshold-ut 3 --level 0.01)");
   command->callback([call, code]() {
     map_diff(*call);
     *code = exit_code::done;

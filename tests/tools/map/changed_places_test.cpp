@@ -34,7 +34,7 @@ TEST(ChangedPlaces, AreTheConnectedStretchesAboveTheThreshold) {
     return layer == 0 ? 1.0 : 0.0;
   };
   const MagneticDifference difference = difference_by(change);
-  const std::vector<ChangedPlace> places = changed_places(difference, 5.0);
+  const std::vector<ChangedPlace> places = changed_places(difference, significance_of(difference), 5.0, 0.05);
   ASSERT_EQ(places.size(), 3U);
   EXPECT_NEAR(places[0].largest_ut, 20.0, 1e-4);
   EXPECT_LT((places[0].largest_at - Vector3(-5.0 + 7.0, 3.0 + 6.5, 0.6)).norm(), 1e-9);
@@ -44,8 +44,10 @@ TEST(ChangedPlaces, AreTheConnectedStretchesAboveTheThreshold) {
   EXPECT_LT((places[0].center - Eigen::Vector2d(-5.0, 3.0) - 0.1 * center).norm(), 1e-9);
   EXPECT_NEAR(places[1].area_m2 + places[2].area_m2, 58 * 0.01, 1e-9);
   EXPECT_NEAR(places[1].largest_ut, 15.0, 1e-4);
-  EXPECT_TRUE(changed_places(difference, 1000.0).empty());
-  EXPECT_TRUE(changed_places({}, 1.0).empty());
+  EXPECT_TRUE(changed_places(difference, significance_of(difference), 1000.0, 0.05).empty());
+  EXPECT_TRUE(changed_places({}, significance_of({}), 1.0, 0.05).empty());
+  EXPECT_NEAR(places[0].sigma_ut, 0.3 * std::sqrt(2.0), 1e-6);
+  EXPECT_LT(places[2].p_value, 1e-6);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
       run_lodestone("map diff " + (folder / "a.yaml").string() + " " + (folder / "b.yaml").string() + " --out " + out);
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr("largest 20.000 uT"));
-  EXPECT_THAT(result.output, HasSubstr("1 place above 10 uT"));
+  EXPECT_THAT(result.output, HasSubstr("1 place above 10 uT, by more than the maps' errors at the level 0.05"));
   const auto json = nlohmann::json::parse(content_of(folder / "out/diff.json"));
   EXPECT_NEAR(json["largest_ut"], 20.0, 1e-5);
   EXPECT_NEAR(json["compared_m2"], 41 * 31 * 0.01, 1e-9);
@@ -43,6 +43,7 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
   EXPECT_NEAR(json["share_above_3_sigma"], 21.0 / (41 * 31), 1e-9);
   EXPECT_EQ(json["places_above_threshold"], 1);
   EXPECT_THAT(content_of(folder / "out/places.csv"), HasSubstr("\n1,1.000,1.000,0.21,20.000,20.000,"));
+  EXPECT_THAT(content_of(folder / "out/places.csv"), HasSubstr(",0.707,0\n"));  // 0.5 µT in each map
   for (const char* name : {"out/picture.png", "out/picture.pdf", "out/picture.svg"}) {
     EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
   }
@@ -64,6 +65,7 @@ TEST(MapDiffCommand, EachMistakeIsOneLineAndCodeTwo) {
   expect_refused("map diff " + a + " " + (folder / "far.yaml").string() + out, "the maps do not overlap");
   expect_refused("map diff " + a + " /absent.yaml" + out, "/absent.yaml");
   expect_refused("map diff " + a + " " + a + out + " --threshold-ut 0", "--threshold-ut");
+  expect_refused("map diff " + a + " " + a + out + " --level 1", "--level");
   std::string text = content_of(folder / "a.yaml");
   for (const auto& [from, to] :
        {std::pair<std::string, std::string>{"unit: microtesla", "unit: gauss"}, {"frame: map", "frame: odom"}}) {
