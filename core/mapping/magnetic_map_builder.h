@@ -13,7 +13,7 @@ struct MagneticMapOptions {
   std::vector<double> heights_m;  ///< map z of the layers; empty: one, at the survey's mean sensor height
   double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: 0.71 of the fitted signal sigma
   double tile_m = 6.4;            ///< side of the file's tiles, rounded to a multiple of 16 nodes
-  double held_out_block_m = 3.0;  ///< every tenth block of way is held out as a test; 0: no test
+  double held_out_block_m = 6.0;  ///< every tenth block of way is held out as a test; 0: no test
   SlidingGprOptions regression;
 
   template <class Visitor>

@@ -16,7 +16,7 @@ struct SlidingGprOptions {
   int fit_windows = 12;                 ///< windows whose likelihood chooses the hyperparameters
   int fit_points = 200;                 ///< training cells of each of these windows
   int seed = 1;                         ///< random choice of these windows
-  double calibration_block_m = 3.0;     ///< blocks of way that calibrate the errors, see fit_field_kernels; 0: none
+  double calibration_block_m = 6.0;     ///< blocks of way that calibrate the errors, see fit_field_kernels; 0: none
   double scale_prior_points = 50.0;     ///< weight of the map-wide variance against the window's
   double domain_margin_length_scales =
       1.5;                    ///< curl-free: margin of the basis functions' box around the training cells
