@@ -75,7 +75,7 @@ std::vector<SlopedPrediction> predict_with_slopes(const WindowedRegression& regr
   return result;
 }
 
-DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correlation_reach_m, bool correlate) {
+DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correlation_reach_m) {
   constexpr double step_m = 0.0025;
   constexpr int steps = 40;
   DriveError best;
@@ -91,7 +91,7 @@ DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correla
     least = cost;
     best = candidate;
   }
-  if (!correlate && best.sigma_ut.isZero() && best.position_sigma_m == 0.0) return best;
+  if (best.sigma_ut.isZero() && best.position_sigma_m == 0.0) return best;
   std::vector<NormalizedError> errors;
   for (const HeldOutCell& cell : cells) {
     const Vector3 variance = cell.variance_ut2 + best.variance(cell.squared_slope);

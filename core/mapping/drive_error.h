@@ -49,8 +49,9 @@ struct HeldOutCell {
 
 /// The drive error that explains held-out cells: for each position sigma, sigma_ut per component by calibrated_noise;
 /// of these, the most likely by a Student distribution, whose heavy tails forgive single steel parts. Zero if the
-/// predicted variances suffice or if fewer than enough_held_out_cells count. `correlate`: estimate correlation_m.
-DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correlation_reach_m, bool correlate);
+/// predicted variances suffice or if fewer than enough_held_out_cells count; shares and correlation are then not
+/// estimated.
+DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correlation_reach_m);
 
 /// A held-out cell's error over its sigma, one component.
 struct NormalizedError {

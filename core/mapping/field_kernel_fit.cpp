@@ -167,9 +167,7 @@ DriveError drive_error(const std::vector<CalibrationSplit>& splits, const FieldK
       }
     }
   }
-  bool raised = false;
-  for (int k = 0; k < 3; ++k) raised = raised || fit.kernels[k].noise_sigma > fit.uncalibrated_noise[k];
-  return fit_drive_error(cells, 0.25 * options.calibration_block_m, raised);
+  return fit_drive_error(cells, 0.25 * options.calibration_block_m);
 }
 
 void calibrate_noise(const std::vector<FieldObservation>& observations, const SlidingGprOptions& options,

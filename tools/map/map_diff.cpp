@@ -112,7 +112,7 @@ void print_figures(const MapDiffCall& call, const MagneticDifference& difference
   const Vector3& common = significance.common_ut;
   fmt::print("common to the whole site: {:.2f} {:.2f} {:.2f} uT (x y z), removed before the test\n", common.x(),
              common.y(), common.z());
-  if (!significance.scale.isOnes()) {
+  if (significance.scale != difference.sigma_shares) {
     fmt::print("the maps differ by {:.2f} {:.2f} {:.2f} of their sigma (x y z) almost everywhere; the test uses this\n",
                significance.scale.x(), significance.scale.y(), significance.scale.z());
   }

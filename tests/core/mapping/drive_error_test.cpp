@@ -37,7 +37,7 @@ std::vector<HeldOutCell> drawn_cells(const Vector3& sigma_ut, double position_si
 }
 
 TEST(DriveErrorTest, FindsTheErrorsThatCellsWereDrawnFrom) {
-  const DriveError found = fit_drive_error(drawn_cells({1.0, 2.0, 0.5}, 0.02), 1.5, true);
+  const DriveError found = fit_drive_error(drawn_cells({1.0, 2.0, 0.5}, 0.02), 1.5);
   EXPECT_NEAR(found.position_sigma_m, 0.02, 0.004);
   EXPECT_NEAR(found.sigma_ut.x(), 1.0, 0.2);
   EXPECT_NEAR(found.sigma_ut.y(), 2.0, 0.2);
@@ -46,7 +46,7 @@ TEST(DriveErrorTest, FindsTheErrorsThatCellsWereDrawnFrom) {
 }
 
 TEST(DriveErrorTest, IsZeroWhereThePredictionsSuffice) {
-  const DriveError found = fit_drive_error(drawn_cells(Vector3::Zero(), 0.0), 1.5, false);
+  const DriveError found = fit_drive_error(drawn_cells(Vector3::Zero(), 0.0), 1.5);
   EXPECT_TRUE(found.sigma_ut.isZero());
   EXPECT_EQ(found.position_sigma_m, 0.0);
   EXPECT_EQ(found.correlation_m, 0.0);
