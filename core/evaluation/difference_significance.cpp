@@ -13,7 +13,7 @@
 namespace lodestone {
 namespace {
 
-double median(std::vector<float>& values) {
+double middle_value(std::vector<float>& values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -100,12 +100,12 @@ DifferenceSignificance significance_of(const MagneticDifference& difference) {
   for (int k = 0; k < 3; ++k) {
     std::vector<float> values;
     for_each_node([&](const Eigen::Vector4f& node) { values.push_back(node[k]); });
-    result.common_ut[k] = median(values);
+    result.common_ut[k] = middle_value(values);
     values.clear();
     for_each_node([&](const Eigen::Vector4f& node) {
       values.push_back(std::abs(node[k] - static_cast<float>(result.common_ut[k])) / node[3]);
     });
-    spread[k] = median(values) / normal_median;
+    spread[k] = middle_value(values) / normal_median;
   }
   // Roughness: variance of the slope of a component of unit variance, from differences between neighbours; the median
   // ignores steel that moved.
@@ -142,7 +142,7 @@ DifferenceSignificance significance_of(const MagneticDifference& difference) {
   double roughness = 0.0;  // over squared node spacings
   for (int k = 0; k < 3; ++k) {
     if (!(spread[k] > 0.0)) continue;
-    roughness += median(steps[static_cast<std::size_t>(k)]) / (chi_square_median_1 * spread[k] * spread[k]) / 3.0;
+    roughness += middle_value(steps[static_cast<std::size_t>(k)]) / (chi_square_median_1 * spread[k] * spread[k]) / 3.0;
   }
   // A spread above the stated sigma counts if it exceeds two of its own standard errors: 1.17 / √(2 N), N patches.
   const double patches = std::max(1.0, faces * roughness / (2.0 * std::numbers::pi));

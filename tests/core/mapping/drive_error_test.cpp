@@ -71,7 +71,7 @@ TEST(DriveErrorTest, FindsTheCorrelationLengthOfAGaussMarkovProcess) {
 }
 
 /// Normalized rms of the residuals of a drive against a map, each component; white noise is part of the sigma.
-Vector3 normalized_residuals(const MagneticMap& map, const std::vector<FieldObservation>& drive, double* share_above) {
+Vector3 residuals_over_sigma(const MagneticMap& map, const std::vector<FieldObservation>& drive, double* share_above) {
   Vector3 squares = Vector3::Zero();
   int count = 0, above = 0;
   for (const FieldObservation& reading : drive) {
@@ -101,14 +101,16 @@ TEST(DriveErrorTest, TheMapsSigmaIsHonestOnAnotherDrive) {
       const auto other = drive_over(floor, 11, errors, 0.08);
       double share = 0.0;
       const MagneticMapResult result = build_magnetic_map(survey, {});
-      const Vector3 normalized = normalized_residuals(result.map, other, &share);
+      const Vector3 normalized = residuals_over_sigma(result.map, other, &share);
       squares += normalized.cwiseAbs2() / floors;
       EXPECT_LT(share, 0.02);
-      if (position_m == 0.0) EXPECT_EQ(result.fit.drive.position_sigma_m, 0.0);
+      if (position_m == 0.0) {
+        EXPECT_EQ(result.fit.drive.position_sigma_m, 0.0);
+      }
       MagneticMapOptions without;
       without.regression.calibration_block_m = 0.0;
       worst_without = std::max(worst_without,
-                               normalized_residuals(build_magnetic_map(survey, without).map, other, &share).maxCoeff());
+                               residuals_over_sigma(build_magnetic_map(survey, without).map, other, &share).maxCoeff());
     }
     const Vector3 normalized = squares.cwiseSqrt();
     std::printf("positions err by %.2f m: normalized %.2f %.2f %.2f, without calibration up to %.2f\n", position_m,
@@ -116,7 +118,9 @@ TEST(DriveErrorTest, TheMapsSigmaIsHonestOnAnotherDrive) {
     EXPECT_NEAR(normalized.norm() / std::sqrt(3.0), 1.0, 0.25);
     EXPECT_GT(normalized.minCoeff(), 0.6);  // the steel is no draw from a stationary kernel
     EXPECT_LT(normalized.maxCoeff(), 1.35);
-    if (position_m >= 0.01) EXPECT_GT(worst_without, 1.6);
+    if (position_m >= 0.01) {
+      EXPECT_GT(worst_without, 1.6);
+    }
   }
 }
 
