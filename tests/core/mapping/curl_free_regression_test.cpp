@@ -233,7 +233,8 @@ TEST(CurlFreeRegressionTest, OnAThinnedSurveyItErrsLessThanComponentsAloneAndIts
                 std::sqrt(together.rms), std::sqrt(alone.rms), std::sqrt(together.normalized),
                 std::sqrt(alone.normalized));
     EXPECT_LT(together.rms, alone.rms);
-    EXPECT_GT(std::sqrt(together.normalized), 0.8);
+    // Blocks of 6 m are held out of a floor of 8 m: sigma is then on the safe side.
+    EXPECT_GT(std::sqrt(together.normalized), 0.75);
     EXPECT_LT(std::sqrt(together.normalized), 1.25);
   }
 }

@@ -66,7 +66,7 @@ TEST_F(CalibratedPlatformTest, APointOfTheLidarIsSeenWhereTheCorrectionSeesIt) {
   CondensedScan scan;
   scan.by_lidar = true;
   scan.beam_origin_m = platform_.suite.lidar.T_imu_lidar.position;
-  const Pose seen = see(scan, T_map_imu, Vector3::Zero(), mounting.data(), nullptr).pose;
+  const Pose seen = see(scan, T_map_imu, mounting.data()).pose;
   const Vector3 point(5.0, -20.0, 3.0);
   EXPECT_LT((seen * (platform_.suite.lidar.T_imu_lidar * point) - T_map_imu * (result.suite.lidar.T_imu_lidar * point))
                 .norm(),
