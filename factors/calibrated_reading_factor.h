@@ -41,10 +41,10 @@ class CalibratedReadingFactor final : public ceres::SizedCostFunction<3, 12, 3, 
     Matrix3 R_mag_imu = Matrix3::Identity();  ///< Q
     Vector3 lever_m = Vector3::Zero();        ///< ℓ, imu axes, from where y is taken
     double sigma_ut = 1.0;
-    Vector3 anomaly_ut = Vector3::Zero();     ///< a, imu axes
-    Matrix3 R_imu_map = Matrix3::Identity();  ///< where f comes from a map
-    Vector3 usual_ut = Vector3::Zero();       ///< f₀, imu axes
-    std::optional<Matrix3> last_distortion{}; ///< D₀; none without a map
+    Vector3 anomaly_ut = Vector3::Zero();      ///< a, imu axes
+    Matrix3 R_imu_map = Matrix3::Identity();   ///< where f comes from a map
+    Vector3 usual_ut = Vector3::Zero();        ///< f₀, imu axes
+    std::optional<Matrix3> last_distortion{};  ///< D₀; none without a map
   };
 
   explicit CalibratedReadingFactor(const Reading& reading);

@@ -46,13 +46,11 @@ class PoseMask {
   Seen see(const Pose& pose, const Vector6& error) const {
     Seen seen;
     const Quaternion error_turn = so3::exp(error.head<3>());
-    const Matrix3 error_turned = so3::right_jacobian(-error.head<3>());
-    seen.turned_by_error.leftCols<3>() = error_turned;
+    seen.turned_by_error.leftCols<3>() = so3::right_jacobian(-error.head<3>());
     if (!active_) {
       seen.pose = moved_by(error, pose);
       seen.turned = error_turn;
-      seen.by_error.setIdentity();
-      seen.by_error.topLeftCorner<3, 3>() = seen.pose.rotation.toRotationMatrix().transpose() * error_turned;
+      seen.by_error = moved_by_jacobian(error, seen.pose);
       return seen;
     }
     const SlideDifference step = difference_along(slide_, pose, reference_, error);

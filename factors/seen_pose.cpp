@@ -25,10 +25,7 @@ SeenPose see(const CondensedScan& scan, const Pose& T_map_imu, const double* mou
 
 void move_by(const Vector6& map_error, SeenPose& seen) {
   seen.pose = moved_by(map_error, seen.pose);
-  // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, turned into the seen body's axes.
-  seen.by_map_error.topLeftCorner<3, 3>() =
-      seen.pose.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-map_error.head<3>());
-  seen.by_map_error.bottomRightCorner<3, 3>().setIdentity();
+  seen.by_map_error = moved_by_jacobian(map_error, seen.pose);
 }
 
 ClockShift::ClockShift(const CondensedScan& scan, const NavState& end, double clock_s) {

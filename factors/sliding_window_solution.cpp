@@ -135,11 +135,17 @@ SparseInformation SlidingWindow::information() const {
 
 std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t> keyframes) const {
   const SparseInformation known = information();
-  if (clock_prior_) clock_sigma_s_ = std::sqrt(covariance(known, std::array<const WindowBlock*, 1>{&clock_})(0, 0));
+  const bool few = keyframes.size() <= kFewKeyframes;
+  std::vector<const WindowBlock*> wanted;
+  for (std::size_t i = 0; few && i < keyframes.size(); ++i) wanted.push_back(&keyframes_[keyframes[i]]->pose);
+  if (clock_prior_) wanted.push_back(&clock_);
+  const Eigen::MatrixXd joint = wanted.empty() ? Eigen::MatrixXd() : covariance(known, wanted);
+  if (clock_prior_) clock_sigma_s_ = std::sqrt(joint.bottomRightCorner<1, 1>().value());
   std::vector<Matrix6> result;
-  if (keyframes.size() <= kFewKeyframes) {
-    for (const std::size_t k : keyframes) {
-      result.push_back(covariance(known, std::array<const WindowBlock*, 1>{&keyframes_[k]->pose}));
+  if (few) {
+    for (std::size_t i = 0; i < keyframes.size(); ++i) {
+      const auto first = static_cast<Eigen::Index>(6 * i);
+      result.push_back(joint.block<6, 6>(first, first));
     }
     return result;
   }

@@ -9,15 +9,13 @@
 #include <vector>
 
 #include "core/evaluation/stale_map.h"
+#include "core/middle_value.h"
 
 namespace lodestone {
 namespace {
 
-double middle_value(std::vector<float>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double middle_or_zero(std::vector<float> values) {
+  return values.empty() ? 0.0 : middle_value(std::move(values));
 }
 
 /// The nodes of a difference by layer, row and column of its grid.
@@ -100,12 +98,12 @@ DifferenceSignificance significance_of(const MagneticDifference& difference) {
   for (int k = 0; k < 3; ++k) {
     std::vector<float> values;
     for_each_node([&](const Eigen::Vector4f& node) { values.push_back(node[k]); });
-    result.common_ut[k] = middle_value(values);
-    values.clear();
+    result.common_ut[k] = middle_or_zero(std::move(values));
+    values = {};
     for_each_node([&](const Eigen::Vector4f& node) {
       values.push_back(std::abs(node[k] - static_cast<float>(result.common_ut[k])) / node[3]);
     });
-    spread[k] = middle_value(values) / normal_median;
+    spread[k] = middle_or_zero(std::move(values)) / normal_median;
   }
   // Roughness: variance of the slope of a component of unit variance, from differences between neighbours; the median
   // ignores steel that moved.
@@ -142,7 +140,8 @@ DifferenceSignificance significance_of(const MagneticDifference& difference) {
   double roughness = 0.0;  // over squared node spacings
   for (int k = 0; k < 3; ++k) {
     if (!(spread[k] > 0.0)) continue;
-    roughness += middle_value(steps[static_cast<std::size_t>(k)]) / (chi_square_median_1 * spread[k] * spread[k]) / 3.0;
+    roughness += middle_or_zero(std::move(steps[static_cast<std::size_t>(k)])) /
+                 (chi_square_median_1 * spread[k] * spread[k]) / 3.0;
   }
   // A spread above the stated sigma counts if it exceeds two of its own standard errors: 1.17 / √(2 N), N patches.
   const double patches = std::max(1.0, faces * roughness / (2.0 * std::numbers::pi));

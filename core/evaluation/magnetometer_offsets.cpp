@@ -1,11 +1,11 @@
 #include "core/evaluation/magnetometer_offsets.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 
 #include "core/evaluation/stale_map.h"
+#include "core/middle_value.h"
 
 namespace lodestone {
 
@@ -17,12 +17,6 @@ constexpr double kCellsAShare = 2.0;     // effective correlation: neighbouring 
 constexpr double kFalseAlarm = 1e-3;
 constexpr double kOddSpread = 4.0;  // over the median spread of the other magnetometers
 constexpr std::size_t kFewestCells = 8;
-
-double median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// One difference of a magnetometer, in its own axes.
 struct OffsetSample {
@@ -38,9 +32,9 @@ MagnetometerOffset offset_of(const OffsetSample& sample) {
   double variance = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::vector<float> values = sample.differences[axis];
-    middle[static_cast<Eigen::Index>(axis)] = median(values);
+    middle[static_cast<Eigen::Index>(axis)] = middle_value(values);
     for (float& value : values) value = std::abs(value - static_cast<float>(middle[static_cast<Eigen::Index>(axis)]));
-    variance += std::pow(kNormalSigma * median(values), 2) / 3.0;
+    variance += std::pow(kNormalSigma * middle_value(values), 2) / 3.0;
   }
   result.spread_ut = std::sqrt(variance);
   if (sample.cells.size() < kFewestCells) return result;
@@ -75,7 +69,7 @@ std::vector<MagnetometerOffset> magnetometer_offsets(const FieldComparison& comp
     if (offsets.back().spread_ut > 0.0) spreads.push_back(static_cast<float>(offsets.back().spread_ut));
   }
   if (spreads.size() < 3) return offsets;
-  const double usual = median(spreads);
+  const double usual = middle_value(spreads);
   for (MagnetometerOffset& offset : offsets) offset.odd = offset.spread_ut > kOddSpread * usual;
   return offsets;
 }

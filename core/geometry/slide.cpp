@@ -58,6 +58,13 @@ Pose moved_by(const Vector6& error, const Pose& pose) {
   return {(so3::exp(error.head<3>()) * pose.rotation).normalized(), pose.position + error.tail<3>()};
 }
 
+Matrix6 moved_by_jacobian(const Vector6& error, const Pose& moved) {
+  // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, turned into the moved body's axes.
+  Matrix6 result = Matrix6::Identity();
+  result.topLeftCorner<3, 3>() = moved.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-error.head<3>());
+  return result;
+}
+
 SlideDifference difference_along(const Slide& slide, const Pose& x, const Pose& x0, const Vector6& error) {
   SlideDifference result;
   result.unslid = unslide(slide, x);
@@ -67,9 +74,8 @@ SlideDifference difference_along(const Slide& slide, const Pose& x, const Pose& 
   const Pose moved = moved_by(error, unslid.pose);
   result.value = moved.boxminus(x0);
   const Matrix3 turning = so3::right_jacobian_inverse(result.value.head<3>());
-  result.by_error.setIdentity();
-  result.by_error.topLeftCorner<3, 3>() =
-      turning * moved.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-error.head<3>());
+  result.by_error = moved_by_jacobian(error, moved);
+  result.by_error.topRows<3>() = (turning * result.by_error.topRows<3>()).eval();
   result.value += unslid.distance_m * along;
   result.by_tangent.setZero();
   result.by_tangent.topLeftCorner<3, 3>() = turning;

@@ -42,6 +42,9 @@ Unslid unslide(const Slide& slide, const Pose& pose);
 /// A pose moved by an error of the map at its place (φ in map axes, p).
 Pose moved_by(const Vector6& error, const Pose& pose);
 
+/// Derivative of the moved pose's right tangent (φ; p in map axes) by the error.
+Matrix6 moved_by_jacobian(const Vector6& error, const Pose& moved);
+
 /// x ⊟ x₀ with the slide in it straightened: what the pose is off once it is taken back, plus the slide as x₀'s tangent
 /// has it. To first order x ⊟ x₀; along the slide it changes in one direction, exactly and however far. `slide`: about
 /// x₀. `error` (φ in map axes, p) moves the pose once it is taken back: an error that slid along would turn with the

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/middle_value.h"
 #include "core/observability/robust_weight.h"
 #include "core/parallel.h"
 
@@ -180,10 +181,7 @@ double normalized_residuals(std::span<const Correspondence> correspondences, con
 double residual_scale(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
   constexpr double kMedianOfChiSquared = 0.454936423119572;
   std::vector<double> squares = squared_sigmas(correspondences, T_map_imu);
-  if (squares.empty()) return 0.0;
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
-  return *middle / kMedianOfChiSquared;
+  return squares.empty() ? 0.0 : middle_value(std::move(squares)) / kMedianOfChiSquared;
 }
 
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/middle_value.h"
+
 namespace lodestone {
 
 namespace {
@@ -17,12 +19,6 @@ constexpr double kVaries = 5.0;          // times the noise: more than noise wit
 constexpr double kSpike = 7.0;           // sigmas from the neighbours' median
 constexpr double kNormalSigma = 1.4826;  // of a normal distribution over its median absolute deviation
 constexpr Time kSilent = 1'000'000'000;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::string seconds(Time time) {
   return fmt::format("{:.3f} s", to_seconds(time));
@@ -90,12 +86,12 @@ std::vector<bool> MagnetometerMonitor::spikes(std::size_t j, const std::vector<V
       const std::size_t high = std::min(std::max(i + reach, std::size_t{2}), all.size() - 1);
       std::vector<double> neighbours;
       for (std::size_t k = low; k <= high; ++k) neighbours.push_back(all[k][axis]);
-      departures.push_back(std::abs(all[i][axis] - median(neighbours)));
+      departures.push_back(std::abs(all[i][axis] - middle_value(neighbours)));
       if (i > 0) steps.push_back(std::abs(all[i][axis] - all[i - 1][axis]));
     }
     // A platform may understate the noise, and a field may change fast: both are seen in the readings themselves.
-    const double sigma_ut = std::max(models_[j].noise_ut, kNormalSigma * median(departures));
-    const double limit_ut = kSpike * sigma_ut + 2.0 * median(steps);
+    const double sigma_ut = std::max(models_[j].noise_ut, kNormalSigma * middle_value(departures));
+    const double limit_ut = kSpike * sigma_ut + 2.0 * middle_value(steps);
     for (std::size_t i = 0; i < readings.size(); ++i) result[i] = result[i] || departures[i] > limit_ut;
   }
   return result;

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/middle_value.h"
+
 namespace lodestone {
 
 namespace {
@@ -64,10 +66,7 @@ std::vector<double> place_scales(const CalibrationLog& log, const FieldStates& s
     counts[moment.place] += 1.0;
   }
   for (std::size_t i = 0; i < log.places; ++i) squares[i] /= counts[i];
-  std::vector<double> sorted = squares;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double usual = kUsualExcess * std::max(1.0, *middle);
+  const double usual = kUsualExcess * std::max(1.0, middle_value(squares));
   for (double& square : squares) square = std::max(1.0, square / usual);
   return squares;
 }

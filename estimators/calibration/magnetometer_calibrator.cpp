@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/middle_value.h"
 #include "estimators/calibration/held_parameters.h"
 
 namespace lodestone {
@@ -33,9 +34,7 @@ class Scatter {
     if (residuals_.size() < kFewestMoments) return {1.0, huber_sigma};
     std::vector<double> squares;
     for (const Vector3& residual : residuals_) squares.push_back(residual.squaredNorm());
-    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-    std::nth_element(squares.begin(), middle, squares.end());
-    const double sigma = std::max(1e-6, std::sqrt(*middle / kMedianSquare));
+    const double sigma = std::max(1e-6, std::sqrt(middle_value(std::move(squares)) / kMedianSquare));
     double largest = sigma * sigma;
     for (std::size_t block = 2; block * kFewestMoments <= residuals_.size(); block *= 2) {
       largest = std::max(largest, static_cast<double>(block) * variance_of_means(block, kFarOff * sigma));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/middle_value.h"
+
 namespace lodestone {
 
 namespace {
@@ -39,10 +41,8 @@ void FieldError::add(const Pose& T_map_imu, std::span<const FieldReading> readin
 
 double FieldError::variance_a_reading_ut2() const {
   if (variances_ut2_.empty()) return 0.0;
-  std::vector<double> sorted(variances_ut2_.begin(), variances_ut2_.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return std::max(0.0, *middle / kMedianShare) * readings_a_metre_;
+  const double middle = middle_value(std::vector<double>(variances_ut2_.begin(), variances_ut2_.end()));
+  return std::max(0.0, middle / kMedianShare) * readings_a_metre_;
 }
 
 }  // namespace lodestone
