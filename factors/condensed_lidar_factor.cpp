@@ -12,6 +12,7 @@ namespace {
 constexpr std::array<int, 3> kInMapAxes{3, 6, 9};  // slopes and shift of a departure
 
 using Matrix25x3 = Eigen::Matrix<double, 25, 3>;
+using Matrix25x9 = Eigen::Matrix<double, 25, 9>;
 using Matrix25x6 = Eigen::Matrix<double, 25, 6>;
 
 NavState state_of(const double* pose, const double* motion) {
@@ -52,10 +53,9 @@ SeenPose CondensedLidarFactor::seen(const Pose& T_map_imu, const double* calibra
   return result;
 }
 
-Vector6 CondensedLidarFactor::rate_at(const Pose& T_map_imu) const {
+Vector6 CondensedLidarFactor::rate_at(const NavState& state) const {
   Vector6 result = Vector6::Zero();
-  const double step_s = scan_.deskewing.step_s;
-  if (step_s > 0.0) result << scan_.deskewing.turn_rate, T_map_imu.rotation * scan_.deskewing.velocity;
+  if (scan_.deskewing.step_s > 0.0) result << end_rates_.turn_rate, state.velocity;
   return result;
 }
 
@@ -64,24 +64,17 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   const std::size_t map_error = calibration + (blocks_.calibration ? 1 : 0);
   const double* mounting = blocks_.calibration ? parameters[calibration] : nullptr;
   const double* error = blocks_.map_error ? parameters[map_error] : nullptr;
-  const NavState own_end = state_of(parameters[0], parameters[1]);
-  const NavState own_before = blocks_.before ? state_of(parameters[2], parameters[3]) : NavState{};
-  const ClockShift clock(scan_, own_end, mounting == nullptr ? scan_.correction.clock_s : mounting[6]);
-  const NavState moved_end = clock.moved(own_end);
-  const NavState moved_before = clock.moved(own_before);
-  // Both ends of the step as the scan sees them: it was deskewed as a rigid body of the lidar.
-  const SeenPose end = see(scan_, moved_end.T_map_imu, mounting);
-  const SeenPose before = see(scan_, moved_before.T_map_imu, mounting);
-  NavState seen_end = moved_end;
-  NavState seen_before = moved_before;
-  seen_end.T_map_imu = end.pose;
-  seen_before.T_map_imu = before.pose;
+  // Both ends of the step as the scan sees them: it was deskewed as a rigid body of the LiDAR.
+  const Deskewing& deskewing = scan_.deskewing;
+  const SeenState end(scan_, state_of(parameters[0], parameters[1]), end_rates_, mounting);
+  const SeenState before(scan_, blocks_.before ? state_of(parameters[2], parameters[3]) : NavState{}, before_rates_,
+                         mounting);
   const bool derive = jacobians != nullptr;
   const Vector6 map_error_there = error == nullptr ? Vector6::Zero().eval() : Vector6(error);
-  const PoseMask::Seen masked = mask_.see(end.pose, map_error_there);
+  const PoseMask::Seen masked = mask_.see(end.state.T_map_imu, map_error_there);
   Deskewing::Jacobians by_states;
   Vector12 departure =
-      scan_.deskewing.departure(blocks_.before ? &seen_before : nullptr, seen_end, derive ? &by_states : nullptr);
+      deskewing.departure(blocks_.before ? &before.state : nullptr, end.state, derive ? &by_states : nullptr);
   for (const int part : kInMapAxes) departure.segment<3>(part) = masked.turned * departure.segment<3>(part);
   Vector25 coordinates;
   coordinates << scan_.cost.coordinates(masked.pose), mask_.hide_departure(departure);
@@ -95,41 +88,20 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
     by_departure.middleCols<3>(part) *= masked.turned.toRotationMatrix();
   }
   const Matrix25x6 by_masked = root_.leftCols<13>() * scan_.cost.coordinates_jacobian(masked.pose);
-  const Matrix25x6 by_seen_end =
-      by_masked * masked.by_pose + by_turned * masked.turned_by_pose + by_departure * by_states.by_end;
-  const Matrix25x6 by_seen_before = by_departure * by_states.by_before;
-  // By the moved states, then by their own.
-  const Matrix25x6 by_end = by_seen_end * end.by_pose;
-  const Matrix25x6 by_before = by_seen_before * before.by_pose;
-  const Matrix25x3 by_end_velocity = by_departure * by_states.by_end_velocity;
-  const Matrix25x3 by_before_velocity = by_departure * by_states.by_before_velocity;
-  const Matrix25x3 by_acceleration = -clock.late_s * (by_end_velocity + by_before_velocity);
-  if (jacobians[0] != nullptr) {
-    Matrix25x6 own = by_end;
-    own.leftCols<3>() = by_end.leftCols<3>() * clock.turned + by_acceleration * clock.acceleration_by_end;
-    to_ambient(parameters[0], own, jacobians[0]);
-  }
-  if (jacobians[1] != nullptr) {
-    to_motion(by_end_velocity - clock.late_s * by_end.rightCols<3>(), jacobians[1]);
-  }
-  if (blocks_.before && jacobians[2] != nullptr) {
-    Matrix25x6 own = by_before;
-    own.leftCols<3>() = by_before.leftCols<3>() * clock.turned;
-    to_ambient(parameters[2], own, jacobians[2]);
-  }
-  if (blocks_.before && jacobians[3] != nullptr) {
-    to_motion(by_before_velocity - clock.late_s * by_before.rightCols<3>(), jacobians[3]);
-  }
+  Matrix25x9 by_seen_end;
+  by_seen_end << by_masked * masked.by_pose + by_turned * masked.turned_by_pose + by_departure * by_states.by_end,
+      by_departure * by_states.by_end_velocity;
+  Matrix25x9 by_seen_before;
+  by_seen_before << by_departure * by_states.by_before, by_departure * by_states.by_before_velocity;
+  const auto to_blocks = [&](const Matrix25x9& by_state, std::size_t pose) {
+    if (jacobians[pose] != nullptr) to_ambient(parameters[pose], by_state.leftCols<6>().eval(), jacobians[pose]);
+    if (jacobians[pose + 1] != nullptr) to_motion(by_state.rightCols<3>(), jacobians[pose + 1]);
+  };
+  to_blocks(by_seen_end * end.by_state, 0);
+  if (blocks_.before) to_blocks(by_seen_before * before.by_state, 2);
   if (blocks_.calibration && jacobians[calibration] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 25, 7, Eigen::RowMajor>> by_calibration{jacobians[calibration]};
-    by_calibration.leftCols<6>() = by_seen_end * end.by_mounting + by_seen_before * before.by_mounting;
-    by_calibration.rightCols<1>().setZero();
-    if (scan_.by_lidar && scan_.deskewing.step_s > 0.0) {
-      by_calibration.rightCols<1>() = (by_end.leftCols<3>() + by_before.leftCols<3>()) * clock.turn_by_clock -
-                                      by_end.rightCols<3>() * own_end.velocity -
-                                      by_before.rightCols<3>() * own_before.velocity -
-                                      (by_end_velocity + by_before_velocity) * clock.acceleration;
-    }
+    Eigen::Map<Eigen::Matrix<double, 25, 7, Eigen::RowMajor>>{jacobians[calibration]} =
+        by_seen_end * end.by_calibration + by_seen_before * before.by_calibration;
   }
   if (blocks_.map_error && jacobians[map_error] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 25, 6, Eigen::RowMajor>>{jacobians[map_error]} =

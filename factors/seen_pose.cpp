@@ -28,25 +28,38 @@ void move_by(const Vector6& map_error, SeenPose& seen) {
   seen.by_map_error = moved_by_jacobian(map_error, seen.pose);
 }
 
-ClockShift::ClockShift(const CondensedScan& scan, const NavState& end, double clock_s) {
-  const Deskewing& deskewing = scan.deskewing;
-  if (!scan.by_lidar || deskewing.step_s <= 0.0) return;
-  late_s = clock_s - scan.correction.clock_s;
-  turn_rate = deskewing.turn_rate;
-  const Matrix3 to_map = end.T_map_imu.rotation.toRotationMatrix();
-  acceleration = to_map * deskewing.acceleration;
-  acceleration_by_end = -to_map * so3::hat(deskewing.acceleration);
-  const Vector3 back = -late_s * turn_rate;
-  turned = so3::exp(back).toRotationMatrix().transpose();
-  turn_by_clock = -so3::right_jacobian(back) * turn_rate;
-}
+SeenState::SeenState(const CondensedScan& scan, const NavState& own, const MotionRates& rates,
+                     const double* calibration)
+    : state(own) {
+  if (!scan.by_lidar || calibration == nullptr) return;
+  using Matrix9 = Eigen::Matrix<double, 9, 9>;
+  const bool moves = scan.deskewing.step_s > 0.0;
+  const double late_s = moves ? calibration[6] - scan.correction.clock_s : 0.0;
+  const Vector3 back = -late_s * rates.turn_rate;
+  const Vector3 acceleration = own.T_map_imu.rotation * rates.acceleration;
+  state.T_map_imu.rotation = (own.T_map_imu.rotation * so3::exp(back)).normalized();
+  state.T_map_imu.position -= late_s * own.velocity;
+  state.velocity -= late_s * acceleration;
+  Matrix9 by_own = Matrix9::Identity();
+  by_own.block<3, 3>(0, 0) = so3::exp(back).toRotationMatrix().transpose();
+  by_own.block<3, 3>(3, 6) = -late_s * Matrix3::Identity();
+  by_own.block<3, 3>(6, 0) = late_s * own.T_map_imu.rotation.toRotationMatrix() * so3::hat(rates.acceleration);
+  Eigen::Matrix<double, 9, 1> by_clock;
+  by_clock << -so3::right_jacobian(back) * rates.turn_rate, -own.velocity, -acceleration;
 
-NavState ClockShift::moved(const NavState& state) const {
-  NavState result = state;
-  result.T_map_imu.rotation = (state.T_map_imu.rotation * so3::exp(-late_s * turn_rate)).normalized();
-  result.T_map_imu.position -= late_s * state.velocity;
-  result.velocity -= late_s * acceleration;
-  return result;
+  const Matrix3 rotation = state.T_map_imu.rotation.toRotationMatrix();
+  const SeenPose seen = see(scan, state.T_map_imu, calibration);
+  const Vector3 swing = rates.turn_rate.cross(rotation.transpose() * (seen.pose.position - state.T_map_imu.position));
+  state.T_map_imu = seen.pose;
+  state.velocity += rotation * swing;
+  Matrix9 by_moved = Matrix9::Identity();
+  by_moved.topLeftCorner<6, 6>() = seen.by_pose;
+  by_moved.block<3, 3>(6, 0) = -rotation * so3::hat(swing);
+  by_state = by_moved * by_own;
+  by_calibration.topLeftCorner<6, 6>() = seen.by_mounting;
+  by_calibration.block<3, 6>(6, 0) =
+      rotation * so3::hat(rates.turn_rate) * rotation.transpose() * seen.by_mounting.bottomRows<3>();
+  if (moves) by_calibration.col(6) = by_moved * by_clock;
 }
 
 }  // namespace lodestone

@@ -22,22 +22,22 @@ SeenPose see(const CondensedScan& scan, const Pose& T_map_imu, const double* mou
 /// By an error of the map as well (φ in map axes, p).
 void move_by(const Vector6& map_error, SeenPose& seen);
 
-/// What a late clock makes of the states at both ends of a scan's step: each is moved back along its own motion by
-/// δ = clock − (clock that the scan was deskewed with). The turn rate and the acceleration are those that the IMU
-/// measured. Rates of the states would let the clock explain noise: a scan seen at R_k less a share of R_k − R_k₋₁ fits
-/// any noise of LiDAR better than R_k does (docs/design/041).
-struct ClockShift {
-  ClockShift(const CondensedScan& scan, const NavState& end, double clock_s);
+/// How a robot moves at a moment; axes of the imu at that moment.
+struct MotionRates {
+  Vector3 turn_rate = Vector3::Zero();     ///< rad/s
+  Vector3 acceleration = Vector3::Zero();  ///< of the imu, m/s²
+};
 
-  /// A state at either end, moved.
-  NavState moved(const NavState& state) const;
+/// A state at one end of a scan's step, as the scan sees it: moved back along its own motion by
+/// δ = clock − (clock that the scan was deskewed with), then by the mounting. The LiDAR swings about the imu, so that
+/// its velocity differs from the imu's where the mounting is shifted. The rates are taken as known (docs/design/041).
+struct SeenState {
+  /// `calibration`: turn, shift and clock; null where it is not estimated.
+  SeenState(const CondensedScan& scan, const NavState& state, const MotionRates& rates, const double* calibration);
 
-  double late_s = 0.0;                            ///< δ
-  Vector3 turn_rate = Vector3::Zero();            ///< rad/s, imu axes at the end
-  Vector3 acceleration = Vector3::Zero();         ///< m/s², map axes
-  Matrix3 acceleration_by_end = Matrix3::Zero();  ///< by the rotation at the end
-  Matrix3 turned = Matrix3::Identity();           ///< ∂φ(moved)/∂φ
-  Vector3 turn_by_clock = Vector3::Zero();        ///< ∂φ(moved)/∂clock
+  NavState state;
+  Eigen::Matrix<double, 9, 9> by_state = Eigen::Matrix<double, 9, 9>::Identity();    ///< φ (right), p, v of both
+  Eigen::Matrix<double, 9, 7> by_calibration = Eigen::Matrix<double, 9, 7>::Zero();  ///< by turn, shift, clock
 };
 
 }  // namespace lodestone

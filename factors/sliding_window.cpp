@@ -136,6 +136,7 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
     keyframe.lidar = add_factor(
         std::make_unique<CondensedLidarFactor>(scan, mask, CondensedLidarFactor::Blocks{k > 0, calibrated, map_error}),
         blocks);
+    renew_rates(k);
   }
 }
 

@@ -158,12 +158,14 @@ class SlidingWindow {
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
   MapErrorEpoch* map_error_epoch_at(const Vector3& position, const CondensedScan& scan);
+  /// How the robot moves at a keyframe, for the scans that begin or end there.
+  void renew_rates(std::size_t k);
   void remove_lidar(Keyframe& keyframe);
   bool add_imu_axes();  // false: they are not estimated
   ImuAxes imu_axes() const;
   const double* lidar_values() const;                               // null: not estimated
   static const double* map_error_values(const Keyframe& keyframe);  // the same
-  Eigen::MatrixXd seen_jacobian(const Keyframe& keyframe, std::vector<const WindowBlock*>& blocks) const;
+  Eigen::MatrixXd seen_jacobian(std::size_t k, std::vector<const WindowBlock*>& blocks) const;
   void add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas);
   std::vector<const WindowFactor*> factors() const;
   std::vector<const WindowBlock*> variables_in_order() const;

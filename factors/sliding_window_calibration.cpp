@@ -86,6 +86,39 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
   return map_errors_.back().get();
 }
 
+// From the neighbours on both sides: as seen from one keyframe, time may run either way, and no noise of scans or IMU
+// at it goes with its difference. A one-sided rate goes with such noise, which the clock of the LiDAR would then
+// explain (docs/design/041).
+void SlidingWindow::renew_rates(std::size_t k) {
+  Keyframe& keyframe = *keyframes_[k];
+  const bool has_next = k + 1 < keyframes_.size();
+  const NavState here = state(k);
+  MotionRates rates;
+  double sides = 0.0;
+  const auto add = [&](std::size_t i, std::size_t j) {
+    const double step_s = to_seconds(keyframes_[j]->time - keyframes_[i]->time);
+    if (step_s <= 0.0) return;
+    const NavState from = state(i);
+    const NavState to = state(j);
+    rates.turn_rate += so3::log(from.T_map_imu.rotation.conjugate() * to.T_map_imu.rotation) / step_s;
+    rates.acceleration += here.T_map_imu.rotation.conjugate() * (to.velocity - from.velocity) / step_s;
+    sides += 1.0;
+  };
+  if (k > 0) add(k - 1, k);
+  if (has_next) add(k, k + 1);
+  // The oldest keyframe keeps what it had while there was one before it.
+  if (sides > 0.0 && (k > 0 || keyframe.samples.empty())) {
+    keyframe.rates = {rates.turn_rate / sides, rates.acceleration / sides};
+  }
+  if (keyframe.lidar) {
+    keyframe.lidar.content->set_rates(keyframe.rates, k > 0 ? keyframes_[k - 1]->rates : MotionRates{});
+  }
+  if (has_next && keyframes_[k + 1]->lidar) {
+    Keyframe& next = *keyframes_[k + 1];
+    next.lidar.content->set_rates(next.rates, keyframe.rates);
+  }
+}
+
 void SlidingWindow::remove_lidar(Keyframe& keyframe) {
   remove_factor(keyframe.lidar);
   if (keyframe.map_error != nullptr) --keyframe.map_error->keyframes;

@@ -38,6 +38,7 @@ struct SlidingWindow::Keyframe {
   Time time = 0;
   WindowBlock pose{BlockKind::pose, std::vector<double>(7)};
   WindowBlock motion{BlockKind::motion, std::vector<double>(9)};
+  MotionRates rates;                          // here, as known when they were renewed last
   std::vector<ImuSample> samples;             // from the keyframe before
   ImuNoise noise;                             // of these samples
   RenewableFactor<PreintegrationFactor> imu;  // to the keyframe before

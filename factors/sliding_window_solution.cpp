@@ -46,6 +46,7 @@ int SlidingWindow::solve() {
                  keyframes_[k]->noise);
     }
   }
+  for (std::size_t k = 0; k < keyframes_.size(); ++k) renew_rates(k);
   if (options_.magnetometer_bias_jumps) {
     for (const auto& epoch : epochs_) {
       if (!epoch->walk) continue;
@@ -162,7 +163,8 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
 
 /// ∂(seen pose)/∂(blocks), 6 rows. The pose's own block is the first of `blocks`; calibration and map error are
 /// added where the scan's factor has them.
-Eigen::MatrixXd SlidingWindow::seen_jacobian(const Keyframe& keyframe, std::vector<const WindowBlock*>& blocks) const {
+Eigen::MatrixXd SlidingWindow::seen_jacobian(std::size_t k, std::vector<const WindowBlock*>& blocks) const {
+  const Keyframe& keyframe = *keyframes_[k];
   Eigen::Index size = 0;
   for (const WindowBlock* block : blocks) size += block->tangent_size();
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(6, size);
@@ -179,7 +181,7 @@ Eigen::MatrixXd SlidingWindow::seen_jacobian(const Keyframe& keyframe, std::vect
   };
   if (lidar_calibration_prior_) {
     Eigen::Matrix<double, 6, 7> by_calibration;
-    by_calibration << by.by_mounting, -keyframe.lidar.content->rate_at(to_pose(keyframe.pose.values.data()));
+    by_calibration << by.by_mounting, -keyframe.lidar.content->rate_at(state(k));
     add(lidar_calibration_, by_calibration);
   }
   if (keyframe.map_error != nullptr) add(keyframe.map_error->error, by.by_map_error);
@@ -189,7 +191,7 @@ Eigen::MatrixXd SlidingWindow::seen_jacobian(const Keyframe& keyframe, std::vect
 SlidingWindow::NewestCovariance SlidingWindow::newest_covariance() const {
   const Keyframe& newest = *keyframes_.back();
   std::vector<const WindowBlock*> blocks{&newest.pose, &newest.motion, &gravity_};
-  const Eigen::MatrixXd by_blocks = seen_jacobian(newest, blocks);
+  const Eigen::MatrixXd by_blocks = seen_jacobian(keyframes_.size() - 1, blocks);
   const Eigen::MatrixXd joint = information().covariance(blocks);
   Eigen::MatrixXd to_seen = Eigen::MatrixXd::Zero(tangent::size, joint.cols());
   to_seen.leftCols<tangent::size>().setIdentity();
@@ -199,7 +201,7 @@ SlidingWindow::NewestCovariance SlidingWindow::newest_covariance() const {
 
 Matrix6 SlidingWindow::seen_covariance(std::size_t k) const {
   std::vector<const WindowBlock*> blocks{&keyframes_[k]->pose};
-  const Eigen::MatrixXd by_blocks = seen_jacobian(*keyframes_[k], blocks);
+  const Eigen::MatrixXd by_blocks = seen_jacobian(k, blocks);
   return by_blocks * information().covariance(blocks) * by_blocks.transpose();
 }
 

@@ -7,8 +7,6 @@ namespace lodestone {
 Deskewing::Deskewing(const NavState& end, const ScanMotion& motion, const ImuNoise& noise)
     : velocity(end.T_map_imu.rotation.conjugate() * end.velocity),
       before_velocity(motion.relative_begin_velocity()),
-      turn_rate(motion.turn_rate()),
-      acceleration(motion.acceleration()),
       step_s(to_seconds(motion.end_time() - motion.begin_time())),
       gyroscope_density(std::pow(noise.gyroscope_noise_density, 2)),
       accelerometer_density(std::pow(noise.accelerometer_noise_density, 2)) {

@@ -24,8 +24,6 @@ struct Deskewing {
   Vector3 velocity = Vector3::Zero();         ///< at the scan's end, imu axes at the end, m/s
   Vector3 before_position = Vector3::Zero();  ///< of the keyframe before, imu frame at the end, m
   Vector3 before_velocity = Vector3::Zero();  ///< of the keyframe before, imu axes at the end, m/s
-  Vector3 turn_rate = Vector3::Zero();        ///< mean over the step by the IMU alone, imu axes at the end, rad/s
-  Vector3 acceleration = Vector3::Zero();     ///< the same, m/s²
   double step_s = 0.0;                        ///< from the keyframe before to the scan's end; 0: nothing was deskewed
   double gyroscope_density = 0.0;             ///< of the noise's power, rad²/s
   double accelerometer_density = 0.0;         ///< m²/s³

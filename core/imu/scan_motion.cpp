@@ -66,18 +66,6 @@ Pose ScanMotion::pose(Time time) const {
   return T_map_end_ * relative_pose(time);
 }
 
-Vector3 ScanMotion::turn_rate() const {
-  const double step_s = to_seconds(times_.back() - times_.front());
-  if (step_s <= 0.0) return Vector3::Zero();
-  return so3::log(poses_.front().rotation.conjugate() * T_map_end_.rotation) / step_s;
-}
-
-Vector3 ScanMotion::acceleration() const {
-  const double step_s = to_seconds(times_.back() - times_.front());
-  if (step_s <= 0.0) return Vector3::Zero();
-  return T_map_end_.rotation.conjugate() * (velocities_.back() - velocities_.front()) / step_s;
-}
-
 Vector3 ScanMotion::relative_begin_velocity() const {
   const Vector3 velocity = T_map_end_.rotation.conjugate() * velocities_.front();
   return correction_ ? (velocity + correction_->velocity).eval() : velocity;

@@ -31,11 +31,6 @@ class ScanMotion {
   /// Velocity at the first sample's time, in the imu frame at the scan's end, m/s.
   Vector3 relative_begin_velocity() const;
 
-  /// Mean turn rate (rad/s) and acceleration (m/s²) over the samples, in the imu frame at the scan's end: by the IMU
-  /// alone, with the biases and the gravity of the end state. Zero of one sample.
-  Vector3 turn_rate() const;
-  Vector3 acceleration() const;
-
   Time begin_time() const { return times_.front(); }
   Time end_time() const { return times_.back(); }
 

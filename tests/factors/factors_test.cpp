@@ -167,8 +167,10 @@ TEST(CondensedLidarFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     map_error << random.vector(0.1), random.vector(0.1);
     const ceres::EuclideanManifold<7> calibration_manifold;
     const ceres::EuclideanManifold<6> map_error_manifold;
+    CondensedLidarFactor calibrating(scan, mask, {.before = true, .calibration = true, .map_error = true});
+    calibrating.set_rates({random.vector(0.5), random.vector()}, {random.vector(0.5), random.vector()});
     expect_gradients(
-        CondensedLidarFactor(scan, mask, {.before = true, .calibration = true, .map_error = true}),
+        calibrating,
         {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold, &calibration_manifold,
          &map_error_manifold},
         {block.data(), motion.data(), before.data(), motion_before.data(), calibration.data(), map_error.data()}, 1e-5);

@@ -7,57 +7,11 @@
 
 #include "core/imu/propagation.h"
 #include "factors/sliding_window.h"
+#include "tests/factors/swept_room.h"
 #include "tests/factors/window_scene.h"
 
 namespace lodestone {
 namespace {
-
-constexpr double kPointNoiseM = 0.01;
-constexpr double kRangeM = 10.0;
-
-/// What a LiDAR sees of a room while its beam goes round once a step: points in body axes of their own times.
-struct Sweep {
-  std::vector<Plane> planes;
-  std::vector<Vector3> points;
-  std::vector<std::size_t> interval;  // of the IMU, at whose end each was taken
-};
-
-Sweep sweep_of(const std::vector<Pose>& between, const std::vector<Vector3>& normals, int points_an_interval,
-               Random& random) {
-  Sweep result;
-  for (std::size_t i = 0; i < between.size(); ++i) {
-    const double angle = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(between.size());
-    for (int j = 0; j < points_an_interval; ++j) {
-      const Vector3 ahead(std::cos(angle), std::sin(angle), 0.0);
-      const Vector3 point = kRangeM * ahead + random.vector(0.2 * kRangeM);
-      const Vector3& normal =
-          normals[(i * static_cast<std::size_t>(points_an_interval) + static_cast<std::size_t>(j)) % normals.size()];
-      Plane plane;
-      plane.normal = normal.cast<float>();
-      plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
-      plane.center = (between[i] * point + kPointNoiseM * random.normal() * normal).cast<float>();
-      result.planes.push_back(plane);
-      result.points.push_back(point);
-      result.interval.push_back(i);
-    }
-  }
-  return result;
-}
-
-std::vector<Correspondence> deskewed(const Sweep& sweep, const ScanMotion& motion, double step_s,
-                                     std::size_t intervals) {
-  std::vector<Correspondence> result;
-  for (std::size_t i = 0; i < sweep.points.size(); ++i) {
-    const double age_s =
-        step_s * static_cast<double>(intervals - 1 - sweep.interval[i]) / static_cast<double>(intervals);
-    const Pose T_end_t = motion.relative_pose(motion.end_time() - from_seconds(age_s));
-    Correspondence match{(T_end_t * sweep.points[i]).cast<float>(), &sweep.planes[i],
-                         static_cast<float>(kPointNoiseM * kPointNoiseM)};
-    match.age_s = static_cast<float>(age_s);
-    result.push_back(match);
-  }
-  return result;
-}
 
 struct Nees {
   double causal = 0.0;

@@ -52,6 +52,7 @@ struct DriveOptions {
   Quaternion heading = Quaternion::Identity();  ///< map from body at the start; the drive goes along body x
   ImuNoise noise;
   double noise_scale = 1.0;
+  double turn_scale = 1.0;
 };
 
 /// Speed and turn rate vary smoothly. White noise is constant over each interval and biases walk at keyframes: every
@@ -73,7 +74,8 @@ inline Drive drive(const DriveOptions& options, Random& random) {
     for (int i = 0; k > 0 && i < options.samples; ++i) {
       const Time start = time - from_seconds(options.period_s) + i * from_seconds(dt);
       const double t = to_seconds(start) + 0.5 * dt;
-      const Vector3 turn_rate(0.02 * std::sin(1.7 * t), 0.03 * std::cos(1.1 * t), 0.05 * std::sin(0.9 * t));
+      const Vector3 turn_rate =
+          options.turn_scale * Vector3(0.02 * std::sin(1.7 * t), 0.03 * std::cos(1.1 * t), 0.05 * std::sin(0.9 * t));
       const Vector3 acceleration =
           options.heading * Vector3(0.4 * std::cos(0.8 * t), 0.1 * std::sin(1.3 * t), 0.05 * std::cos(2.0 * t));
       const Quaternion half_turn = so3::exp(0.5 * dt * turn_rate);
