@@ -45,7 +45,7 @@ Vector7 errors_over_sigmas(std::uint64_t seed) {
   options.keyframes = 60;
   options.turn_scale = 10.0;
   CalibrationSigmas calibration = exact_calibration();
-  calibration.lidar = {0.01, 0.3, 0.003};
+  calibration.lidar = {0.3, 0.3, 0.003};
   const Vector7 sigmas = mounting_sigmas(calibration);
   Vector7 drawn;
   for (int i = 0; i < 7; ++i) drawn[i] = sigmas[i] * random.normal();
@@ -87,6 +87,37 @@ Vector7 errors_over_sigmas(std::uint64_t seed) {
       (estimate.lidar.correction.shift_m - truth.shift_m).cwiseQuotient(estimate.lidar.shift_sigma_m),
       (estimate.lidar.correction.clock_s - truth.clock_s) / estimate.lidar.clock_sigma_s;
   return errors;
+}
+
+TEST(SeenState, ItsVelocityIsThatOfThePlaceThatIsSeen) {
+  Random random(5);
+  CondensedScan scan;
+  scan.by_lidar = true;
+  scan.deskewing.step_s = 0.1;
+  scan.correction = {random.vector(0.01), random.vector(0.1), 0.001};
+  scan.beam_origin_m = random.vector(0.5);
+  Vector7 calibration;
+  calibration << random.vector(0.05), random.vector(0.3), 0.004;
+  const MotionRates rates{random.vector(0.5), random.vector()};
+  const NavState middle = [&] {
+    NavState state;
+    state.T_map_imu = {so3::exp(random.vector()), random.vector(10.0)};
+    state.velocity = random.vector(2.0);
+    return state;
+  }();
+  const auto seen_after = [&](double seconds) {
+    NavState state = middle;
+    const Vector3 acceleration = middle.T_map_imu.rotation * rates.acceleration;
+    state.T_map_imu.rotation = middle.T_map_imu.rotation * so3::exp(seconds * rates.turn_rate);
+    state.T_map_imu.position += seconds * middle.velocity + 0.5 * seconds * seconds * acceleration;
+    state.velocity += seconds * acceleration;
+    const Vector3 acceleration_then = state.T_map_imu.rotation.conjugate() * acceleration;
+    return SeenState(scan, state, {rates.turn_rate, acceleration_then}, calibration.data()).state;
+  };
+  constexpr double kStep_s = 1e-4;
+  const Vector3 velocity =
+      (seen_after(kStep_s).T_map_imu.position - seen_after(-kStep_s).T_map_imu.position) / (2.0 * kStep_s);
+  EXPECT_LT((velocity - seen_after(0.0).velocity).norm(), 1e-5);
 }
 
 TEST(MountingOfALidar, ErrorsAreWhatTheirSigmasSayWhenTheRobotTurns) {
