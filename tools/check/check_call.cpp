@@ -10,11 +10,13 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/plane_map_loader.h"
+#include "frontends/maps/point_cloud_file.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "tools/check/check_drive.h"
 #include "tools/check/check_report.h"
 #include "tools/check/initial_pose_checks.h"
 #include "tools/check/log_checks.h"
+#include "tools/check/map_checks.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/run/initial_pose.h"
@@ -75,6 +77,11 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
     drive.planes = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidars(),
                                std::filesystem::temp_directory_path().string(), warnings)
                        .source;
+    std::vector<Eigen::Vector3f> points;
+    if (dynamic_cast<const PlaneMap*>(drive.planes.get()) != nullptr) points = read_point_cloud(call.cloud, warnings);
+    const Findings of_map = check_map(*drive.planes, drive.options.lidar.map, points);
+    append(findings, of_map);
+    if (has_error(of_map)) return;
   }
   if (!call.magnetic.empty()) {
     drive.field =

@@ -242,7 +242,7 @@ TEST(CheckFaults, AWrongStartOrMap) {
   EXPECT_THAT(with_cloud("shifted.pcd", [](const Vector3& point) -> Vector3 { return point + Vector3(0.6, 0, 0); }),
               UnorderedElementsAre("start.off"));
   EXPECT_THAT(with_cloud("millimetres.pcd", [](const Vector3& point) -> Vector3 { return 1000.0 * point; }),
-              UnorderedElementsAre("start.no_overlap"));
+              UnorderedElementsAre("map.no_planes"));
 }
 
 TEST(CheckCommand, ExitCodesAndReport) {

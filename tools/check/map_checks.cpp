@@ -1,0 +1,66 @@
+#include "tools/check/map_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/lidar/double_surfaces.h"
+
+namespace lodestone {
+
+namespace {
+
+/// Share of flat voxels with two surfaces above which it is a warning. Source: docs/design/047.
+constexpr double kManyTwice = 0.05;
+
+/// Voxels of the map along the edge of one in which two surfaces are looked for: four times as many points.
+constexpr double kVoxelsAnEdge = 2.0;
+
+/// The value at a share of the sorted values.
+float quantile(std::vector<float>& values, double share) {
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+}  // namespace
+
+Findings check_map(const PlaneMapSource& map, const PlaneMapOptions& options, std::span<const Eigen::Vector3f> points) {
+  std::size_t voxels = 0;
+  std::vector<float> thickness_mm;
+  std::vector<float> counts;
+  map.for_each_voxel([&](const Eigen::Vector3i&, const Plane* plane) {
+    ++voxels;
+    if (plane == nullptr) return;
+    thickness_mm.push_back(1e3F * plane->thickness);
+    counts.push_back(static_cast<float>(plane->count));
+  });
+  if (thickness_mm.empty()) {
+    return {{Severity::error, "map.no_planes", fmt::format("none of the cloud's {} voxels holds a plane", voxels),
+             "check --cloud: units must be metres; set lidar.map.voxel_m to hold at least six points a surface"}};
+  }
+  // A plane has the points of its voxel and of the margin on both sides.
+  const double area_m2 = std::pow(map.voxel_m() + 2.0 * options.margin_m, 2);
+  const auto share = static_cast<double>(thickness_mm.size()) / static_cast<double>(voxels);
+  Findings findings;
+  findings.push_back(
+      {Severity::note, "map.planes",
+       fmt::format("{:.0f} % of the cloud's voxels hold a plane ({} of {}); planes are {:.0f} mm thick (half of them "
+                   "{:.0f} to {:.0f} mm) and have {:.0f} points per m2",
+                   100.0 * share, thickness_mm.size(), voxels, quantile(thickness_mm, 0.5),
+                   quantile(thickness_mm, 0.25), quantile(thickness_mm, 0.75), quantile(counts, 0.5) / area_m2),
+       ""});
+  const DoubleSurfaces twice = find_double_surfaces(points, kVoxelsAnEdge * map.voxel_m());
+  if (twice.found > 0) {
+    findings.push_back({twice.share() > kManyTwice ? Severity::warning : Severity::note, "map.double",
+                        fmt::format("{:.1f} % of the cloud's flat places hold two surfaces, {:.0f} mm apart (median; "
+                                    "{} of {})",
+                                    100.0 * twice.share(), 1e3 * twice.distance_m, twice.found, twice.looked_at),
+                        "align the drives of the survey with each other and make the cloud again"});
+  }
+  return findings;
+}
+
+}  // namespace lodestone
