@@ -29,10 +29,11 @@ struct Keyframe {
   double variance_scale = 1.0;             ///< by which residuals of the log exceed what sensor and plane explain
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
   std::vector<Correspondence> correspondences;
+  bool motion_waits = false;            ///< correspondences are rough: they say nothing of motion within the scan
   LidarCorrection lidar_correction;     ///< with which the scan is brought to the imu frame
   Vector6 map_error = Vector6::Zero();  ///< the map's error where the scan is looked for (φ in map axes, p)
   double map_error_variance_m2 = 0.0;   ///< of a cube of the map
-  MapErrorVariances long_map_error_variances_m2 = MapErrorVariances::Zero();  ///< of cubes of tens of metres
+  MapErrorVariances map_error_variances_m2 = MapErrorVariances::Zero();  ///< of displacements over tens of metres
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see

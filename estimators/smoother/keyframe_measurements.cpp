@@ -70,15 +70,16 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
       deskewing.gyroscope_bias_variance = std::pow(initial.gyroscope_bias_sigma_rad_s, 2);
       deskewing.acceleration_variance = std::pow(initial.accelerometer_bias_sigma_m_s2, 2) + tilted_m_s2 * tilted_m_s2;
     }
+    if (keyframe.motion_waits) deskewing = {};
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing,
-                                   keyframe.map_error_variance_m2 * error.pose_covariance.front());
+                                   keyframe.map_error_variance_m2 * error.cube_covariance);
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;
-    keyframe.lidar.map_error_root = pose_error_root(keyframe.map_error_variance_m2 * error.pose_covariance.front());
-    const MapErrorVariances& far = keyframe.long_map_error_variances_m2;
-    keyframe.lidar.long_map_error_root = pose_error_root(error.pose_covariance_of(far));
-    keyframe.lidar.long_map_error_length_m = error.length_m_of(far);
+    keyframe.lidar.map_error_root = pose_error_root(keyframe.map_error_variance_m2 * error.cube_covariance);
+    const LongMapError far = error.long_error(keyframe.map_error_variances_m2);
+    keyframe.lidar.long_map_error_root = pose_error_root(far.covariance);
+    keyframe.lidar.long_map_error_length_m = far.length_m;
   }
   keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
                                options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;

@@ -70,8 +70,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->gate_covariance};
   }
   keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
-  keyframe->map_error_variance_m2 = map_error_.finest_variance_m2();
-  keyframe->long_map_error_variances_m2 = map_error_.long_variances_m2();
+  keyframe->map_error_variance_m2 = map_error_.cube_variance_m2();
+  keyframe->map_error_variances_m2 = map_error_.variances_m2();
   keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
@@ -80,13 +80,15 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   keyframes_.back()->predicted = window_->state(newest).T_map_imu;
 
   if (solved) find_again();
+  keyframes_[newest]->motion_waits = solved && gate_is_wide(newest);
   renew(newest);
   share_slide();
   int iterations = solved ? window_->solve() : 0;
   const int reassociations = solved ? options.smoother.reassociations : 0;
   const bool narrows = begins_to_narrow(newest);
-  const int rounds = reassociations + (narrows ? kNarrowings : 0);
+  const int rounds = std::max(reassociations + (narrows ? kNarrowings : 0), keyframes_[newest]->motion_waits ? 1 : 0);
   for (int i = 0; i < rounds; ++i) {
+    if (i + 1 == rounds) keyframes_[newest]->motion_waits = false;
     if (narrows && i > 0) keyframes_[newest]->gate_covariance = narrower_gate(newest);
     renew_moved(i > 0 || !solved);
     share_slide();
@@ -97,7 +99,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   if (newest == 0 && solved) {
     // What the first scan has told of the noise holds for itself, too.
     keyframes_.back()->variance_scale = variance_scale_;
-    keyframes_.back()->map_error_variance_m2 = map_error_.finest_variance_m2();
+    keyframes_.back()->map_error_variance_m2 = map_error_.cube_variance_m2();
     renew(newest);
     iterations += window_->solve();
   }
@@ -234,6 +236,14 @@ void Smoother::renew(std::size_t k) {
 /// The gate for correspondences, ten times as narrow, but no narrower than what is known of the pose by now.
 Matrix6 Smoother::narrower_gate(std::size_t k) const {
   return 0.01 * keyframes_[k]->gate_covariance + window_->seen_covariance(k);
+}
+
+/// Residuals of wrong correspondences look like motion within the scan: a robot at rest began with 0.7 m/s, and was lost
+/// in a second. Motion is asked for once the gate is as narrow as it gets.
+bool Smoother::gate_is_wide(std::size_t k) const {
+  const Matrix6& gate = keyframes_[k]->gate_covariance;
+  return gate.diagonal().tail<3>().sum() > kWideGate_m * kWideGate_m ||
+         gate.diagonal().head<3>().sum() > kWideGate_rad * kWideGate_rad;
 }
 
 /// Within a wide gate the points of neighbouring surfaces count as much as those of the right one: the first scan of a

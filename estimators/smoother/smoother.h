@@ -35,6 +35,7 @@ class Smoother final : public Estimator {
   void renew(std::size_t k);
   Matrix6 known_of(std::size_t k, double noise_taken) const;
   Matrix6 narrower_gate(std::size_t k) const;
+  bool gate_is_wide(std::size_t k) const;
   bool begins_to_narrow(std::size_t k);
   void renew_moved(bool newest_only);
   void share_slide();
