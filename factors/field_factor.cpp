@@ -37,6 +37,12 @@ void FieldFactor::renew(std::vector<FieldReading> readings, const PoseMask& mask
   mask_ = mask;
 }
 
+std::optional<FieldValue> FieldReading::field_beyond(const Vector3& position) const {
+  std::optional<FieldValue> result = field;
+  if (result) result->field_ut += result->gradient * (position - place);
+  return result;
+}
+
 bool FieldFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const bool by_pose = jacobians != nullptr && jacobians[0] != nullptr;
   const bool by_bias = jacobians != nullptr && jacobians[1] != nullptr;
@@ -54,7 +60,9 @@ bool FieldFactor::Evaluate(double const* const* parameters, double* residuals, d
     Eigen::Map<Vector3> residual(residuals + 3 * i);
     double* pose_rows = by_pose ? jacobians[0] + 3 * 7 * i : nullptr;
     const Pose T_end_mag = blocks_.clock ? reading.T_end_mag_at(parameters[2][0]) : reading.T_end_mag;
-    const auto field = map_->query(seen * T_end_mag.position, interpolation_);
+    const Vector3 place = seen * T_end_mag.position;
+    auto field = map_->query(place, interpolation_);
+    if (!field) field = reading.field_beyond(place);
     if (!field) {
       residual.setZero();
       if (by_pose) std::fill_n(pose_rows, 3 * 7, 0.0);

@@ -3,6 +3,7 @@
 #include <ceres/cost_function.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/magnetometer/magnetic_map.h"
@@ -19,6 +20,11 @@ struct FieldReading {
   double weight = 1.0;                     ///< Huber's weight times β²; multiplies the squared residual
   Vector3 velocity_m_s = Vector3::Zero();  ///< of the magnetometer at its time as the imu frame at t_k sees it
   Vector3 turn_rad_s = Vector3::Zero();    ///< its rate of rotation, in its own axes
+  Vector3 place = Vector3::Zero();         ///< in the map, where the reading was weighed
+  std::optional<FieldValue> field{};       ///< of the map at `place`: goes on from there, linear, where the map ends
+
+  /// Beyond the map's edge; nothing if the reading was weighed off the map.
+  std::optional<FieldValue> field_beyond(const Vector3& position) const;
 
   /// T_end_mag of a reading whose stamp is `clock_offset_s` late: it was taken so much before.
   Pose T_end_mag_at(double clock_offset_s) const {
@@ -33,7 +39,8 @@ struct FieldReading {
 /// (docs/design/architecture.md, section 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases
 /// of all magnetometers (3 each, µT). Where they are estimated, how late the stamps of all magnetometers are (1, s):
 /// readings move along their own motion; and the matrices of all (9 each, CalibrationEstimate): (1 + E) times the
-/// expected field is read. A reading that finds no field in the map contributes nothing.
+/// expected field is read. Where the map ends, the field goes on from where the reading was weighed: else the cost
+/// would fall by leaving the map. A reading without such a field contributes nothing there.
 class FieldFactor final : public ceres::CostFunction {
  public:
   struct Blocks {

@@ -125,7 +125,9 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
       FieldReading taken{reading.T_end_mag,    reading.measured_ut, reading.magnetometer, 1.0, factor,
                          reading.velocity_m_s, reading.turn_rad_s};
       const Pose T_end_mag = taken.T_end_mag_at(weighting.clock.offset_s);
-      const auto field = weighting.map.query(T_map_imu * T_end_mag.position, options.interpolation);
+      taken.place = T_map_imu * T_end_mag.position;
+      const auto field = weighting.map.query(taken.place, options.interpolation);
+      taken.field = field;
       if (!field) {
         ++statistics.off_map;
         continue;

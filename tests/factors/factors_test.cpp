@@ -2,9 +2,7 @@
 
 #include <random>
 
-#include "core/observability/degeneracy.h"
 #include "factors/condensed_lidar_factor.h"
-#include "factors/field_factor.h"
 #include "factors/gauss_markov_factor.h"
 #include "factors/manifolds.h"
 #include "factors/point_plane_factor.h"
@@ -13,32 +11,11 @@
 #include "factors/random_walk_factor.h"
 #include "tests/factors/bend.h"
 #include "tests/factors/gradients.h"
+#include "tests/factors/random_states.h"
 #include "tests/factors/window_scene.h"
 
 namespace lodestone {
 namespace {
-
-class RandomStates {
- public:
-  explicit RandomStates(std::uint64_t seed) : generator_(seed) {}
-  double normal() { return normal_(generator_); }
-  Vector3 vector(double scale = 1.0) { return scale * Vector3(normal(), normal(), normal()); }
-  Pose pose(double position_scale = 1.0) { return {so3::exp(vector()), vector(position_scale)}; }
-
- private:
-  std::mt19937_64 generator_;
-  std::normal_distribution<double> normal_;
-};
-
-Matrix6 corridor_projector() {
-  Vector6 information;
-  information << 1e6, 1e6, 1e6, 0.0, 1e6, 1e6;
-  // Turned a little, so that the hidden direction couples rotation and translation.
-  Matrix6 turn = Matrix6::Identity();
-  turn(3, 2) = 0.1;
-  turn(2, 3) = -0.1;
-  return analyse_by_sigma(turn.transpose() * Matrix6(information.asDiagonal()) * turn, 4.0, {}).lidar_projector();
-}
 
 struct LidarScene {
   std::vector<Plane> planes;
@@ -260,62 +237,6 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
         factor, {&pose_manifold, &motion_manifold, &pose_manifold, &motion_manifold, &gravity_manifold, &axes_manifold},
         {first.data(), motion_first.data(), second.data(), motion_second.data(), gravity.data(), other_axes.data()});
   }
-}
-
-std::shared_ptr<const MagneticMap> short_wavy_map() {
-  FieldGrid grid;
-  grid.resolution_m = 0.2;
-  grid.origin = {-3.0, -3.0};
-  grid.columns = grid.rows = 31;
-  grid.heights_m = {0.0};
-  std::vector<Eigen::Vector4f> nodes;
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const double x = grid.origin.x() + grid.resolution_m * column;
-      const double y = grid.origin.y() + grid.resolution_m * row;
-      nodes.emplace_back(20.0 + 8.0 * std::sin(1.3 * x), 5.0 * std::cos(1.1 * y), -40.0 + 4.0 * std::sin(x + y), 0.5F);
-    }
-  }
-  return std::make_shared<MagneticMap>(grid, nodes, 5.0);
-}
-
-TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
-  RandomStates random(8);
-  const PoseManifold pose_manifold;
-  const ceres::EuclideanManifold<ceres::DYNAMIC> bias_manifold(6);
-  for (int i = 0; i < 5; ++i) {
-    const Pose pose{so3::exp(random.vector(0.5)), random.vector(0.5)};
-    std::vector<FieldReading> readings;
-    for (int k = 0; k < 4; ++k) {
-      readings.push_back({{so3::exp(random.vector(0.3)), random.vector(0.3)},
-                          Vector3(20, 0, -40) + random.vector(5.0),
-                          k % 2,
-                          1.5,
-                          0.7});
-    }
-    std::vector<double> biases(6);
-    for (double& bias : biases) bias = random.normal();
-    for (const PoseMask& mask : {PoseMask{}, PoseMask(Matrix6::Identity() - corridor_projector(), pose)}) {
-      // Bicubic is smooth; bilinear has kinks that differences may step over.
-      const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 2, readings, mask);
-      const PoseBlock block = block_of(pose.boxplus(0.02 * Vector6::Ones()));
-      expect_gradients(factor, {&pose_manifold, &bias_manifold}, {block.data(), biases.data()}, 1e-5);
-    }
-  }
-}
-
-TEST(FieldFactor, OffTheMapItSaysNothing) {
-  const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 1, {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}},
-                           {});
-  const PoseBlock block = block_of({Quaternion::Identity(), Vector3(50, 0, 0)});
-  const Vector3 bias = Vector3::Zero();
-  const double* parameters[] = {block.data(), bias.data()};
-  Vector3 residual = Vector3::Ones();
-  Eigen::Matrix<double, 3, 7, Eigen::RowMajor> by_pose = Eigen::Matrix<double, 3, 7>::Ones();
-  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> by_bias = Matrix3::Ones();
-  double* jacobians[] = {by_pose.data(), by_bias.data()};
-  factor.Evaluate(parameters, residual.data(), jacobians);
-  EXPECT_EQ(residual.norm() + by_pose.norm() + by_bias.norm(), 0.0);
 }
 
 TEST(RandomWalkFactor, PassesTheGradientChecker) {
