@@ -15,4 +15,12 @@ Number middle_value(std::vector<Number> values) {
   return *middle;
 }
 
+/// The value at a share of the way through the sorted values, the lower one between two. Reorders them. At least one.
+template <class Number>
+Number value_at_share(std::vector<Number>& values, double share) {
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
 }  // namespace lodestone

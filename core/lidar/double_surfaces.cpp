@@ -23,22 +23,19 @@ constexpr double kMostAside = 0.2;        // of a voxel's edge: two parts furthe
 
 /// How far two surfaces in one voxel are apart, m; 0: there is one. Negative: nothing flat.
 double distance_within(std::span<const Eigen::Vector3f> points, double voxel_m) {
-  Vector3 mean = Vector3::Zero();
-  for (const Eigen::Vector3f& point : points) mean += point.cast<double>();
-  const auto count = static_cast<double>(points.size());
-  mean /= count;
-  Matrix3 covariance = Matrix3::Zero();
-  for (const Eigen::Vector3f& point : points) {
-    const Vector3 away = point.cast<double>() - mean;
-    covariance += away * away.transpose() / count;
-  }
+  const Vector3 reference = points.front().cast<double>();
+  PointMoments moments;
+  for (const Eigen::Vector3f& point : points) moments.add(point.cast<double>() - reference);
+  const auto count = static_cast<double>(moments.count);
+  const Vector3 mean = moments.sum / count;
+  const Matrix3 covariance = moments.outer / count - mean * mean.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix3> axes(covariance);
   if (std::sqrt(axes.eigenvalues()[1]) < kLeastSpread * voxel_m) return -1.0;
   if (axes.eigenvalues()[0] > 0.25 * axes.eigenvalues()[1]) return -1.0;
   const Vector3 normal = axes.eigenvectors().col(0);
   std::vector<std::pair<double, Vector3>> heights;
   for (const Eigen::Vector3f& point : points) {
-    const Vector3 away = point.cast<double>() - mean;
+    const Vector3 away = point.cast<double>() - reference - mean;
     heights.emplace_back(normal.dot(away), away);
   }
   std::sort(heights.begin(), heights.end(), [](const auto& a, const auto& b) { return a.first < b.first; });

@@ -70,8 +70,8 @@ struct MapError {
   /// Inverse of the scan's information of the pose.
   Matrix6 inverse = Matrix6::Zero();
 
-  /// By the smooth parts: the pose that is found from the scan alone against the place in the displaced map. With ℓ of
-  /// 20 m and more the place moves by the displacement, and its axes turn by half the curl.
+  /// By the smooth parts: the pose that is found from the scan alone against the place in the displaced map. With
+  /// ℓ = 20 m and more the place moves by the displacement, and its axes turn by half the curl.
   LongMapError long_error(const MapErrorVariances& variances_m2) const;
 };
 

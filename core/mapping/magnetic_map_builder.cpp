@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/magnetometer/sparse_field_nodes.h"
 #include "core/mapping/gpr_sweep.h"
+#include "core/middle_value.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -57,13 +58,6 @@ FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const Mag
   grid.columns = std::max(static_cast<int>(count.x()), 2);
   grid.rows = std::max(static_cast<int>(count.y()), 2);
   return grid;
-}
-
-double quantile(std::vector<double>& values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
 }
 
 /// Visits the rows of each layer: `visit(layer, row, nodes)` with the row and the rows beside it, NaN beyond the grid.
@@ -192,8 +186,11 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
   std::vector<double> sigmas = sigmas_within(*nodes, grid, limit);
   MagneticMapResult result{
       MagneticMap(grid, nodes, limit, cache_bytes, errors), fit, cells.size(), sigmas.size(), 0.0, 0.0};
-  result.median_sigma_ut = quantile(sigmas, 0.5);
-  result.high_sigma_ut = quantile(sigmas, 0.95);
+  const auto at = [&](double share) {
+    return sigmas.empty() ? std::numeric_limits<double>::quiet_NaN() : value_at_share(sigmas, share);
+  };
+  result.median_sigma_ut = at(0.5);
+  result.high_sigma_ut = at(0.95);
   return result;
 }
 

@@ -33,7 +33,7 @@ struct Keyframe {
   LidarCorrection lidar_correction;     ///< with which the scan is brought to the imu frame
   Vector6 map_error = Vector6::Zero();  ///< the map's error where the scan is looked for (φ in map axes, p)
   double map_error_variance_m2 = 0.0;   ///< of a cube of the map
-  MapErrorVariances map_error_variances_m2 = MapErrorVariances::Zero();  ///< of displacements over tens of metres
+  MapErrorVariances long_map_error_variances_m2 = MapErrorVariances::Zero();  ///< of displacements over tens of metres
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
   Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see

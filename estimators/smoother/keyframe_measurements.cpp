@@ -77,7 +77,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;
     keyframe.lidar.map_error_root = pose_error_root(keyframe.map_error_variance_m2 * error.cube_covariance);
-    const LongMapError far = error.long_error(keyframe.map_error_variances_m2);
+    const LongMapError far = error.long_error(keyframe.long_map_error_variances_m2);
     keyframe.lidar.long_map_error_root = pose_error_root(far.covariance);
     keyframe.lidar.long_map_error_length_m = far.length_m;
   }

@@ -20,6 +20,22 @@ constexpr int kNarrowings = 3;  // of the gate for correspondences
 constexpr double kWideGate_m = 0.01;
 constexpr double kWideGate_rad = 0.003;
 
+double turn_variance(const Matrix6& gate) {
+  return gate.diagonal().head<3>().sum();
+}
+
+double shift_variance(const Matrix6& gate) {
+  return gate.diagonal().tail<3>().sum();
+}
+
+bool turns_far(const Matrix6& gate) {
+  return turn_variance(gate) > kWideGate_rad * kWideGate_rad;
+}
+
+bool shifts_far(const Matrix6& gate) {
+  return shift_variance(gate) > kWideGate_m * kWideGate_m;
+}
+
 }  // namespace
 
 Smoother::Smoother(EstimatorInput input) : input_(std::move(input)), measurements_(input_), relocation_(input_) {}
@@ -71,7 +87,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   }
   keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
   keyframe->map_error_variance_m2 = map_error_.cube_variance_m2();
-  keyframe->map_error_variances_m2 = map_error_.variances_m2();
+  keyframe->long_map_error_variances_m2 = map_error_.variances_m2();
   keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));
@@ -238,12 +254,11 @@ Matrix6 Smoother::narrower_gate(std::size_t k) const {
   return 0.01 * keyframes_[k]->gate_covariance + window_->seen_covariance(k);
 }
 
-/// Residuals of wrong correspondences look like motion within the scan: a robot at rest began with 0.7 m/s, and was lost
-/// in a second. Motion is asked for once the gate is as narrow as it gets.
+/// Residuals of wrong correspondences look like motion within the scan: a robot at rest began with 0.7 m/s, and was
+/// lost in a second. Motion is asked for once the gate is as narrow as it gets.
 bool Smoother::gate_is_wide(std::size_t k) const {
   const Matrix6& gate = keyframes_[k]->gate_covariance;
-  return gate.diagonal().tail<3>().sum() > kWideGate_m * kWideGate_m ||
-         gate.diagonal().head<3>().sum() > kWideGate_rad * kWideGate_rad;
+  return shifts_far(gate) || turns_far(gate);
 }
 
 /// Within a wide gate the points of neighbouring surfaces count as much as those of the right one: the first scan of a
@@ -252,15 +267,11 @@ bool Smoother::gate_is_wide(std::size_t k) const {
 /// known by now.
 bool Smoother::begins_to_narrow(std::size_t k) {
   Matrix6& gate = keyframes_[k]->gate_covariance;
-  const auto rotation = [](const Matrix6& covariance) { return covariance.diagonal().head<3>().sum(); };
-  const auto position = [](const Matrix6& covariance) { return covariance.diagonal().tail<3>().sum(); };
-  const bool shifts = position(gate) > kWideGate_m * kWideGate_m;
-  const bool turns = rotation(gate) > kWideGate_rad * kWideGate_rad;
-  if (!shifts && !turns) return false;
+  if (!gate_is_wide(k)) return false;
   const Matrix6 narrower = narrower_gate(k);
   // What is still as unknown as it was stays as wide: the axis of a tunnel.
-  const bool narrows =
-      (shifts && position(narrower) < 0.5 * position(gate)) || (turns && rotation(narrower) < 0.5 * rotation(gate));
+  const bool narrows = (shifts_far(gate) && shift_variance(narrower) < 0.5 * shift_variance(gate)) ||
+                       (turns_far(gate) && turn_variance(narrower) < 0.5 * turn_variance(gate));
   if (narrows) gate = narrower;
   return narrows;
 }

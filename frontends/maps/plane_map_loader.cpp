@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -100,11 +101,13 @@ LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options
   within.finish(path, options.voxel_m, warnings);
   if (!builder) {
     const auto map = std::make_shared<const PlaneMap>(points, options);
-    return {map, fmt::format("{} planes", map->planes().size())};
+    return {map, std::move(points), fmt::format("{} planes", map->planes().size())};
   }
   const auto map = builder->build(reach);
-  return {map, fmt::format("{} planes in {} tiles of {:g} m; those within {:.0f} m of the robot are in memory",
-                           map->planes(), map->tiles(), map->tile_m(), map->resident_radius_m())};
+  return {map,
+          {},
+          fmt::format("{} planes in {} tiles of {:g} m; those within {:.0f} m of the robot are in memory",
+                      map->planes(), map->tiles(), map->tile_m(), map->resident_radius_m())};
 }
 
 }  // namespace lodestone

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/lidar/plane_map.h"
 #include "core/sensor_suite.h"
@@ -11,7 +12,8 @@ namespace lodestone {
 
 struct LoadedPlanes {
   std::shared_ptr<const PlaneMapSource> source;
-  std::string description;  ///< number of planes and their storage, as text
+  std::vector<Eigen::Vector3f> points{};  ///< that the planes were fitted to; none of a map in tiles
+  std::string description;                ///< number of planes and their storage, as text
 };
 
 /// The planes of a cloud map: in memory for up to PlaneMapOptions::tile_above_points points, otherwise in tiles in a

@@ -10,8 +10,8 @@
 #include "factors/preintegration_factor.h"
 #include "factors/random_walk_factor.h"
 #include "tests/factors/bend.h"
+#include "tests/factors/corridor.h"
 #include "tests/factors/gradients.h"
-#include "tests/factors/random_states.h"
 #include "tests/factors/window_scene.h"
 
 namespace lodestone {
@@ -24,7 +24,7 @@ struct LidarScene {
 };
 
 LidarScene lidar_scene(std::uint64_t seed) {
-  RandomStates random(seed);
+  Random random(seed);
   LidarScene scene;
   scene.pose = random.pose(10.0);
   scene.planes.resize(200);
@@ -39,7 +39,7 @@ LidarScene lidar_scene(std::uint64_t seed) {
 }
 
 TEST(Manifolds, PoseKeepsTheInvariants) {
-  RandomStates random(1);
+  Random random(1);
   const PoseManifold manifold;
   for (int i = 0; i < 50; ++i) {
     const PoseBlock x = block_of(random.pose());
@@ -77,7 +77,7 @@ TEST(Manifolds, PoseKeepsTheInvariants) {
 }
 
 TEST(Manifolds, GravityKeepsTheInvariants) {
-  RandomStates random(2);
+  Random random(2);
   const GravityManifold manifold;
   for (int i = 0; i < 50; ++i) {
     const Vector3 x = 9.8 * random.vector().normalized();
@@ -201,7 +201,7 @@ TEST(PointPlaneFactor, PassesTheGradientChecker) {
 }
 
 TEST(PreintegrationFactor, PassesTheGradientChecker) {
-  RandomStates random(7);
+  Random random(7);
   const PoseManifold pose_manifold;
   const GravityManifold gravity_manifold;
   const ceres::EuclideanManifold<9> motion_manifold;
@@ -249,7 +249,7 @@ TEST(RandomWalkFactor, PassesTheGradientChecker) {
 
 TEST(GaussMarkovFactor, PassesTheGradientCheckerAndKeepsItsCovariance) {
   const ceres::EuclideanManifold<6> manifold;
-  RandomStates random(41);
+  Random random(41);
   Matrix6 root = 2.0 * Matrix6::Identity();
   for (int row = 1; row < 6; ++row) {
     for (int column = 0; column < row; ++column) root(row, column) = random.normal();
@@ -268,7 +268,7 @@ TEST(GaussMarkovFactor, PassesTheGradientCheckerAndKeepsItsCovariance) {
 }
 
 TEST(PoseFactor, GradientsWithAndWithoutMaskAndNothingAlongWhatWasNotSeen) {
-  RandomStates random(31);
+  Random random(31);
   const PoseManifold manifold;
   for (int i = 0; i < 20; ++i) {
     const Pose truth = random.pose(10.0);

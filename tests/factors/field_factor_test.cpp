@@ -3,31 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "factors/manifolds.h"
+#include "tests/factors/corridor.h"
 #include "tests/factors/gradients.h"
-#include "tests/factors/random_states.h"
+#include "tests/factors/window_scene.h"
 
 namespace lodestone {
 namespace {
 
-std::shared_ptr<const MagneticMap> short_wavy_map() {
-  FieldGrid grid;
-  grid.resolution_m = 0.2;
-  grid.origin = {-3.0, -3.0};
-  grid.columns = grid.rows = 31;
-  grid.heights_m = {0.0};
-  std::vector<Eigen::Vector4f> nodes;
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const double x = grid.origin.x() + grid.resolution_m * column;
-      const double y = grid.origin.y() + grid.resolution_m * row;
-      nodes.emplace_back(20.0 + 8.0 * std::sin(1.3 * x), 5.0 * std::cos(1.1 * y), -40.0 + 4.0 * std::sin(x + y), 0.5F);
-    }
-  }
-  return std::make_shared<MagneticMap>(grid, nodes, 5.0);
-}
-
 TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
-  RandomStates random(8);
+  Random random(8);
   const PoseManifold pose_manifold;
   const ceres::EuclideanManifold<ceres::DYNAMIC> bias_manifold(6);
   for (int i = 0; i < 5; ++i) {
@@ -44,7 +28,7 @@ TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     for (double& bias : biases) bias = random.normal();
     for (const PoseMask& mask : {PoseMask{}, PoseMask(Matrix6::Identity() - corridor_projector(), pose)}) {
       // Bicubic is smooth; bilinear has kinks that differences may step over.
-      const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 2, readings, mask);
+      const FieldFactor factor(wavy_map(3.0, 0.2), FieldInterpolation::bicubic, 2, readings, mask);
       const PoseBlock block = block_of(pose.boxplus(0.02 * Vector6::Ones()));
       expect_gradients(factor, {&pose_manifold, &bias_manifold}, {block.data(), biases.data()}, 1e-5);
     }
@@ -52,8 +36,8 @@ TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
 }
 
 TEST(FieldFactor, OffTheMapItSaysNothing) {
-  const FieldFactor factor(short_wavy_map(), FieldInterpolation::bicubic, 1, {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}},
-                           {});
+  const FieldFactor factor(wavy_map(3.0, 0.2), FieldInterpolation::bicubic, 1,
+                           {{Pose{}, Vector3(1, 2, 3), 0, 1.0, 1.0}}, {});
   const PoseBlock block = block_of({Quaternion::Identity(), Vector3(50, 0, 0)});
   const Vector3 bias = Vector3::Zero();
   const double* parameters[] = {block.data(), bias.data()};
@@ -67,7 +51,7 @@ TEST(FieldFactor, OffTheMapItSaysNothing) {
 
 // A robot beside the map's edge, whose reading fits a place on the map badly: leaving the map must not lower the cost.
 TEST(FieldFactor, GoesOnBeyondTheMapsEdge) {
-  const auto map = short_wavy_map();
+  const auto map = wavy_map(3.0, 0.2);
   const FieldGrid& grid = map->grid();
   const double edge_m = grid.origin.x() + grid.resolution_m * (grid.columns - 1);
   const double y = grid.origin.y() + 0.5 * grid.resolution_m * (grid.rows - 1);

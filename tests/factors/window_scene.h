@@ -24,6 +24,11 @@ class Random {
     const double y = normal();
     return sigma * Vector3(x, y, normal());
   }
+  /// Turned at random, with positions of deviation `position_m`.
+  Pose pose(double position_m = 1.0) {
+    const Quaternion rotation = so3::exp(vector());
+    return {rotation, vector(position_m)};
+  }
   template <int size>
   Eigen::Matrix<double, size, 1> draw(const Eigen::Matrix<double, size, size>& covariance) {
     Eigen::Matrix<double, size, 1> white;
@@ -145,12 +150,12 @@ inline std::vector<Vector3> room_normals(Random& random) {
   return normals;
 }
 
-/// A smooth field of 20 to 60 µT over ±30 m.
-inline std::shared_ptr<const MagneticMap> wavy_map() {
+/// A smooth field of 20 to 60 µT over ±`reach_m`.
+inline std::shared_ptr<const MagneticMap> wavy_map(double reach_m = 30.0, double resolution_m = 0.25) {
   FieldGrid grid;
-  grid.resolution_m = 0.25;
-  grid.origin = {-30.0, -30.0};
-  grid.columns = grid.rows = 241;
+  grid.resolution_m = resolution_m;
+  grid.origin = {-reach_m, -reach_m};
+  grid.columns = grid.rows = static_cast<int>(std::lround(2.0 * reach_m / resolution_m)) + 1;
   grid.heights_m = {0.0};
   std::vector<Eigen::Vector4f> nodes;
   for (int row = 0; row < grid.rows; ++row) {

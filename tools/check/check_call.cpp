@@ -10,7 +10,6 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/plane_map_loader.h"
-#include "frontends/maps/point_cloud_file.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "tools/check/check_drive.h"
 #include "tools/check/check_report.h"
@@ -74,12 +73,10 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
   drive.seconds = call.seconds;
   WarningLog warnings;
   if (!call.cloud.empty()) {
-    drive.planes = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidars(),
-                               std::filesystem::temp_directory_path().string(), warnings)
-                       .source;
-    std::vector<Eigen::Vector3f> points;
-    if (dynamic_cast<const PlaneMap*>(drive.planes.get()) != nullptr) points = read_point_cloud(call.cloud, warnings);
-    const Findings of_map = check_map(*drive.planes, drive.options.lidar.map, points);
+    const LoadedPlanes loaded = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidars(),
+                                            std::filesystem::temp_directory_path().string(), warnings);
+    drive.planes = loaded.source;
+    const Findings of_map = check_map(*loaded.source, drive.options.lidar.map, loaded.points);
     append(findings, of_map);
     if (has_error(of_map)) return;
   }

@@ -28,8 +28,9 @@ void add_check_command(CLI::App& app, int* code) {
   CommandFiles files(*command);
   files.input(command->add_option("LOG", call->log, "a log in a format of `lodestone run`"))->required();
   files.input(command->add_option("--platform", call->platform, "platform file (without it, topics are only listed)"));
-  files.input(command->add_option("--cloud", call->cloud,
-                                  "prior point-cloud map, to check overlap, initial pose and extrinsics"));
+  files.input(
+      command->add_option("--cloud", call->cloud,
+                          "prior point-cloud map, to check what it is good for, overlap, initial pose and extrinsics"));
   files.input(command->add_option("--magnetic", call->magnetic, "prior magnetic map, to check the magnetometers"));
   auto* pose = command->add_option("--initial-pose", call->initial_pose,
                                    "T_map_imu at the first scan, \"x y z qx qy qz qw\", or auto");

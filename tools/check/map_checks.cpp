@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "core/lidar/double_surfaces.h"
+#include "core/middle_value.h"
 
 namespace lodestone {
 
@@ -17,13 +17,6 @@ constexpr double kManyTwice = 0.05;
 
 /// Voxels of the map along the edge of one in which two surfaces are looked for: four times as many points.
 constexpr double kVoxelsAnEdge = 2.0;
-
-/// The value at a share of the sorted values.
-float quantile(std::vector<float>& values, double share) {
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
-}
 
 }  // namespace
 
@@ -49,8 +42,9 @@ Findings check_map(const PlaneMapSource& map, const PlaneMapOptions& options, st
       {Severity::note, "map.planes",
        fmt::format("{:.0f} % of the cloud's voxels hold a plane ({} of {}); planes are {:.0f} mm thick (half of them "
                    "{:.0f} to {:.0f} mm) and have {:.0f} points per m2",
-                   100.0 * share, thickness_mm.size(), voxels, quantile(thickness_mm, 0.5),
-                   quantile(thickness_mm, 0.25), quantile(thickness_mm, 0.75), quantile(counts, 0.5) / area_m2),
+                   100.0 * share, thickness_mm.size(), voxels, value_at_share(thickness_mm, 0.5),
+                   value_at_share(thickness_mm, 0.25), value_at_share(thickness_mm, 0.75),
+                   value_at_share(counts, 0.5) / area_m2),
        ""});
   const DoubleSurfaces twice = find_double_surfaces(points, kVoxelsAnEdge * map.voxel_m());
   if (twice.found > 0) {

@@ -3,30 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <sstream>
 
 #include "tests/tools/program_runner.h"
+#include "tools/writers/csv_table.h"
 
 namespace lodestone {
 namespace {
-
-/// The columns of this name in a table with a header.
-std::vector<double> column_of(const std::string& csv, const std::string& name) {
-  std::istringstream lines(csv);
-  std::string line;
-  std::getline(lines, line);
-  std::istringstream header(line);
-  std::string cell;
-  std::ptrdiff_t wanted = 0;
-  while (std::getline(header, cell, ',') && cell != name) ++wanted;
-  std::vector<double> values;
-  while (std::getline(lines, line)) {
-    std::istringstream row(line);
-    for (std::ptrdiff_t i = 0; i <= wanted; ++i) std::getline(row, cell, ',');
-    values.push_back(std::stod(cell));
-  }
-  return values;
-}
 
 class RoughStart : public ::testing::TestWithParam<int> {
  protected:
@@ -44,10 +26,10 @@ TEST_P(RoughStart, LeavesTheRobotAtRest) {
                                              site + "/cloud.pcd --initial-pose-from " + site + "/truth.tum --truth " +
                                              site + "/truth.tum --estimator smoother --out " + out);
   ASSERT_EQ(result.code, 0) << result.errors;
-  const std::vector<double> errors_m = column_of(content_of(out + "/smoother/errors.csv"), "error_m");
+  const std::vector<double> errors_m = CsvTable(out + "/smoother/errors.csv").numbers("error_m");
   EXPECT_LT(*std::max_element(errors_m.begin(), errors_m.end()), 0.15);
   // What the first scan says of motion agrees with the second.
-  const std::vector<double> nis = column_of(content_of(out + "/smoother/diagnostics.csv"), "lidar_nis");
+  const std::vector<double> nis = CsvTable(out + "/smoother/diagnostics.csv").numbers("lidar_nis");
   ASSERT_GT(nis.size(), 10U);
   EXPECT_LT(nis[1], 4.0);
 }

@@ -1,24 +1,8 @@
 #pragma once
 
-#include <random>
-
-#include "core/geometry/pose.h"
 #include "core/observability/degeneracy.h"
 
 namespace lodestone {
-
-/// Random values of unit variance.
-class RandomStates {
- public:
-  explicit RandomStates(std::uint64_t seed) : generator_(seed) {}
-  double normal() { return normal_(generator_); }
-  Vector3 vector(double scale = 1.0) { return scale * Vector3(normal(), normal(), normal()); }
-  Pose pose(double position_scale = 1.0) { return {so3::exp(vector()), vector(position_scale)}; }
-
- private:
-  std::mt19937_64 generator_;
-  std::normal_distribution<double> normal_;
-};
 
 /// Hides the way along a corridor.
 inline Matrix6 corridor_projector() {
