@@ -103,10 +103,7 @@ struct MagneticOptions {
   double huber_power = 2.0;
   double sensor_probability = 0.9999;
   bool map_sigma = true;
-  double map_sigma_floor_ut = 0.2;
   double map_correlation_m = -1.0;
-  double map_max_inflation = 40.0;
-  double height_sigma_m = 0.02;
   int samples_per_reading = 5;
   FieldMapOptions map;
 
@@ -134,16 +131,9 @@ struct MagneticOptions {
     visitor.field("sensor_probability", sensor_probability,
                   "a magnetometer beyond this χ² quantile of what the rest of the array says is set aside");
     visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");
-    visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "least sigma of the map: interpolation between nodes");
     visitor.field("map_correlation_m", map_correlation_m,
                   "the map's error is one and the same over this distance: samples closer than that share it; below 0: "
                   "as the map states, or 0.1 m if it does not");
-    visitor.field(
-        "map_max_inflation", map_max_inflation,
-        "most that sharing inflates the map's variance: readings within what the IMU bridges; at a standstill "
-        "the map's error stays one bias");
-    visitor.field("height_sigma_m", height_sigma_m,
-                  "without a cloud map: how closely the magnetometers keep to the height of a field map of one layer");
     visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
     visitor.section("map", map);
   }
@@ -153,10 +143,7 @@ struct MagneticOptions {
     option_checks::within("huber_probability", huber_probability, 0.01, 0.999999);
     option_checks::within("huber_power", huber_power, 1.0, 4.0);
     option_checks::within("sensor_probability", sensor_probability, 0.5, 1.0 - 1e-12);
-    option_checks::not_negative("map_sigma_floor_ut", map_sigma_floor_ut);
     option_checks::within("map_correlation_m", map_correlation_m, -1.0, 1e6);
-    option_checks::within("map_max_inflation", map_max_inflation, 1.0, 1e6);
-    option_checks::positive("height_sigma_m", height_sigma_m);
     option_checks::within("samples_per_reading", samples_per_reading, 1, 1000);
   }
 };
@@ -171,58 +158,28 @@ constexpr auto enum_names(Refinement) {
   return EnumNames<Refinement, 2>{{{Refinement::none, "none"}, {Refinement::batch, "batch"}}};
 }
 
-struct BatchOptions {
-  int max_rounds = 6;
-  double moved_m = 0.001;
-  double turned_deg = 0.01;
-
-  template <class Visitor>
-  void visit(Visitor& visitor) {
-    visitor.field("max_rounds", max_rounds, "most rounds of association and solution of a batch");
-    visitor.field("moved_m", moved_m, "a keyframe that a round moved further is associated again in the next");
-    visitor.field("turned_deg", turned_deg, "or that turned further");
-  }
-
-  void check() const {
-    option_checks::within("max_rounds", max_rounds, 1, 100);
-    option_checks::not_negative("moved_m", moved_m);
-    option_checks::not_negative("turned_deg", turned_deg);
-  }
-};
-
 struct SmootherOptions {
   double window_s = 2.5;
   int reassociations = 1;
-  double reassociate_moved_m = 0.01;
-  double reassociate_turned_deg = 0.1;
   Refinement refine = Refinement::none;
-  BatchOptions batch;
   SlidingWindowOptions solver;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("window_s", window_s, "length of the sliding window: the lag of the smoothed output");
     visitor.field("reassociations", reassociations, "how often a step looks for correspondences again after solving");
-    visitor.field("reassociate_moved_m", reassociate_moved_m, "a keyframe that moved further gets new correspondences");
-    visitor.field("reassociate_turned_deg", reassociate_turned_deg, "or that turned further");
     visitor.field("refine", refine, "none or batch: solve the whole log together at its end (--refine)");
-    visitor.section("batch", batch);
     visitor.section("solver", solver);
   }
 
   void check() const {
     option_checks::within("window_s", window_s, 0.0, 60.0);
     option_checks::within("reassociations", reassociations, 0, 20);
-    option_checks::not_negative("reassociate_moved_m", reassociate_moved_m);
-    option_checks::not_negative("reassociate_turned_deg", reassociate_turned_deg);
   }
 };
 
 struct FilterOptions {
   int lidar_iterations = 4;
-  int magnetic_iterations = 3;
-  double converged_m = 1e-3;
-  double converged_deg = 1e-2;
   FieldInterpolation interpolation = FieldInterpolation::bilinear;
   MagneticShrink shrink = MagneticShrink::residual;
   double beta = 0.3;
@@ -240,9 +197,6 @@ struct FilterOptions {
   void visit(Visitor& visitor) {
     visitor.field("lidar_iterations", lidar_iterations,
                   "iterations of the LiDAR update, each with new correspondences");
-    visitor.field("magnetic_iterations", magnetic_iterations, "iterations of the magnetic update");
-    visitor.field("converged_m", converged_m, "an update that moves less than this ends the iterations");
-    visitor.field("converged_deg", converged_deg, "and turns less than this");
     visitor.field("interpolation", interpolation, "bilinear (the paper) or bicubic");
     visitor.field("shrink", shrink, "residual (the paper), information or none");
     visitor.field("beta", beta, "in place of magnetic.beta: the paper's");
@@ -259,9 +213,6 @@ struct FilterOptions {
     option_checks::within("beta", beta, 0.0, 1.0);
     option_checks::not_negative("map_error_repeats", map_error_repeats);
     option_checks::within("lidar_iterations", lidar_iterations, 1, 100);
-    option_checks::within("magnetic_iterations", magnetic_iterations, 1, 100);
-    option_checks::not_negative("converged_m", converged_m);
-    option_checks::not_negative("converged_deg", converged_deg);
   }
 };
 

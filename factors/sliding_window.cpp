@@ -12,6 +12,11 @@ namespace lodestone {
 
 namespace {
 
+// Biases of magnetometers after calibration; the platform file's offset_sigma_ut adds to the first
+// (docs/design/016-magnetometer-biases.md).
+constexpr double kBiasSigma_ut = 0.5;
+constexpr double kBiasWalk_ut_sqrt_s = 0.02;
+
 void store(const NavState& state, WindowBlock& pose, WindowBlock& motion) {
   from_pose(state.T_map_imu, pose.values.data());
   Eigen::Map<Vector9>(motion.values.data()) << state.velocity, state.gyroscope_bias, state.accelerometer_bias;
@@ -164,13 +169,12 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
     // The first epoch is known to the sensors' calibration.
     epoch->walk = add_factor(
         std::make_unique<RandomWalkFactor>(
-            3 * magnetometers_,
-            std::hypot(options_.magnetometer_bias_sigma_ut, calibration_.magnetometers.offset_sigma_ut), true),
+            3 * magnetometers_, std::hypot(kBiasSigma_ut, calibration_.magnetometers.offset_sigma_ut), true),
         {&epoch->biases});
   } else {
     BiasEpoch& before = *epochs_.back();
     epoch->biases.values = before.biases.values;
-    const double sigma = options_.magnetometer_bias_walk_ut * std::sqrt(to_seconds(time - before.start));
+    const double sigma = kBiasWalk_ut_sqrt_s * std::sqrt(to_seconds(time - before.start));
     epoch->walk =
         add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_, sigma), {&before.biases, &epoch->biases});
   }

@@ -47,12 +47,10 @@ int SlidingWindow::solve() {
     }
   }
   for (std::size_t k = 0; k < keyframes_.size(); ++k) renew_rates(k);
-  if (options_.magnetometer_bias_jumps) {
-    for (const auto& epoch : epochs_) {
-      if (!epoch->walk) continue;
-      const auto& blocks = epoch->walk.blocks;
-      epoch->walk.content->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
-    }
+  for (const auto& epoch : epochs_) {
+    if (!epoch->walk) continue;
+    const auto& blocks = epoch->walk.blocks;
+    epoch->walk.content->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
   }
   SettledCallback settled;
   ceres::Solver::Options options;

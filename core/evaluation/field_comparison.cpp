@@ -28,7 +28,7 @@ FieldDifference difference_of(const FieldComparison& comparison, const ArrayLog:
   result.R_map_mag = R_map_imu * model.T_imu_mag.rotation.toRotationMatrix();
   result.difference_ut = result.R_map_mag * reading.field_ut.cast<double>() - map.field_ut;
   result.noise_variance = model.noise_ut * model.noise_ut * ArrayLog::median_variance / reading.samples;
-  result.map_variance = std::pow(std::max(map.sigma_ut, comparison.map_sigma_floor_ut), 2);
+  result.map_variance = std::pow(std::max(map.sigma_ut, kMapSigmaFloor_ut), 2);
   if (comparison.only_height_m) {
     complete_gradient(map.gradient);
     const double above = result.position.z() - *comparison.only_height_m;

@@ -39,7 +39,6 @@ struct FieldComparison {
   const std::vector<Matrix6>& covariances;  ///< one per pose; φ (right, rad), p (map, m)
   std::function<std::optional<FieldValue>(const Vector3&)> map;
   std::optional<double> only_height_m;  ///< height of a map with a single layer, which has no slope along z
-  double map_sigma_floor_ut = 0.2;
   Time trusted_until = std::numeric_limits<Time>::max();  ///< later readings are ignored
 };
 

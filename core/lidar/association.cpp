@@ -21,6 +21,10 @@ constexpr std::size_t kChunk = 1024;
 // A scan meets most planes more than once, and a smoothed estimate averages twice as many scans as a causal one.
 constexpr double kFewestRepeats = 2.0;
 
+/// Point-to-plane residuals beyond count less (Huber): half of the default gate. No ablation shows that it matters
+/// (docs/design/048-options-that-went.md).
+constexpr double kHuberSigmas = 2.0;
+
 using Matrix6f = Eigen::Matrix<float, 6, 6>;
 using Vector6f = Eigen::Matrix<float, 6, 1>;
 
@@ -79,7 +83,6 @@ struct Noise {
   Repeats repeats;
   float variance_scale;
   float gate_squared;
-  double huber_sigmas;
 };
 
 void associate_part(std::span<const Eigen::Vector3f> points, std::span<const float> ages_s,
@@ -111,7 +114,7 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
     const float expected = variance + variance_by_pose(jacobian, noise.pose_covariance);
     if (distance * distance > noise.gate_squared * expected) continue;
     const double sigmas = std::abs(distance) / std::sqrt(expected);
-    result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, noise.huber_sigmas)),
+    result.push_back({point, plane, variance, static_cast<float>(huber_weight(sigmas, kHuberSigmas)),
                       ages_s.empty() ? 0.0F : ages_s[i], by_sensor + by_plane});
   }
 }
@@ -137,8 +140,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                     pose_covariance.cast<float>(),
                     repeats_of(averaging, options.map_error_repeats),
                     static_cast<float>(variance_scale),
-                    square(options.gate_sigmas),
-                    options.huber_sigmas};
+                    square(options.gate_sigmas)};
   const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
   std::vector<std::vector<Correspondence>> parts(chunks);
   parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {

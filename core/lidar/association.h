@@ -15,7 +15,6 @@ namespace lodestone {
 struct AssociationOptions {
   double max_distance_m = 0.3;
   double gate_sigmas = 4.0;
-  double huber_sigmas = 2.0;
   double surface_roughness_m = 0.002;
   double map_error_repeats = 10.0;
 
@@ -24,7 +23,6 @@ struct AssociationOptions {
     visitor.field("max_distance_m", max_distance_m, "a point further than this from its plane has no correspondence");
     visitor.field("gate_sigmas", gate_sigmas,
                   "nor has one whose residual is beyond this many sigmas of it, the predicted pose's own included");
-    visitor.field("huber_sigmas", huber_sigmas, "point-to-plane residuals beyond this many sigmas are weighed down");
     visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
     visitor.field(
         "map_error_repeats", map_error_repeats,
@@ -35,7 +33,6 @@ struct AssociationOptions {
   void check() const {
     option_checks::positive("max_distance_m", max_distance_m);
     option_checks::positive("gate_sigmas", gate_sigmas);
-    option_checks::positive("huber_sigmas", huber_sigmas);
     option_checks::positive("surface_roughness_m", surface_roughness_m);
     option_checks::not_negative("map_error_repeats", map_error_repeats);
   }

@@ -11,49 +11,35 @@
 namespace lodestone {
 
 struct PlaneMapOptions {
-  double voxel_m = 0.25;           ///< edge of a voxel; each holds at most one plane
-  double margin_m = 0.06;          ///< a voxel's plane is fitted to the points up to so far outside it, too
-  bool height_from_within = true;  ///< a plane's height from the points under and over the voxel alone
+  double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
+  double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
   double max_thickness_over_median = 1.3;
-  double thickness_prior_points = 30.0;
   PlaneFitOptions fit;
   int tile_above_points = 10000000;
   double tile_m = 32.0;
-  double resident_radius_m = 0.0;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("voxel_m", voxel_m, "edge of a voxel; each holds at most one plane");
     visitor.field("margin_m", margin_m,
                   "a voxel's plane is fitted to the points up to so far outside it, too: more than the map's noise");
-    visitor.field(
-        "height_from_within", height_from_within,
-        "take a plane's height from those points whose foot on it lies within the voxel: the chord of a curved wall "
-        "then lies where points in this voxel do");
     visitor.field("max_thickness_over_median", max_thickness_over_median,
                   "in a map of even noise, a plane thicker than this many times the median contains a piece of another "
                   "surface; in a map of uneven noise the limit is three times the spread of thickness; 0: no limit");
-    visitor.field("thickness_prior_points", thickness_prior_points,
-                  "the map's median thickness counts as this many points in the noise of each plane, fewer in a map of "
-                  "uneven noise; 0: not at all");
     visitor.section("fit", fit);
     visitor.field(
         "tile_above_points", tile_above_points,
         "a cloud of more points is cut into tiles, of which only those round the robot are in memory; the results "
         "are the same");
     visitor.field("tile_m", tile_m, "edge of such a tile, rounded to whole voxels");
-    visitor.field("resident_radius_m", resident_radius_m,
-                  "tiles are in memory up to so far from the robot; 0: what the LiDAR's range asks for");
   }
 
   void check() const {
     option_checks::within("voxel_m", voxel_m, 0.01, 100.0);
     option_checks::within("margin_m", margin_m, 0.0, 0.49 * voxel_m);
     option_checks::not_negative("max_thickness_over_median", max_thickness_over_median);
-    option_checks::not_negative("thickness_prior_points", thickness_prior_points);
     option_checks::not_negative("tile_above_points", tile_above_points);
     option_checks::within("tile_m", tile_m, voxel_m, 10000.0);
-    option_checks::not_negative("resident_radius_m", resident_radius_m);
   }
 };
 
@@ -135,12 +121,11 @@ constexpr std::size_t low_rank(std::size_t count) {
 double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options);
 
 /// `plane` with the variances that its points' noise gives it, where that is taken from the map's planes and its own
-/// points together: the mean a posteriori under the conjugate prior of at most `thickness_prior_points` degrees of
-/// freedom, fewer where the map's planes differ by more than so many points let them (Smyth, Statistical Applications
+/// points together: the mean a posteriori under the conjugate prior of at most 30 degrees of freedom, fewer where the map's planes differ by more than so many points let them (Smyth, Statistical Applications
 /// in Genetics and Molecular Biology 2004). Of eight points alone one variance in three is too small by a third, and
 /// the plane weighs the more for it. The prior is corrected for the three fitted parameters as if it came from as many
 /// points as the plane has: one with fewer than is usual in its map, at the edge of what the survey saw, is trusted the
 /// less. A thickness of exactly zero is left as it is.
-Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness, const PlaneMapOptions& options);
+Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness);
 
 }  // namespace lodestone

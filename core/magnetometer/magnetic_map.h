@@ -21,6 +21,9 @@ constexpr auto enum_names(FieldInterpolation) {
       {{FieldInterpolation::bilinear, "bilinear"}, {FieldInterpolation::bicubic, "bicubic"}}};
 }
 
+/// Least sigma of a map in a comparison with readings, µT: the error of the interpolation between nodes.
+inline constexpr double kMapSigmaFloor_ut = 0.2;
+
 /// The field at one point of the map frame.
 struct FieldValue {
   Vector3 field_ut = Vector3::Zero();  ///< µT, map axes

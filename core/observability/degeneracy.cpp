@@ -111,7 +111,7 @@ Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOp
 
 Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pretended,
                                   std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                                  double lever_arm_m, const DegeneracyOptions& options) {
+                                  double lever_arm_m, const DegeneracyOptions& options, const NormalNoise& assumed) {
   const Degeneracy analysed = decompose(information, lever_arm_m);
   const Matrix6 motions = scaling(lever_arm_m).cwiseInverse().asDiagonal() * analysed.directions;  // φ, p
   const InformationNoise noise = information_noise(correspondences, T_map_imu, motions);
@@ -120,12 +120,12 @@ Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pre
   for (int i = 0; i < 6; ++i) {
     const Vector6 motion = motions.col(i);
     const double relative_variance = (noise.mean[i] > 0.0 ? noise.variance[i] / (noise.mean[i] * noise.mean[i]) : 0.0) +
-                                     options.normal_noise_uncertainty * options.normal_noise_uncertainty;
+                                     assumed.level_uncertainty * assumed.level_uncertainty;
     const double mean = std::max(0.0, motion.dot(pretended * motion));
     const double spread = mean * std::sqrt(relative_variance);
     // Of what was measured the noise must leave the level, and itself but a share.
     const double measured = motion.dot(information * motion) + mean;
-    const double room = std::min(measured - level, measured / (1.0 + options.min_signal_to_noise)) - mean;
+    const double room = std::min(measured - level, measured / (1.0 + assumed.min_signal_to_noise)) - mean;
     probability[static_cast<std::size_t>(i)] =
         spread > 0.0 ? 0.5 * std::erfc(-room / (std::sqrt(2.0) * spread)) : (room >= 0.0 ? 1.0 : 0.0);
   }

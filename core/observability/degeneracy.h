@@ -39,11 +39,7 @@ struct DegeneracyOptions {
   MaskKind mask = MaskKind::hard;
   double paper_threshold = 15.0;
   double max_sigma_m = 0.01;
-  double normal_noise_margin = 2.0;
   double min_probability = 0.95;
-  double normal_noise_uncertainty = 0.5;
-  double min_signal_to_noise = 3.0;
-  double follow_gain = 0.01;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -55,34 +51,26 @@ struct DegeneracyOptions {
         "max_sigma_m", max_sigma_m,
         "marginal and probabilistic rule: a direction is degenerate above this predicted sigma; rotations count at "
         "the scan's rms range");
-    visitor.field(
-        "normal_noise_margin", normal_noise_margin,
-        "errors of the map's normals add spurious information; this multiple of its expectation is subtracted "
-        "before the analysis");
     visitor.field("min_probability", min_probability,
                   "probabilistic rule: a direction is degenerate where its sigma lies below max_sigma_m with less "
                   "probability");
-    visitor.field("normal_noise_uncertainty", normal_noise_uncertainty,
-                  "probabilistic rule: one sigma, as a share, of the level of the normals' noise; it says how far the "
-                  "planes' own variances can be trusted");
-    visitor.field(
-        "min_signal_to_noise", min_signal_to_noise,
-        "probabilistic rule: least ratio of a direction's information to the spurious information of noisy normals");
-    visitor.field("follow_gain", follow_gain,
-                  "share by which a hard mask follows each new analysis; small, so that the noise of hidden directions "
-                  "from scan to scan adds up to no information; 1 takes each analysis as it is; the smoother's alone, "
-                  "the filter takes each as it is");
   }
 
   void check() const {
     option_checks::positive("paper_threshold", paper_threshold);
     option_checks::positive("max_sigma_m", max_sigma_m);
-    option_checks::not_negative("normal_noise_margin", normal_noise_margin);
     option_checks::within("min_probability", min_probability, 0.0, 1.0);
-    option_checks::not_negative("normal_noise_uncertainty", normal_noise_uncertainty);
-    option_checks::not_negative("min_signal_to_noise", min_signal_to_noise);
-    option_checks::within("follow_gain", follow_gain, 0.0, 1.0);
   }
+};
+
+/// The marginal rule subtracts this multiple of the expected spurious information of noisy normals
+/// (docs/design/005-errors-of-normals.md).
+inline constexpr double kNormalNoiseMargin = 2.0;
+
+/// What the probabilistic rule assumes of the noise of normals (docs/design/009-degeneracy-rule.md).
+struct NormalNoise {
+  double level_uncertainty = 0.5;  ///< one sigma of its level, as a share: the planes' variances are estimates
+  double min_signal_to_noise = 3.0;  ///< least ratio of a direction's information to its spurious information
 };
 
 /// Eigen-analysis of a pose's information and the mask that follows from it. Directions live in the scaled tangent
@@ -122,11 +110,12 @@ Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOp
 /// Alexis, "Probabilistic Degeneracy Detection for Point-to-Plane Error Minimization", RA-L 2024, who have the ratio
 /// alone; the level in metres is added. `information`: as above, with the noise's mean taken off once; `pretended`:
 /// what was taken off, which gives μ. s is μ times the relative sigma of the noise in this scan's information
-/// (information_noise of `correspondences` at `T_map_imu`) and of its level (options.normal_noise_uncertainty): scans
-/// of a window meet the same planes, so their noise is one.
+/// (information_noise of `correspondences` at `T_map_imu`) and of its level (assumed.level_uncertainty): scans of a
+/// window meet the same planes, so their noise is one.
 Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pretended,
                                   std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                                  double lever_arm_m, const DegeneracyOptions& options);
+                                  double lever_arm_m, const DegeneracyOptions& options,
+                                  const NormalNoise& assumed = {});
 
 /// Turns hidden directions to the nearest that an IMU does not see either: shifts, and a turn about the vertical
 /// (`up`: unit, imu frame). A hidden direction that tilts would let gravity tell of it what LiDAR must not: noise mixes

@@ -16,6 +16,15 @@
 
 namespace lodestone {
 
+namespace {
+
+// Where the iterations of an update end. The MIL-LC paper does not state its values.
+constexpr int kMagneticIterations = 3;
+constexpr double kConverged_m = 1e-3;
+constexpr double kConverged_deg = 1e-2;
+
+}  // namespace
+
 struct IteratedFilter::Scan {
   std::vector<Eigen::Vector3f> points;          // imu frame at the scan's end
   ScanLidars lidars{LidarModel{}};              // that measured them
@@ -99,7 +108,7 @@ Degeneracy IteratedFilter::analyse(const Scan& scan) const {
   }
   // A filter has no window: the scan's own information takes its place, here and above.
   return analyse_by_sigma(
-      scan.cost.hessian(scan.predicted) - options.normal_noise_margin * scan.cost.spurious_information,
+      scan.cost.hessian(scan.predicted) - kNormalNoiseMargin * scan.cost.spurious_information,
       std::max(scan.cost.range_rms_m, 1.0), options);
 }
 
@@ -156,9 +165,8 @@ void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy&
     }
     return sum;
   };
-  const UpdatedState updated = iterated_update(
-      state_, covariance_, evidence,
-      {options.ieskf.magnetic_iterations, options.ieskf.converged_m, options.ieskf.converged_deg * M_PI / 180.0});
+  const UpdatedState updated = iterated_update(state_, covariance_, evidence,
+                                               {kMagneticIterations, kConverged_m, kConverged_deg * M_PI / 180.0});
   state_ = updated.state;
   covariance_ = updated.covariance;
 }
@@ -187,9 +195,9 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
     }
     return masked_evidence(cost, state.T_map_imu, mask);
   };
-  const UpdatedState updated = iterated_update(
-      state_, covariance_, evidence,
-      {options.ieskf.lidar_iterations, options.ieskf.converged_m, options.ieskf.converged_deg * M_PI / 180.0});
+  const UpdatedState updated =
+      iterated_update(state_, covariance_, evidence,
+                      {options.ieskf.lidar_iterations, kConverged_m, kConverged_deg * M_PI / 180.0});
   state_ = updated.state;
   covariance_ = updated.covariance;
   diagnostics.iterations = updated.iterations;

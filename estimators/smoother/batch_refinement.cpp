@@ -17,6 +17,13 @@ constexpr std::size_t kScans = 64;
 /// Enough for Gauss-Newton to end by itself.
 constexpr int kIterations = 20;
 
+/// Most rounds of association and solution (docs/design/029-batch-by-cholmod.md).
+constexpr int kMostRounds = 6;
+
+// A keyframe that a round moved or turned further is associated again in the next.
+constexpr double kMoved_m = 0.001;
+constexpr double kTurned_deg = 0.01;
+
 void release(Keyframe& keyframe) {
   std::vector<Correspondence>().swap(keyframe.correspondences);
   keyframe.planes.reset();
@@ -67,7 +74,7 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
     for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i)
       release(*keyframes_[which[i]]);
     const double share = (rounds_ + static_cast<double>(last) / static_cast<double>(which.size())) /
-                         static_cast<double>(input_.options.smoother.batch.max_rounds);
+                         static_cast<double>(kMostRounds);
     if (progress && !progress(share)) return false;
   }
   return true;
@@ -99,13 +106,12 @@ void BatchRefinement::renew_factors(SlidingWindow& window) {
 }
 
 std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
-  const BatchOptions& options = input_.options.smoother.batch;
   std::vector<std::size_t> result;
   last_move_m_ = 0.0;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     const Pose pose = window.seen_pose(k);
     last_move_m_ = std::max(last_move_m_, (pose.position - keyframes_[k]->associated.position).norm());
-    if (keyframes_[k]->moved(pose, options.moved_m, options.turned_deg)) result.push_back(k);
+    if (keyframes_[k]->moved(pose, kMoved_m, kTurned_deg)) result.push_back(k);
   }
   return result;
 }
@@ -121,7 +127,7 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   build(window);
   std::vector<std::size_t> renewed(keyframes_.size());
   std::iota(renewed.begin(), renewed.end(), std::size_t{0});
-  for (rounds_ = 0; rounds_ < input_.options.smoother.batch.max_rounds && !renewed.empty(); ++rounds_) {
+  for (rounds_ = 0; rounds_ < kMostRounds && !renewed.empty(); ++rounds_) {
     if (!register_scans(renewed, window, progress)) return estimates();
     renew_factors(window);
     if (input_.linearize_at != nullptr) break;

@@ -36,6 +36,10 @@ std::vector<double> array_crowding(const SensorSuite& suite, double correlation_
 
 namespace {
 
+/// Largest factor on the map's variance: at a standstill the map's error stays one bias
+/// (docs/design/013-correlated-field-map-error.md).
+constexpr double kMostInflation = 40.0;
+
 /// What an array's readings say of each other. The innovations of all, S = J P Jᵀ + R, tell what each magnetometer
 /// should have read given the others: with u = S⁻¹ r, its residual given the others is S⁻¹_jj⁻¹ u_j, with the
 /// covariance S⁻¹_jj⁻¹.
@@ -111,7 +115,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
                                       const FieldWeighting& weighting, FieldStatistics& statistics) {
   const MagneticOptions& options = weighting.options;
   const double inflation =
-      correlation_inflation(spacing_m, map_correlation_m(options, weighting.map), options.map_max_inflation);
+      correlation_inflation(spacing_m, map_correlation_m(options, weighting.map), kMostInflation);
   std::vector<FieldReading> result;
   for (const ArrayReading& array : arrays) {
     const Eigen::Index most = 3 * static_cast<Eigen::Index>(array.readings.size());
@@ -143,7 +147,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
       const double by_place = weighting.suite.calibration.magnetometers.translation_sigma_m *
                               part.jacobian.rightCols<3>().norm() / std::sqrt(3.0);
       const double map_sigma =
-          options.map_sigma ? std::hypot(std::max(field->sigma_ut, options.map_sigma_floor_ut), by_place) : 0.0;
+          options.map_sigma ? std::hypot(std::max(field->sigma_ut, kMapSigmaFloor_ut), by_place) : 0.0;
       residual.segment<3>(rows) = part.residual_ut;
       jacobian.middleRows<3>(rows) = part.jacobian;
       variance.segment<3>(rows).setConstant(sensor_variance + map_sigma * map_sigma);

@@ -19,6 +19,14 @@ namespace {
 /// Well below what a window of scans adds up to, so that no information worth having is lost.
 constexpr double kUnseenGain = 1e-3;
 
+/// Share by which a hard mask follows each new analysis: a larger share adds up noise of degenerate directions to
+/// information (docs/design/010-unobservable-rigid-motion.md).
+constexpr double kFollowGain = 0.01;
+
+/// Of a magnetometer's height against the layer of a field map with one layer (docs/design/017-height-without-cloud-map.md).
+constexpr double kHeightSigma_m = 0.02;
+constexpr auto kHeightVariance_m2 = static_cast<float>(kHeightSigma_m * kHeightSigma_m);
+
 }  // namespace
 
 KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
@@ -82,7 +90,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     keyframe.lidar.long_map_error_length_m = far.length_m;
   }
   keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
-                               options.degeneracy.normal_noise_margin * keyframe.lidar.cost.spurious_information;
+                               kNormalNoiseMargin * keyframe.lidar.cost.spurious_information;
   keyframe.seen_share = keyframe.lidar.cost.seen_share(keyframe.associated);
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
@@ -101,16 +109,15 @@ bool KeyframeMeasurements::at_level(const Pose& T_map_imu) const {
     height_m +=
         (T_map_imu * magnetometer.T_imu_mag.position).z() / static_cast<double>(input_.suite.magnetometers.size());
   }
-  return std::abs(height_m - static_cast<double>(level_->center.z())) < 3.0 * input_.options.magnetic.height_sigma_m;
+  return std::abs(height_m - static_cast<double>(level_->center.z())) < 3.0 * kHeightSigma_m;
 }
 
 void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
   keyframe.correspondences.clear();
   if (level_ != nullptr) {
-    const double sigma_m = input_.options.magnetic.height_sigma_m;
     for (const MagnetometerModel& magnetometer : input_.suite.magnetometers) {
       keyframe.correspondences.push_back(
-          {magnetometer.T_imu_mag.position.cast<float>(), level_.get(), static_cast<float>(sigma_m * sigma_m)});
+          {magnetometer.T_imu_mag.position.cast<float>(), level_.get(), kHeightVariance_m2});
     }
   }
 }
@@ -130,14 +137,13 @@ Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavStat
                                                lever_arm_m, options),
                         up);
   }
-  return without_tilt(analyse_by_sigma(known(options.normal_noise_margin), lever_arm_m, options), up);
+  return without_tilt(analyse_by_sigma(known(kNormalNoiseMargin), lever_arm_m, options), up);
 }
 
 void KeyframeMeasurements::decide(Keyframe& keyframe, const Degeneracy& analysed, const Degeneracy* before,
                                   const Pose& pose_before) const {
   keyframe.degeneracy = before == nullptr ? analysed
-                                          : follow(analysed, keyframe.associated, *before, pose_before,
-                                                   input_.options.degeneracy.follow_gain);
+                                          : follow(analysed, keyframe.associated, *before, pose_before, kFollowGain);
   keyframe.analysed = keyframe.associated;
   if (input_.planes == nullptr) return;
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;

@@ -20,6 +20,10 @@ constexpr int kNarrowings = 3;  // of the gate for correspondences
 constexpr double kWideGate_m = 0.01;
 constexpr double kWideGate_rad = 0.003;
 
+// A keyframe that moved or turned further gets new correspondences. Voxels are 25 times, gates 30 times wider.
+constexpr double kReassociateMoved_m = 0.01;
+constexpr double kReassociateTurned_deg = 0.1;
+
 double turn_variance(const Matrix6& gate) {
   return gate.diagonal().head<3>().sum();
 }
@@ -221,7 +225,7 @@ void Smoother::follow_residuals(const Keyframe& keyframe) {
 Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {
   std::vector<Matrix6> information;
   std::vector<ChainLink> links;
-  const double put_back = input_.options.degeneracy.normal_noise_margin - noise_taken;
+  const double put_back = kNormalNoiseMargin - noise_taken;
   for (const auto& keyframe : keyframes_) {
     information.push_back(keyframe->lidar_information + put_back * keyframe->lidar.cost.spurious_information);
   }
@@ -277,12 +281,10 @@ bool Smoother::begins_to_narrow(std::size_t k) {
 }
 
 void Smoother::renew_moved(bool newest_only) {
-  const SmootherOptions& options = input_.options.smoother;
   const std::size_t newest = window_->size() - 1;
   for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
     // The newest always: its first correspondences came from a prediction.
-    if (k == newest ||
-        keyframes_[k]->moved(window_->seen_pose(k), options.reassociate_moved_m, options.reassociate_turned_deg)) {
+    if (k == newest || keyframes_[k]->moved(window_->seen_pose(k), kReassociateMoved_m, kReassociateTurned_deg)) {
       renew(k);
     }
   }

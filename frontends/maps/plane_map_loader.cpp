@@ -20,23 +20,14 @@ namespace {
 constexpr double kBeyondRange = 10.0;
 
 /// Largest distance from the robot at which planes are required.
-double reach_of(const PlaneMapOptions& options, std::span<const LidarModel> lidars) {
+double reach_of(std::span<const LidarModel> lidars) {
   const auto reach_from_imu = [](const LidarModel& lidar) {
     return lidar.max_range_m + lidar.T_imu_lidar.position.norm();
   };
   const LidarModel& farthest = *std::max_element(
       lidars.begin(), lidars.end(),
       [&](const LidarModel& a, const LidarModel& b) { return reach_from_imu(a) < reach_from_imu(b); });
-  const double needed = reach_from_imu(farthest) + kBeyondRange;
-  if (options.resident_radius_m == 0.0) return needed;
-  const double reach = options.resident_radius_m - 0.5 * options.tile_m - options.voxel_m;
-  if (reach < needed) {
-    throw InputError(fmt::format(
-        "lidar.map.resident_radius_m: expected at least {:.1f} m (the LiDAR's range of {} m, {} m "
-        "margin and half a tile), found {}; increase the value or set 0",
-        needed + options.resident_radius_m - reach, farthest.max_range_m, kBeyondRange, options.resident_radius_m));
-  }
-  return reach;
+  return reach_from_imu(farthest) + kBeyondRange;
 }
 
 /// Keeps points within the range of voxel indices: all points of a site, unless the voxels are very small.
@@ -81,7 +72,7 @@ class WithinVoxels {
 
 LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options, std::span<const LidarModel> lidars,
                          const std::string& folder, WarningLog& warnings) {
-  const double reach = reach_of(options, lidars);
+  const double reach = reach_of(lidars);
   std::vector<Eigen::Vector3f> points;
   std::optional<TiledPlaneMapBuilder> builder;
   WithinVoxels within(options.voxel_m);

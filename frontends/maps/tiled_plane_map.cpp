@@ -73,7 +73,7 @@ void TiledPlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
     }
     for (const VoxelPlane& voxel : voxels) {
       const bool is_plane = voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
-      const Plane plane = with_shared_thickness(voxel.plane, content_.thickness, content_.options);
+      const Plane plane = with_shared_thickness(voxel.plane, content_.thickness);
       visit(voxel_of_key(voxel.key), is_plane ? &plane : nullptr);
     }
   }

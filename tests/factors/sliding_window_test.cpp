@@ -259,14 +259,16 @@ MagneticRun magnetic_run(bool bias_states, std::size_t size) {
   SlidingWindowOptions solver;
   solver.magnetometer_bias_states = bias_states;
   solver.magnetometer_bias_epoch_s = 0.5;  // twelve epochs, two or three in a window of 1.2 s
-  solver.magnetometer_bias_sigma_ut = 2.0;
   solver.max_iterations = 10;
+  CalibrationSigmas calibration = exact_calibration();
+  calibration.magnetometers.offset_sigma_ut = std::sqrt(2.0 * 2.0 - 0.5 * 0.5);  // with the window's own 0.5: 2
   const std::vector<Vector3> biases = bias_states
                                           ? std::vector<Vector3>{{1.0, -2.0, 0.5}, {-1.5, 1.0, 2.0}, {0.5, 0.5, -1.0}}
                                           : std::vector<Vector3>(3, Vector3::Zero());
   // Known well enough that where the past was linearized hardly matters: the field is no linear function of the pose.
   const Matrix17 covariance = start_covariance(0.1);
-  SlidingWindow window(0, draw_start(truth.truth[0], covariance, random), covariance, 3, options.noise, solver);
+  SlidingWindow window(0, draw_start(truth.truth[0], covariance, random), covariance, 3, options.noise, solver,
+                       calibration);
   const std::vector<Vector3> floor_and_wall{Vector3::UnitZ(), Vector3::UnitY()};
   for (std::size_t k = 1; k < truth.truth.size(); ++k) {
     add_predicted(window, truth, k, options.noise);

@@ -123,7 +123,6 @@ Findings CheckDrive::check(const Pose& start, const LogSample& sample, const Fin
     comparison.map = [&](const Vector3& position) { return field->query(position, options.magnetic.interpolation); };
     const std::vector<double>& heights = field->grid().heights_m;
     if (heights.size() == 1) comparison.only_height_m = heights.front();
-    comparison.map_sigma_floor_ut = options.magnetic.map_sigma_floor_ut;
     for (const EstimateRecord::Step& step : record.steps()) {
       if (step.health == Health::lost) comparison.trusted_until = std::min(comparison.trusted_until, step.time);
     }

@@ -114,7 +114,6 @@ FieldReport report_field(const FieldReportInputs& inputs, const ArrayLog& readin
   comparison.map = [&](const Vector3& position) { return inputs.map->query(position, magnetic.interpolation); };
   const std::vector<double>& heights = inputs.map->grid().heights_m;
   if (heights.size() == 1) comparison.only_height_m = heights.front();
-  comparison.map_sigma_floor_ut = magnetic.map_sigma_floor_ut;
   for (const EstimateRecord::Step& step : record.steps()) {
     if (step.health == Health::lost) {
       comparison.trusted_until = step.time;

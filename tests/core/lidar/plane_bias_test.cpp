@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -97,43 +98,54 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   const auto inwards = [](const Eigen::Vector3f& point) {
     return Eigen::Vector3f(-point.x(), -point.y(), 0.0F).normalized();
   };
-  PlaneMapOptions options;
-  const Matched within = match_all(PlaneMap(surface, options), scan, inwards);
-  options.height_from_within = false;
-  const Matched with_margin = match_all(PlaneMap(surface, options), scan, inwards);
+  const Matched within = match_all(PlaneMap(surface, PlaneMapOptions{}), scan, inwards);
   ASSERT_GT(within.count, 30000);
   // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r where the wall runs along an
   // axis.
-  EXPECT_GT(std::abs(with_margin.mean_m), 5e-4);
-  EXPECT_LT(std::abs(within.mean_m), 0.25 * std::abs(with_margin.mean_m));
+  constexpr double kChordWithMargin_m = (0.37 * 0.37 - 0.25 * 0.25) / (24.0 * kRadius_m);
+  EXPECT_LT(std::abs(within.mean_m), 0.25 * kChordWithMargin_m);
 }
 
-/// Of a floor by planes of few points each: mean of its true height's square over the variance that planes claim.
-double squared_error_over_variance(double prior_points) {
+/// Of a floor by planes of few points each: mean of its true height's square over the variance of the planes.
+struct SquaredErrors {
+  double over_map = 0.0;  ///< over the variance that the map's planes have
+  double over_own = 0.0;  ///< over the variance from each plane's own points alone
+};
+
+SquaredErrors squared_errors_of_a_floor() {
   std::mt19937_64 generator(5);
   std::normal_distribution<float> noise(0.0F, 0.01F);
   std::uniform_real_distribution<float> along(0.0F, 40.0F);
   Cloud cloud;
   for (int i = 0; i < 200000; ++i) cloud.emplace_back(along(generator), along(generator), 0.125F + noise(generator));
-  PlaneMapOptions options;
-  options.thickness_prior_points = prior_points;
+  const PlaneMapOptions options;
   const PlaneMap map(cloud, options);
-  double sum = 0.0;
+  std::map<std::uint64_t, Plane> own;
+  for (const VoxelPlane& voxel : fit_voxel_planes(cloud, options)) own[voxel.key] = voxel.plane;
+  SquaredErrors result;
   int count = 0;
   for (int i = 0; i < 20000; ++i) {
     const Eigen::Vector3f point(along(generator), along(generator), 0.125F);
     const Plane* plane = map.match(point, 0.1F);
     if (plane == nullptr) continue;
-    sum += std::pow(static_cast<double>(plane->distance(point)), 2) / static_cast<double>(plane->variance_at(point));
+    const auto inverse_voxel = static_cast<float>(1.0 / options.voxel_m);
+    const auto alone = own.find(voxel_key(voxel_of(plane->center, inverse_voxel)));
+    if (alone == own.end() || alone->second.center != plane->center) continue;
+    const double squared_m2 = std::pow(static_cast<double>(plane->distance(point)), 2);
+    result.over_map += squared_m2 / static_cast<double>(plane->variance_at(point));
+    result.over_own += squared_m2 / static_cast<double>(alone->second.variance_at(point));
     ++count;
   }
   EXPECT_GT(count, 10000);
-  return sum / count;
+  result.over_map /= count;
+  result.over_own /= count;
+  return result;
 }
 
 TEST(PlaneMap, PlanesOfFewPointsKnowTheirErrorFromAllOfThem) {
-  EXPECT_NEAR(squared_error_over_variance(PlaneMapOptions{}.thickness_prior_points), 1.0, 0.1);
-  EXPECT_GT(squared_error_over_variance(0.0), 1.1);  // of its own points alone
+  const SquaredErrors errors = squared_errors_of_a_floor();
+  EXPECT_NEAR(errors.over_map, 1.0, 0.1);
+  EXPECT_GT(errors.over_own, 1.1);
 }
 
 }  // namespace

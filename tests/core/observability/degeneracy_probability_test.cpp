@@ -57,10 +57,10 @@ class NoisyScan {
 
   const std::vector<Correspondence>& correspondences() const { return correspondences_; }
 
-  Degeneracy analyse(const DegeneracyOptions& options, double lever_arm_m = 5.0) const {
+  Degeneracy analyse(const DegeneracyOptions& options, double lever_arm_m = 5.0, const NormalNoise& noise = {}) const {
     const CondensedCost cost = condense(correspondences_, Pose{});
     return analyse_by_probability(cost.hessian(Pose{}) - cost.spurious_information, cost.spurious_information,
-                                  correspondences_, Pose{}, lever_arm_m, options);
+                                  correspondences_, Pose{}, lever_arm_m, options, noise);
   }
 
   /// What the sigma rule makes of the same scan when it takes the information as it is.
@@ -183,8 +183,6 @@ TEST(InformationNoise, VarianceIsThatOfManyDraws) {
 TEST(ProbabilisticDegeneracy, StatedProbabilityIsTheFrequency) {
   // Truths spread evenly about the level: of the scans that state p, a share p is beyond it.
   DegeneracyOptions options = probabilistic(MaskKind::soft);
-  options.normal_noise_uncertainty = 0.0;
-  options.min_signal_to_noise = 0.0;
   options.max_sigma_m = 0.01;
   constexpr double level = 1e4;
   std::mt19937_64 generator(7);
@@ -194,7 +192,7 @@ TEST(ProbabilisticDegeneracy, StatedProbabilityIsTheFrequency) {
   for (int i = 0; i < 5000; ++i) {
     const double truth = 2.0 * level * (static_cast<double>(generator() >> 11) * 0x1.0p-53);
     const Degeneracy degeneracy =
-        short_corridor(std::max(truth, 1.0), 10000 + static_cast<std::uint64_t>(i)).analyse(options, 2.0);
+        short_corridor(std::max(truth, 1.0), 10000 + static_cast<std::uint64_t>(i)).analyse(options, 2.0, {0.0, 0.0});
     Eigen::Index axis = 0;
     degeneracy.directions.row(3).cwiseAbs().maxCoeff(&axis);
     const double p = degeneracy.kept[axis];
