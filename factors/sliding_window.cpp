@@ -167,10 +167,10 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
     problem_->SetParameterBlockConstant(epoch->biases.values.data());
   } else if (epochs_.empty()) {
     // The first epoch is known to the sensors' calibration.
-    epoch->walk = add_factor(
-        std::make_unique<RandomWalkFactor>(
-            3 * magnetometers_, std::hypot(kBiasSigma_ut, calibration_.magnetometers.offset_sigma_ut), true),
-        {&epoch->biases});
+    epoch->walk =
+        add_factor(std::make_unique<RandomWalkFactor>(
+                       3 * magnetometers_, std::hypot(kBiasSigma_ut, calibration_.magnetometers.offset_sigma_ut), true),
+                   {&epoch->biases});
   } else {
     BiasEpoch& before = *epochs_.back();
     epoch->biases.values = before.biases.values;

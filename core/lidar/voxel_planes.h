@@ -11,7 +11,7 @@
 namespace lodestone {
 
 struct PlaneMapOptions {
-  double voxel_m = 0.25;  ///< edge of a voxel; each holds at most one plane
+  double voxel_m = 0.25;   ///< edge of a voxel; each holds at most one plane
   double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
   double max_thickness_over_median = 1.3;
   PlaneFitOptions fit;
@@ -121,11 +121,12 @@ constexpr std::size_t low_rank(std::size_t count) {
 double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options);
 
 /// `plane` with the variances that its points' noise gives it, where that is taken from the map's planes and its own
-/// points together: the mean a posteriori under the conjugate prior of at most 30 degrees of freedom, fewer where the map's planes differ by more than so many points let them (Smyth, Statistical Applications
-/// in Genetics and Molecular Biology 2004). Of eight points alone one variance in three is too small by a third, and
-/// the plane weighs the more for it. The prior is corrected for the three fitted parameters as if it came from as many
-/// points as the plane has: one with fewer than is usual in its map, at the edge of what the survey saw, is trusted the
-/// less. A thickness of exactly zero is left as it is.
+/// points together: the mean a posteriori under the conjugate prior of at most 30 degrees of freedom, fewer where the
+/// map's planes differ by more than so many points let them (Smyth, Statistical Applications in Genetics and Molecular
+/// Biology 2004). Of eight points alone one variance in three is too small by a third, and the plane weighs the more
+/// for it. The prior is corrected for the three fitted parameters as if it came from as many points as the plane has:
+/// one with fewer than is usual in its map, at the edge of what the survey saw, is trusted the less. A thickness of
+/// exactly zero is left as it is.
 Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness);
 
 }  // namespace lodestone

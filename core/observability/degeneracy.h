@@ -69,7 +69,7 @@ inline constexpr double kNormalNoiseMargin = 2.0;
 
 /// What the probabilistic rule assumes of the noise of normals (docs/design/009-degeneracy-rule.md).
 struct NormalNoise {
-  double level_uncertainty = 0.5;  ///< one sigma of its level, as a share: the planes' variances are estimates
+  double level_uncertainty = 0.5;    ///< one sigma of its level, as a share: the planes' variances are estimates
   double min_signal_to_noise = 3.0;  ///< least ratio of a direction's information to its spurious information
 };
 

@@ -107,9 +107,8 @@ Degeneracy IteratedFilter::analyse(const Scan& scan) const {
       break;
   }
   // A filter has no window: the scan's own information takes its place, here and above.
-  return analyse_by_sigma(
-      scan.cost.hessian(scan.predicted) - kNormalNoiseMargin * scan.cost.spurious_information,
-      std::max(scan.cost.range_rms_m, 1.0), options);
+  return analyse_by_sigma(scan.cost.hessian(scan.predicted) - kNormalNoiseMargin * scan.cost.spurious_information,
+                          std::max(scan.cost.range_rms_m, 1.0), options);
 }
 
 void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy& degeneracy, Diagnostics& diagnostics) {
@@ -195,9 +194,8 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
     }
     return masked_evidence(cost, state.T_map_imu, mask);
   };
-  const UpdatedState updated =
-      iterated_update(state_, covariance_, evidence,
-                      {options.ieskf.lidar_iterations, kConverged_m, kConverged_deg * M_PI / 180.0});
+  const UpdatedState updated = iterated_update(
+      state_, covariance_, evidence, {options.ieskf.lidar_iterations, kConverged_m, kConverged_deg * M_PI / 180.0});
   state_ = updated.state;
   covariance_ = updated.covariance;
   diagnostics.iterations = updated.iterations;

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kLeastMapSigma_ut = 0.5;
 constexpr double kBackgroundCorrelation_m = 0.5;
+constexpr double kMapCorrelation_m = 0.3;  // errors of the magnetic map are one over this distance
+constexpr double kPositionSigma_m = 0.03;  // of a candidate once it is registered
 
 double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covariance) {
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
@@ -51,8 +53,7 @@ FieldBackground field_background(const MagneticMap& map) {
 }
 
 FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, const SensorSuite& suite,
-                             const MagneticMap& map, const FieldBackground& background,
-                             const PlaceSearchOptions& options) {
+                             const MagneticMap& map, const FieldBackground& background) {
   FieldEvidence result;
   const auto count = static_cast<Eigen::Index>(array.readings.size());
   if (count == 0) return result;
@@ -71,7 +72,7 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
     if (field) {
       residuals.row(i) = (measured - field->field_ut).transpose();
       sigma[i] = std::sqrt(std::pow(std::max(field->sigma_ut, kLeastMapSigma_ut), 2) +
-                           field->gradient.squaredNorm() / 3.0 * std::pow(options.position_sigma_m, 2));
+                           field->gradient.squaredNorm() / 3.0 * std::pow(kPositionSigma_m, 2));
       squares += residuals.row(i).squaredNorm();
       ++result.on_map;
     } else {
@@ -87,7 +88,7 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
       const double distance_m = (array.readings[static_cast<std::size_t>(i)].T_end_mag.position -
                                  array.readings[static_cast<std::size_t>(j)].T_end_mag.position)
                                     .norm();
-      covariance(i, j) += sigma[i] * sigma[j] * std::exp(-distance_m / options.field_correlation_m);
+      covariance(i, j) += sigma[i] * sigma[j] * std::exp(-distance_m / kMapCorrelation_m);
       background_covariance(i, j) +=
           background.sigma_ut * background.sigma_ut * std::exp(-distance_m / kBackgroundCorrelation_m);
     }
@@ -95,9 +96,9 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
   const double by_background = log_likelihood(background_residuals, background_covariance);
   const double by_map = result.on_map > 0 ? log_likelihood(residuals, covariance) : by_background;
   // ln((1 − ε) exp(a) + ε exp(b)), from the larger
-  const double a = std::log1p(-options.stale_share) + by_map;
-  const double b = std::log(options.stale_share) + by_background;
-  result.log_likelihood = options.field_trust * (std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))));
+  const double a = std::log1p(-kStaleShare) + by_map;
+  const double b = std::log(kStaleShare) + by_background;
+  result.log_likelihood = kFieldTrust * (std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))));
   return result;
 }
 

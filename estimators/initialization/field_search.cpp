@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/parallel.h"
+#include "estimators/initialization/scan_registration.h"
 
 namespace lodestone {
 
@@ -15,6 +16,7 @@ constexpr double kSigma_ut = 4.0;      // within half a step the field changes b
 constexpr double kWorstSquare = 16.0;  // of a reading, in sigmas: one broken sensor decides nothing
 constexpr double kCrowding = 3.0;      // readings that share one error of the map
 constexpr std::size_t kScored = 3000;  // of the places that fit the field best, so many are held against the cloud map
+constexpr std::size_t kCandidates = 100;  // that are registered
 constexpr double kPlacesApart_m = 0.3;
 constexpr double kPlacesApart_rad = 10.0 * std::numbers::pi / 180.0;
 
@@ -77,9 +79,9 @@ bool fit(const ArrayReading& array, const Quaternion& attitude, const Vector3& p
 }  // namespace
 
 std::vector<Place> search_field(const ArrayReading& array, const Quaternion& attitude, double height_m,
-                                const MagneticMap& map, const PlaceSearch& search, std::span<const SearchPoint> points,
-                                const PlaceSearchOptions& options) {
-  if (array.readings.empty() || options.field_candidates == 0) return {};
+                                const MagneticMap& map, const PlaceSearch& search,
+                                std::span<const SearchPoint> points) {
+  if (array.readings.empty()) return {};
   const FieldGrid& grid = map.grid();
   const int rows = static_cast<int>((grid.rows - 1) * grid.resolution_m / kStep_m) + 1;
   const int columns = static_cast<int>((grid.columns - 1) * grid.resolution_m / kStep_m) + 1;
@@ -111,14 +113,13 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
   for (const FieldFit& one : fits) places.push_back(one.place);
   search.score(points, places);
   // A scan is worth so many independent points, however many there are.
-  const double weight =
-      points.empty() ? 0.0 : std::min(1.0, options.independent_points / static_cast<double>(points.size()));
+  const double weight = points.empty() ? 0.0 : std::min(1.0, kIndependentPoints / static_cast<double>(points.size()));
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < fits.size(); ++i) order.emplace_back(-(fits[i].field + weight * places[i].score), i);
   std::sort(order.begin(), order.end());
   std::vector<Place> result;
   for (const auto& [cost, i] : order) {
-    if (result.size() >= static_cast<std::size_t>(options.field_candidates)) break;
+    if (result.size() >= kCandidates) break;
     const Place& place = places[i];
     const bool is_near = std::any_of(result.begin(), result.end(), [&](const Place& other) {
       return other.level == place.level && (other.position_m - place.position_m).norm() < kPlacesApart_m &&

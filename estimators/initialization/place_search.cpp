@@ -13,8 +13,9 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kHitAtPlace = 0.8;  // share of a scan that its true place explains
-constexpr double kLeastShare = 0.6;  // of the best score: worse places are not handed on
+constexpr double kHitAtPlace = 0.8;       // share of a scan that its true place explains
+constexpr double kLeastShare = 0.6;       // of the best score: worse places are not handed on
+constexpr std::size_t kCandidates = 250;  // that are registered
 constexpr double kApart_m = 0.5;
 constexpr double kApart_rad = 5.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kBatch = 256;  // blocks divided together
@@ -92,8 +93,8 @@ struct Block {
 
 }  // namespace
 
-PlaceSearch::PlaceSearch(std::vector<SiteLevel> levels, const PlaceSearchOptions& options)
-    : levels_(std::move(levels)), options_(options) {
+PlaceSearch::PlaceSearch(std::vector<SiteLevel> levels, const PlaceSearchOptions& options, int headings)
+    : levels_(std::move(levels)), options_(options), headings_(headings) {
   for (const SiteLevel& level : levels_) {
     pyramids_.emplace_back(level, depth);
     std::vector<std::uint32_t> site;
@@ -127,10 +128,9 @@ void PlaceSearch::score(std::span<const SearchPoint> points, std::span<Place> pl
 PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
   PlaceSearchResult result;
   if (levels_.empty() || points.empty()) return result;
-  const int headings = std::max(1, static_cast<int>(std::lround(360.0 / options_.yaw_step_deg)));
-  const auto yaw_of = [&](int heading) { return 2.0 * std::numbers::pi * heading / headings; };
-  std::vector<std::vector<Offset>> offsets(static_cast<std::size_t>(headings));
-  for (int i = 0; i < headings; ++i)
+  const auto yaw_of = [&](int heading) { return 2.0 * std::numbers::pi * heading / headings_; };
+  std::vector<std::vector<Offset>> offsets(static_cast<std::size_t>(headings_));
+  for (int i = 0; i < headings_; ++i)
     offsets[static_cast<std::size_t>(i)] = turned(points, yaw_of(i), levels_.front().cell_m);
   std::vector<Weights> weights;
   for (const std::vector<std::uint32_t>& site : sites_) weights.push_back(weigh(points, site));
@@ -155,7 +155,7 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
   };
   for (int level = 0; level < static_cast<int>(levels_.size()); ++level) {
     const SiteLevel& site = levels_[static_cast<std::size_t>(level)];
-    for (int yaw = 0; yaw < headings; ++yaw) {
+    for (int yaw = 0; yaw < headings_; ++yaw) {
       for (int row = 0; row < site.rows; row += 1 << depth) {
         for (int column = 0; column < site.columns; column += 1 << depth)
           add_if_standable(level, depth, yaw, row, column);
@@ -168,8 +168,7 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
     return a.level == b.level && (a.position_m - b.position_m).norm() < kApart_m &&
            std::abs(std::remainder(a.yaw - b.yaw, 2.0 * std::numbers::pi)) < kApart_rad;
   };
-  const auto most = static_cast<std::size_t>(options_.candidates);
-  while (!open.empty() && result.places.size() < most) {
+  while (!open.empty() && result.places.size() < kCandidates) {
     const Block top = open.top();
     const double best = result.places.empty() ? static_cast<double>(top.bound) : result.places.front().score;
     if (best <= 0.0 || static_cast<double>(top.bound) < kLeastShare * best) break;

@@ -34,12 +34,13 @@ struct PlaceSearchResult {
 /// occupancy).
 class PlaceSearch {
  public:
-  PlaceSearch(std::vector<SiteLevel> levels, const PlaceSearchOptions& options);
+  /// `headings`: that the search tries, evenly spread; each degree.
+  PlaceSearch(std::vector<SiteLevel> levels, const PlaceSearchOptions& options, int headings = 360);
 
   static constexpr int depth = 5;                        ///< of the pyramids
   static constexpr int margin_cells = (1 << depth) + 4;  ///< that levels need
 
-  /// The best places, up to options.candidates, down to 0.6 of the best score. Deterministic on any number of threads.
+  /// The best places, up to 250, down to 0.6 of the best score. Deterministic on any number of threads.
   PlaceSearchResult best(std::span<const SearchPoint> points) const;
 
   /// Sets the scores of given places, at the resolution of the cells.
@@ -55,6 +56,7 @@ class PlaceSearch {
   std::vector<LevelPyramid> pyramids_;
   std::vector<std::vector<std::uint32_t>> sites_;  ///< cells of each level that hold anything: where weights come from
   PlaceSearchOptions options_;
+  int headings_;
 };
 
 }  // namespace lodestone

@@ -37,7 +37,7 @@ class PoseSearch {
   double fit(const Pose& T_map_imu, double slack) const;
 
   /// ln p(scan, readings | pose) but for a constant, by the rules of the search of the whole map: a scan says no more
-  /// than options.search.independent_points points do, and an array no more than one whose errors the map shares.
+  /// than kIndependentPoints do, and an array no more than one whose errors the map shares.
   double log_likelihood(const Pose& T_map_imu, const FieldBackground& background) const;
 
  private:

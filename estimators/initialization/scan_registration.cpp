@@ -67,8 +67,8 @@ RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose
   return result;
 }
 
-double independent_points(std::size_t points, const PlaceSearchOptions& options) {
-  return std::min(options.independent_points, 0.2 * static_cast<double>(points));
+double independent_points(std::size_t points) {
+  return std::min(kIndependentPoints, 0.2 * static_cast<double>(points));
 }
 
 ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map) {

@@ -5,7 +5,6 @@
 
 #include "core/lidar/association.h"
 #include "core/lidar/plane_map_source.h"
-#include "estimators/initialization/place_search_options.h"
 
 namespace lodestone {
 
@@ -31,7 +30,11 @@ struct ScanAgreement {
 /// σ is 5 cm and 3 mm a metre of range: what a place is right to before an estimator had a say.
 ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map);
 
+/// A scan says at most as much as so many independent points: neighbours lie on the same surface
+/// (docs/design/024-initial-pose-search.md).
+inline constexpr double kIndependentPoints = 60.0;
+
 /// How many independent points a scan's `points` are worth: what stands in view may be little, then it says little.
-double independent_points(std::size_t points, const PlaceSearchOptions& options);
+double independent_points(std::size_t points);
 
 }  // namespace lodestone

@@ -19,9 +19,10 @@ constexpr std::size_t kLeastPoints = 100;  // of a scan that can be searched for
 constexpr double kReadingSpan_s = 0.05;
 constexpr double kFinalistMargin = 14.0;  // in log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
-constexpr double kFirstLook_s = 1.0;  // of tracking, before it is decided whether more is needed
-constexpr double kSettled_s = 0.5;    // of tracking, after which the pose is right and the begin yet near
-constexpr double kLeastLag_s = 0.2;   // between two poses that a velocity is taken from
+constexpr double kFirstLook_s = 1.0;      // of tracking, before it is decided whether more is needed
+constexpr double kSettled_s = 0.5;        // of tracking, after which the pose is right and the begin yet near
+constexpr double kLeastLag_s = 0.2;       // between two poses that a velocity is taken from
+constexpr double kStationsApart_m = 1.0;  // the next scan says something new after such a way
 constexpr double kSame_m = 0.3;
 constexpr double kSame_rad = 3.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kReported = 5;
@@ -51,12 +52,12 @@ StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const
   return candidate;
 }
 
-/// Scans that say something new: the last one, and before it one after each further way of `distance_m`.
-std::vector<std::size_t> stations_of(const std::vector<NavState>& states, double distance_m) {
+/// Scans that say something new: the last one, and before it one after each further way of kStationsApart_m.
+std::vector<std::size_t> stations_of(const std::vector<NavState>& states) {
   std::vector<std::size_t> stations{states.size() - 1};
   for (std::size_t k = states.size(); k-- > 0;) {
     const Vector3 way = states[k].T_map_imu.position - states[stations.back()].T_map_imu.position;
-    if (way.norm() >= distance_m) stations.push_back(k);
+    if (way.norm() >= kStationsApart_m) stations.push_back(k);
   }
   return stations;
 }
@@ -186,8 +187,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
     parallel_for(std::size_t{0}, finalists.size(),
                  [&](std::size_t i) { finalists[i].track.follow(rest.subspan(tracked, upto - tracked)); });
     tracked = upto;
-    const std::vector<std::size_t> stations =
-        stations_of(finalists[best].track.states(), options_.independent_distance_m);
+    const std::vector<std::size_t> stations = stations_of(finalists[best].track.states());
     parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       Finalist& finalist = finalists[i];
       finalist.log_likelihood = finalist.nowhere = 0.0;

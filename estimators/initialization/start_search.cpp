@@ -15,7 +15,9 @@ namespace lodestone {
 namespace {
 
 constexpr double kFloorThickness_m = 0.15;
-constexpr double kNowhereShare = 0.5;  // of the scan that fits by chance where it was not taken
+constexpr double kSearchRange_m = 40.0;  // points farther from the robot do not take part in the search
+constexpr int kSearchPoints = 500;       // of the scan that take part in the search, spread evenly
+constexpr double kNowhereShare = 0.5;    // of the scan that fits by chance where it was not taken
 constexpr std::size_t kJudgedPoints = 1500;
 constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, on each of some hundred places
 constexpr double kTilesTogether_m = 32.0;
@@ -48,27 +50,26 @@ std::vector<Point> thinned(std::vector<Point> points, std::size_t most) {
 
 }  // namespace
 
-StartEvidence::StartEvidence(const SensorSuite& suite, const MagneticMap* field, const PlaceSearchOptions& options)
-    : suite_(suite), field_(field), options_(options) {
+StartEvidence::StartEvidence(const SensorSuite& suite, const MagneticMap* field) : suite_(suite), field_(field) {
   if (field_ != nullptr) background_ = field_background(*field_);
 }
 
 void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
                           StartCandidate& candidate) const {
   candidate.lidar = agreement(points, candidate.T_map_imu, planes);
-  candidate.log_likelihood = -independent_points(points.size(), options_) * candidate.lidar.cost;
+  candidate.log_likelihood = -independent_points(points.size()) * candidate.lidar.cost;
   if (field_ == nullptr || array == nullptr) return;
-  candidate.field = field_evidence(*array, candidate.T_map_imu, suite_, *field_, background_, options_);
+  candidate.field = field_evidence(*array, candidate.T_map_imu, suite_, *field_, background_);
   candidate.log_likelihood += candidate.field.log_likelihood;
 }
 
 double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array,
                               const Quaternion& attitude) const {
-  double result = -independent_points(points.size(), options_) * (1.0 - kNowhereShare) * ScanAgreement::most;
+  double result = -independent_points(points.size()) * (1.0 - kNowhereShare) * ScanAgreement::most;
   if (field_ != nullptr && array != nullptr) {
     // Far from any map, whatever the heading.
     const Pose far{attitude, Vector3::Constant(1e7)};
-    result += field_evidence(*array, far, suite_, *field_, background_, options_).log_likelihood;
+    result += field_evidence(*array, far, suite_, *field_, background_).log_likelihood;
   }
   return result;
 }
@@ -89,9 +90,8 @@ StartSearch::StartSearch(const PlaneMapSource& planes, const MagneticMap* field,
       field_(field),
       suite_(suite),
       association_(association),
-      options_(options),
       search_(levels_of(planes), options),
-      evidence_(suite, field, options) {}
+      evidence_(suite, field) {}
 
 Pose StartSearch::pose_of(const Place& place, const Quaternion& attitude, double height_m) const {
   const SiteLevel& level = search_.levels()[static_cast<std::size_t>(place.level)];
@@ -106,7 +106,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   StartCandidates result;
   const Quaternion attitude = start_attitude(scan);
   const double height_m = height_above_floor(scan);
-  const std::vector<SearchPoint> points = search_points(scan, options_.range_m, options_.points);
+  const std::vector<SearchPoint> points = search_points(scan, kSearchRange_m, kSearchPoints);
   const std::vector<Eigen::Vector3f> judged = above_floor(scan);
   const std::vector<Eigen::Vector3f> registered_points = thinned(scan.points, kRegisteredPoints);
   ScanLidars registered_lidars = scan.lidars;
@@ -118,7 +118,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   result.complete = by_lidar.complete;
   std::vector<Place> places = std::move(by_lidar.places);
   if (field_ != nullptr && array != nullptr) {
-    const std::vector<Place> by_field = search_field(*array, attitude, height_m, *field_, search_, points, options_);
+    const std::vector<Place> by_field = search_field(*array, attitude, height_m, *field_, search_, points);
     places.insert(places.end(), by_field.begin(), by_field.end());
   }
   // Neighbours one after the other, so that tiles of a large map are loaded once.

@@ -32,7 +32,7 @@ struct StartCandidates {
 class StartEvidence {
  public:
   /// `field` may be null. Both must outlive this.
-  StartEvidence(const SensorSuite& suite, const MagneticMap* field, const PlaceSearchOptions& options);
+  StartEvidence(const SensorSuite& suite, const MagneticMap* field);
 
   /// `points`: of the scan above the floor, imu frame. `array`: null where there is none.
   void weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
@@ -44,7 +44,6 @@ class StartEvidence {
  private:
   const SensorSuite& suite_;
   const MagneticMap* field_;
-  PlaceSearchOptions options_;
   FieldBackground background_;
 };
 
@@ -72,7 +71,6 @@ class StartSearch {
   const MagneticMap* field_;
   const SensorSuite& suite_;
   AssociationOptions association_;
-  PlaceSearchOptions options_;
   PlaceSearch search_;
   StartEvidence evidence_;
 };

@@ -73,8 +73,8 @@ bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, cons
     });
     for (std::size_t i = first; i < last && input_.options.smoother.solver.condensed; ++i)
       release(*keyframes_[which[i]]);
-    const double share = (rounds_ + static_cast<double>(last) / static_cast<double>(which.size())) /
-                         static_cast<double>(kMostRounds);
+    const double share =
+        (rounds_ + static_cast<double>(last) / static_cast<double>(which.size())) / static_cast<double>(kMostRounds);
     if (progress && !progress(share)) return false;
   }
   return true;

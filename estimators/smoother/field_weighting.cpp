@@ -114,8 +114,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
                                       const Matrix6& covariance, double spacing_m, double factor,
                                       const FieldWeighting& weighting, FieldStatistics& statistics) {
   const MagneticOptions& options = weighting.options;
-  const double inflation =
-      correlation_inflation(spacing_m, map_correlation_m(options, weighting.map), kMostInflation);
+  const double inflation = correlation_inflation(spacing_m, map_correlation_m(options, weighting.map), kMostInflation);
   std::vector<FieldReading> result;
   for (const ArrayReading& array : arrays) {
     const Eigen::Index most = 3 * static_cast<Eigen::Index>(array.readings.size());

@@ -23,7 +23,8 @@ constexpr double kUnseenGain = 1e-3;
 /// information (docs/design/010-unobservable-rigid-motion.md).
 constexpr double kFollowGain = 0.01;
 
-/// Of a magnetometer's height against the layer of a field map with one layer (docs/design/017-height-without-cloud-map.md).
+/// Of a magnetometer's height against the layer of a field map with one layer
+/// (docs/design/017-height-without-cloud-map.md).
 constexpr double kHeightSigma_m = 0.02;
 constexpr auto kHeightVariance_m2 = static_cast<float>(kHeightSigma_m * kHeightSigma_m);
 
@@ -89,8 +90,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     keyframe.lidar.long_map_error_root = pose_error_root(far.covariance);
     keyframe.lidar.long_map_error_length_m = far.length_m;
   }
-  keyframe.lidar_information = keyframe.lidar.cost.hessian(keyframe.associated) -
-                               kNormalNoiseMargin * keyframe.lidar.cost.spurious_information;
+  keyframe.lidar_information =
+      keyframe.lidar.cost.hessian(keyframe.associated) - kNormalNoiseMargin * keyframe.lidar.cost.spurious_information;
   keyframe.seen_share = keyframe.lidar.cost.seen_share(keyframe.associated);
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
@@ -142,8 +143,8 @@ Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavStat
 
 void KeyframeMeasurements::decide(Keyframe& keyframe, const Degeneracy& analysed, const Degeneracy* before,
                                   const Pose& pose_before) const {
-  keyframe.degeneracy = before == nullptr ? analysed
-                                          : follow(analysed, keyframe.associated, *before, pose_before, kFollowGain);
+  keyframe.degeneracy =
+      before == nullptr ? analysed : follow(analysed, keyframe.associated, *before, pose_before, kFollowGain);
   keyframe.analysed = keyframe.associated;
   if (input_.planes == nullptr) return;
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;

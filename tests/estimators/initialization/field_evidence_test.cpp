@@ -47,11 +47,10 @@ class FieldEvidenceOfAnArray : public ::testing::Test {
     return array;
   }
   double evidence(const ArrayReading& array, const Pose& pose) const {
-    return field_evidence(array, pose, suite_, map_, background_, options_).log_likelihood;
+    return field_evidence(array, pose, suite_, map_, background_).log_likelihood;
   }
 
   SensorSuite suite_;
-  PlaceSearchOptions options_;
   MagneticMap map_;
   FieldBackground background_;
 };
@@ -72,7 +71,7 @@ TEST_F(FieldEvidenceOfAnArray, OfAMapThatHasChangedIsBoundedByTheShareOfStaleMap
   for (MeanReading& reading : array.readings)
     reading.measured_ut += Vector3(60.0, -30.0, 20.0);  // a car is parked here now
   const double off_map = evidence(array, {truth.rotation, {100.0, 0.0, 0.0}});
-  EXPECT_GE(evidence(array, truth), off_map + options_.field_trust * std::log(options_.stale_share) - 1e-9);
+  EXPECT_GE(evidence(array, truth), off_map + kFieldTrust * std::log(kStaleShare) - 1e-9);
   EXPECT_LE(evidence(array, truth), off_map);
 }
 

@@ -77,10 +77,8 @@ TEST(PlaceSearch, ABlocksBoundIsAboveTheScoreOfEveryPlaceInIt) {
 }
 
 TEST(PlaceSearch, FindsTheBestPlaceOfTheWholeGrid) {
-  PlaceSearchOptions options;
-  options.yaw_step_deg = 15.0;
   const SiteLevel level = random_level(7);
-  const PlaceSearch search({level}, options);
+  const PlaceSearch search({level}, {}, 24);
   const std::vector<SearchPoint> points = scan_of(level, 8, 50);
   std::vector<Place> all;
   for (int heading = 0; heading < 24; ++heading) {

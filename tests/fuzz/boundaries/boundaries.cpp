@@ -300,7 +300,7 @@ void read_world(const fs::path& folder) {
 
 void write_configuration(const fs::path& folder) {
   write_text(folder / "options.yaml",
-             "smoother:\n  window_s: 3.0\n  solver: {max_iterations: 4}\nlidar: {map: {voxel_m: [0.5, 1]}}\n");
+             "smoother:\n  window_s: 3.0\n  solver: {condensed: false}\nlidar: {map: {voxel_m: [0.5, 1]}}\n");
 }
 void read_configuration(const fs::path& folder) {
   ConfigurationNode::load((folder / "options.yaml").string());
