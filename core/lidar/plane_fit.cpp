@@ -6,14 +6,6 @@
 
 namespace lodestone {
 
-namespace {
-
-/// Largest thickness over the smaller in-plane spread: a voxel of other shape is no plane
-/// (docs/design/048-options-that-went.md).
-constexpr double kMostThicknessOverSpread = 0.3;
-
-}  // namespace
-
 bool fit_plane(const PointMoments& moments, const Vector3& reference, const PlaneFitOptions& options, Plane& plane) {
   if (moments.count < std::max(options.min_points, 4)) return false;
   const double count = static_cast<double>(moments.count);
@@ -24,7 +16,7 @@ bool fit_plane(const PointMoments& moments, const Vector3& reference, const Plan
   const double thickness = std::sqrt(variance[0]);
   const double minor_spread = std::sqrt(variance[1]);
   if (thickness > options.max_thickness_m || minor_spread < options.min_spread_m ||
-      thickness > kMostThicknessOverSpread * minor_spread) {
+      thickness > options.max_thickness_ratio * minor_spread) {
     return false;
   }
   // Three parameters were fitted: the unbiased residual variance has count − 3 degrees of freedom.

@@ -48,19 +48,22 @@ struct Plane {
 /// When a set of points counts as a plane.
 struct PlaneFitOptions {
   int min_points = 6;
-  double max_thickness_m = 0.03;  ///< rms distance from the plane
-  double min_spread_m = 0.04;     ///< the smaller in-plane spread (one sigma): a line is no plane
+  double max_thickness_m = 0.03;     ///< rms distance from the plane
+  double max_thickness_ratio = 0.3;  ///< thickness over the smaller in-plane spread
+  double min_spread_m = 0.04;        ///< the smaller in-plane spread (one sigma): a line is no plane
 
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("min_points", min_points, "fewest points of a plane");
     visitor.field("max_thickness_m", max_thickness_m, "largest rms distance of a plane's points from it");
+    visitor.field("max_thickness_ratio", max_thickness_ratio, "thickness over the smaller in-plane spread");
     visitor.field("min_spread_m", min_spread_m, "smallest in-plane spread, one sigma");
   }
 
   void check() const {
     option_checks::within("min_points", min_points, 4, 1000000);
     option_checks::positive("max_thickness_m", max_thickness_m);
+    option_checks::positive("max_thickness_ratio", max_thickness_ratio);
     option_checks::not_negative("min_spread_m", min_spread_m);
   }
 };

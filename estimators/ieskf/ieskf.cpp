@@ -18,7 +18,7 @@ namespace lodestone {
 
 namespace {
 
-// Where the iterations of an update end. The MIL-LC paper does not state its values.
+// Where the iterations of an update end (docs/design/048-options-that-went.md).
 constexpr int kMagneticIterations = 3;
 constexpr double kConverged_m = 1e-3;
 constexpr double kConverged_deg = 1e-2;

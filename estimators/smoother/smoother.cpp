@@ -20,7 +20,8 @@ constexpr int kNarrowings = 3;  // of the gate for correspondences
 constexpr double kWideGate_m = 0.01;
 constexpr double kWideGate_rad = 0.003;
 
-// A keyframe that moved or turned further gets new correspondences. Voxels are 25 times, gates 30 times wider.
+// A keyframe that moved or turned further gets new correspondences. An edge of a voxel is 25 times as long
+// (docs/design/048-options-that-went.md).
 constexpr double kReassociateMoved_m = 0.01;
 constexpr double kReassociateTurned_deg = 0.1;
 
