@@ -33,6 +33,10 @@ struct Diagnostics {
   double magnetic_nis = 0.0;  ///< of the array samples at the prediction: mean of rᵀ S⁻¹ r per component; 0: none
   double clock_offset_s = 0.0;  ///< how late the magnetometers' stamps are
   double clock_sigma_s = 0.0;   ///< of it; 0: not estimated
+  double place_share = 0.0;  ///< of the scan's points above the floor: those where the cloud map has something
+  double decoy_share = 0.0;  ///< the same at places where the robot is not
+  int place_points = 0;      ///< such points; 0: not judged
+  double field_odds = 0.0;   ///< log odds of the readings at this pose against anywhere on the field map
   int iterations = 0;
   double step_ms = 0.0;  ///< wall time of the step
 };

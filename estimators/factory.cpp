@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "estimators/ieskf/ieskf.h"
+#include "estimators/health/supervised.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
 
@@ -44,7 +45,7 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
 }  // namespace
 
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
-  std::unique_ptr<Estimator> estimator = make_unmonitored(name, input);
+  std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(make_unmonitored(name, input), input);
   if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;
   return std::make_unique<Monitored>(std::move(estimator), input.suite, input.warnings);
 }

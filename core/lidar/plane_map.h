@@ -40,6 +40,10 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   /// and those behind it not, and the wall would seem to stand nearer than it does.
   const Plane* match(const Eigen::Vector3f& point, float max_distance_m) const;
 
+  /// Whether a point is where the map has something: within `distance_m` of the plane that `match` finds, or in a voxel
+  /// with points that are no plane.
+  bool agrees(const Eigen::Vector3f& point, float distance_m) const;
+
   const std::vector<Plane>& planes() const { return planes_; }
   const PlaneMapOptions& options() const { return options_; }
 

@@ -17,7 +17,8 @@ std::string diagnostics_header() {
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
   return text +
          ",degenerate_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,magnetic_weight,magnetic_shrink,"
-         "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,clock_offset_s,clock_sigma_s,iterations,step_ms\n";
+         "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,place_share,decoy_share,field_odds,clock_offset_s,"
+         "clock_sigma_s,iterations,step_ms\n";
 }
 
 /// A number, or nan if nothing was measured: zero would look like a very good value.
@@ -40,6 +41,8 @@ std::string diagnostics_row(const Estimate& estimate) {
       fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);
   text += figure(field, d.magnetic_weight) + figure(field, d.magnetic_shrink) + figure(field, d.magnetic_residual_ut);
   text += figure(d.magnetic_nis > 0.0, d.magnetic_nis) + fmt::format(",{}", d.magnetic_set_aside);
+  text += figure(d.place_points > 0, d.place_share) + figure(d.place_points > 0, d.decoy_share);
+  text += figure(d.field_odds != 0.0, d.field_odds);
   text += figure(clock, d.clock_offset_s) + figure(clock, d.clock_sigma_s);
   return text + fmt::format(",{},{:.6g}\n", d.iterations, d.step_ms);
 }
