@@ -14,8 +14,8 @@ using Rows = Eigen::MatrixXd;
 constexpr int kState = 15;
 constexpr int kMessage = 17;
 
-// Columns are scaled by the plausible initial sigma of each variable, so a pivot is the ratio of this sigma to the measured one. A smaller pivot
-// counts as no information about its variable.
+// Columns are scaled by the plausible initial sigma of each variable, so a pivot is the ratio of this sigma to the
+// measured one. A smaller pivot counts as no information about its variable.
 constexpr double kSmallestPivot = 1e-6;
 
 Eigen::Matrix<double, kMessage, 1> column_scale() {
