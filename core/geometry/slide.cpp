@@ -17,13 +17,13 @@ Pose motion(const Slide& slide, double distance_m) {
 
 }  // namespace
 
-Slide Slide::along(const Vector6& hidden, const Pose& pose) {
+Slide Slide::along(const Vector6& degenerate, const Pose& pose) {
   Slide result;
   result.at = pose.position;
-  const double shift = hidden.tail<3>().norm();
-  if (hidden.head<3>().norm() > kLargestTurn_rad_m * shift) return result;
-  result.direction = hidden.tail<3>() / shift;
-  result.turn = pose.rotation * Vector3(hidden.head<3>() / shift);
+  const double shift = degenerate.tail<3>().norm();
+  if (degenerate.head<3>().norm() > kLargestTurn_rad_m * shift) return result;
+  result.direction = degenerate.tail<3>() / shift;
+  result.turn = pose.rotation * Vector3(degenerate.head<3>() / shift);
   return result;
 }
 

@@ -17,7 +17,7 @@ struct Slide {
 
   /// The slide along a degenerate direction (tangent φ, p) of a pose; empty if it rotates the pose by more than 0.3 rad
   /// a metre.
-  static Slide along(const Vector6& hidden, const Pose& pose);
+  static Slide along(const Vector6& degenerate, const Pose& pose);
 
   /// The same motion of the map, relative to another place.
   Slide about(const Vector3& place) const;

@@ -130,8 +130,8 @@ Matrix6 pose_error_root(const Matrix6& covariance) {
   return root.matrixL();
 }
 
-MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_seen) {
-  const Matrix3 rotation = T_map_seen.rotation.toRotationMatrix();
+MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
   // Ordered, so that sums are the same on every machine.
   std::map<MapErrorCube, Cube> cubes;
   Matrix6 information = Matrix6::Zero();
@@ -152,7 +152,7 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
     Vector6 jacobian;
     jacobian << arm.cross(normal), normal;
     const Vector3 weighed = weight * normal;
-    const double residual = normal.dot(arm + T_map_seen.position - center);
+    const double residual = normal.dot(arm + T_map_imu.position - center);
     last->coupling.noalias() += jacobian * weighed.transpose();
     last->weight.noalias() += weighed * normal.transpose();
     last->residual += residual * weighed;
@@ -162,7 +162,7 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
     information.noalias() += (weight * jacobian) * jacobian.transpose();
   }
   MapError result;
-  result.position = T_map_seen.position;
+  result.position = T_map_imu.position;
   if (cubes.size() < kFewestCubes) return result;
 
   // Keeps the factorization defined along directions that no point constrains.

@@ -78,7 +78,7 @@ struct MapError {
 /// L of a pose's covariance L Lᵀ. Invertible: sigmas of at least a micrometre and a microradian.
 Matrix6 pose_error_root(const Matrix6& covariance);
 
-/// Effect of the map's error on a scan. `T_map_seen`: near the pose that fits the correspondences.
-MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_seen);
+/// Effect of the map's error on a scan. `T_map_imu`: near the pose that fits the correspondences.
+MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 
 }  // namespace lodestone

@@ -97,9 +97,9 @@ Eigen::Matrix<double, 6, 13> motion_rows(const Matrix3& rotation, const Vector3&
 /// Marginalizes the last variables of `moment`; `information` is their prior.
 template <int kept, class Matrix>
 Eigen::Matrix<double, kept, kept> marginal(const Matrix& moment, const Eigen::MatrixXd& information) {
-  const Eigen::Index gone = moment.rows() - kept;
-  const Eigen::LLT<Eigen::MatrixXd> root(moment.bottomRightCorner(gone, gone) + information);
-  const Eigen::MatrixXd border = root.matrixL().solve(moment.bottomLeftCorner(gone, kept));
+  const Eigen::Index marginalized = moment.rows() - kept;
+  const Eigen::LLT<Eigen::MatrixXd> root(moment.bottomRightCorner(marginalized, marginalized) + information);
+  const Eigen::MatrixXd border = root.matrixL().solve(moment.bottomLeftCorner(marginalized, kept));
   Eigen::Matrix<double, kept, kept> result = moment.template topLeftCorner<kept, kept>();
   result.noalias() -= border.transpose() * border;
   return result;
