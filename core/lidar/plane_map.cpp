@@ -131,7 +131,7 @@ const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m)
   float best_distance = max_distance_m;
   for (int axis = 0; axis < 3; ++axis) {
     const float share = scaled[axis] - floor[axis];
-    // Only as far over the edge as a match could be off.
+    // The edge must not be further than the largest distance of a match.
     const float beyond = std::min(share, 1.0F - share) * static_cast<float>(options_.voxel_m);
     if (beyond > max_distance_m) continue;
     Eigen::Vector3i neighbour = voxel;
