@@ -6,21 +6,21 @@
 
 namespace lodestone {
 
-/// Lost: no finite state, or a position known to worse than 3 m in some direction. Degenerate: LiDAR missed a
-/// direction.
+/// Lost: the state is not finite, or the largest position sigma exceeds 3 m. Degenerate: at least one direction that
+/// LiDAR does not observe.
 inline Health judge(const Estimate& estimate) {
   const double variance = estimate.covariance.diagonal().tail<3>().maxCoeff();
   if (!estimate.state.T_map_imu.position.allFinite() || !(variance < 9.0)) return Health::lost;
   return estimate.diagnostics.degenerate_directions > 0 ? Health::degenerate : Health::good;
 }
 
-/// Whether the field, which is all there is without LiDAR, still agrees with its map. A pose in the wrong place fits
-/// some reading or other and so keeps a small covariance: that covariance cannot tell that it is lost, but Huber's
-/// weights do, which are near 1 as long as the readings are what map and prediction say. Their mean over the last few
-/// seconds below one half is lost. Without readings on the map nothing is judged here: then the covariance grows.
+/// Detects a wrong pose from the field, where LiDAR does not observe all directions. At a wrong pose the covariance
+/// stays small, because some readings fit by chance. Huber weights show it: they are near 1 only if readings agree with
+/// the map. Lost: their mean over a few seconds is below one half. Without readings on the map, the mean does not
+/// change; the growing covariance detects this case. Source: docs/design/018-magnetometer-faults.md.
 class FieldAgreement {
  public:
-  /// `step_s`: since the step before.
+  /// `step_s`: time since the previous step.
   void add(const Diagnostics& diagnostics, double step_s) {
     if (diagnostics.magnetic_samples == 0) return;
     constexpr double kMemory_s = 3.0;

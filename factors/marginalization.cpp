@@ -66,7 +66,7 @@ MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<Windo
   Eigen::MatrixXd remaining = rest.bottomRows(rows - factorization.rank());
   const Eigen::Index kept = columns.size - gone;
   if (remaining.rows() > kept) {
-    // Triangular in the remaining variables; the rows below hold a constant cost alone.
+    // Triangular in the remaining variables; rows below contribute only a constant cost.
     Eigen::HouseholderQR<Eigen::MatrixXd> triangle(remaining.leftCols(kept));
     Eigen::MatrixXd right = remaining.rightCols(1 + errors);
     right.applyOnTheLeft(triangle.householderQ().adjoint());

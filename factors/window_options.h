@@ -17,16 +17,15 @@ struct SlidingWindowOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("max_iterations", max_iterations, "iterations of one solve");
-    visitor.field("condensed", condensed, "a scan as thirteen residuals; false: one residual a point");
-    visitor.field("magnetometer_bias_states", magnetometer_bias_states, "estimate a bias of each magnetometer");
-    visitor.field("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut, "one sigma of each bias at the start");
+    visitor.field("max_iterations", max_iterations, "largest number of iterations of one solve");
+    visitor.field("condensed", condensed, "condense each scan to 25 residuals; false: one residual per point");
+    visitor.field("magnetometer_bias_states", magnetometer_bias_states, "estimate the bias of each magnetometer");
+    visitor.field("magnetometer_bias_sigma_ut", magnetometer_bias_sigma_ut, "initial sigma of each bias, µT");
     visitor.field("magnetometer_bias_walk_ut", magnetometer_bias_walk_ut, "drift of each bias, µT/√s");
-    visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "a bias is constant for so long");
+    visitor.field("magnetometer_bias_epoch_s", magnetometer_bias_epoch_s, "time over which a bias is constant");
     visitor.field("magnetometer_bias_jumps", magnetometer_bias_jumps,
-                  "a bias may also jump or drift fast where the readings insist on it");
-    visitor.field("map_error_states", map_error_states,
-                  "estimate the error of the cloud map that scans near each other share");
+                  "allow jumps and fast drift of a bias if the readings require them");
+    visitor.field("map_error_states", map_error_states, "estimate the error of the cloud map that nearby scans share");
   }
 
   void check() const {

@@ -22,12 +22,8 @@ constexpr float kOnPlane_m = 0.15F;      // of a point that agrees with a plane
 constexpr double kReadingSpan_s = 0.05;  // of the mean of each magnetometer's readings
 
 /// Poses where the robot is not: x and y in metres, yaw in radians, from the estimate.
-constexpr std::array<std::array<double, 3>, 6> kDecoys{{{2.1, 0.7, 0.6},
-                                                        {-1.3, 2.4, -0.9},
-                                                        {0.9, -3.2, 1.7},
-                                                        {-3.4, -1.1, 2.6},
-                                                        {4.3, 2.2, -2.2},
-                                                        {-2.6, 3.7, -1.5}}};
+constexpr std::array<std::array<double, 3>, 6> kDecoys{
+    {{2.1, 0.7, 0.6}, {-1.3, 2.4, -0.9}, {0.9, -3.2, 1.7}, {-3.4, -1.1, 2.6}, {4.3, 2.2, -2.2}, {-2.6, 3.7, -1.5}}};
 
 Pose decoy(const Pose& T_map_imu, const std::array<double, 3>& offset) {
   const Quaternion turn(Eigen::AngleAxisd(offset[2], Vector3::UnitZ()));

@@ -4,7 +4,7 @@
 
 namespace lodestone {
 
-/// How a start anywhere on the map is looked for, and when it counts as found.
+/// Options of the search of the initial pose on the whole map, and of its acceptance.
 struct PlaceSearchOptions {
   double data_s = 5.0;
   double min_probability = 0.99;
@@ -23,27 +23,29 @@ struct PlaceSearchOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("data_s", data_s, "at most so much of the log's beginning is looked at");
+    visitor.field("data_s", data_s, "length of the log that is used, from its begin, at most");
     visitor.field(
         "min_probability", min_probability,
-        "a place less probable than this, among all candidates and 'nowhere on the map', is refused; lower it to "
-        "go on with the best");
-    visitor.field("yaw_step_deg", yaw_step_deg, "headings tried in the search");
-    visitor.field("range_m", range_m, "points farther from the robot do not take part in the search");
-    visitor.field("points", points, "of the scan that take part in the search, spread evenly");
-    visitor.field("candidates", candidates, "places that the search over the cloud map hands on");
-    visitor.field("field_candidates", field_candidates, "places that the search over the magnetic map hands on");
+        "the best place is rejected if its probability, among all candidates and 'nowhere on the map', is smaller; "
+        "lower it to accept the best place");
+    visitor.field("yaw_step_deg", yaw_step_deg, "step between the headings of the search");
+    visitor.field("range_m", range_m, "points farther from the robot are ignored by the search");
+    visitor.field("points", points, "number of points of the scan that the search uses, evenly distributed");
+    visitor.field("candidates", candidates, "largest number of candidates from the search over the cloud map");
+    visitor.field("field_candidates", field_candidates,
+                  "largest number of candidates from the search over the magnetic map");
     visitor.field("max_nodes", max_nodes,
-                  "the search ends after so many blocks of places; what it leaves out counts as doubt");
+                  "the search stops after this number of blocks of places; its result is then not accepted");
     visitor.field("independent_points", independent_points,
-                  "a scan says as much as so many independent points: neighbours lie on the same surface");
+                  "a scan counts as this number of independent points, since neighbours lie on the same surface");
     visitor.field("independent_distance_m", independent_distance_m,
-                  "the next scan says something new after such a way");
-    visitor.field("field_trust", field_trust, "power of the field's likelihood: its errors are correlated");
+                  "scans at this distance from each other count as independent");
+    visitor.field("field_trust", field_trust, "exponent of the field's likelihood, since its errors are correlated");
     visitor.field("stale_share", stale_share, "share of the magnetic map that may have changed since the survey");
-    visitor.field("field_correlation_m", field_correlation_m, "errors of the magnetic map are one over this distance");
-    visitor.field("position_sigma_m", position_sigma_m,
-                  "of a candidate once it is registered: the field's gradient times this");
+    visitor.field("field_correlation_m", field_correlation_m, "correlation length of the magnetic map's errors");
+    visitor.field(
+        "position_sigma_m", position_sigma_m,
+        "position error of a registered candidate; its product with the field's gradient is an error of the field");
   }
 
   void check() const {

@@ -13,7 +13,7 @@ constexpr double kVelocitySigma_m_s = 1.5;
 EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start) {
   input.initial_pose = pose_at_start;
   input.initial_velocity = Vector3::Zero();
-  input.warnings = nullptr;  // what a wrong hypothesis runs into is no warning of the run
+  input.warnings = nullptr;  // problems of a wrong hypothesis are no warnings of the run
   InitialOptions& initial = input.options.initial;
   initial.position_sigma_m = kPositionSigma_m;
   initial.rotation_sigma_deg = kRotationSigma_deg;
@@ -21,7 +21,7 @@ EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start) {
   return input;
 }
 
-/// Keeps the states of a run.
+/// Stores the states of a run.
 class StateSink : public EstimateSink {
  public:
   StateSink(std::vector<NavState>& states, bool& lost) : states_(states), lost_(lost) {}

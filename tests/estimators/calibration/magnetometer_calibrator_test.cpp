@@ -84,7 +84,7 @@ TEST(CalibrateMagnetometers, TumblingShowsHardAndSoftIronWithoutAMap) {
   // Nothing in the log tells a strong field from a large scale.
   ASSERT_EQ(result.held.size(), 1U);
   EXPECT_THAT(result.held[0],
-              HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
+              HasSubstr("all magnetometers alike: scale along all axes together: not determined by this motion"));
 }
 
 TEST(CalibrateMagnetometers, OneMagnetometerAloneTumbles) {
@@ -113,7 +113,7 @@ TEST(CalibrateMagnetometers, LevelTurnsShowWhatIsLevel) {
     mean_truth += array.truth[j].hard_iron_ut / 3.0;
   }
   EXPECT_THAT(result.held,
-              Contains(HasSubstr("offset along z of the robot: not shown by this motion; held as given ± 20 µT")));
+              Contains(HasSubstr("offset along z of the robot: not determined by this motion; kept as given ± 20 µT")));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along x"))));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along y"))));
   // What is held together may still differ from one to the next, and that is shown.
@@ -133,8 +133,8 @@ TEST(CalibrateMagnetometers, AStraightLineShowsDifferencesAlone) {
   const MagnetometerCalibrationResult result = calibrate(array);
   print("straight", array, result);
   for (const char axis : {'x', 'y', 'z'}) {
-    EXPECT_THAT(result.held,
-                Contains(HasSubstr(std::string("offset along ") + axis + " of the robot: not shown by this motion")));
+    EXPECT_THAT(result.held, Contains(HasSubstr(std::string("offset along ") + axis +
+                                                " of the robot: not determined by this motion")));
   }
   // What all share is unknown; no sigma pretends otherwise.
   for (std::size_t j = 0; j < 3; ++j) {
@@ -158,7 +158,7 @@ TEST(CalibrateMagnetometers, AMagnetometerWithoutReadingsIsNamed) {
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
   EXPECT_EQ(result.magnetometers[1].readings, 0U);
   EXPECT_EQ(result.magnetometers[1].calibration.distortion, Matrix3::Identity());
-  EXPECT_THAT(result.held, Contains("magnetometer_1: no readings; everything held as given"));
+  EXPECT_THAT(result.held, Contains("magnetometer_1: no readings; all parameters kept as given"));
   log.moments.resize(5);
   EXPECT_THROW(calibrate_magnetometers(log, options), InputError);
 }

@@ -250,7 +250,7 @@ TEST(PlatformFile, DeskewedScansHaveNoTimesOfPoints) {
   EXPECT_EQ(load_platform(folder / "platform.yaml").lidar.point_times, PointTimes::none);
   // A key that describes times beside it contradicts.
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: none\n"),
-              ::testing::AllOf(HasSubstr("lidar.fields.time"), HasSubstr("point_times: none reads no times")));
+              ::testing::AllOf(HasSubstr("lidar.fields.time"), HasSubstr("point_times: none ignores point times")));
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: non\n"), HasSubstr("did you mean 'none'"));
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_time: none\n"), HasSubstr("did you mean 'point_times'"));
 }
@@ -268,9 +268,9 @@ TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
               HasSubstr("expected a list of 3 numbers, found 2"));
   EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
   EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"),
-              ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("say by 'values' which is which")));
+              ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("set 'values' for each")));
   EXPECT_THAT(error_with("name: front_1", "name: front_0"),
-              HasSubstr("another magnetometer is called front_0 already"));
+              HasSubstr("another magnetometer already has the name front_0"));
   EXPECT_THAT(error_with("  rate_hz: 200.0\n", "  rate_hz: 200.0\n  angular_velocity: gyro\n"),
               HasSubstr("imu: the key 'linear_acceleration' is missing"));
   EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron_ut: [1, 2]"), HasSubstr("a list of 3 numbers"));

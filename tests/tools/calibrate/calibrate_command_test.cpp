@@ -78,7 +78,7 @@ TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
   const ProgramResult first = run_lodestone(call("--set max_moments=300 --out " + out.string()));
   ASSERT_EQ(first.code, 0) << first.errors;
   EXPECT_THAT(first.output,
-              HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
+              HasSubstr("all magnetometers alike: scale along all axes together: not determined by this motion"));
   const Platform calibrated = load_platform(out.string());
   for (std::size_t j = 0; j < 2; ++j) {
     EXPECT_LT((calibrated.magnetometers[j].hard_iron_ut - array_.truth[j].hard_iron_ut).cwiseAbs().maxCoeff(), 0.3);
