@@ -5,10 +5,21 @@
 
 namespace lodestone {
 
+/// How far an estimate can be trusted (docs/design/050-health.md).
 enum class Health {
-  good,
-  degenerate,  ///< at least one direction that LiDAR does not observe
-  lost         ///< the estimate can no longer be trusted
+  good,       ///< the error is what the covariance says
+  uncertain,  ///< known to worse than half a metre, or the sensors contradict the maps for a short time
+  lost        ///< the estimate must not be used
+};
+
+/// Why an estimate is not good.
+enum class HealthReason {
+  none,
+  not_finite,     ///< the state is not a number
+  covariance,     ///< a sigma of the position is too large
+  scan_off_map,   ///< scans do not fit the cloud map at this pose
+  field_off_map,  ///< readings do not fit the magnetic map at this pose
+  searching       ///< the estimator was lost and the position has not been found again
 };
 
 /// Statistics of one step: a row of diagnostics.csv.
@@ -49,6 +60,7 @@ struct Estimate {
   Matrix6 covariance = Matrix6::Zero();  ///< of the pose; tangent order φ (right, body), p (map)
   Diagnostics diagnostics;
   Health health = Health::good;
+  HealthReason reason = HealthReason::none;
 };
 
 }  // namespace lodestone

@@ -2,8 +2,8 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
-#include "estimators/ieskf/ieskf.h"
 #include "estimators/health/supervised.h"
+#include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
 
@@ -46,7 +46,8 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
 }  // namespace
 
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
-  std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(make_unmonitored(name, input), input);
+  std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(
+      input, [name](const EstimatorInput& again) { return make_unmonitored(name, again); });
   if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;
   return std::make_unique<Monitored>(std::move(estimator), input.suite, input.warnings);
 }

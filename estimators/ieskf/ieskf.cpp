@@ -9,7 +9,6 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/observability/robust_weight.h"
-#include "estimators/health.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/ieskf/swept_evidence.h"
 #include "estimators/initialization/initialization.h"
@@ -75,7 +74,6 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
 
   estimate.state = state_;
   estimate.covariance = covariance_.topLeftCorner<6, 6>();
-  estimate.health = judge(estimate);
   diagnostics.step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   sink.causal(estimate);
   sink.best(estimate);

@@ -1,5 +1,6 @@
 #include "estimators/initialization/start_track.h"
 
+#include "estimators/health/health_monitor.h"
 #include "estimators/ieskf/ieskf.h"
 
 namespace lodestone {
@@ -27,7 +28,7 @@ class StateSink : public EstimateSink {
   StateSink(std::vector<NavState>& states, bool& lost) : states_(states), lost_(lost) {}
   void causal(const Estimate& estimate) override {
     states_.push_back(estimate.state);
-    lost_ = lost_ || estimate.health == Health::lost;
+    lost_ = lost_ || judge_covariance(estimate).health == Health::lost;
   }
   void best(const Estimate&) override {}
 

@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "core/parallel.h"
-#include "estimators/health.h"
 
 namespace lodestone {
 
@@ -136,7 +135,6 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   for (std::size_t k = 0; k < result.size(); ++k) {
     result[k].state = window.state(k);
     result[k].covariance = covariances[k];
-    result[k].health = keyframes_[k]->field_disagrees ? Health::lost : judge(result[k]);
   }
   return result;
 }

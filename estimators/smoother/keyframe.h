@@ -44,7 +44,6 @@ struct Keyframe {
   Pose associated;               ///< pose of the scan in the map at the last association
   Pose analysed;                 ///< pose at which the degeneracy was analysed
   Estimate estimate;             ///< diagnostics are filled while the scan is processed
-  bool field_disagrees = false;  ///< where LiDAR does not observe all directions: the field contradicts its map
 
   /// Whether `seen` is further than `distance_m` or `angle_deg` from the pose of the last association.
   bool moved(const Pose& seen, double distance_m, double angle_deg) const {

@@ -131,8 +131,6 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.diagnostics.iterations = iterations;
   estimate.diagnostics.clock_offset_s = window_->clock_offset().offset_s;
   estimate.diagnostics.clock_sigma_s = window_->clock_offset().sigma_s;
-  estimate.health = judge(estimate);
-  judge_field(*keyframes_.back());
   Estimate causal = estimate;
   if (leaves) {
     report(0, covariances[1], sink);
@@ -150,26 +148,6 @@ void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) c
   keyframe.magnetic = bundle.magnetic;
   if (input_.planes != nullptr) {
     keyframe.points = sample_scan(bundle.scan, input_.suite.lidars(), input_.options.lidar.sampling);
-  }
-}
-
-/// If LiDAR does not observe a direction, only the field does, and the covariance stays small at a wrong pose.
-void Smoother::judge_field(Keyframe& keyframe) {
-  if (input_.planes != nullptr && keyframe.degeneracy.degenerate_directions == 0) {
-    agreement_ = {};
-    return;
-  }
-  agreement_.add(keyframe.estimate.diagnostics, to_seconds(keyframe.imu.back().time - keyframe.imu.front().time));
-  keyframe.field_disagrees = agreement_.lost();
-  if (!agreement_.lost()) return;
-  keyframe.estimate.health = Health::lost;
-  if (input_.warnings != nullptr && input_.planes != nullptr) {
-    input_.warnings->add(
-        "smoother.field_disagrees",
-        fmt::format("LiDAR does not observe all directions, and the field has contradicted its map for seconds at "
-                    "{:.3f} s: the pose is wrong, or the map is stale",
-                    to_seconds(keyframe.estimate.time)),
-        keyframe.estimate.time);
   }
 }
 
@@ -310,7 +288,6 @@ void Smoother::report(std::size_t k, const Matrix6& covariance, EstimateSink& si
   Estimate& estimate = keyframes_[k]->estimate;
   estimate.state = window_->state(k);
   estimate.covariance = covariance;
-  estimate.health = keyframes_[k]->field_disagrees ? Health::lost : judge(estimate);
   if (batch_ == nullptr) {
     sink.best(estimate);
     return;

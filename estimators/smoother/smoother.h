@@ -5,7 +5,6 @@
 
 #include "core/imu/white_noise.h"
 #include "estimators/factory.h"
-#include "estimators/health.h"
 #include "estimators/initialization/relocation.h"
 #include "estimators/smoother/batch_refinement.h"
 #include "estimators/smoother/keyframe_measurements.h"
@@ -29,7 +28,6 @@ class Smoother final : public Estimator {
  private:
   void take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const;
   void relocate();
-  void judge_field(Keyframe& keyframe);
   void warn_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
   void follow_residuals(const Keyframe& keyframe);
   void renew(std::size_t k);
@@ -44,7 +42,6 @@ class Smoother final : public Estimator {
   EstimatorInput input_;
   KeyframeMeasurements measurements_;
   Relocation relocation_;
-  FieldAgreement agreement_;  // used only if LiDAR does not observe all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   ImuWhiteNoise imu_white_noise_;

@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kTrajectoryHeader = "# t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends\n";
 
 std::string diagnostics_header() {
-  std::string text = "t_s,health,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";
+  std::string text = "t_s,health,health_reason,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_sigma_m", i);
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
   return text +
@@ -31,8 +31,8 @@ std::string diagnostics_row(const Estimate& estimate) {
   const bool analysed = (d.direction_sigma_m.array() != 0.0).any();
   const bool field = d.magnetic_samples > 0;
   const bool clock = d.clock_sigma_s > 0.0;
-  std::string text = fmt::format("{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health), d.points,
-                                 d.correspondences);
+  std::string text = fmt::format("{},{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health),
+                                 reason_name(estimate.reason), d.points, d.correspondences);
   text += figure(d.points > 0, d.inlier_share) + figure(d.correspondences > 0, d.lidar_rmse_m);
   text += figure(d.lidar_nis > 0.0, d.lidar_nis);
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
@@ -53,12 +53,30 @@ const char* health_name(Health health) {
   switch (health) {
     case Health::good:
       return "good";
-    case Health::degenerate:
-      return "degenerate";
+    case Health::uncertain:
+      return "uncertain";
     case Health::lost:
       return "lost";
   }
   return "lost";
+}
+
+const char* reason_name(HealthReason reason) {
+  switch (reason) {
+    case HealthReason::none:
+      return "none";
+    case HealthReason::not_finite:
+      return "not_finite";
+    case HealthReason::covariance:
+      return "covariance";
+    case HealthReason::scan_off_map:
+      return "scan_off_map";
+    case HealthReason::field_off_map:
+      return "field_off_map";
+    case HealthReason::searching:
+      return "searching";
+  }
+  return "none";
 }
 
 EstimateFiles::EstimateFiles(const std::filesystem::path& folder)

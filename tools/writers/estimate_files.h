@@ -33,7 +33,8 @@ class EstimateFiles : public EstimateSink {
   OutputFile diagnostics_;
 };
 
-/// The name of the health in files: good, degenerate, lost.
+/// The names in files: good, uncertain, lost; none, covariance and so on.
 const char* health_name(Health health);
+const char* reason_name(HealthReason reason);
 
 }  // namespace lodestone
