@@ -239,7 +239,7 @@ void SlidingWindow::marginalize_oldest() {
   // The next scan's factor depends on the oldest pose by deskewing; its information becomes part of the prior.
   next.lidar_in_prior = next.lidar && std::ranges::find(next.lidar.blocks, &oldest.motion) != next.lidar.blocks.end();
   if (next.lidar_in_prior) involved.push_back(next.lidar);
-  std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
+  std::vector<WindowBlock*> eliminated{&oldest.pose, &oldest.motion};
   // Without a scan the slide is kept: the prior must not constrain a direction that was unobservable before.
   const Slide slide = next.lidar    ? next.lidar.content->mask().slide()
                       : next.points ? next.points.content->mask().slide()
@@ -251,7 +251,7 @@ void SlidingWindow::marginalize_oldest() {
     const int left = first.keyframes - (oldest.epoch == &first ? 1 : 0);
     if (left == 0) {
       leaving = &first;
-      gone.push_back(&first.biases);
+      eliminated.push_back(&first.biases);
       if (first.walk) involved.push_back(first.walk);
       involved.push_back(epochs_[1]->walk);
     }
@@ -263,12 +263,12 @@ void SlidingWindow::marginalize_oldest() {
     MapErrorEpoch& first = *map_errors_.front();
     if (first.keyframes - (oldest.map_error == &first ? 1 : 0) == 0) {
       stretch = &first;
-      gone.push_back(&first.error);
+      eliminated.push_back(&first.error);
       if (first.step) involved.push_back(first.step);
       involved.push_back(map_errors_[1]->step);
     }
   }
-  MarginalPrior prior = marginalize_disturbed(involved, gone, stretch != nullptr);
+  MarginalPrior prior = marginalize_disturbed(involved, eliminated, stretch != nullptr);
   // Constant biases are no variables: the prior must not contain them.
   if (!options_.magnetometer_bias_states) {
     Eigen::Index column = 0;

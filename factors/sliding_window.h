@@ -175,7 +175,7 @@ class SlidingWindow {
   Eigen::MatrixXd prior_disturbance(const LongErrors& errors) const;
   static Eigen::MatrixXd scan_disturbance(const Keyframe& keyframe, const LinearizedFactor& scan);
   std::vector<Eigen::MatrixXd> disturbances(std::span<const WindowFactor> involved, const LongErrors& errors) const;
-  MarginalPrior marginalize_disturbed(std::span<const WindowFactor> involved, std::span<WindowBlock* const> gone,
+  MarginalPrior marginalize_disturbed(std::span<const WindowFactor> involved, std::span<WindowBlock* const> eliminated,
                                       bool first_stretch_leaves);
   Eigen::MatrixXd covariance(const SparseInformation& known, std::span<const WindowBlock* const> variables) const;
   void add_long_errors(const SparseInformation& known, std::vector<Matrix6>& poses) const;

@@ -90,9 +90,10 @@ std::vector<Eigen::MatrixXd> SlidingWindow::disturbances(std::span<const WindowF
 }
 
 MarginalPrior SlidingWindow::marginalize_disturbed(std::span<const WindowFactor> involved,
-                                                   std::span<WindowBlock* const> gone, bool first_stretch_leaves) {
+                                                   std::span<WindowBlock* const> eliminated,
+                                                   bool first_stretch_leaves) {
   const LongErrors errors = long_errors();
-  MarginalPrior result = marginalize(involved, gone, disturbances(involved, errors));
+  MarginalPrior result = marginalize(involved, eliminated, disturbances(involved, errors));
   Eigen::MatrixXd disturbance = std::move(result.disturbance);
   prior_sources_ = disturbance.cols() > 0 ? errors.sources : 0;
   const double decay = first_stretch_leaves ? map_errors_[1]->long_decay : 1.0;

@@ -265,14 +265,14 @@ void CalibrationProblem::solve(const FieldProcess& process, const std::vector<Re
 
 /// A step's derivative by the field before it is −β A ΔRᵀ A⁻¹. Noise n of ΔR adds −β [n×] to it, and on average 2 β² σ²
 /// I to the information. Along a direction without true rotation, this would be the only information.
-void CalibrationProblem::take_off_turn_noise(const FieldProcess& process, int state_size,
+void CalibrationProblem::subtract_turn_noise(const FieldProcess& process, int state_size,
                                              Eigen::SparseMatrix<double>& information) const {
   for (std::size_t k = 1; k < log_.moments.size(); ++k) {
     if (!log_.moments[k].follows) continue;
     const double before = field_step(log_, k, process, options_).before;
-    const double pretended = 2.0 * std::pow(before * log_.moments[k].turn_sigma, 2);
+    const double spurious = 2.0 * std::pow(before * log_.moments[k].turn_sigma, 2);
     const auto row = static_cast<Eigen::Index>(k - 1) * state_size;
-    for (Eigen::Index i = row; i < row + 3; ++i) information.coeffRef(i, i) -= kNoiseMargin * pretended;
+    for (Eigen::Index i = row; i < row + 3; ++i) information.coeffRef(i, i) -= kNoiseMargin * spurious;
   }
 }
 
@@ -316,7 +316,7 @@ Eigen::MatrixXd CalibrationProblem::information_of_own(const FieldProcess& proce
   const Eigen::SparseMatrix<double> by_state = jacobian.leftCols(states);
   const Eigen::SparseMatrix<double> by_parameter = jacobian.rightCols(jacobian.cols() - states);
   Eigen::SparseMatrix<double> state_information = by_state.transpose() * by_state;
-  take_off_turn_noise(process, with_slope_ ? 8 : 3, state_information);
+  subtract_turn_noise(process, with_slope_ ? 8 : 3, state_information);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(state_information);
   if (solver.info() != Eigen::Success)
     throw InputError("the calibration is not determined: the log has too few readings");

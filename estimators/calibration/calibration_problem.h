@@ -116,7 +116,7 @@ class CalibrationProblem {
                     std::vector<std::unique_ptr<ceres::LossFunction>>& losses);
   void add_steps(ceres::Problem& problem, const FieldProcess& process);
   void add_priors(ceres::Problem& problem, const FieldProcess& process, const Eigen::MatrixXd& held);
-  void take_off_turn_noise(const FieldProcess& process, int state_size, Eigen::SparseMatrix<double>& information) const;
+  void subtract_turn_noise(const FieldProcess& process, int state_size, Eigen::SparseMatrix<double>& information) const;
   Eigen::MatrixXd total_by_own() const;
   Eigen::MatrixXd own_by_total() const;
   /// Sum of the map's change and its errors' share of its variation at a reading's position. Magnetometer axes, µT.

@@ -213,12 +213,12 @@ Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProbl
 
 /// Change of the mean field along the map's axes that the log determines, per component. A scale and an offset that
 /// cancel there are errors of the map that are proportional to its variation, not a change of the field.
-double mean_change_ut(const CalibrationProblem& problem, const std::vector<int>& untold) {
+double mean_change_ut(const CalibrationProblem& problem, const std::vector<int>& undetermined) {
   const MapChange& change = problem.map_change();
   const Vector3 mean = change[0] * problem.mean_field_ut() + change.tail<3>();
   double squares = 0.0, axes = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    if (std::find(untold.begin(), untold.end(), axis) != untold.end()) continue;
+    if (std::find(undetermined.begin(), undetermined.end(), axis) != undetermined.end()) continue;
     squares += mean[axis] * mean[axis];
     axes += 1.0;
   }

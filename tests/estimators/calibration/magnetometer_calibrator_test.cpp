@@ -26,7 +26,7 @@ Vector3 some_offset(std::size_t j) {
 
 MagnetometerCalibrationResult calibrate(const SimulatedArray& array, int moments = 400) {
   CalibrationOptions options;
-  options.max_moments = moments;  // each costs time
+  options.max_moments = moments;  // limits the duration
   return calibrate_magnetometers(turning_log(array.readings, array.imu, array.suite, options), options);
 }
 
@@ -81,7 +81,7 @@ TEST(CalibrateMagnetometers, TumblingShowsHardAndSoftIronWithoutAMap) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_LT(std::abs(hard_iron_error(array, result, j, axis)), 0.3);
     EXPECT_LT(result.magnetometers[j].after_ut, 0.2 * result.magnetometers[j].before_ut);
   }
-  // Nothing in the log tells a strong field from a large scale.
+  // The log does not distinguish a strong field from a large scale.
   ASSERT_EQ(result.held.size(), 1U);
   EXPECT_THAT(result.held[0],
               HasSubstr("all magnetometers alike: scale along all axes together: not determined by this motion"));
@@ -116,7 +116,7 @@ TEST(CalibrateMagnetometers, LevelTurnsShowWhatIsLevel) {
               Contains(HasSubstr("offset along z of the robot: not determined by this motion; kept as given ± 20 µT")));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along x"))));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along y"))));
-  // What is held together may still differ from one to the next, and that is shown.
+  // Parameters with an undetermined common value may still have determined differences.
   for (std::size_t j = 0; j < 3; ++j) {
     EXPECT_NEAR(result.magnetometers[j].calibration.hard_iron_ut.z(), array.truth[j].hard_iron_ut.z() - mean_truth.z(),
                 0.3);
@@ -136,7 +136,7 @@ TEST(CalibrateMagnetometers, AStraightLineShowsDifferencesAlone) {
     EXPECT_THAT(result.held, Contains(HasSubstr(std::string("offset along ") + axis +
                                                 " of the robot: not determined by this motion")));
   }
-  // What all share is unknown; no sigma pretends otherwise.
+  // The common part is unknown, and its sigma is large.
   for (std::size_t j = 0; j < 3; ++j) {
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_GT(result.magnetometers[j].sigma[axis], 10.0);
@@ -163,7 +163,7 @@ TEST(CalibrateMagnetometers, AMagnetometerWithoutReadingsIsNamed) {
   EXPECT_THROW(calibrate_magnetometers(log, options), InputError);
 }
 
-// Errors over predicted sigma of all parameters, shown or held, with truths drawn from the priors.
+// Errors over predicted sigma of all parameters, determined or kept, with true values drawn from the priors.
 TEST(CalibrateMagnetometers, ErrorsAreWhatTheirSigmasSay) {
   struct Case {
     const char* name;
