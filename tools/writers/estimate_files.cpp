@@ -92,16 +92,20 @@ EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
 }
 
 void EstimateFiles::causal(const Estimate& estimate) {
-  causal_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  if (estimate.health != Health::lost) {
+    causal_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  }
   diagnostics_.write(diagnostics_row(estimate));
 }
 
 void EstimateFiles::best(const Estimate& estimate) {
+  if (!lost_.add(estimate)) return;
   trajectory_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
   covariance_.write(covariance_row(estimate.time, estimate.covariance));
 }
 
 void EstimateFiles::smoothed(const Estimate& estimate) {
+  if (estimate.health == Health::lost) return;
   if (smoothed_ == nullptr) {
     smoothed_ = std::make_unique<OutputFile>(folder_ / "smoothed.tum");
     smoothed_->write(kTrajectoryHeader);
@@ -110,6 +114,9 @@ void EstimateFiles::smoothed(const Estimate& estimate) {
 }
 
 void EstimateFiles::finish(const std::string& mark) {
+  for (const LostInterval& interval : lost_.all()) {
+    trajectory_.write(fmt::format("# lost from {} to {}\n", format_stamp(interval.from), format_stamp(interval.to)));
+  }
   for (OutputFile* file : {&trajectory_, &causal_, smoothed_.get()}) {
     if (file != nullptr && !mark.empty()) file->write("# " + mark + "\n");
   }
