@@ -10,8 +10,8 @@ class ConfigurationNode;
 
 namespace lodestone::simulation {
 
-/// A world's section `reality`: one key an effect. A sigma is the standard deviation from which --seed draws a value
-/// that the user does not know. The defaults are those of grade exact: nothing is drawn.
+/// A world's section `reality`: one key per effect. A sigma is the standard deviation of a value that --seed draws and
+/// the user does not know. The defaults are those of grade exact: nothing is drawn.
 struct RealityOptions {
   RealityGrade grade = RealityGrade::exact;
   double lidar_extrinsic_translation_sigma_m = 0.0;
@@ -40,7 +40,7 @@ struct RealityOptions {
   double vehicles = 0.0;
   double noise_density_factor_max = 1.0;
 
-  /// Throws InputError where a value is out of range.
+  /// Throws InputError if a value is out of range.
   void check() const;
 
   bool has_magnetometer_errors() const {
@@ -97,10 +97,10 @@ struct RealityOptions {
 /// The values of a grade.
 RealityOptions reality_of(RealityGrade grade);
 
-/// Reads the name of a grade, or a map: a grade, and keys that replace its values. Throws InputError.
+/// Reads the name of a grade, or a map with a grade and keys that override its values. Throws InputError.
 RealityOptions read_reality(const ConfigurationNode& node);
 
-/// What a user who knows the grade states in the platform file.
+/// The sigmas that a user who knows the grade states in the platform file.
 CalibrationSigmas calibration_sigmas(const RealityOptions& options);
 
 }  // namespace lodestone::simulation

@@ -6,21 +6,21 @@
 #include "core/geometry/pose.h"
 #include "core/options.h"
 
-/// What the robot carries and how a floor shakes it. Every struct is read by load_options: units stand in the names.
+/// Sensors of the robot, and disturbances by the floor. load_options reads every struct: names contain the units.
 namespace lodestone::simulation {
 
 /// R = Rz(yaw) Ry(pitch) Rx(roll), degrees, and a position in metres.
 Pose mounting_pose(const std::vector<double>& position_m, const std::vector<double>& rotation_rpy_deg);
 
-/// How a LiDAR's beams move; see BeamPattern.
+/// Motion of a LiDAR's beams; see BeamPattern.
 enum class LidarPattern { rotating, rosette };
 
 constexpr auto enum_names(LidarPattern) {
   return EnumNames<LidarPattern, 2>{{{LidarPattern::rotating, "rotating"}, {LidarPattern::rosette, "rosette"}}};
 }
 
-/// What a log's scans are: PointCloud2 (a rotating LiDAR's with Ouster's fields, a rosette's with Livox') or Livox'
-/// own CustomMsg.
+/// Message type of scans: PointCloud2 (with the fields of Ouster for a rotating LiDAR, of Livox for a rosette), or
+/// Livox' own CustomMsg.
 enum class LidarMessage { pointcloud2, livox_custom };
 
 constexpr auto enum_names(LidarMessage) {
@@ -121,7 +121,7 @@ struct MagnetometerOptions {
   double rate_hz = 200.0;
   double offset_s = 1.3e-3;
   double noise_ut = 1.0;
-  std::vector<MagnetometerMount> mounts;  ///< read on its own: a list
+  std::vector<MagnetometerMount> mounts;  ///< read separately: a list
 
   void check() const;
   template <class Visitor>
