@@ -14,8 +14,7 @@ struct LidarErrors {
   double clock_offset_s = 0.0;         ///< stamp = true time + this + jitter
   double stamp_jitter_sigma_s = 0.0;   ///< of each scan's stamp
   std::vector<double> ring_bias_m;     ///< added to the ranges of a ring; empty: none
-  double incidence_bias_m =
-      0.0;  ///< added to a range at 80° of incidence; proportional to the tangent of the incidence
+  double incidence_bias_m = 0.0;       ///< added to a range at 80° of incidence; grows with the tangent
   bool mixed_points = false;
 };
 
