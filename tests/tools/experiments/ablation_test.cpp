@@ -94,7 +94,7 @@ TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
         Case{changed("{degeneracy.rule: none}", "{}"), "'as shipped' and 'no mask' set the same"},
         Case{changed("baseline: as shipped", "baseline: as shiped"), "did you mean 'as shipped'?"},
         Case{changed("baseline: as shipped\n", ""), "baseline"},
-        Case{changed("no mask:", "\"no, mask\":"), "names a variant"},
+        Case{changed("no mask:", "\"no, mask\":"), "a variant's name must not contain"},
         Case{changed("title:", "estimator: smother\ntitle:"), "did you mean 'smoother'?"},
         Case{changed("[30, 5]", "[30, 30]"), "two runs would be called"},
         Case{changed("duration_s: 3", "duration: 3"), "duration_s"},

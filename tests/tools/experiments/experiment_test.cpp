@@ -142,7 +142,7 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
         Case{changed_block("name: \"{grade}\"", "name: \"{grade\""), "expected {grade} of 'for_each', found {grade"},
         Case{changed_block("when: {grade: [field]}", "when: {grade: [feld]}"), "did you mean 'field'?"},
         Case{changed_block("when: {grade: [field]}", "when: {grad: [field]}"), "did you mean 'grade'?"},
-        Case{changed_block("\"{grade}\": {for_each", "all: {for_each"), "the group 'all' is there twice"},
+        Case{changed_block("\"{grade}\": {for_each", "all: {for_each"), "the group 'all' appears twice"},
         Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {grade: [field, field]}"), "twice"},
         Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {grade: []}"), "at least one value"},
         Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {}"), "expected one name"}}) {
