@@ -24,8 +24,8 @@ struct EstimatorChoice {
   SeedChoice seeds = SeedChoice::all;
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("name", name, "as `lodestone run --estimator` takes it");
-    visitor.field("seeds", seeds, "with which seeds it runs");
+    visitor.field("name", name, "as for `lodestone run --estimator`");
+    visitor.field("seeds", seeds, "the seeds with which it runs");
   }
 };
 
@@ -90,12 +90,12 @@ struct TableColumn {
   int digits = 4;
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("title", title, "header; left out: made from the others");
+    visitor.field("title", title, "header; default: made from the other keys");
     visitor.field("published", published, "method whose published figures are shown");
     visitor.field("estimator", estimator, "estimator whose figures are shown");
-    visitor.field("over", over, "estimator by whose figure of the same run it is divided");
+    visitor.field("over", over, "estimator whose figure of the same run is the divisor");
     visitor.field("figure", figure, "key of the estimator's summary.json");
-    visitor.field("over_figure", over_figure, "key of the summary.json of 'over'; left out: the same figure");
+    visitor.field("over_figure", over_figure, "key of the summary.json of 'over'; default: the same figure");
     visitor.field("difference", difference, "key of diff.json of the row's map_difference, with the first seed");
     visitor.field("statistic", statistic, "over the seeds");
     visitor.field("digits", digits, "decimals");

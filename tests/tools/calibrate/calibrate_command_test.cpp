@@ -154,7 +154,7 @@ TEST_F(CalibrateInAChangedFieldCommand, SaysThatTheMapIsStaleAndLeavesTheMagneto
                          (folder_ / "truth.tum").string() + " --out " + out.string()));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr("common to all magnetometers: the map is stale, survey it again"));
-  EXPECT_THAT(result.output, HasSubstr("left as given, since the log does not show them"));
+  EXPECT_THAT(result.output, HasSubstr("not changed, because the change is below two standard deviations"));
   EXPECT_THAT(result.output, HasSubstr("all magnetometers alike: scale along all axes together"));
   const Platform calibrated = load_platform(out.string());
   for (const MagnetometerMessageLayout& layout : calibrated.magnetometers) {
