@@ -1,4 +1,4 @@
-// The command line as a whole: what is misspelt is named, with the right word where one is near.
+// The command line as a whole: misspelt words are reported, with the nearest known word.
 #include <sys/stat.h>
 
 #include <filesystem>

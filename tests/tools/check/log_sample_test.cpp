@@ -1,4 +1,4 @@
-// The checks see what a run sees: sensors in messages of any type, calibrations, several LiDARs.
+// The checks use the same measurements as a run: sensors in messages of any type, calibrations, several LiDARs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

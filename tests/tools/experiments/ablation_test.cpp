@@ -75,7 +75,7 @@ TEST(AblationFile, ValuesAreThoseInForce) {
   EXPECT_EQ(value(0, "noise_ut"), "") << "the world's";
 }
 
-/// Every mistake is one line with the file's name and line, and names what is right.
+/// Every mistake is reported in one line with the file's name, the line and the correction.
 TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
   struct Case {
     std::string text;
@@ -173,7 +173,7 @@ TEST_F(AblationPlan, NoiseMakesItsOwnLogsAndOptionsOfTheMapTheirOwnMaps) {
     std::set<std::string> names;
     std::set<std::string> folders;
     for (const auto& step : one.steps) {
-      names.insert(step.name);  // also of its log
+      names.insert(step.name);  // also names of log files
       folders.insert(step.folder);
     }
     EXPECT_EQ(names.size(), one.steps.size());

@@ -98,7 +98,7 @@ TEST(ReproduceExperiment, RepeatedEntriesAreReadOnceForEachValue) {
   EXPECT_EQ(experiment.criteria[1].group, "field");
 }
 
-/// Every mistake is one line with the file's name and line, and names what is right.
+/// Every mistake is reported in one line with the file's name, the line and the correction.
 TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   const auto changed_in = [](std::string text, const std::string& from, const std::string& to) {
     EXPECT_NE(text.find(from), std::string::npos) << from;

@@ -65,7 +65,7 @@ TEST_F(SimulateCommand, WritesALogThatReadsBackAsWhatWasDriven) {
   for (Measurement measurement; source.next(measurement);) {
     if (const auto* scan = std::get_if<LidarScan>(&measurement)) {
       ++scans;
-      // On the floor and the box, seen from where the truth says.
+      // Points are on the floor and on the box, at the true poses.
       for (const LidarPoint& point : scan->points) {
         const auto pose = interpolate(truth, scan->start + point.offset_ns, from_seconds(0.01));
         ASSERT_TRUE(pose.has_value());
@@ -106,7 +106,7 @@ TEST_F(SimulateCommand, SameSeedSameBytesOtherSeedOtherBytes) {
       EXPECT_FALSE(bytes("a", file) == bytes("c", file)) << file;
     }
   }
-  // Nothing is left beside these files.
+  // No other files remain.
   int files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_ / "a")) ++files;
   EXPECT_EQ(files, 7);
