@@ -20,7 +20,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// An array of magnetometers and an IMU in one message, with what messages have besides.
+/// An array of magnetometers and an IMU in one message, with further typical fields.
 constexpr const char* board_definition =
     "# A board of sensors\n"
     "uint8 KIND = 3\n"
@@ -138,7 +138,7 @@ TEST(MessagePaths, SayWhatIsWrong) {
   EXPECT_THAT(message_of<InputError>([&] { read(topic, cut, {"rate"}); }), HasSubstr("/board"));
 }
 
-/// A log whose magnetometers and IMU come as messages of the board, beside the synthetic log's clouds.
+/// A log whose magnetometers and IMU are in messages of the board, together with the synthetic log's clouds.
 TEST(MessagePaths, AnImuAndItsMagnetometersComeFromOneMessage) {
   const TemporaryFolder folder;
   const std::string path = folder / "log.bag";
@@ -212,7 +212,7 @@ TEST(MagnetometerUnits, AreToldApartByTheFieldsSize) {
         continue;
       }
       open();
-      // A factor of ten is no proof, for steel and hard iron exist; it is worth a word.
+      // A factor of ten is no proof, because of steel and hard iron; it causes a warning.
       EXPECT_EQ(warnings.count("magnetometer.magnitude"), ratio == 1.0 ? 0 : 2);
     }
   }
