@@ -123,8 +123,8 @@ TEST(LogDescriptions, OfRos1KeepEachPublisher) {
     writer.close();
   }
   const std::string content = read_text_file(folder / "log.bag");
-  for (const char* said : {"latching=1", "callerid=/first", "callerid=/second", "latching=0"}) {
-    EXPECT_THAT(content, HasSubstr(said));
+  for (const char* field : {"latching=1", "callerid=/first", "callerid=/second", "latching=0"}) {
+    EXPECT_THAT(content, HasSubstr(field));
   }
   const auto publishers_in = [&](const std::string& name) {
     WarningLog warnings;

@@ -199,12 +199,12 @@ TEST(MagnetometerUnits, AreToldApartByTheFieldsSize) {
       return true;
     };
     log.write(folder / "log.bag");
-    for (const auto& [said, said_name] : units) {
-      SCOPED_TRACE(std::string(written_name) + " read as " + said_name);
+    for (const auto& [stated_unit, stated_name] : units) {
+      SCOPED_TRACE(std::string(written_name) + " read as " + stated_name);
       Platform platform = log.platform();
-      for (auto& magnetometer : platform.magnetometers) magnetometer.unit = said;
+      for (auto& magnetometer : platform.magnetometers) magnetometer.unit = stated_unit;
       WarningLog warnings;
-      const double ratio = microtesla_per(said) / microtesla_per(written);
+      const double ratio = microtesla_per(stated_unit) / microtesla_per(written);
       const auto open = [&] { BagSource(folder / "log.bag", platform, warnings); };
       if (ratio < 0.1 / 45.0 || ratio > 1000.0 / 45.0) {
         EXPECT_THAT(message_of<InputError>(open), HasSubstr(std::string("it looks like ") + written_name +

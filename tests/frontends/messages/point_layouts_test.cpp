@@ -49,7 +49,7 @@ Platform platform_of(const LidarMessageLayout& layout) {
 }
 
 /// A layout without settings, except for the stamp if given.
-LidarMessageLayout untold(std::optional<ScanStamp> stamp) {
+LidarMessageLayout inferred_layout(std::optional<ScanStamp> stamp) {
   LidarMessageLayout layout;
   layout.stamp = stamp;
   layout.intensity_field.clear();
@@ -60,7 +60,7 @@ LidarMessageLayout untold(std::optional<ScanStamp> stamp) {
 }
 
 /// A layout with all settings.
-LidarMessageLayout told(const CloudLayout& cloud) {
+LidarMessageLayout stated_layout(const CloudLayout& cloud) {
   LidarMessageLayout layout;
   layout.stamp = cloud.stamp;
   layout.time_field = cloud.field;
@@ -76,7 +76,7 @@ std::string name_of(const CloudLayout& cloud) {
 
 /// Writes the simulated scans with the layout `cloud`, reads them with `layout`, and compares every point with the
 /// original.
-void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout, bool word_expected) {
+void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout, bool warning_expected) {
   SCOPED_TRACE(name_of(cloud));
   WarningLog warnings;
   const Platform platform = platform_of(layout);
@@ -106,8 +106,8 @@ void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout
     EXPECT_LE(worst, tolerance);
     EXPECT_LE(std::abs(static_cast<double>(read.end - scan.end)), tolerance);
   }
-  EXPECT_EQ(warnings.count("lidar.told_from_content"), word_expected ? 1 : 0);
-  EXPECT_EQ(warnings.entries().size(), word_expected ? 1U : 0U);
+  EXPECT_EQ(warnings.count("lidar.told_from_content"), warning_expected ? 1 : 0);
+  EXPECT_EQ(warnings.entries().size(), warning_expected ? 1U : 0U);
 }
 
 struct Number {
@@ -146,9 +146,9 @@ TEST(PointLayouts, TimesFromTheScansStartInEveryTypeAndUnit) {
       {Field::float32, ns}, {Field::float64, s}, {Field::float64, ms}, {Field::float64, us},     {Field::float64, ns},
       {Field::uint16, ms},  {Field::uint64, ns}, {Field::int32, us},   {Field::uint64, ns, true}};
   const int count = cross(PointTimeZero::scan_start, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    expect_read_back(cloud, untold(cloud.stamp), true);
-    if (cloud.stamp == ScanStamp::start) expect_read_back(cloud, untold(std::nullopt), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    expect_read_back(cloud, inferred_layout(cloud.stamp), true);
+    if (cloud.stamp == ScanStamp::start) expect_read_back(cloud, inferred_layout(std::nullopt), true);
   });
   EXPECT_EQ(count, 3 * 14);
 }
@@ -157,10 +157,10 @@ TEST(PointLayouts, TimesFromTheStampTellItsInstant) {
   const std::vector<Number> numbers{{Field::float32, s}, {Field::float64, s}, {Field::float32, ms},
                                     {Field::int32, ns},  {Field::int32, us},  {Field::float64, ns}};
   cross(PointTimeZero::stamp, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    expect_read_back(cloud, untold(std::nullopt), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    expect_read_back(cloud, inferred_layout(std::nullopt), true);
     // The stamp stated in the platform file cannot affect them.
-    if (cloud.stamp != ScanStamp::start) expect_read_back(cloud, untold(ScanStamp::start), true);
+    if (cloud.stamp != ScanStamp::start) expect_read_back(cloud, inferred_layout(ScanStamp::start), true);
   });
 }
 
@@ -169,9 +169,9 @@ TEST(PointLayouts, AbsoluteTimesNeedNoStamp) {
                                     {Field::float64, ns},     {Field::uint64, ns},  {Field::uint64, us},
                                     {Field::uint64, ns, true}};
   cross(PointTimeZero::epoch, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    for (const ScanStamp said : stamps) expect_read_back(cloud, untold(said), true);
-    expect_read_back(cloud, untold(std::nullopt), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    for (const ScanStamp stated_stamp : stamps) expect_read_back(cloud, inferred_layout(stated_stamp), true);
+    expect_read_back(cloud, inferred_layout(std::nullopt), true);
   });
 }
 
@@ -179,14 +179,14 @@ TEST(PointLayouts, TimesOfTheLidarsOwnClockArePlacedByTheStamp) {
   const std::vector<Number> numbers{
       {Field::uint32, us}, {Field::float64, s}, {Field::uint64, ns}, {Field::float64, ns}, {Field::uint32, ms}};
   cross(PointTimeZero::lidar_clock, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    expect_read_back(cloud, untold(cloud.stamp), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    expect_read_back(cloud, inferred_layout(cloud.stamp), true);
   });
 }
 
 TEST(PointLayouts, TheWordSaysWhatIsTakenAndHowToSayItOtherwise) {
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   std::vector<std::uint8_t> data;
   LidarScan scan;
@@ -211,23 +211,23 @@ std::string layout_error(const CloudLayout& cloud, const LidarMessageLayout& lay
 TEST(PointLayouts, WhatFitsNoReadingIsOneLine) {
   // Absolute seconds in a float: steps of 128 s.
   const CloudLayout coarse{"time", Field::float32, s, PointTimeZero::epoch};
-  EXPECT_THAT(layout_error(coarse, untold(std::nullopt)),
+  EXPECT_THAT(layout_error(coarse, inferred_layout(std::nullopt)),
               AllOf(HasSubstr("log.bag: /points at 1700000000"), HasSubstr("'time' (float32) spans"),
                     HasSubstr("set lidar.fields.time and time_unit, or scan_period_s, in robot.yaml")));
-  LidarMessageLayout in_seconds = untold(std::nullopt);
+  LidarMessageLayout in_seconds = inferred_layout(std::nullopt);
   in_seconds.time_unit = s;
   EXPECT_THAT(layout_error(coarse, in_seconds), AllOf(HasSubstr("in steps of"), HasSubstr("record it as float64")));
   // Microseconds in 16 bits overflow after 66 ms.
-  EXPECT_THAT(layout_error({"t", Field::uint16, us}, untold(std::nullopt)),
+  EXPECT_THAT(layout_error({"t", Field::uint16, us}, inferred_layout(std::nullopt)),
               AllOf(HasSubstr("'t' (uint16) has a limit of 65"), HasSubstr("record it as uint32")));
   // For a wrong unit, the message suggests the right one.
-  LidarMessageLayout wrong = told({"t", Field::uint32, ns});
+  LidarMessageLayout wrong = stated_layout({"t", Field::uint32, ns});
   wrong.time_zero.reset();
   wrong.time_unit = us;
   EXPECT_THAT(layout_error({"t", Field::uint32, ns}, wrong),
               AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
   // No field has the name of a time.
-  EXPECT_THAT(layout_error({"range", Field::uint32, ns}, untold(std::nullopt)),
+  EXPECT_THAT(layout_error({"range", Field::uint32, ns}, inferred_layout(std::nullopt)),
               AllOf(HasSubstr("no field has the name of a time; the message has x, y, z, intensity, ring, range"),
                     HasSubstr("set lidar.fields.time")));
 }
@@ -239,7 +239,7 @@ TEST(PointLayouts, AFieldWithoutTimesIsPassedOverForOneWith) {
   ros1::PointCloudMessage message = cloud.write(simulated_scans()[0], data);
   message.fields.push_back({"t", 18, Field::uint16, 1});
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   LidarScan read;
   decoder.decode(message, read);
@@ -257,7 +257,7 @@ TEST(PointLayouts, WhatIsNoRingsNumberIsARingOfItsOwn) {
     std::memcpy(data.data() + i * CloudLayout::point_step + 16, &rings[i % 8], 4);
   }
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   LidarScan read;
   decoder.decode(message, read);
@@ -272,7 +272,8 @@ TEST(PointLayouts, APointWithoutATimeIsLeftOut) {
       const CloudLayout cloud{"timestamp", Field::float64, s, PointTimeZero::epoch};
       std::vector<std::uint8_t> data;
       WarningLog warnings;
-      const Platform platform = platform_of(first_scan && time == 0.0 ? untold(std::nullopt) : told(cloud));
+      const Platform platform =
+          platform_of(first_scan && time == 0.0 ? inferred_layout(std::nullopt) : stated_layout(cloud));
       PointCloudDecoder decoder("log.bag", platform, warnings);
       LidarScan read;
       if (!first_scan) decoder.decode(cloud.write(simulated_scans()[0], data), read);
@@ -307,7 +308,7 @@ TEST(PointLayouts, SparseScansWaitForOneThatTells) {
   std::erase_if(sparse.points, [&](const LidarPoint& point) { return point.offset_ns > 600'000; });
   ASSERT_LT(sparse.points.size(), 100U);
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   std::vector<std::uint8_t> data;
   LidarScan read;
@@ -340,7 +341,7 @@ TEST(PointLayouts, AClockThatJumpsWithinAScanCostsThatScanAlone) {
                           false,
                           simulated_scans()[0].start - 123'000'000'000};
   WarningLog warnings;
-  const Platform platform = platform_of(untold(ScanStamp::start));
+  const Platform platform = platform_of(inferred_layout(ScanStamp::start));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   std::vector<std::uint8_t> data;
   LidarScan read;

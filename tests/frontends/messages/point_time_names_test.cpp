@@ -94,9 +94,9 @@ TEST(PointLayouts, TimesInSecondsAndNanosecondsAreReadToTheNanosecond) {
   const LidarScan scan = turn_about_a_second();
   for (const auto& [seconds, nanoseconds] : names) {
     for (const Time origin : {Time{0}, scan.start - 77'960'000'000}) {  // absolute, and by the LiDAR's own clock
-      for (const std::string& said : {std::string(), std::string(seconds), std::string(nanoseconds)}) {
+      for (const std::string& named_field : {std::string(), std::string(seconds), std::string(nanoseconds)}) {
         for (const bool nanoseconds_first : {false, true}) {
-          SCOPED_TRACE(std::string(seconds) + " + " + nanoseconds + ", platform: " + said);
+          SCOPED_TRACE(std::string(seconds) + " + " + nanoseconds + ", platform: " + named_field);
           AlterableCloud cloud(scan);
           const std::uint32_t at = nanoseconds_first ? 28 : 24, then = nanoseconds_first ? 24 : 28;
           cloud.message.fields.back() = {seconds, at, Field::uint32, 1};
@@ -109,7 +109,7 @@ TEST(PointLayouts, TimesInSecondsAndNanosecondsAreReadToTheNanosecond) {
           }
           WarningLog warnings;
           LidarScan read;
-          const Platform platform = platform_that_names(said);
+          const Platform platform = platform_that_names(named_field);
           PointCloudDecoder("log.bag", platform, warnings).decode(cloud.message, read);
           EXPECT_LT(worst_ns(read, scan), 1.0);
           EXPECT_THAT(warnings.entries().at("lidar.told_from_content").first_detail,

@@ -79,7 +79,7 @@ TEST(AblationFile, ValuesAreThoseInForce) {
 TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
   struct Case {
     std::string text;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong :
        {Case{changed("variants:", "variant:"), "unknown key 'variant'; did you mean 'variants'?"},
@@ -104,9 +104,9 @@ TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
     const std::string file = write_yard(folder, wrong.text);
     try {
       load_ablation(file, false);
-      ADD_FAILURE() << "accepted, though: " << wrong.said;
+      ADD_FAILURE() << "accepted, though: " << wrong.expected_text;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(wrong.said));
+      EXPECT_THAT(error.what(), HasSubstr(wrong.expected_text));
       EXPECT_TRUE(std::regex_search(error.what(), std::regex("^" + file + "(:[0-9]+)?: "))) << error.what();
       EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
     }

@@ -114,7 +114,7 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   };
   struct Case {
     std::string text;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong :
        {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
@@ -150,9 +150,9 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
     const std::string file = write_yard(folder, wrong.text);
     try {
       load_experiment(file, false);
-      ADD_FAILURE() << "accepted, though: " << wrong.said;
+      ADD_FAILURE() << "accepted, though: " << wrong.expected_text;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(wrong.said));
+      EXPECT_THAT(error.what(), HasSubstr(wrong.expected_text));
       EXPECT_TRUE(std::regex_search(error.what(), std::regex("^" + file + ":[0-9]+: "))) << error.what();
       EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
     }

@@ -136,7 +136,7 @@ class PointLayoutsRun : public ::testing::Test {
   }
 
   /// A platform file without information on the cloud, except for the stamp if the content does not determine it.
-  Platform untold(PointTimeZero zero, ScanStamp stamp) const {
+  Platform minimal_platform(PointTimeZero zero, ScanStamp stamp) const {
     Platform platform = platform_;
     platform.lidar.intensity_field.clear();
     platform.lidar.ring_field.clear();
@@ -202,10 +202,10 @@ TEST_F(PointLayoutsRun, EveryVendorsCloudGivesTheSameTrajectoryToAMillimetre) {
                     [&](const LidarScan& scan, std::vector<std::uint8_t>& data) {
                       return vendor.write(arranged(scan, by_ring), zero, stamp, arrangement, clock_origin, data);
                     });
-          const Platform platform = untold(zero, stamp);
-          save_platform(platform, base_ + "/untold.yaml");
+          const Platform platform = minimal_platform(zero, stamp);
+          save_platform(platform, base_ + "/minimal.yaml");
           const auto [place, is_new] = runs.try_emplace(seen_of(measurements_of(base_ + "/vendor.bag", platform)));
-          if (is_new) place->second = apart(run(base_ + "/vendor.bag", base_ + "/untold.yaml", "vendor"), expected_);
+          if (is_new) place->second = apart(run(base_ + "/vendor.bag", base_ + "/minimal.yaml", "vendor"), expected_);
           EXPECT_LT(place->second.position_mm, 1.0);
           EXPECT_LT(place->second.time_us, 2.0);
           worst.position_mm = std::max(worst.position_mm, place->second.position_mm);
@@ -227,8 +227,8 @@ TEST_F(PointLayoutsRun, HalfAScanTooLateIsSeen) {
     return vendors.front().write(arranged(scan, false), PointTimeZero::scan_start, ScanStamp::middle,
                                  testing::Arrangement::firing_order, 0, data);
   });
-  save_platform(untold(PointTimeZero::scan_start, ScanStamp::start), base_ + "/untold.yaml");
-  const Apart found = apart(run(base_ + "/vendor.bag", base_ + "/untold.yaml", "vendor"), expected_);
+  save_platform(minimal_platform(PointTimeZero::scan_start, ScanStamp::start), base_ + "/minimal.yaml");
+  const Apart found = apart(run(base_ + "/vendor.bag", base_ + "/minimal.yaml", "vendor"), expected_);
   EXPECT_GT(found.time_us, 40e3);
   EXPECT_GT(found.position_mm, 20.0);
 }

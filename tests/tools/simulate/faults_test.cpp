@@ -374,7 +374,7 @@ TEST_F(Faults, SameSeedSameBitsOnAnyNumberOfThreads) {
 TEST_F(Faults, MistakesAreOneLineThatNamesTheRightKey) {
   struct Case {
     const char* fault;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong : {
            Case{"{kind: hard_irn, magnetometer: left}", "did you mean 'hard_iron'?"},
@@ -401,7 +401,7 @@ TEST_F(Faults, MistakesAreOneLineThatNamesTheRightKey) {
            Case{"{kind: clock_offset, sensor: lidar, offset_s: 100}", "within"},
        }) {
     const std::string error = error_of(wrong.fault);
-    EXPECT_NE(error.find(wrong.said), std::string::npos) << wrong.fault << " gives: " << error;
+    EXPECT_NE(error.find(wrong.expected_text), std::string::npos) << wrong.fault << " gives: " << error;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
     EXPECT_NE(error.find("faults"), std::string::npos) << error;
   }

@@ -151,10 +151,10 @@ TEST_F(LivoxMessages, AnotherLidarWithoutANamedTimeFieldTellsItself) {
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 1);
 }
 
-/// A bag with one CustomMsg of 777 points, with `said` as its stated count, and `bytes` bytes of points.
+/// A bag with one CustomMsg of 777 points, with `stated_count` as its stated count, and `bytes` bytes of points.
 class MalformedCustomMsg : public LivoxMessages {
  protected:
-  void write(std::uint32_t said, std::size_t bytes) const {
+  void write(std::uint32_t stated_count, std::size_t bytes) const {
     const std::vector<std::uint8_t> data(20'000);
     ros1::BagWriter writer(folder_ / "log.bag", Codec::none);
     for (int i = 0; i < 300; ++i) {
@@ -165,7 +165,7 @@ class MalformedCustomMsg : public LivoxMessages {
     }
     ros1::LivoxMessage message;
     message.stamp = 1'700'000'001'000'000'000;
-    message.point_count = said;
+    message.point_count = stated_count;
     message.data = data.data();
     message.data_size = bytes;
     writer.write("/livox/lidar", message.stamp, message);

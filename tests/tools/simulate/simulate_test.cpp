@@ -187,14 +187,14 @@ TEST_F(SimulateCommand, SetChangesTheWorldAndItsPlatform) {
 TEST_F(SimulateCommand, WrongCallsAreOneClearLineAndCode2) {
   struct Case {
     const char* options;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong : {Case{"--sequence 9", "short"}, Case{"--set sensors.lidar.row=3", "rows"},
                             Case{"--set sensors.lidar.rows=no", "rows"}, Case{"--set nonsense", "nonsense"},
                             Case{"--scene quiet", "busy"}, Case{"--only logs", "logs"}}) {
     const ProgramResult result = simulate("wrong", wrong.options);
     EXPECT_EQ(result.code, 2) << wrong.options;
-    EXPECT_NE(result.errors.find(wrong.said), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find(wrong.expected_text), std::string::npos) << result.errors;
     EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
   }
   const ProgramResult missing = run_lodestone("simulate /no/such/world.yaml --out " + (folder_ / "x").string());
