@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 const std::string scout = std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_os32.yaml";
 
-/// The message for the Scout's file with `from` replaced by `to`.
+/// The error message for the Scout's file with `from` replaced by `to`.
 std::string error_with(const std::string& from, const std::string& to) {
   std::string text = read_text_file(scout);
   const std::size_t at = text.find(from);
@@ -248,7 +248,7 @@ TEST(PlatformFile, DeskewedScansHaveNoTimesOfPoints) {
   const testing::TemporaryFolder folder;
   save_platform(parse_platform(text, "scout.yaml"), folder / "platform.yaml");
   EXPECT_EQ(load_platform(folder / "platform.yaml").lidar.point_times, PointTimes::none);
-  // A key that describes times beside it contradicts.
+  // A key that describes point times contradicts point_times: none.
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: none\n"),
               ::testing::AllOf(HasSubstr("lidar.fields.time"), HasSubstr("point_times: none ignores point times")));
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: non\n"), HasSubstr("did you mean 'none'"));
