@@ -1,9 +1,9 @@
-# Every package of the build, found once, here. third_party/packages.txt names them for the set-up script.
+# All packages of the build. third_party/packages.txt lists them for the set-up script.
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(TBB REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
-# SuiteSparse has no package file in Debian; that of Ceres finds SuiteSparse.
+# Debian has no package file for SuiteSparse; Ceres' package file finds it.
 if(NOT TARGET SuiteSparse::CHOLMOD OR NOT TARGET SuiteSparse::SPQR)
   message(FATAL_ERROR "This Ceres was built without SuiteSparse. Install libceres-dev and libsuitesparse-dev.")
 endif()
@@ -20,7 +20,7 @@ find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs)
 find_path(CAIRO_INCLUDE_DIR cairo/cairo.h REQUIRED)
 find_library(CAIRO_LIBRARY cairo REQUIRED)
 
-# Logs: CDR messages, SQLite bags, packed chunks and their checksums.
+# Log formats: CDR messages, SQLite bags, compressed chunks and checksums.
 find_package(fastcdr REQUIRED)
 find_package(SQLite3 REQUIRED)
 find_package(BZip2 REQUIRED)

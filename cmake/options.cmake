@@ -1,4 +1,4 @@
-# Compiler, linker and warning options that every floor shares.
+# Compiler, linker and warning options of all layers.
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
@@ -15,7 +15,7 @@ target_include_directories(lodestone_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(lodestone_options INTERFACE
   # Debian's PCL is built without AVX: mixing instruction sets changes Eigen's alignment and crashes in free().
   $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},x86_64>:-march=x86-64-v2>
-  # The same bits on every machine: no contraction into fused multiply-adds.
+  # Same results on every machine: no contraction into fused multiply-adds.
   -ffp-contract=off
   -Wall -Wextra -Wno-unused-parameter)
 if(LODESTONE_SANITIZER)
@@ -24,8 +24,8 @@ if(LODESTONE_SANITIZER)
   target_link_options(lodestone_options INTERFACE -fsanitize=${LODESTONE_SANITIZER})
 endif()
 
-# Headers that most files read anyway, parsed once for each floor and test program: a third of the build's time. ccache needs
-# CCACHE_SLOPPINESS=pch_defines,time_macros to keep what is compiled with them (tools/build.sh sets it).
+# Common headers, parsed once for each layer and test program. This saves a third of the build time. With ccache, set
+# CCACHE_SLOPPINESS=pch_defines,time_macros (as tools/build.sh does); otherwise these files are not cached.
 option(LODESTONE_PRECOMPILED_HEADERS "Parse common headers once" ON)
 function(lodestone_precompile target)
   if(LODESTONE_PRECOMPILED_HEADERS)
@@ -36,27 +36,27 @@ function(lodestone_precompile target)
   endif()
 endfunction()
 
-# Sources of a target compiled together, so many at a time: what they all include is read once. For whoever builds everything;
-# whoever changes single files waits longer for each. Two files of a target must then not use one name, in anonymous
-# namespaces either.
+# Unity build: several sources of a target are compiled together, and common headers are read once. A full build is
+# faster; recompiling after a small change is slower. No two files of a target may use the same name, also not in
+# anonymous namespaces.
 option(LODESTONE_UNITY "Compile sources of a target together" OFF)
-set(LODESTONE_UNITY_SIZE 12 CACHE STRING "So many sources together")
+set(LODESTONE_UNITY_SIZE 12 CACHE STRING "Number of sources in a unity file")
 function(lodestone_unity target)
   if(LODESTONE_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${LODESTONE_UNITY_SIZE})
-    # A .cpp file is then an included one, whose anonymous namespaces g++ takes for a header's.
+    # In a unity build, g++ treats the anonymous namespaces of .cpp files like those of headers.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
 endfunction()
 
-# lodestone_layer(NAME): a static library of every source below the current folder, known as lodestone::NAME.
+# lodestone_layer(NAME): a static library of all sources below the current folder, with the alias lodestone::NAME.
 function(lodestone_layer name)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/simulate/")
   lodestone_library(${name} "${sources}" ${ARGN})
 endfunction()
 
-# lodestone_library(NAME SOURCES LIBRARY...): a static library, known as lodestone::NAME.
+# lodestone_library(NAME SOURCES LIBRARY...): a static library with the alias lodestone::NAME.
 function(lodestone_library name sources)
   add_library(lodestone_${name} STATIC ${sources})
   add_library(lodestone::${name} ALIAS lodestone_${name})

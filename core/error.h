@@ -5,9 +5,9 @@
 
 namespace lodestone {
 
-/// The input or the call is wrong. The message is one line that names the file, the topic or key, the time, what was
-/// expected, what came, and what to change. The program prints it and ends with exit code 2. What it quotes from the
-/// input may hold anything: characters that would break the line or steer a terminal are shown as question marks.
+/// Wrong input or a wrong call. The message is one line: file, topic or key, time, expectation, content and remedy. The
+/// program prints the line and ends with exit code 2. Quoted input may contain anything: control characters, which
+/// could break the line or control a terminal, are replaced by question marks.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(one_line(message)) {}
@@ -21,7 +21,7 @@ class InputError : public std::runtime_error {
   }
 };
 
-/// The user asked to stop (SIGINT, SIGTERM). What was computed so far has been kept. Exit code 130.
+/// The user asked to stop (SIGINT, SIGTERM). Results computed so far are kept. Exit code 130.
 class Interrupted : public std::runtime_error {
  public:
   Interrupted() : std::runtime_error("interrupted") {}

@@ -4,13 +4,13 @@
 
 namespace lodestone {
 
-/// Where measurements come from: a log reader or the simulator. Streams: memory does not grow with the log.
-/// Knows nothing of estimators.
+/// A source of measurements: a log reader or the simulator. Sources stream: memory does not grow with the log. Sources
+/// do not know estimators.
 class MeasurementSource {
  public:
   virtual ~MeasurementSource() = default;
 
-  /// The next measurement in the log's order; false at the end. Throws InputError where the log is unusable.
+  /// The next measurement in the log's order; false at the end. Throws InputError if the log is unusable.
   virtual bool next(Measurement& measurement) = 0;
 
   /// First and last stamp of the log, for progress; equal if unknown.

@@ -29,21 +29,21 @@ struct MagneticSample {
 struct LidarPoint {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();  ///< metres
   float intensity = 0.0F;
-  std::int32_t offset_ns = 0;  ///< the point's time less the scan's start time
+  std::int32_t offset_ns = 0;  ///< the point's time minus the scan's start time
   std::uint16_t ring = 0;
-  std::uint8_t lidar = 0;  ///< which measured it, by its index in SensorSuite::lidars(): 0 is the first
+  std::uint8_t lidar = 0;  ///< index in SensorSuite::lidars() of the LiDAR that measured the point: 0 is the first
 };
 
 // A log's scans have millions of points.
 static_assert(sizeof(LidarPoint) == 24);
 
-/// As many as LidarPoint::lidar can tell apart.
+/// Number of values of LidarPoint::lidar.
 inline constexpr std::size_t kMostLidars = 256;
 
 /// One revolution (or frame) of the LiDAR. Points in the order of the message.
 struct LidarScan {
   Time start = 0;  ///< time of offset 0
-  Time end = 0;    ///< t_k: start + the largest offset (start + the nominal period where no point has one)
+  Time end = 0;    ///< t_k: start + the largest offset (start + the nominal period if no point has an offset)
   std::vector<LidarPoint> points;
 };
 
@@ -56,17 +56,17 @@ inline Time completion_time(const Measurement& measurement) {
   return std::get<MagneticSample>(measurement).time;
 }
 
-/// Readings of all magnetometers at one instant (hardware-synchronized, or brought to one time by the synchronizer).
+/// Readings of all magnetometers at one time (synchronized by hardware, or by the synchronizer).
 struct MagneticArraySample {
   Time time = 0;
-  std::vector<std::optional<Vector3>> field_ut;  ///< µT, one entry a magnetometer of the suite; empty where missing
+  std::vector<std::optional<Vector3>> field_ut;  ///< µT, one entry for each magnetometer of the suite; empty if missing
 };
 
-/// What an estimator gets for one step: the scan and all that was measured in (previous end, end].
+/// Input of an estimator for one step: the scan and all measurements in (previous end, end].
 struct ScanBundle {
-  LidarScan scan;  ///< points may be empty (an outage); start and end still hold
-  /// From the previous scan's end to this one's, both included (interpolated there). The first bundle of a log holds
-  /// the samples from the scan's start.
+  LidarScan scan;  ///< points may be empty (an outage); start and end are still valid
+  /// From the previous scan's end to this one's, both included (interpolated there). The first bundle of a log has the
+  /// samples from the scan's start on.
   std::vector<ImuSample> imu;
   std::vector<MagneticArraySample> magnetic;  ///< in (previous end, end], in order of time
 };

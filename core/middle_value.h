@@ -6,8 +6,7 @@
 
 namespace lodestone {
 
-/// The median; of an even number of values the upper one of the middle two. Takes a copy, which it reorders. At least
-/// one value.
+/// The median; of an even number of values the upper of the middle two. Reorders its copy. Requires at least one value.
 template <class Number>
 Number middle_value(std::vector<Number> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -15,7 +14,8 @@ Number middle_value(std::vector<Number> values) {
   return *middle;
 }
 
-/// The value at a share of the way through the sorted values, the lower one between two. Reorders them. At least one.
+/// The value at a share of the way through the sorted values, the lower one between two. Reorders `values`. Requires at
+/// least one value.
 template <class Number>
 Number value_at_share(std::vector<Number>& values, double share) {
   const auto nth = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));

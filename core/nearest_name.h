@@ -6,14 +6,15 @@
 
 namespace lodestone {
 
-/// The number of letters to insert, delete or replace, or of neighbours to swap, to turn one name into the other.
+/// The number of insertions, deletions and replacements of letters, and swaps of neighbours, from one name to the
+/// other.
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The name nearest to `wrong` by edit distance, the first of equals; empty where `names` is.
+/// The name nearest to `wrong` by edit distance, the first of equals; empty if `names` is empty.
 std::string nearest_name(std::string_view wrong, const std::vector<std::string>& names);
 
-/// "; did you mean 'NAME'?" with the nearest name where it is near: up to a third of the longer one's letters, rounded
-/// up, are another; empty where none is.
+/// "; did you mean 'NAME'?" with the nearest name, if up to a third of the longer name's letters, rounded up, differ.
+/// Otherwise empty.
 std::string suggestion(std::string_view wrong, const std::vector<std::string>& names);
 
 /// The names in one line: "a, b, c".

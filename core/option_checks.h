@@ -8,7 +8,8 @@
 
 namespace lodestone {
 
-/// Bounds of option values, for the check() of option structs: each throws InputError that names key, bound and value.
+/// Bounds of option values, for the check() of option structs: each function throws InputError with key, bound and
+/// value.
 namespace option_checks {
 
 inline std::string short_number(double value) {
@@ -26,7 +27,7 @@ inline void positive(const std::string& key, double value) {
 }
 
 inline void not_negative(const std::string& key, double value) {
-  if (!(value >= 0.0 && std::isfinite(value))) fail(key, "zero or a number above", value);
+  if (!(value >= 0.0 && std::isfinite(value))) fail(key, "a number of at least zero", value);
 }
 
 inline void within(const std::string& key, double value, double least, double most) {

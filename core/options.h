@@ -6,7 +6,7 @@
 
 namespace lodestone {
 
-/// How options are declared. An option struct holds its defaults and lists its fields in one place:
+/// How options are declared. An option struct has defaults and lists its fields in one place:
 ///
 ///   struct MaskOptions {
 ///     double max_sigma_m = 0.05;
@@ -20,9 +20,9 @@ namespace lodestone {
 ///   };
 ///
 /// Fields are bool, int, double, std::string, an enum with `enum_names`, or std::vector<double>. Readers, writers and
-/// help texts are visitors; none of them knows the structs. Names carry units.
+/// help texts are visitors, which know no struct. Names carry units.
 ///
-/// An enum becomes an option by this function beside it, found by argument-dependent look-up:
+/// An enum becomes an option by this function beside the enum, found by argument-dependent look-up:
 ///
 ///   constexpr auto enum_names(MaskRule) {
 ///     return EnumNames<MaskRule, 2>{{{MaskRule::none, "none"}, {MaskRule::marginal, "marginal"}}};

@@ -14,9 +14,9 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
-/// Loops on all cores. The only door to TBB's: its library is not built with ThreadSanitizer, which therefore does not
-/// see that a loop's body comes after what its caller did before and before what the caller does after. Here it is
-/// told, and nothing more: two bodies stay unordered, so that what they share is still reported.
+/// Loops on all cores. In core, only this loop and parallel_sort use TBB. TBB is not built with ThreadSanitizer, which
+/// therefore does not know that a loop's body runs between the caller's code before and after the loop. LoopOrder
+/// states this order and no more: two bodies stay unordered, so that races between them are still reported.
 namespace lodestone {
 
 /// Work on [first, last), without its type: TBB's headers stay in one .cpp file.
@@ -25,11 +25,11 @@ struct RangeWork {
   const void* loop;
 };
 
-/// Cuts [0, count) into pieces and works on them at the same time. What a piece throws is thrown here, once no other is
-/// running.
+/// Divides [0, count) into pieces and runs them in parallel. An exception from a piece is rethrown here, after all
+/// pieces have ended.
 void run_ranges(std::size_t count, std::size_t grain, const RangeWork& work);
 
-/// What ThreadSanitizer must know of one loop.
+/// The order of one loop, for ThreadSanitizer.
 class LoopOrder {
  public:
 #ifdef LODESTONE_THREAD_SANITIZER
@@ -47,7 +47,7 @@ class LoopOrder {
   }
 
  private:
-  // Two places: by one alone the end of a piece would come before the begin of another.
+  // Two addresses: with one alone, the end of a piece would be ordered before the beginning of another.
   char begun_ = 0;
   char ended_ = 0;
 #else
@@ -56,8 +56,8 @@ class LoopOrder {
 #endif
 };
 
-/// `body(index)` for every index in [first, last), at the same time. `grain`: so many make a piece of work worth
-/// handing over.
+/// `body(index)` for every index in [first, last), in parallel. `grain`: the smallest number of indices that is worth a
+/// piece of work.
 template <class Index, class Body>
 void parallel_for(Index first, Index last, const Body& body, std::size_t grain = 1) {
   if (!(first < last)) return;

@@ -10,8 +10,8 @@
 
 namespace lodestone {
 
-/// Sorts on all cores. Values that compare equal may come in any order: only for those whose order is total. TBB's own
-/// moves of values between threads are hidden from ThreadSanitizer, which gets the sort of one thread.
+/// Sorts on all cores. The order of equal values is undefined: only for values with a total order. ThreadSanitizer does
+/// not see TBB's moves of values between threads; with it the sort runs on one thread.
 template <class Iterator>
 void parallel_sort(Iterator first, Iterator last) {
 #ifdef LODESTONE_THREAD_SANITIZER

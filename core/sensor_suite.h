@@ -28,35 +28,35 @@ struct LidarModel {
 struct MagnetometerModel {
   std::string name;
   Pose T_imu_mag;
-  double noise_ut = 1.0;  ///< white, one sigma a sample and component
+  double noise_ut = 1.0;  ///< white, one sigma for each sample and component
 };
 
-/// How exactly T_imu_lidar and the LiDAR's clock are known.
+/// Uncertainty of T_imu_lidar and of the LiDAR's clock.
 struct LidarCalibrationSigmas {
-  double translation_sigma_m = 0.010;  ///< of T_imu_lidar, an axis
-  double rotation_sigma_deg = 0.3;     ///< of T_imu_lidar, an axis
-  double clock_sigma_s = 0.003;        ///< of the LiDAR's stamps against the IMU's: one constant offset
+  double translation_sigma_m = 0.010;  ///< of T_imu_lidar, each axis
+  double rotation_sigma_deg = 0.3;     ///< of T_imu_lidar, each axis
+  double clock_sigma_s = 0.003;        ///< of the LiDAR's stamps relative to the IMU's: one constant offset
 };
 
-/// How exactly each magnetometer's calibration and the array's clock are known.
+/// Uncertainty of each magnetometer's calibration and of the array's clock.
 struct MagnetometerCalibrationSigmas {
-  double translation_sigma_m = 0.005;  ///< of T_imu_mag, an axis
-  double rotation_sigma_deg = 1.0;     ///< of T_imu_mag, an axis
-  double clock_sigma_s = 0.010;        ///< of the array's stamps against the IMU's: one constant offset
-  double offset_sigma_ut = 1.0;        ///< of what calibration leaves of the hard iron, a component
-  double matrix_sigma = 0.01;          ///< of what calibration leaves of the soft iron, an entry of the 3×3 matrix
+  double translation_sigma_m = 0.005;  ///< of T_imu_mag, each axis
+  double rotation_sigma_deg = 1.0;     ///< of T_imu_mag, each axis
+  double clock_sigma_s = 0.010;        ///< of the array's stamps relative to the IMU's: one constant offset
+  double offset_sigma_ut = 1.0;        ///< of the residual hard iron, each component
+  double matrix_sigma = 0.01;          ///< of the residual soft iron, each entry of the 3×3 matrix
 };
 
-/// How exactly the IMU's axes are known.
+/// Uncertainty of the IMU's axes.
 struct ImuCalibrationSigmas {
-  double scale_sigma = 0.005;           ///< of the scale of an axis, a share
-  double misalignment_sigma_deg = 0.1;  ///< of an axis against another
+  double scale_sigma = 0.005;           ///< of the scale of an axis, relative
+  double misalignment_sigma_deg = 0.1;  ///< of one axis relative to another
 };
 
-/// One standard deviation of every part of the calibration; 0: exact, to be believed. The defaults are those of grade
-/// `field` (config/worlds/README.md, section Reality): the calibration of a usual robot.
+/// One standard deviation of every part of the calibration; 0: exact. The defaults are those of grade `field`
+/// (config/worlds/README.md, section Reality): the calibration of a usual robot.
 struct CalibrationSigmas {
-  LidarCalibrationSigmas lidar;  ///< of the first LiDAR, with which further ones move rigidly
+  LidarCalibrationSigmas lidar;  ///< of the first LiDAR; the others move rigidly with it
   MagnetometerCalibrationSigmas magnetometers;
   ImuCalibrationSigmas imu;
 };
@@ -66,11 +66,11 @@ constexpr CalibrationSigmas exact_calibration() {
   return {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}};
 }
 
-/// The sensors of a robot as the mathematics needs them. Topics and message layouts belong to the reader.
+/// The sensors of a robot, for the estimators. Topics and message layouts belong to the reader.
 struct SensorSuite {
   ImuNoise imu;
   LidarModel lidar;                        ///< the first: scans are in its frame
-  std::vector<LidarModel> further_lidars;  ///< mostly none; they move rigidly with the first
+  std::vector<LidarModel> further_lidars;  ///< usually none; they move rigidly with the first
   std::vector<MagnetometerModel> magnetometers;
   double gravity_m_s2 = 9.80665;
   CalibrationSigmas calibration{};

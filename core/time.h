@@ -12,11 +12,10 @@ constexpr double to_seconds(Time difference) {
   return static_cast<double>(difference) * 1e-9;
 }
 
-/// No time counts as further than this, 127 years: the sum of two of them is still a Time.
+/// The limit of times, 127 years: the sum of two is still a Time.
 constexpr Time farthest_time = 4'000'000'000'000'000'000;
 
-/// Seconds to nanoseconds, rounded to the nearest; what is further than `farthest_time`, and what is no number, is that
-/// far.
+/// Seconds to nanoseconds, rounded to the nearest. Beyond `farthest_time`, and for NaN, the result is `farthest_time`.
 constexpr Time from_seconds(double seconds) {
   constexpr double farthest_s = 4e9;
   if (!(seconds < farthest_s)) return farthest_time;

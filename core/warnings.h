@@ -8,13 +8,12 @@
 
 namespace lodestone {
 
-/// Counts warnings by kind, so that a run sums them up at its end instead of scrolling them by.
-/// Not thread-safe: each run has its own.
+/// Counts warnings by kind, for a summary at the end of a run. Not thread-safe: each run has its own.
 class WarningLog {
  public:
   struct Entry {
     std::int64_t count = 0;
-    std::string first_detail;  ///< what was seen the first time: what came, what was expected, what to change
+    std::string first_detail;  ///< of the first warning: content, expectation, remedy
     Time first_time = 0;
     Time last_time = 0;
   };

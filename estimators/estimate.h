@@ -5,34 +5,50 @@
 
 namespace lodestone {
 
+/// How far an estimate can be trusted (docs/design/050-health.md).
 enum class Health {
-  good,
-  degenerate,  ///< at least one direction not seen by LiDAR
-  lost         ///< the estimate can no longer be trusted
+  good,       ///< the error is what the covariance says
+  uncertain,  ///< known to worse than half a metre, or the sensors contradict the maps for a short time
+  lost        ///< the estimate must not be used
 };
 
-/// What one step saw: a row of diagnostics.csv.
+/// Why an estimate is not good.
+enum class HealthReason {
+  none,
+  not_finite,     ///< the state is not a number
+  covariance,     ///< a sigma of the position is too large
+  scan_off_map,   ///< scans do not fit the cloud map at this pose
+  field_off_map,  ///< readings do not fit the magnetic map at this pose
+  searching       ///< the estimator was lost and the position has not been found again
+};
+
+/// Statistics of one step: a row of diagnostics.csv.
 struct Diagnostics {
   int points = 0;             ///< points used after downsampling
-  int correspondences = 0;    ///< points that found their plane
+  int correspondences = 0;    ///< points with a plane
   double inlier_share = 0.0;  ///< correspondences / points
   double lidar_rmse_m = 0.0;  ///< weighted point-to-plane rms residual
-  double lidar_nis = 0.0;     ///< mean of r² over its variance a correspondence; 0: none
-  /// Predicted sigma of each direction of the degeneracy analysis, smallest information last; metres, rotations
-  /// brought to metres by the lever arm. Infinite where nothing was seen.
+  double lidar_nis = 0.0;     ///< mean of r² / variance over correspondences; 0: no correspondences
+  /// Predicted sigma of each direction of the degeneracy analysis, smallest information last, in metres; rotations are
+  /// converted to metres by the lever arm. Infinite for a direction without information.
   Vector6 direction_sigma_m = Vector6::Zero();
-  Vector6 direction_weight = Vector6::Ones();  ///< share of LiDAR kept per direction: 1 keeps it, 0 masks it
+  Vector6 direction_weight = Vector6::Ones();  ///< share of LiDAR information kept in each direction; 0 masks it
   int degenerate_directions = 0;
-  int magnetic_samples = 0;           ///< array samples of this step that met the map
-  int magnetic_rejected = 0;          ///< of these, with a Huber weight below one half
-  int magnetic_off_map = 0;           ///< single readings without field in the map
-  int magnetic_set_aside = 0;         ///< single readings that the rest of their array contradicts
-  double magnetic_weight = 0.0;       ///< mean Huber weight
-  double magnetic_shrink = 1.0;       ///< β in force
-  double magnetic_residual_ut = 0.0;  ///< rms of measured minus map at the estimate
-  double magnetic_nis = 0.0;  ///< of the array samples at the prediction: mean of rᵀ S⁻¹ r per component; 0: none
-  double clock_offset_s = 0.0;  ///< how late the magnetometers' stamps are
-  double clock_sigma_s = 0.0;   ///< of it; 0: not estimated
+  int magnetic_samples = 0;      ///< array samples of this step with at least one reading on the map
+  int magnetic_rejected = 0;     ///< array samples with a Huber weight below one half
+  int magnetic_off_map = 0;      ///< single readings off the map
+  int magnetic_set_aside = 0;    ///< single readings that are rejected because they contradict the rest of their array
+  double magnetic_weight = 0.0;  ///< mean Huber weight
+  double magnetic_shrink = 1.0;  ///< β of this step
+  double magnetic_residual_ut = 0.0;  ///< rms of measured minus map at the estimate, µT
+  double magnetic_nis = 0.0;    ///< mean of rᵀ S⁻¹ r per component, array samples at the predicted pose; 0: none
+  double clock_offset_s = 0.0;  ///< delay of the magnetometers' stamps
+  double clock_sigma_s = 0.0;   ///< sigma of the delay; 0: not estimated
+  /// Share of the scan's points above the floor where the cloud map has something, at this pose and at decoy poses.
+  double place_share = 0.0;
+  double decoy_share = 0.0;
+  int place_points = 0;     ///< such points; 0: not judged
+  double field_odds = 0.0;  ///< log odds of the readings at this pose against anywhere on the field map
   int iterations = 0;
   double step_ms = 0.0;  ///< wall time of the step
 };
@@ -44,6 +60,7 @@ struct Estimate {
   Matrix6 covariance = Matrix6::Zero();  ///< of the pose; tangent order φ (right, body), p (map)
   Diagnostics diagnostics;
   Health health = Health::good;
+  HealthReason reason = HealthReason::none;
 };
 
 }  // namespace lodestone

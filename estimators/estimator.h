@@ -10,19 +10,19 @@
 
 namespace lodestone {
 
-/// Receives estimates as they become final. Knows nothing of sources or estimators.
+/// Receives estimates as they become final. Independent of sources and estimators.
 class EstimateSink {
  public:
   virtual ~EstimateSink() = default;
 
-  /// The newest state, once a scan, in order of time: what a robot would have known then.
+  /// The newest state, once per scan, in order of time, estimated from past measurements only.
   virtual void causal(const Estimate& estimate) = 0;
 
-  /// The best estimate of this run for that time, once a scan, in order of time. A filter reports the causal one.
+  /// The best estimate of this run for that time, once per scan, in order of time. For a filter: the causal estimate.
   virtual void best(const Estimate& estimate) = 0;
 
-  /// The window's estimate, once a scan, in order of time, of a run that refines it at the log's end: then `best` comes
-  /// after all of these.
+  /// The window's estimate, once per scan, in order of time. Called only if the run is refined at the end of the log;
+  /// `best` is then called after all of these.
   virtual void smoothed(const Estimate& /*estimate*/) {}
 };
 
@@ -31,20 +31,20 @@ class Estimator {
  public:
   virtual ~Estimator() = default;
 
-  /// One scan with its IMU and field samples. Deterministic: the same bundles give the same bits.
+  /// Processes one scan with its IMU and field samples. Deterministic: the same bundles give bit-identical estimates.
   virtual void process(const ScanBundle& bundle, EstimateSink& sink) = 0;
 
-  /// The same for a caller that owns the bundle. The bundle may be changed meanwhile, which avoids copies of its cloud;
-  /// it is as before when this returns.
+  /// As `process`, but may modify the bundle during the call, which avoids a copy of the cloud. The bundle is unchanged
+  /// on return.
   virtual void process_in_place(ScanBundle& bundle, EstimateSink& sink) { process(bundle, sink); }
 
-  /// Hands out what still lies in the window.
+  /// Reports the estimates that remain in the window.
   virtual void finish(EstimateSink& sink) = 0;
 
   /// The library and the linear solver that minimize this method's cost; empty if it minimizes none.
   virtual std::string solver() const { return {}; }
 
-  /// What the log said of the calibration, once finished; null: this method does not estimate it.
+  /// The estimated calibration; valid after finish. Null: this method does not estimate a calibration.
   virtual const CalibrationEstimate* calibration() const { return nullptr; }
 };
 

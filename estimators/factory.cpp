@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
@@ -25,13 +26,14 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
   if (name == "smoother") return std::make_unique<Smoother>(input);
   if (name == "ieskf") return std::make_unique<IteratedFilter>(input);
   if (name == "lidar-inertial") {
-    if (input.planes == nullptr) throw InputError("estimator lidar-inertial needs a cloud map: pass --cloud MAP.pcd");
+    if (input.planes == nullptr)
+      throw InputError("estimator lidar-inertial requires a cloud map: pass --cloud MAP.pcd");
     EstimatorInput without_field = input;
     without_field.field = nullptr;
     return std::make_unique<IteratedFilter>(without_field);
   }
   if (name == "magnetic") {
-    if (input.field == nullptr) throw InputError("estimator magnetic needs a field map: pass --magnetic FIELD.yaml");
+    if (input.field == nullptr) throw InputError("estimator magnetic requires a field map: pass --magnetic FIELD.yaml");
     EstimatorInput without_lidar = input;
     without_lidar.planes = nullptr;
     without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
@@ -44,7 +46,8 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
 }  // namespace
 
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
-  std::unique_ptr<Estimator> estimator = make_unmonitored(name, input);
+  std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(
+      input, [name](const EstimatorInput& again) { return make_unmonitored(name, again); });
   if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;
   return std::make_unique<Monitored>(std::move(estimator), input.suite, input.warnings);
 }

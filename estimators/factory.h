@@ -13,7 +13,8 @@
 
 namespace lodestone {
 
-/// What every estimator is made of: the same sensors, maps and options, so that an A/B compares estimators alone.
+/// The input of every estimator. All get the same sensors, maps and options, so that comparisons differ in the
+/// estimator only.
 struct EstimatorInput {
   SensorSuite suite;
   std::shared_ptr<const PlaneMapSource> planes;  ///< null: no LiDAR localization
@@ -21,19 +22,19 @@ struct EstimatorInput {
   Pose initial_pose;                             ///< T_map_imu at the first scan's start
   Vector3 initial_velocity = Vector3::Zero();    ///< of imu at that time, map axes, m/s
   RunOptions options;
-  WarningLog* warnings = nullptr;            ///< counts what an estimator had to leave out; must outlive it
-  const Trajectory* linearize_at = nullptr;  ///< not null: nothing is solved, covariances are those at these poses
-  std::function<bool(double)> refining;  ///< told the share of a refinement that is done; false ends it; may be empty
+  WarningLog* warnings = nullptr;            ///< counts data that the estimator discards; must outlive the estimator
+  const Trajectory* linearize_at = nullptr;  ///< not null: nothing is solved; covariances are those at these poses
+  std::function<bool(double)> refining;      ///< gets the finished share of a refinement; false stops it; may be empty
 };
 
-/// Names that make_estimator knows, the default first.
+/// Names of all estimators, the default first.
 std::vector<std::string> estimator_names();
 
-/// Whether an estimator of that name can be refined over the whole log at its end (`smoother.refine`).
+/// Whether the estimator supports refinement over the whole log (`smoother.refine`).
 bool can_refine(const std::string& name);
 
-/// Throws InputError where the name is unknown (with the closest one) or where the input lacks what the estimator
-/// needs.
+/// Throws InputError if the name is unknown (the message suggests the closest one) or if the input lacks a map that the
+/// estimator requires.
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input);
 
 }  // namespace lodestone

@@ -8,8 +8,8 @@
 
 namespace lodestone {
 
-/// Any estimator behind a monitor of the magnetometers: it never sees a reading that cannot be a measurement, and is
-/// told nothing else.
+/// Decorates an estimator with a monitor of the magnetometers, which rejects invalid readings before the estimator
+/// processes them.
 class Monitored final : public Estimator {
  public:
   Monitored(std::unique_ptr<Estimator> estimator, const SensorSuite& suite, WarningLog* warnings)
@@ -23,7 +23,7 @@ class Monitored final : public Estimator {
     estimator_->process(clean, sink);
   }
 
-  /// Without a copy of the cloud, also if a reading is unhealthy.
+  /// Does not copy the cloud, even if a reading is rejected.
   void process_in_place(ScanBundle& bundle, EstimateSink& sink) override {
     auto healthy = monitor_.without_unhealthy(bundle.magnetic, bundle.scan.end);
     if (!healthy) return estimator_->process_in_place(bundle, sink);

@@ -16,7 +16,7 @@
 
 namespace lodestone {
 
-/// How well the start is known: one sigma each.
+/// Uncertainty of the initial state: one sigma each.
 struct InitialOptions {
   double position_sigma_m = 0.1;
   double rotation_sigma_deg = 1.0;
@@ -29,17 +29,19 @@ struct InitialOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("position_sigma_m", position_sigma_m, "of the initial position, each axis");
-    visitor.field("rotation_sigma_deg", rotation_sigma_deg, "of the initial attitude, each axis");
-    visitor.field("velocity_sigma_m_s", velocity_sigma_m_s, "of the initial velocity, which is taken as zero");
-    visitor.field("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s, "of the gyroscope's bias, taken as zero");
+    visitor.field("position_sigma_m", position_sigma_m, "sigma of the initial position, each axis");
+    visitor.field("rotation_sigma_deg", rotation_sigma_deg, "sigma of the initial attitude, each axis");
+    visitor.field("velocity_sigma_m_s", velocity_sigma_m_s,
+                  "sigma of the initial velocity, which is assumed to be zero");
+    visitor.field("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s,
+                  "sigma of the gyroscope bias, which is assumed to be zero");
     visitor.field("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2,
-                  "of the accelerometer's bias, taken as zero");
-    visitor.field("gravity_sigma_deg", gravity_sigma_deg, "tilt of gravity against the map's z axis");
-    visitor.field(
-        "search_m", search_m,
-        "where first scan and field do not fit at the given start, one is looked for so far around it; 0: never");
-    visitor.field("search_deg", search_deg, "and turned by so much about the vertical");
+                  "sigma of the accelerometer bias, which is assumed to be zero");
+    visitor.field("gravity_sigma_deg", gravity_sigma_deg, "sigma of the angle between gravity and the map's z axis");
+    visitor.field("search_m", search_m,
+                  "if the first scan and field do not fit at the initial pose, the best pose within this horizontal "
+                  "distance is searched; 0: no search");
+    visitor.field("search_deg", search_deg, "the same search: largest rotation about the vertical");
   }
 
   void check() const {
@@ -67,11 +69,11 @@ struct LidarOptions {
   }
 };
 
-/// How a magnetic measurement is held back where LiDAR sees every direction.
+/// How a magnetic measurement is down-weighted if LiDAR observes all directions.
 enum class MagneticShrink {
   none,        ///< full weight
-  residual,    ///< the paper: β on the residual, the information stays (docs/design/architecture.md)
-  information  ///< β² on the whole factor
+  residual,    ///< the paper: β scales the residual, the information is unchanged (docs/design/architecture.md)
+  information  ///< β² scales the whole factor
 };
 
 constexpr auto enum_names(MagneticShrink) {
@@ -80,10 +82,10 @@ constexpr auto enum_names(MagneticShrink) {
                                        {MagneticShrink::information, "information"}}};
 }
 
-/// What the smoother's window takes from the magnetometers.
+/// The kind of magnetic measurement in the smoother's window.
 enum class MagneticMeasurement {
-  field,  ///< every reading against the map, linearized anew as the pose moves
-  pose    ///< the paper: the pose at which an array sample fits the map, found by Gauss-Newton, with its information
+  field,  ///< every reading against the map, relinearized as the pose changes
+  pose    ///< the paper: the pose at which an array sample fits the map, by Gauss-Newton, with its information
 };
 
 constexpr auto enum_names(MagneticMeasurement) {
@@ -109,32 +111,34 @@ struct MagneticOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field(
-        "magnetometers", magnetometers,
-        "all, a number (that many, spread as far as they come), or names of the platform with commas: the others "
-        "are not read");
+    visitor.field("magnetometers", magnetometers,
+                  "all, a number (that many magnetometers, as far apart as possible), or names from the platform file, "
+                  "separated by commas; the others are ignored");
     visitor.field("measurement", measurement,
-                  "field or pose: what the smoother's window takes, readings against the map or the poses that "
-                  "Gauss-Newton finds for array samples; estimator magnetic always takes poses");
-    visitor.field("interpolation", interpolation, "bilinear or bicubic, between the nodes of the field map");
-    visitor.field("shrink", shrink, "none, residual or information: how β acts where LiDAR sees every direction");
-    visitor.field("beta", beta, "β: how much of a magnetic measurement counts there");
-    visitor.field("monitor", monitor,
-                  "leave out readings that cannot be measurements: stuck, at the sensor's limit, spikes");
-    visitor.field("huber", huber, "weigh down array samples of large Mahalanobis distance");
-    visitor.field("huber_probability", huber_probability,
-                  "array samples beyond this χ² quantile are weighed down; 0.95 is the paper's c = 3.55 in 6 degrees");
+                  "field or pose: the smoother's window uses the readings, or the poses that Gauss-Newton finds for "
+                  "array samples; estimator magnetic always uses poses");
+    visitor.field("interpolation", interpolation,
+                  "bilinear or bicubic interpolation between the nodes of the field map");
+    visitor.field("shrink", shrink, "none, residual or information: what β scales if LiDAR observes all directions");
+    visitor.field("beta", beta, "β: scale of magnetic measurements if LiDAR observes all directions");
+    visitor.field("monitor", monitor, "reject invalid readings: stuck, at the sensor's limit, spikes");
+    visitor.field("huber", huber, "reduce the weight of array samples with a large Mahalanobis distance");
+    visitor.field(
+        "huber_probability", huber_probability,
+        "array samples beyond this χ² quantile get less weight; 0.95 is the paper's c = 3.55 at 6 degrees of freedom");
     visitor.field(
         "huber_power", huber_power,
-        "the smoother's: they count by (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 nearly "
+        "smoother: the weight is (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 nearly "
         "ignores far outliers such as passing steel");
     visitor.field("sensor_probability", sensor_probability,
-                  "a magnetometer beyond this χ² quantile of what the rest of the array says is set aside");
-    visitor.field("map_sigma", map_sigma, "add the map's posterior sigma to the sensor's noise");
+                  "a magnetometer is rejected if it deviates from the prediction by the rest of the array beyond this "
+                  "χ² quantile");
+    visitor.field("map_sigma", map_sigma, "add the map's posterior variance to the sensor's noise");
     visitor.field("map_correlation_m", map_correlation_m,
-                  "the map's error is one and the same over this distance: samples closer than that share it; below 0: "
-                  "as the map states, or 0.1 m if it does not");
-    visitor.field("samples_per_reading", samples_per_reading, "neighbouring samples averaged into one (smoother)");
+                  "correlation length of the map's error: closer samples share the error; below 0: the value of the "
+                  "map file, or 0.1 m if it has none");
+    visitor.field("samples_per_reading", samples_per_reading,
+                  "number of consecutive samples averaged into one (smoother)");
     visitor.section("map", map);
   }
 
@@ -148,9 +152,9 @@ struct MagneticOptions {
   }
 };
 
-/// What becomes of a run once the window has passed over the log.
+/// The refinement after the window has processed the whole log.
 enum class Refinement {
-  none,  ///< nothing: the window's estimates are the result
+  none,  ///< the window's estimates are the result
   batch  ///< the whole log is solved together
 };
 
@@ -166,8 +170,8 @@ struct SmootherOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("window_s", window_s, "length of the sliding window: the lag of the smoothed output");
-    visitor.field("reassociations", reassociations, "how often a step looks for correspondences again after solving");
+    visitor.field("window_s", window_s, "length of the sliding window, which is the lag of the smoothed output");
+    visitor.field("reassociations", reassociations, "number of repeated associations per step after solving");
     visitor.field("refine", refine, "none or batch: solve the whole log together at its end (--refine)");
     visitor.section("solver", solver);
   }
@@ -199,13 +203,13 @@ struct FilterOptions {
                   "iterations of the LiDAR update, each with new correspondences");
     visitor.field("interpolation", interpolation, "bilinear (the paper) or bicubic");
     visitor.field("shrink", shrink, "residual (the paper), information or none");
-    visitor.field("beta", beta, "in place of magnetic.beta: the paper's");
-    visitor.field("map_error_repeats", map_error_repeats,
-                  "in place of lidar.association.map_error_repeats: the filter takes every error for a scan's own");
+    visitor.field("beta", beta, "replaces magnetic.beta for the filter; 0.3 is the paper's");
     visitor.field(
-        "deskewing_errors", deskewing_errors,
-        "errors of velocity, biases and IMU move the points of a scan, and points correct them; false: as the paper, "
-        "points are deskewed exactly");
+        "map_error_repeats", map_error_repeats,
+        "replaces lidar.association.map_error_repeats: the filter treats the errors of all scans as independent");
+    visitor.field("deskewing_errors", deskewing_errors,
+                  "model errors of velocity, biases and IMU that displace the points of a scan, and estimate them; "
+                  "false: as in the paper, deskewing is assumed to be exact");
     visitor.section("degeneracy", degeneracy);
   }
 
@@ -216,7 +220,7 @@ struct FilterOptions {
   }
 };
 
-/// What is looked for in a finished run.
+/// Options of the checks of a finished run.
 struct ReportOptions {
   StaleMapOptions stale_map;
 
@@ -226,7 +230,7 @@ struct ReportOptions {
   }
 };
 
-/// Everything that a run can be told, by key. Sections `lidar`, `initial` and most of `magnetic` serve every estimator.
+/// All options of a run. Sections `lidar`, `initial` and most of `magnetic` apply to every estimator.
 struct RunOptions {
   InitialOptions initial;
   LidarOptions lidar;

@@ -8,8 +8,8 @@
 
 namespace lodestone {
 
-/// What a log says of the calibration, as departures from the platform file, each with one sigma. A part that was not
-/// estimated is zero with sigma zero.
+/// The calibration estimated from a log, as differences from the platform file, each with one sigma. A part that was
+/// not estimated is zero with sigma zero.
 struct CalibrationEstimate {
   struct Lidar {
     LidarCorrection correction;
@@ -30,10 +30,10 @@ struct CalibrationEstimate {
   Imu imu;
   Lidar lidar;
   std::vector<Magnetometer> magnetometers;
-  double magnetometer_clock_s = 0.0;  ///< how late the array's stamps are
+  double magnetometer_clock_s = 0.0;  ///< delay of the array's stamps
   double magnetometer_clock_sigma_s = 0.0;
 
-  /// Parameters of each magnetometer: its turn, then its distortion.
+  /// Parameters of each magnetometer: its rotation, then its distortion.
   static constexpr int kMatrixParameters = 9;
 
   /// E = −hat(θ) + S of nine parameters: readings are bias + (1 + E) field.

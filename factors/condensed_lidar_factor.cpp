@@ -64,7 +64,7 @@ bool CondensedLidarFactor::Evaluate(double const* const* parameters, double* res
   const std::size_t map_error = calibration + (blocks_.calibration ? 1 : 0);
   const double* mounting = blocks_.calibration ? parameters[calibration] : nullptr;
   const double* error = blocks_.map_error ? parameters[map_error] : nullptr;
-  // Both ends of the step as the scan sees them: it was deskewed as a rigid body of the LiDAR.
+  // States at both ends of the step in the scan's terms: the scan was deskewed as a rigid motion of the LiDAR.
   const Deskewing& deskewing = scan_.deskewing;
   const SeenState end(scan_, state_of(parameters[0], parameters[1]), end_rates_, mounting);
   const SeenState before(scan_, blocks_.before ? state_of(parameters[2], parameters[3]) : NavState{}, before_rates_,

@@ -8,14 +8,14 @@
 
 namespace lodestone {
 
-/// All point-to-plane residuals of a scan as twenty-five: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost, gradient and
-/// Gauss-Newton Hessian are those of one residual a point whose place depends on the states at both ends of the step
-/// that the scan was deskewed over. The calibration of the LiDAR and the error of the map move the pose that the scan
-/// sees (SeenState). The mask hides directions of the pose and of the departure alike; all poses and velocities
-/// may slide together along what it hides, the rest unchanged, and nothing is felt. Parameters: pose (7) and motion (9:
-/// v, b_g, b_a) at the scan's end; where a keyframe comes before, its pose and motion; where they are estimated, the
-/// LiDAR's calibration (7: turn, shift, clock) and the map's error (6). Its content may be renewed between solves, so
-/// that the Ceres problem persists.
+/// All point-to-plane residuals of a scan, condensed to twenty-five: e = F [ξ(x); η], Fᵀ F = M (SweptCost). Cost,
+/// gradient and Gauss-Newton Hessian equal those of one residual per point, with point positions that depend on the
+/// states at both ends of the deskewing step. LiDAR calibration and map error move the pose at which the scan is
+/// evaluated (SeenState). The mask removes directions of the pose and of the departure. The residuals do not change if
+/// all poses and velocities slide together along a masked direction. Parameters: pose (7) and motion (9: v, b_g, b_a)
+/// at the scan's end; pose and motion of the previous keyframe, if any; LiDAR calibration (7: rotation, shift, clock)
+/// and map error (6), if estimated. The content may be replaced between solves, so that the Ceres problem persists.
+/// Source: docs/design/008-swept-scan-factor.md.
 class CondensedLidarFactor final : public ceres::CostFunction {
  public:
   struct Blocks {
@@ -28,7 +28,7 @@ class CondensedLidarFactor final : public ceres::CostFunction {
 
   void set(const CondensedScan& scan, const PoseMask& mask);
 
-  /// How the robot moves at both ends of the step: taken as known.
+  /// Rates of motion at both ends of the step, which are assumed to be known.
   void set_rates(const MotionRates& end, const MotionRates& before) {
     end_rates_ = end;
     before_rates_ = before;
@@ -39,10 +39,10 @@ class CondensedLidarFactor final : public ceres::CostFunction {
   bool by_lidar() const { return scan_.by_lidar; }
   const Matrix6& long_map_error_root() const { return scan_.long_map_error_root; }
 
-  /// Where the scan is seen, before the mask, if its clock is right. Null: not estimated.
+  /// Pose of the scan in the map, before the mask, with an exact clock. Null arguments: not estimated.
   SeenPose seen(const Pose& T_map_imu, const double* calibration, const double* map_error) const;
 
-  /// How the pose moves with time at a state where the scan is (φ right, p map), a second.
+  /// Time derivative of the scan's pose at a state (φ right, p map), per second.
   Vector6 rate_at(const NavState& state) const;
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;

@@ -11,22 +11,22 @@
 
 namespace lodestone {
 
-/// One magnetometer's reading (or the mean of a few neighbouring ones) as a keyframe's factor uses it.
+/// One magnetometer reading (or the mean of a few consecutive ones) as input of a keyframe's factor.
 struct FieldReading {
-  Pose T_end_mag;  ///< takes points in the magnetometer's frame at the reading's time to the imu frame at t_k
+  Pose T_end_mag;  ///< transforms points in the magnetometer's frame at the reading's time to the imu frame at t_k
   Vector3 measured_ut = Vector3::Zero();
   int magnetometer = 0;
-  double sigma_ut = 1.0;                   ///< of residual components: sensor and map together
-  double weight = 1.0;                     ///< Huber's weight times β²; multiplies the squared residual
-  Vector3 velocity_m_s = Vector3::Zero();  ///< of the magnetometer at its time as the imu frame at t_k sees it
-  Vector3 turn_rad_s = Vector3::Zero();    ///< its rate of rotation, in its own axes
-  Vector3 place = Vector3::Zero();         ///< in the map, where the reading was weighed
-  std::optional<FieldValue> field{};       ///< of the map at `place`: goes on from there, linear, where the map ends
+  double sigma_ut = 1.0;                   ///< per component: sensor and map together
+  double weight = 1.0;                     ///< Huber weight times β²; scales the squared residual
+  Vector3 velocity_m_s = Vector3::Zero();  ///< of the magnetometer at its time, relative to the imu frame at t_k
+  Vector3 turn_rad_s = Vector3::Zero();    ///< its angular rate, in its own axes
+  Vector3 place = Vector3::Zero();         ///< position in the map at which the reading was weighted
+  std::optional<FieldValue> field{};       ///< of the map at `place`; extrapolated linearly beyond the map's edge
 
-  /// Beyond the map's edge; nothing if the reading was weighed off the map.
+  /// The field beyond the map's edge; empty if the reading was weighted off the map.
   std::optional<FieldValue> field_beyond(const Vector3& position) const;
 
-  /// T_end_mag of a reading whose stamp is `clock_offset_s` late: it was taken so much before.
+  /// T_end_mag for a stamp with a delay of `clock_offset_s`: the reading was taken earlier by this time.
   Pose T_end_mag_at(double clock_offset_s) const {
     Pose result = T_end_mag;
     result.position -= clock_offset_s * velocity_m_s;
@@ -35,12 +35,12 @@ struct FieldReading {
   }
 };
 
-/// Readings of the array between two keyframes, each at pose k through the IMU's relative motion
+/// Readings of the array between two keyframes, each related to pose k by the IMU's relative motion
 /// (docs/design/architecture.md, section 6): r = √w/σ (B − b_j − (R R_rel)ᵀ M(p + R ℓ)). Parameters: pose k (7), biases
-/// of all magnetometers (3 each, µT). Where they are estimated, how late the stamps of all magnetometers are (1, s):
-/// readings move along their own motion; and the matrices of all (9 each, CalibrationEstimate): (1 + E) times the
-/// expected field is read. Where the map ends, the field goes on from where the reading was weighed: else the cost
-/// would fall by leaving the map. A reading without such a field contributes nothing there.
+/// of all magnetometers (3 each, µT); if estimated, the common delay of the magnetometers' stamps (1, s), which moves
+/// readings along their own motion, and the matrices of all magnetometers (9 each, CalibrationEstimate), so that (1 +
+/// E) times the field is expected. Beyond the map's edge the field is extrapolated from the point where the reading was
+/// weighted; otherwise leaving the map would lower the cost. A reading without such a field contributes nothing there.
 class FieldFactor final : public ceres::CostFunction {
  public:
   struct Blocks {
@@ -59,7 +59,7 @@ class FieldFactor final : public ceres::CostFunction {
   const std::vector<FieldReading>& readings() const { return readings_; }
   const PoseMask& mask() const { return mask_; }
 
-  /// New weights (one a reading) and mask; the readings stay.
+  /// Sets new weights (one per reading) and a new mask; the readings stay.
   void renew(std::vector<FieldReading> readings, const PoseMask& mask);
 
  private:

@@ -6,12 +6,12 @@
 
 namespace lodestone {
 
-/// The field about a robot changes but slowly while the robot turns beneath it:
+/// The field around a robot changes slowly while the robot rotates in it:
 ///   r = α y' − β A ΔRᵀ A⁻¹ y,
-/// y and y' what the array as a whole reads before and after, in imu axes, ΔR the turn between (it takes axes after to
-/// axes before) and A the distortion that all magnetometers share. y is a reading, not a field: were it the field, a
-/// distortion that makes every reading larger would make every y and so every r smaller, and seem to be known.
-/// Parameters: y (3, µT), y' (3, µT), nine numbers of A, gyroscope bias (3, rad/s; ΔR was integrated without).
+/// with the mean readings y and y' of the array before and after in imu axes, the rotation ΔR between them (from axes
+/// after to axes before), and the distortion A that all magnetometers share. y is a reading, not a field. With a field,
+/// a distortion that increases every reading would decrease every y and r, and would seem observable. Parameters: y (3,
+/// µT), y' (3, µT), nine numbers of A, gyroscope bias (3, rad/s; ΔR was integrated without bias).
 class FieldStepFactor final : public ceres::SizedCostFunction<3, 3, 3, 9, 3> {
  public:
   struct Step {

@@ -7,9 +7,8 @@
 
 namespace lodestone {
 
-/// A vector that keeps a share of what it was and has the covariance Σ in the long run:
-/// r = W (second − decay · first) / √(1 − decay²), Wᵀ W = Σ⁻¹. Parameters: two blocks of the same size; or only
-/// the second, where nothing comes before: r = W second.
+/// A Gauss-Markov process with the stationary covariance Σ: r = W (second − decay · first) / √(1 − decay²), Wᵀ W = Σ⁻¹.
+/// Parameters: two blocks of the same size; or only the second, if it is the first of the process: r = W second.
 class GaussMarkovFactor final : public ceres::CostFunction {
  public:
   /// `root`: lower triangle L, L Lᵀ = Σ, invertible. `decay`: in [0, 1); 0 for one block.

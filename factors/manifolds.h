@@ -11,13 +11,13 @@ namespace lodestone {
 /// Parameter block of a pose: qx qy qz qw px py pz.
 using PoseBlock = std::array<double, 7>;
 
-/// Parameter block of what else a keyframe carries: v, b_g, b_a.
+/// Parameter block of a keyframe's other variables: v, b_g, b_a.
 using MotionBlock = std::array<double, 9>;
 
 Pose to_pose(const double* block);
 void from_pose(const Pose& pose, double* block);
 
-/// Turns a Jacobian by the tangent φ, p into the ambient one Ceres expects: J_ambient · PlusJacobian = J_tangent.
+/// Converts a Jacobian by the tangent φ, p to the ambient one that Ceres expects: J_ambient · PlusJacobian = J_tangent.
 /// `jacobian`: rows×6. `ambient`: rows×7, row-major.
 void to_ambient(const double* pose_block, const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 6>>& jacobian,
                 double* ambient);

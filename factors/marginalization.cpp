@@ -30,7 +30,7 @@ MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<Windo
                           std::span<const Eigen::MatrixXd> disturbances) {
   Columns columns;
   for (WindowBlock* block : eliminated) columns.add(block);
-  const int gone = columns.size;
+  const int eliminated_size = columns.size;
   Eigen::Index rows = 0;
   for (const WindowFactor& factor : factors) {
     for (WindowBlock* block : factor.blocks) columns.add(block);
@@ -60,13 +60,13 @@ MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<Windo
   }
 
   MarginalPrior prior;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factorization(system.leftCols(gone));
-  Eigen::MatrixXd rest = system.rightCols(columns.size + 1 + errors - gone);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factorization(system.leftCols(eliminated_size));
+  Eigen::MatrixXd rest = system.rightCols(columns.size + 1 + errors - eliminated_size);
   rest.applyOnTheLeft(factorization.householderQ().adjoint());
   Eigen::MatrixXd remaining = rest.bottomRows(rows - factorization.rank());
-  const Eigen::Index kept = columns.size - gone;
+  const Eigen::Index kept = columns.size - eliminated_size;
   if (remaining.rows() > kept) {
-    // Triangular in the remaining variables; the rows below hold a constant cost alone.
+    // Triangular in the remaining variables; rows below contribute only a constant cost.
     Eigen::HouseholderQR<Eigen::MatrixXd> triangle(remaining.leftCols(kept));
     Eigen::MatrixXd right = remaining.rightCols(1 + errors);
     right.applyOnTheLeft(triangle.householderQ().adjoint());

@@ -7,17 +7,18 @@
 
 namespace lodestone {
 
-/// What is left of some factors once some of their variables are gone.
+/// The prior that replaces some factors when some of their variables are eliminated.
 struct MarginalPrior {
-  std::vector<WindowBlock*> blocks;  ///< the variables that remain, in the order in which the factors name them
-  Eigen::MatrixXd root;              ///< A: r = A (x ⊟ the present values) + offset, to first order
+  std::vector<WindowBlock*> blocks;  ///< remaining variables, in the order in which the factors list them
+  Eigen::MatrixXd root;              ///< A: r = A (x ⊟ current values) + offset, to first order
   Eigen::VectorXd offset;
-  Eigen::MatrixXd disturbance;  ///< what the factors' disturbances have become: a column each
+  Eigen::MatrixXd disturbance;  ///< the factors' disturbances after elimination, one column each
 };
 
-/// Marginalizes `eliminated` out of `factors` in square-root form: pivoted QR over the eliminated columns, which keeps
-/// what rank-deficient variables say of others; no normal equations, no ridge. All is linearized at the present values.
-/// `disturbances`: for each factor, how each of some errors moves its residual (rows × errors), or an empty matrix.
+/// Marginalizes `eliminated` out of `factors` in square-root form, linearized at the current values: pivoted QR over
+/// the eliminated columns, without normal equations and without damping. Pivoting keeps the information of
+/// rank-deficient variables about the others. `disturbances`: for each factor, the derivative of its residual by each
+/// of some errors (rows × errors), or an empty matrix.
 MarginalPrior marginalize(std::span<const WindowFactor> factors, std::span<WindowBlock* const> eliminated,
                           std::span<const Eigen::MatrixXd> disturbances = {});
 

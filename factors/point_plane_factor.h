@@ -9,8 +9,8 @@
 
 namespace lodestone {
 
-/// One residual a point: √w nᵀ(R p + t − q). What the condensed factor replaces; kept for the ablation and as its
-/// oracle. Parameter: pose (7).
+/// One residual per point: √w nᵀ(R p + t − q). The condensed factor replaces it; kept for ablations and as reference in
+/// tests. Parameter: pose (7).
 class PointPlaneFactor final : public ceres::CostFunction {
  public:
   PointPlaneFactor(std::vector<Correspondence> correspondences, const PoseMask& mask);

@@ -6,14 +6,14 @@
 
 namespace lodestone {
 
-/// A pose that was measured, with what is known of it: r = A (x ⊟ x_m), AᵀA the information (tangent order φ, p).
-/// Directions that were not seen have no row in A, and x_m may lie anywhere along them.
+/// A measured pose with its information: r = A (x ⊟ x_m), AᵀA the information (tangent order φ, p). Along unobserved
+/// directions A has no rows and x_m is arbitrary.
 struct MeasuredPose {
   Pose T_map_imu;                  ///< x_m
-  Matrix6 root = Matrix6::Zero();  ///< A; zero where nothing is known
+  Matrix6 root = Matrix6::Zero();  ///< A; zero without information
 };
 
-/// A measured pose as a keyframe's factor. Parameter: pose (7). Its content may be renewed between solves, so that the
+/// A measured pose as a keyframe's factor. Parameter: pose (7). The content may be replaced between solves, so that the
 /// Ceres problem persists.
 class PoseFactor final : public ceres::SizedCostFunction<6, 7> {
  public:

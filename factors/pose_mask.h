@@ -4,22 +4,23 @@
 
 namespace lodestone {
 
-/// Lets a factor look at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost as in derivatives. What lies in the null space
-/// of P is hidden from the factor, along a bend as well where it is told of it; x₀ moves with every re-association
+/// Evaluates a factor at x₀ ⊞ P (x ⊟ x₀) instead of x: exactly, in cost and derivatives. Directions in the null space
+/// of P do not affect the factor; with a slide, this holds along a bend as well. x₀ changes with every re-association
 /// (docs/design/architecture.md).
 class PoseMask {
  public:
-  /// Nothing hidden.
+  /// No direction is masked.
   PoseMask() = default;
 
-  /// `projector`: P, tangent order φ, p. `reference`: x₀. `slide`: about x₀, of the direction that P hides.
+  /// `projector`: P, tangent order φ, p. `reference`: x₀. `slide`: motion about x₀ along the direction that P removes.
   PoseMask(const Matrix6& projector, const Pose& reference, const Slide& slide = {})
       : active_(!projector.isIdentity(1e-12)), projector_(projector), reference_(reference), slide_(slide) {}
 
   bool active() const { return active_; }
   const Slide& slide() const { return slide_; }
 
-  /// The pose the factor sees; with `jacobian`, ∂(seen)/∂(x) in the right tangents of both, 6×6.
+  /// The pose at which the factor is evaluated; with `jacobian`, its derivative ∂(masked)/∂(x) in the right tangents of
+  /// both, 6×6.
   Pose apply(const Pose& pose, Matrix6* jacobian) const {
     if (!active_) {
       if (jacobian != nullptr) jacobian->setIdentity();
@@ -30,19 +31,18 @@ class PoseMask {
     return seen.pose;
   }
 
-  /// What the factor sees of a pose in a map with an error.
+  /// The masked pose of a keyframe in a map with an error.
   struct Seen {
     Pose pose;
     Matrix6 by_pose = Matrix6::Identity();  ///< in the right tangents of both
     Matrix6 by_error;                       ///< φ in map axes, p
-    /// Turns what the pose has along with it in map axes, a velocity, as it is seen. Derivatives of the turn: in map
-    /// axes.
+    /// Rotation of vectors that move with the pose in map axes (a velocity). Its derivatives are in map axes.
     Quaternion turned;
     Eigen::Matrix<double, 3, 6> turned_by_pose = Eigen::Matrix<double, 3, 6>::Zero();
     Eigen::Matrix<double, 3, 6> turned_by_error = Eigen::Matrix<double, 3, 6>::Zero();
   };
 
-  /// `error` (φ in map axes, p): of the map at the reference. It stays there when the pose slides.
+  /// `error` (φ in map axes, p): of the map at the reference. It does not move when the pose slides.
   Seen see(const Pose& pose, const Vector6& error) const {
     Seen seen;
     const Quaternion error_turn = so3::exp(error.head<3>());
@@ -65,14 +65,14 @@ class PoseMask {
     return seen;
   }
 
-  /// What of a departure (Deskewing) the factor sees: its turn and its shift are one motion of the keyframe before, its
-  /// slopes are shifts alone.
+  /// Masked departure (Deskewing): its rotation and shift are one motion of the previous keyframe, its slopes are pure
+  /// shifts.
   Eigen::Matrix<double, 12, 1> hide_departure(const Eigen::Matrix<double, 12, 1>& departure) const {
     if (!active_) return departure;
     return departure_projector() * departure;
   }
 
-  /// The same of a derivative by a departure.
+  /// The same for a derivative by a departure.
   template <class Derived>
   Eigen::Matrix<double, Derived::RowsAtCompileTime, 12> hide_departure_from(
       const Eigen::MatrixBase<Derived>& jacobian) const {

@@ -8,11 +8,10 @@
 
 namespace lodestone {
 
-/// IMU between two keyframes: rotation, position, velocity against the preintegrated increment, and the random walk of
-/// both biases; 15 whitened residuals. Source: Forster et al. 2017, eq. (45), with gravity as a variable.
-/// Parameters: pose i (7), motion i (9), pose j (7), motion j (9), gravity (3), and the axes of the IMU (18) where they
-/// are estimated.
-/// Its content may be renewed between solves (re-integration at other biases).
+/// IMU between two keyframes: rotation, position and velocity against the preintegrated increment, and the random walk
+/// of both biases; 15 whitened residuals. Source: Forster et al. 2017, eq. (45), with gravity as a variable.
+/// Parameters: pose i (7), motion i (9), pose j (7), motion j (9), gravity (3), and the axes of the IMU (18) if they
+/// are estimated. The content may be replaced between solves (re-integration at other biases).
 class PreintegrationFactor final : public ceres::CostFunction {
  public:
   PreintegrationFactor(const Preintegration& preintegration, const ImuNoise& noise, bool with_axes = false)
@@ -29,7 +28,7 @@ class PreintegrationFactor final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  /// The factor at two states as a link of the window's chain: whitened Jacobians by the tangents, the axes held.
+  /// The factor at two states as a link of the window's chain: whitened Jacobians by the tangents, with constant axes.
   ChainLink link(const NavState& first, const NavState& second) const;
 
  private:

@@ -39,7 +39,7 @@ void PriorFactor::follow(const Slide& slide) {
     const Slide now = slide.about(pose.position);
     const double same = before.direction.dot(now.direction);
     if (std::abs(same) < kSameWay) continue;
-    // Old less new; a slide has no sign of its own.
+    // Old minus new; the sign of a slide is arbitrary.
     const double sign = same < 0.0 ? -1.0 : 1.0;
     const Vector3 turn = sign * before.turn - now.turn;
     Eigen::VectorXd moved = root_.middleCols<3>(column) * (pose.rotation.conjugate() * turn) +
@@ -56,7 +56,7 @@ bool PriorFactor::Evaluate(double const* const* parameters, double* residuals, d
   Eigen::Map<Eigen::VectorXd> residual(residuals, root_.rows());
   residual = offset_;
   Eigen::Index column = 0;
-  SlideDifference pose;  // the last pose's
+  SlideDifference pose;  // of the last pose block
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const PriorBlock& block = blocks_[i];
     const double* values = parameters[i];
@@ -81,7 +81,7 @@ bool PriorFactor::Evaluate(double const* const* parameters, double* residuals, d
       const Vector3 then(block.linearization.data());
       residual += part * s2::boxminus(gravity, then);
       if (ambient == nullptr) continue;
-      // Tangent to ambient by the manifold's own inverse step, B(g)ᵀ hat(g) / |g|².
+      // From tangent to ambient by the inverse of the manifold's own step, B(g)ᵀ hat(g) / |g|².
       RowMajorMap(ambient, root_.rows(), 3) =
           part * s2::boxminus_jacobian(gravity, then) *
           (s2::basis(gravity).transpose() * so3::hat(gravity) / gravity.squaredNorm());

@@ -9,10 +9,10 @@
 
 namespace lodestone {
 
-/// A vector that drifts: r = (second − first) / σ. Parameters: two blocks of the same size; or only the second, whose
-/// first is zero. It may jump: every `group` components share a weight, that of a Student distribution of four degrees
-/// of freedom with its σ, held during a solve (renew) and never above one; a jump that measurements insist on costs
-/// little.
+/// A random walk: r = (second − first) / σ. Parameters: two blocks of the same size; or only the second, with zero as
+/// the first. Jumps are allowed: every `group` components share the weight of a Student distribution with four degrees
+/// of freedom and scale σ. The weight is constant during a solve (renew) and at most one, so that a jump that
+/// measurements require costs little (docs/design/016-magnetometer-biases.md).
 class RandomWalkFactor final : public ceres::CostFunction {
  public:
   RandomWalkFactor(int size, double sigma, bool from_zero = false, int group = 3)
@@ -21,14 +21,14 @@ class RandomWalkFactor final : public ceres::CostFunction {
     mutable_parameter_block_sizes()->assign(from_zero ? 1 : 2, size);
   }
 
-  /// A prior about zero with a sigma of its own for each component.
+  /// A prior about zero with a separate sigma for each component.
   static std::unique_ptr<RandomWalkFactor> prior(const std::vector<double>& sigmas) {
     auto result = std::make_unique<RandomWalkFactor>(static_cast<int>(sigmas.size()), 1.0, true);
     for (std::size_t i = 0; i < sigmas.size(); ++i) result->whitening_[i] = 1.0 / sigmas[i];
     return result;
   }
 
-  /// New weights, of the step between `first` (null: zero) and `second`.
+  /// Computes new weights from the step between `first` (null: zero) and `second`.
   void renew(const double* first, const double* second) {
     constexpr double kFreedom = 4.0;
     for (int begin = 0; begin < size_; begin += group_) {

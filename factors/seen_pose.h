@@ -5,34 +5,34 @@
 
 namespace lodestone {
 
-/// A pose as the scan sees it in the map: moved by what the LiDAR's mounting departs from that with which the scan was
-/// brought to the imu frame, and by the error of the map there. Derivatives of the seen pose's right tangent (φ; p in
+/// Pose of a scan in the map: the keyframe's pose, moved by the difference of the LiDAR's mounting from the one used
+/// for the transformation to the imu frame, and by the map's error there. Derivatives are of its right tangent (φ; p in
 /// map axes).
 struct SeenPose {
   Pose pose;
   Matrix6 by_pose = Matrix6::Identity();
-  Matrix6 by_mounting = Matrix6::Zero();   ///< by turn and shift (LidarCorrection)
+  Matrix6 by_mounting = Matrix6::Zero();   ///< by rotation and shift of the mounting (LidarCorrection)
   Matrix6 by_map_error = Matrix6::Zero();  ///< by the map's error (φ in map axes, p)
 };
 
-/// By the mounting alone: turn and shift; null where it is not estimated. A scan that is not the LiDAR's is seen where
-/// the robot is.
+/// Applies the mounting alone: rotation and shift; null if not estimated. Correspondences that are not from LiDAR use
+/// the keyframe's pose.
 SeenPose see(const CondensedScan& scan, const Pose& T_map_imu, const double* mounting);
 
-/// By an error of the map as well (φ in map axes, p).
+/// Also applies an error of the map (φ in map axes, p).
 void move_by(const Vector6& map_error, SeenPose& seen);
 
-/// How a robot moves at a moment; axes of the imu at that moment.
+/// Rates of motion at one time; axes of the imu at that time.
 struct MotionRates {
   Vector3 turn_rate = Vector3::Zero();     ///< rad/s
   Vector3 acceleration = Vector3::Zero();  ///< of the imu, m/s²
 };
 
-/// A state at one end of a scan's step, as the scan sees it: moved back along its own motion by
-/// δ = clock − (clock that the scan was deskewed with), then by the mounting. The LiDAR swings about the imu, so that
-/// its velocity differs from the imu's where the mounting is shifted. The rates are taken as known (docs/design/041).
+/// The state at one end of a scan's step, for the evaluation of the scan: moved back along its own motion by δ = clock
+/// − (clock used for deskewing), then by the mounting. The LiDAR rotates about the imu, so a shift of the mounting
+/// changes its velocity. The rates are assumed to be known (docs/design/041).
 struct SeenState {
-  /// `calibration`: turn, shift and clock; null where it is not estimated.
+  /// `calibration`: rotation, shift and clock; null if not estimated.
   SeenState(const CondensedScan& scan, const NavState& state, const MotionRates& rates, const double* calibration);
 
   NavState state;

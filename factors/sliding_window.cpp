@@ -166,7 +166,7 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
   if (!options_.magnetometer_bias_states) {
     problem_->SetParameterBlockConstant(epoch->biases.values.data());
   } else if (epochs_.empty()) {
-    // The first epoch is known to the sensors' calibration.
+    // The sigma of the first epoch is that of the sensors' calibration.
     epoch->walk =
         add_factor(std::make_unique<RandomWalkFactor>(
                        3 * magnetometers_, std::hypot(kBiasSigma_ut, calibration_.magnetometers.offset_sigma_ut), true),
@@ -240,40 +240,40 @@ void SlidingWindow::marginalize_oldest() {
     if (*factor) involved.push_back(*factor);
   }
   involved.push_back(next.imu);
-  // The next scan's deskewing leans on the oldest pose: what it knows goes into the prior with it.
+  // The next scan's factor depends on the oldest pose by deskewing; its information becomes part of the prior.
   next.lidar_in_prior = next.lidar && std::ranges::find(next.lidar.blocks, &oldest.motion) != next.lidar.blocks.end();
   if (next.lidar_in_prior) involved.push_back(next.lidar);
-  std::vector<WindowBlock*> gone{&oldest.pose, &oldest.motion};
-  // Without a scan the slide goes on: what was not held before is not held by what was known before.
+  std::vector<WindowBlock*> eliminated{&oldest.pose, &oldest.motion};
+  // Without a scan the slide is kept: the prior must not constrain a direction that was unobservable before.
   const Slide slide = next.lidar    ? next.lidar.content->mask().slide()
                       : next.points ? next.points.content->mask().slide()
                                     : prior_.content->slide();
-  // An epoch leaves with its last keyframe, once a later epoch has begun.
+  // An epoch is removed with its last keyframe, once a later epoch exists.
   BiasEpoch* leaving = nullptr;
   if (options_.magnetometer_bias_states && epochs_.size() > 1) {
     BiasEpoch& first = *epochs_.front();
     const int left = first.keyframes - (oldest.epoch == &first ? 1 : 0);
     if (left == 0) {
       leaving = &first;
-      gone.push_back(&first.biases);
+      eliminated.push_back(&first.biases);
       if (first.walk) involved.push_back(first.walk);
       involved.push_back(epochs_[1]->walk);
     }
   }
-  // So does the map's error of a stretch; a factor of the next scan that goes into the prior leaves it a variable
-  // there.
+  // The same for the map error of a stretch. If the next scan's factor becomes part of the prior, its map error remains
+  // a variable of the prior.
   MapErrorEpoch* stretch = nullptr;
   if (map_errors_.size() > 1) {
     MapErrorEpoch& first = *map_errors_.front();
     if (first.keyframes - (oldest.map_error == &first ? 1 : 0) == 0) {
       stretch = &first;
-      gone.push_back(&first.error);
+      eliminated.push_back(&first.error);
       if (first.step) involved.push_back(first.step);
       involved.push_back(map_errors_[1]->step);
     }
   }
-  MarginalPrior prior = marginalize_disturbed(involved, gone, stretch != nullptr);
-  // Constant biases are no variables: the prior must not know them.
+  MarginalPrior prior = marginalize_disturbed(involved, eliminated, stretch != nullptr);
+  // Constant biases are no variables: the prior must not contain them.
   if (!options_.magnetometer_bias_states) {
     Eigen::Index column = 0;
     for (std::size_t i = 0; i < prior.blocks.size(); ++i) {
@@ -288,7 +288,7 @@ void SlidingWindow::marginalize_oldest() {
       column += size;
     }
   }
-  // Factors go one by one in a fixed order: the problem's own order of removal would depend on addresses.
+  // Factors are removed one by one in a fixed order: Ceres' own order would depend on addresses.
   remove_factor(prior_);
   remove_factor(oldest.lidar);
   remove_factor(oldest.points);

@@ -24,83 +24,83 @@ namespace lodestone {
 
 class SparseInformation;
 
-/// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists: blocks come and
-/// go. Nothing depends on addresses or threads. One gravity for all keyframes, and one calibration, of which those
-/// parts are estimated whose sigma is not zero. Magnetometer biases are constant over epochs joined by a random walk;
-/// the map's error that scans share is constant over epochs of the way, joined by a Gauss-Markov process.
+/// The factor graph over the last keyframes and the Ceres problem that solves it. The problem persists; blocks and
+/// factors are added and removed. Results do not depend on addresses or threads. All keyframes share one gravity and
+/// one calibration; the calibration's parts with a nonzero sigma are estimated. Magnetometer biases are constant over
+/// epochs that a random walk connects. The map error that scans share is constant over stretches of the path that a
+/// Gauss-Markov process connects.
 class SlidingWindow {
  public:
-  /// Starts with one keyframe whose state is known with `covariance` (tangent order φ, p, v, b_g, b_a, g).
-  /// `calibration`: how exactly the platform file is known.
+  /// Starts with one keyframe whose state has the `covariance` (tangent order φ, p, v, b_g, b_a, g). `calibration`:
+  /// uncertainty of the platform file.
   SlidingWindow(Time time, const NavState& state, const Matrix17& covariance, int magnetometers, const ImuNoise& noise,
                 const SlidingWindowOptions& options, const CalibrationSigmas& calibration = exact_calibration());
   ~SlidingWindow();
   SlidingWindow(const SlidingWindow&) = delete;
   SlidingWindow& operator=(const SlidingWindow&) = delete;
 
-  /// Noise of the IMU between keyframes that are added from now on.
+  /// Sets the IMU noise for keyframes that are added afterwards.
   void set_imu_noise(const ImuNoise& noise) { noise_ = noise; }
 
-  /// A new keyframe, joined to the newest by the IMU.
+  /// Adds a keyframe and its IMU factor to the newest one.
   void add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples);
 
-  /// Sets or renews keyframe k's LiDAR factor; without correspondences the factor goes. `correspondences` are used only
-  /// where one residual a point is asked for; these hang on the pose alone. A scan that leans on a keyframe which has
-  /// left the window is part of the prior for good: nothing happens.
+  /// Sets or replaces keyframe k's LiDAR factor; without correspondences the factor is removed. `correspondences` are
+  /// used only with one residual per point; these factors depend on the pose alone. If the scan depends on a keyframe
+  /// that has left the window, its factor is part of the prior and the call has no effect.
   void set_lidar(std::size_t k, const CondensedScan& scan, const std::vector<Correspondence>& correspondences,
                  const PoseMask& mask);
 
-  /// Another mask for keyframe k's LiDAR factor, if it has one.
+  /// Replaces the mask of keyframe k's LiDAR factor, if it has one.
   void set_lidar_mask(std::size_t k, const PoseMask& mask);
 
-  /// The prior takes the trajectory to slide this way from now on (PriorFactor::follow).
+  /// Sets the slide of the prior (PriorFactor::follow).
   void follow_slide(const Slide& slide);
 
-  /// Sets or renews keyframe k's field factor; without readings it goes.
+  /// Sets or replaces keyframe k's field factor; without readings the factor is removed.
   void set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
                  const std::vector<FieldReading>& readings, const PoseMask& mask);
 
-  /// Sets or renews the pose that the field told of keyframe k, in place of a field factor.
+  /// Sets or replaces the pose measured by the field at keyframe k, instead of a field factor.
   void set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask);
 
   /// Minimizes the cost by Ceres; returns the number of iterations. Ends with a step that lowers ½ Σ r² by less than
-  /// 0.005. Integrates IMU factors again if their biases left the linear range.
+  /// 0.005. Integrates IMU factors again if their biases have left the linear range.
   int solve();
 
-  /// The solver and the linear solver: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE)".
+  /// Names of the solver and the linear solver: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE)".
   static std::string solver_description();
 
-  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation).
-  /// With them goes what errors of the map over tens of metres make of the estimate.
-  /// Never throws: a direction that nothing measures has a very large variance.
+  /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation),
+  /// including the effect of map errors over tens of metres. Never throws: an unobservable direction has a very large
+  /// variance.
   std::vector<Matrix6> pose_covariances(std::span<const std::size_t> keyframes) const;
 
   /// Joint covariance of the newest keyframe's pose and motion and of gravity, in tangent order φ, p, v, b_g, b_a, g;
-  /// and the same of the pose at which its scan is seen in the map, in place of the pose. Without errors of the map
-  /// over tens of metres, which the next scan has, too.
+  /// and the same with the pose of its scan in the map instead of its pose. Without map errors over tens of metres,
+  /// which the next scan shares.
   struct NewestCovariance {
     Matrix17 state;
     Matrix17 seen;
   };
   NewestCovariance newest_covariance() const;
 
-  /// Where keyframe k's scan is seen in the map: its pose, moved by calibration and map error.
+  /// Pose of keyframe k's scan in the map: its pose, moved by calibration and map error.
   Pose seen_pose(std::size_t k) const;
 
   /// Covariance of seen_pose(k), φ, p.
   Matrix6 seen_covariance(std::size_t k) const;
 
-  /// The map's error in force at keyframe k (φ in map axes, p); of a keyframe without LiDAR factor the last one.
+  /// The map's error at keyframe k (φ in map axes, p); for a keyframe without LiDAR factor, the last one.
   Vector6 map_error(std::size_t k) const;
 
-  /// Puts a keyframe's state in force (and with it the gravity of all): where a batch begins.
+  /// Sets a keyframe's state, and the gravity of all keyframes: initial values of a batch.
   void set_state(std::size_t k, const NavState& state);
 
-  /// Puts the biases of keyframe k's epoch in force, µT, one a magnetometer; nothing without a field factor or bias
-  /// states.
+  /// Sets the biases of keyframe k's epoch, µT, one per magnetometer. No effect without a field factor or bias states.
   void set_magnetometer_biases(std::size_t k, std::span<const Vector3> biases_ut);
 
-  /// Takes the oldest keyframe out, leaving what it knew as a square-root prior.
+  /// Removes the oldest keyframe and replaces its factors by a square-root prior.
   void marginalize_oldest();
 
   std::size_t size() const { return keyframes_.size(); }
@@ -108,34 +108,33 @@ class SlidingWindow {
   NavState state(std::size_t k) const;
   Vector3 magnetometer_bias(std::size_t k, int magnetometer) const;
 
-  /// How late the stamps of the magnetometers are, and one sigma of it (as of the last pose_covariances). Zeros where
-  /// it is not estimated.
+  /// Delay of the magnetometers' stamps, and its sigma (as of the last pose_covariances). Zeros if not estimated.
   struct ClockOffset {
     double offset_s = 0.0;
     double sigma_s = 0.0;
   };
   ClockOffset clock_offset() const;
 
-  /// What has been found of the LiDAR's calibration; zeros where it is not estimated.
+  /// The estimated correction of the LiDAR's calibration; zeros if not estimated.
   LidarCorrection lidar_correction() const;
 
-  /// What has been found of a magnetometer's axes: reading = bias + (1 + E) field.
+  /// The estimated matrix E of a magnetometer: reading = bias + (1 + E) field.
   Matrix3 magnetometer_matrix(int magnetometer) const;
 
-  /// All that is estimated of the calibration, with the joint covariance.
+  /// All estimated calibration, with its joint covariance.
   CalibrationEstimate calibration_estimate() const;
 
-  /// Puts a calibration in force: where a batch begins.
+  /// Sets the calibration: initial values of a batch.
   void set_calibration(const CalibrationEstimate& estimate);
 
-  /// Moves all keyframes by a rigid motion of the map: where another place has turned out to fit.
+  /// Moves all keyframes by a rigid motion of the map, after another place was found to fit.
   void move(const Pose& T_new_old);
 
   /// The IMU factor between keyframes k and k + 1, linearized at their states.
   ChainLink link(std::size_t k) const;
 
-  /// What the prior knows of the oldest keyframe's pose and motion and of gravity, all else held: 17×17, tangent order
-  /// φ, p, v, b_g, b_a, g. Along a direction that no sensor sees it can only fall.
+  /// Information of the prior about the oldest keyframe's pose and motion and gravity, with all else constant: 17×17,
+  /// tangent order φ, p, v, b_g, b_a, g. Along an unobservable direction it must never increase.
   Matrix17 prior_information() const;
 
  private:
@@ -158,7 +157,7 @@ class SlidingWindow {
   void set_prior(MarginalPrior prior, const Slide& slide);
   BiasEpoch* epoch_at(Time time);
   MapErrorEpoch* map_error_epoch_at(const Vector3& position, const CondensedScan& scan);
-  /// How the robot moves at a keyframe, for the scans that begin or end there.
+  /// Recomputes the rates of motion at a keyframe, for the scans that begin or end there.
   void renew_rates(std::size_t k);
   void remove_lidar(Keyframe& keyframe);
   bool add_imu_axes();  // false: they are not estimated
@@ -176,7 +175,7 @@ class SlidingWindow {
   Eigen::MatrixXd prior_disturbance(const LongErrors& errors) const;
   static Eigen::MatrixXd scan_disturbance(const Keyframe& keyframe, const LinearizedFactor& scan);
   std::vector<Eigen::MatrixXd> disturbances(std::span<const WindowFactor> involved, const LongErrors& errors) const;
-  MarginalPrior marginalize_disturbed(std::span<const WindowFactor> involved, std::span<WindowBlock* const> gone,
+  MarginalPrior marginalize_disturbed(std::span<const WindowFactor> involved, std::span<WindowBlock* const> eliminated,
                                       bool first_stretch_leaves);
   Eigen::MatrixXd covariance(const SparseInformation& known, std::span<const WindowBlock* const> variables) const;
   void add_long_errors(const SparseInformation& known, std::vector<Matrix6>& poses) const;
@@ -190,7 +189,7 @@ class SlidingWindow {
   WindowBlock gravity_;
   RenewableFactor<PriorFactor> prior_;
   CalibrationSigmas calibration_;
-  WindowBlock clock_;  // how late the magnetometers' stamps are, s
+  WindowBlock clock_;  // delay of the magnetometers' stamps, s
   WindowBlock imu_axes_;
   WindowBlock lidar_calibration_;
   WindowBlock matrices_;  // of the magnetometers, 9 each
@@ -203,7 +202,7 @@ class SlidingWindow {
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   std::deque<std::unique_ptr<BiasEpoch>> epochs_;
   std::deque<std::unique_ptr<MapErrorEpoch>> map_errors_;
-  // How errors of the map over tens of metres move the prior's residual: columns of the sources of the first stretches
+  // Derivative of the prior's residual by map errors over tens of metres: columns of the sources of the first stretches
   // (LongErrors), six each, then independent ones.
   Eigen::MatrixXd prior_disturbance_;
   Eigen::Index prior_sources_ = 0;

@@ -1,4 +1,4 @@
-// What the window estimates beside the states of its keyframes: the calibration and the error of the map.
+// Variables of the window beside the states of its keyframes: calibration and map error.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,10 +12,10 @@ namespace lodestone {
 
 namespace {
 
-/// The map's error is constant over so much of the way, and forgotten over the cube's edge.
+/// The map error is constant over this part of the path; its correlation length is the cube's edge.
 constexpr double kMapErrorStep_m = kMapErrorCube_m / 5.0;
 
-/// Its part over tens of metres is constant over this share of its length.
+/// The error over tens of metres is constant over this share of its length.
 constexpr double kLongErrorStep = 0.25;
 
 constexpr int kMapErrorSize = 6;
@@ -76,7 +76,7 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
       epoch->error.values[i] = decay * before.error.values[i];
     epoch->step =
         add_factor(std::make_unique<GaussMarkovFactor>(scan.map_error_root, decay), {&before.error, &epoch->error});
-    // In steps, which are the fewer the longer these errors are.
+    // In steps, which are fewer for longer correlation lengths.
     const double long_way_m = before.long_way_m + way_m;
     const bool steps = long_way_m >= kLongErrorStep * scan.long_map_error_length_m;
     epoch->long_decay = steps ? std::exp(-long_way_m / scan.long_map_error_length_m) : 1.0;
@@ -86,9 +86,8 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
   return map_errors_.back().get();
 }
 
-// From the neighbours on both sides: as seen from one keyframe, time may run either way, and no noise of scans or IMU
-// at it goes with its difference. A one-sided rate goes with such noise, which the clock of the LiDAR would then
-// explain (docs/design/041).
+// Central differences over both neighbours: unlike one-sided rates, they are not correlated with the noise of the
+// keyframe's own scan and IMU, which the clock of the LiDAR would otherwise explain (docs/design/041).
 void SlidingWindow::renew_rates(std::size_t k) {
   Keyframe& keyframe = *keyframes_[k];
   const bool has_next = k + 1 < keyframes_.size();
@@ -106,7 +105,7 @@ void SlidingWindow::renew_rates(std::size_t k) {
   };
   if (k > 0) add(k - 1, k);
   if (has_next) add(k, k + 1);
-  // The oldest keyframe keeps what it had while there was one before it.
+  // The oldest keyframe keeps its rates from the time when it had a previous keyframe.
   if (sides > 0.0 && (k > 0 || keyframe.samples.empty())) {
     keyframe.rates = {rates.turn_rate / sides, rates.acceleration / sides};
   }

@@ -1,6 +1,6 @@
-// Errors of the map over tens of metres. Scans share them as they share errors over some metres, but no trajectory of
-// minutes tells them from motion: they are considered, not estimated (Schmidt, Advances in Control Systems 1966). They
-// widen covariances and leave estimates as they are.
+// Map errors over tens of metres. Scans share them, but on a path of minutes they cannot be distinguished from motion.
+// They are therefore considered, not estimated (Schmidt, Advances in Control Systems 1966): they increase covariances
+// and leave estimates unchanged (docs/design/042-repeated-map-error.md).
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -16,10 +16,10 @@ namespace {
 
 constexpr Eigen::Index kSize = 6;
 
-/// Sources worked on at a time: as many as keep all cores busy while their solutions fit in memory.
+/// Sources processed at the same time: enough for all cores, few enough for memory.
 constexpr Eigen::Index kAtOnce = 8;
 
-/// As many columns as rows at most, with the same D Dᵀ.
+/// Compresses to at most as many columns as rows, with the same D Dᵀ.
 Eigen::MatrixXd compressed(const Eigen::MatrixXd& columns) {
   if (columns.cols() <= columns.rows()) return columns;
   const Eigen::HouseholderQR<Eigen::MatrixXd> triangle(columns.transpose());
@@ -29,12 +29,12 @@ Eigen::MatrixXd compressed(const Eigen::MatrixXd& columns) {
 
 }  // namespace
 
-/// A scan's error is L u, with u of its stretch of the way: six components of variance one. From stretch to stretch
-/// u = decay u_before + √(1 − decay²) w. The sources are u of the first stretch and the w: `weights` of them for each
-/// stretch make its u.
+/// A scan's error is L u, with u of its stretch of the path: six components of unit variance. From stretch to stretch u
+/// = decay u_before + √(1 − decay²) w. The sources are u of the first stretch and all w; u of each stretch is the sum
+/// of the sources with its `weights`.
 struct SlidingWindow::LongErrors {
   Eigen::Index sources = 0;
-  std::unordered_map<const MapErrorEpoch*, Eigen::VectorXd> weights;  // looked up, never gone through
+  std::unordered_map<const MapErrorEpoch*, Eigen::VectorXd> weights;  // for look-up only
 };
 
 SlidingWindow::LongErrors SlidingWindow::long_errors() const {
@@ -55,7 +55,7 @@ SlidingWindow::LongErrors SlidingWindow::long_errors() const {
   return result;
 }
 
-/// Columns: those of the sources of `errors`, six each; then the independent ones of what has left the window.
+/// Columns: those of the sources of `errors`, six each; then independent ones from marginalized keyframes.
 Eigen::MatrixXd SlidingWindow::prior_disturbance(const LongErrors& errors) const {
   const Eigen::Index known = kSize * prior_sources_;
   const Eigen::Index independent = prior_disturbance_.cols() - known;
@@ -66,7 +66,7 @@ Eigen::MatrixXd SlidingWindow::prior_disturbance(const LongErrors& errors) const
   return result;
 }
 
-/// How u of its stretch moves the residual of a scan: rows × 6.
+/// Derivative of a scan's residual by u of its stretch: rows × 6.
 Eigen::MatrixXd SlidingWindow::scan_disturbance(const Keyframe& keyframe, const LinearizedFactor& scan) {
   return scan.jacobian.rightCols<kSize>() * keyframe.lidar.content->long_map_error_root();
 }
@@ -90,14 +90,15 @@ std::vector<Eigen::MatrixXd> SlidingWindow::disturbances(std::span<const WindowF
 }
 
 MarginalPrior SlidingWindow::marginalize_disturbed(std::span<const WindowFactor> involved,
-                                                   std::span<WindowBlock* const> gone, bool first_stretch_leaves) {
+                                                   std::span<WindowBlock* const> eliminated,
+                                                   bool first_stretch_leaves) {
   const LongErrors errors = long_errors();
-  MarginalPrior result = marginalize(involved, gone, disturbances(involved, errors));
+  MarginalPrior result = marginalize(involved, eliminated, disturbances(involved, errors));
   Eigen::MatrixXd disturbance = std::move(result.disturbance);
   prior_sources_ = disturbance.cols() > 0 ? errors.sources : 0;
   const double decay = first_stretch_leaves ? map_errors_[1]->long_decay : 1.0;
   if (decay < 1.0 && prior_sources_ > 1) {
-    // u of the second stretch in place of the first's, and what is independent of it.
+    // u of the second stretch replaces that of the first; the independent part is appended.
     const double turned = std::sqrt(1.0 - decay * decay);
     const Eigen::MatrixXd first = disturbance.leftCols<kSize>();
     const Eigen::MatrixXd step = disturbance.middleCols<kSize>(kSize);
@@ -155,7 +156,7 @@ void SlidingWindow::add_long_errors(const SparseInformation& known, std::vector<
   if (map_errors_.empty()) return;
   const LongErrors errors = long_errors();
   const Eigen::MatrixXd prior_by = prior_disturbance(errors);
-  // Jᵀ D of each scan: what u of its stretch adds to the gradient.
+  // Jᵀ D of each scan: contribution of u of its stretch to the gradient.
   std::vector<Eigen::MatrixXd> gradients(keyframes_.size());
   parallel_for(
       std::size_t{0}, keyframes_.size(),

@@ -12,41 +12,41 @@
 
 namespace lodestone {
 
-/// Least sigma of a parameter of which others of its block are estimated: held, for all that a log may say.
+/// Sigma of a constant parameter within a block of which other parameters are estimated.
 inline constexpr double kHeldSigma = 1e-9;
 
-/// Magnetometer biases over one epoch, and the walk from the epoch before.
+/// Magnetometer biases over one epoch, and the random walk from the previous epoch.
 struct SlidingWindow::BiasEpoch {
   Time start = 0;
   WindowBlock biases;
   RenewableFactor<RandomWalkFactor> walk;
-  int keyframes = 0;  // how many keyframes use it
+  int keyframes = 0;  // number of keyframes that use it
 };
 
-/// The map's error as scans share it over one stretch of the way (φ in map axes, p), and the step from the stretch
-/// before.
+/// The map error that scans share over one stretch of the path (φ in map axes, p), and the step from the previous
+/// stretch.
 struct SlidingWindow::MapErrorEpoch {
   Vector3 start = Vector3::Zero();  // m, map
   WindowBlock error;
   RenewableFactor<GaussMarkovFactor> step;
-  int keyframes = 0;        // how many keyframes use it
-  double long_decay = 0.0;  // share of the error over tens of metres that is left of the stretch before
-  double long_way_m = 0.0;  // since that error changed last
+  int keyframes = 0;        // number of keyframes that use it
+  double long_decay = 0.0;  // correlation of the error over tens of metres with that of the previous stretch
+  double long_way_m = 0.0;  // path since that error changed last
 };
 
 struct SlidingWindow::Keyframe {
   Time time = 0;
   WindowBlock pose{BlockKind::pose, std::vector<double>(7)};
   WindowBlock motion{BlockKind::motion, std::vector<double>(9)};
-  MotionRates rates;                          // here, as known when they were renewed last
-  std::vector<ImuSample> samples;             // from the keyframe before
+  MotionRates rates;                          // at this keyframe, as of their last update
+  std::vector<ImuSample> samples;             // from the previous keyframe
   ImuNoise noise;                             // of these samples
-  RenewableFactor<PreintegrationFactor> imu;  // to the keyframe before
+  RenewableFactor<PreintegrationFactor> imu;  // to the previous keyframe
   RenewableFactor<CondensedLidarFactor> lidar;
-  RenewableFactor<PointPlaneFactor> points;  // in place of `lidar`, without condensing
-  bool lidar_in_prior = false;               // it leaned on a keyframe that is gone
+  RenewableFactor<PointPlaneFactor> points;  // instead of `lidar`, without condensing
+  bool lidar_in_prior = false;               // its factor depended on a keyframe that has left the window
   RenewableFactor<FieldFactor> field;
-  RenewableFactor<PoseFactor> field_pose;  // in place of `field`, with measured poses
+  RenewableFactor<PoseFactor> field_pose;  // instead of `field`, with measured poses
   BiasEpoch* epoch = nullptr;
   MapErrorEpoch* map_error = nullptr;
 

@@ -1,4 +1,4 @@
-// How the window is solved, and covariances of the solution.
+// Solution of the window and its covariances.
 #include <ceres/iteration_callback.h>
 #include <ceres/solver.h>
 #include <ceres/types.h>
@@ -19,13 +19,13 @@ namespace {
 constexpr ceres::LinearSolverType kLinearSolver = ceres::SPARSE_NORMAL_CHOLESKY;
 constexpr ceres::SparseLinearAlgebraLibraryType kSparseLibrary = ceres::SUITE_SPARSE;
 
-/// Of ½ Σ r²: a step that lowers the cost by less moves no variable by more than a tenth of its sigma.
+/// Of ½ Σ r²: a step with a smaller decrease moves no variable by more than a tenth of its sigma.
 constexpr double kLeastDecrease = 5e-3;
 
-/// Up to so many, forward solves are quicker than the recursion over all variables.
+/// Up to this number, forward solves are faster than the recursion over all variables.
 constexpr std::size_t kFewKeyframes = 4;
 
-/// Ends the iterations with the first step that hardly changes the cost.
+/// Ends the iterations with the first step that hardly decreases the cost.
 class SettledCallback final : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& step) override {
@@ -57,14 +57,14 @@ int SlidingWindow::solve() {
   options.linear_solver_type = kLinearSolver;
   options.sparse_linear_algebra_library_type = kSparseLibrary;
   options.max_num_iterations = options_.max_iterations;
-  // With more threads Ceres adds residuals up in the order in which threads end: other bits each time.
+  // With several threads, Ceres sums residuals in the order in which threads end, and results are not bit-identical.
   options.num_threads = 1;
-  // The callback ends the iterations; Ceres' own tolerances are relative to the cost, which says nothing here.
+  // The callback ends the iterations; Ceres' tolerances are relative to the cost, which has no meaning here.
   options.function_tolerance = 0.0;
   options.parameter_tolerance = 1e-9;
   options.callbacks.push_back(&settled);
-  // Gauss-Newton from the first step. Ceres' default damping, 1e-4 of the diagonal, holds back what is known much
-  // better alone than jointly, such as the window's place along a tunnel, and leaves it a fifth of a sigma off.
+  // Gauss-Newton from the first step. Ceres' default damping leaves poorly observed joint directions, such as the
+  // window's position along a tunnel, a fifth of a sigma off (docs/design/028-solver-damping.md).
   options.initial_trust_region_radius = 1e10;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
@@ -78,8 +78,8 @@ std::string SlidingWindow::solver_description() {
 }
 
 std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
-  // An epoch's biases come after the last keyframe that uses them: elimination in this order fills in almost nothing.
-  // The same of the map's error.
+  // An epoch's biases, and a stretch's map error, follow the last keyframe that uses them: elimination in this order
+  // has almost no fill-in.
   std::vector<const WindowBlock*> result;
   std::size_t epoch = 0;
   std::size_t stretch = 0;
@@ -159,8 +159,8 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
   return result;
 }
 
-/// ∂(seen pose)/∂(blocks), 6 rows. The pose's own block is the first of `blocks`; calibration and map error are
-/// added where the scan's factor has them.
+/// ∂(seen pose)/∂(blocks), 6 rows. The keyframe's pose is the first of `blocks`; calibration and map error are appended
+/// if the scan's factor has them.
 Eigen::MatrixXd SlidingWindow::seen_jacobian(std::size_t k, std::vector<const WindowBlock*>& blocks) const {
   const Keyframe& keyframe = *keyframes_[k];
   Eigen::Index size = 0;
@@ -209,7 +209,7 @@ ChainLink SlidingWindow::link(std::size_t k) const {
 
 Matrix17 SlidingWindow::prior_information() const {
   const PriorFactor* prior = prior_.content;
-  // The prior names its blocks in the order in which the factors it came from did.
+  // The prior lists its blocks in the order of the factors that it came from.
   const WindowBlock* order[] = {&keyframes_.front()->pose, &keyframes_.front()->motion, &gravity_};
   Eigen::MatrixXd root = Eigen::MatrixXd::Zero(prior->root().rows(), tangent::size);
   Eigen::Index to = 0;

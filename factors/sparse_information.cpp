@@ -10,15 +10,15 @@ namespace lodestone {
 
 namespace {
 
-/// Factors linearized at the same time: as many as keep all cores busy while what waits to be added up fits in memory.
+/// Factors linearized at the same time: enough for all cores, few enough for memory.
 constexpr std::size_t kFactorsAtOnce = 1024;
 
-/// If elimination leaves less of a diagonal element, Cholesky's variances have fewer than five digits.
+/// Below this remaining share of a diagonal element, Cholesky's variances have fewer than five digits.
 constexpr double kLeastPivotShare = 1e-11;
 
 constexpr double kUnknownSigma = 1e6;
 
-/// Jacobian by the tangents of the factor's variables; columns of constant blocks are left out.
+/// Jacobian by the tangents of the factor's variables, without columns of constant blocks.
 Eigen::MatrixXd jacobian_of(const WindowFactor& factor, const std::unordered_map<const WindowBlock*, int>& numbers) {
   Eigen::MatrixXd jacobian = linearize(factor).jacobian;
   Eigen::Index from = 0;

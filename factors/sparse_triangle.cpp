@@ -15,7 +15,7 @@ class SuiteSparse {
  public:
   SuiteSparse() {
     cholmod_l_start(&common);
-    // The order is the caller's, and no BLAS: the same bits on every machine.
+    // The caller's order and no BLAS, for bit-identical results on every machine.
     common.nmethods = 1;
     common.method[0].ordering = CHOLMOD_NATURAL;
     common.postorder = 0;
@@ -32,7 +32,7 @@ class SuiteSparse {
 
 static_assert(sizeof(SuiteSparse_long) == sizeof(SparseMatrix::StorageIndex));
 
-/// SuiteSparse reads through these pointers; it does not write.
+/// SuiteSparse only reads through these pointers.
 cholmod_sparse view(const SparseMatrix& matrix, bool upper) {
   cholmod_sparse result{};
   result.nrow = static_cast<std::size_t>(matrix.rows());
@@ -77,7 +77,7 @@ std::optional<SparseTriangle> SparseTriangle::by_cholesky(const SparseMatrix& in
 }
 
 SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatrix& pattern) {
-  // SuiteSparseQR drops zeros of R; the recursion needs the whole pattern, which is that of any factor of H.
+  // SuiteSparseQR drops zeros of R, but the recursion requires the complete pattern, which is that of any factor of H.
   SparseMatrix identity = pattern;
   for (Eigen::Index column = 0; column < identity.outerSize(); ++column) {
     for (SparseMatrix::InnerIterator entry(identity, column); entry; ++entry) {
@@ -90,7 +90,7 @@ SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatri
   SuiteSparse suite;
   cholmod_sparse matrix = view(rows, false);
   cholmod_sparse* triangle = nullptr;
-  SuiteSparse_long* permutation = nullptr;  // stays empty: the order is fixed
+  SuiteSparse_long* permutation = nullptr;  // remains null: the order is fixed
   SuiteSparseQR<double>(SPQR_ORDERING_FIXED, SPQR_NO_TOL, static_cast<SuiteSparse_long>(rows.cols()), &matrix,
                         &triangle, &permutation, &suite.common);
   if (triangle == nullptr || permutation != nullptr) throw std::runtime_error("SuiteSparseQR: out of memory");
@@ -104,7 +104,7 @@ SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatri
       const auto end = result.rows_.begin() + result.starts_[static_cast<std::size_t>(indices[at]) + 1];
       const auto place = std::lower_bound(begin, end, column);
       if (place == end || *place != column)
-        throw std::logic_error("SparseTriangle: the rows are not those of the pattern");
+        throw std::logic_error("SparseTriangle: the rows of R do not match the pattern");
       result.values_[static_cast<std::size_t>(place - result.rows_.begin())] = values[at];
     }
   }
@@ -115,7 +115,7 @@ SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatri
 double SparseTriangle::least_pivot_share(const SparseMatrix& information) const {
   double least = 1.0;
   for (Eigen::Index column = 0; column < information.cols(); ++column) {
-    // The diagonal is the last of an upper triangle's column.
+    // The diagonal is the last entry of a column of the upper triangle.
     const double before = information.valuePtr()[information.outerIndexPtr()[column + 1] - 1];
     const double root = values_[static_cast<std::size_t>(starts_[static_cast<std::size_t>(column)])];
     least = std::min(least, root * root / before);
@@ -131,7 +131,7 @@ Eigen::MatrixXd SparseTriangle::covariance(std::span<const IndexRange> variables
     columns += variable.size;
     first = std::min(first, variable.begin);
   }
-  // H⁻¹ = L⁻ᵀ L⁻¹; a right-hand side of row-major order, for its rows are what is worked on.
+  // H⁻¹ = L⁻ᵀ L⁻¹; the right-hand side is row-major because the solve works on its rows.
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Rows solution = Rows::Zero(size - first, columns);
   Eigen::Index column = 0;
@@ -177,7 +177,7 @@ std::vector<double> SparseTriangle::inverse_on_pattern() const {
   std::vector<double> inverse(values_.size());
   std::vector<double> share(size, 0.0);
   std::vector<double> sum(size, 0.0);
-  std::vector<std::size_t> column_of(size, size);  // whose pattern a row was last found in
+  std::vector<std::size_t> column_of(size, size);  // the column in which a row was last found
   for (std::size_t j = size; j-- > 0;) {
     const auto begin = static_cast<std::size_t>(starts_[j]);
     const auto end = static_cast<std::size_t>(starts_[j + 1]);
@@ -217,7 +217,7 @@ std::vector<Eigen::MatrixXd> SparseTriangle::diagonal_covariances(std::span<cons
   for (const IndexRange& variable : variables) {
     Eigen::MatrixXd block(variable.size, variable.size);
     for (Eigen::Index j = 0; j < variable.size; ++j) {
-      // The own block is dense: its rows are the first of the column.
+      // A variable's own block is dense: its rows are the first of the column.
       const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(variable.begin + j)]);
       for (Eigen::Index i = j; i < variable.size; ++i) {
         block(i, j) = block(j, i) = inverse[begin + static_cast<std::size_t>(i - j)];

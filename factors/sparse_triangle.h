@@ -8,7 +8,7 @@
 
 namespace lodestone {
 
-/// Sparse matrices by compressed columns, with the integers of SuiteSparse.
+/// Sparse matrices with compressed columns and the integer type of SuiteSparse.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
 /// A consecutive range of rows and columns: one variable.
@@ -17,36 +17,36 @@ struct IndexRange {
   Eigen::Index size = 0;
 };
 
-/// The lower triangular factor L of an information matrix H = L Lᵀ, and covariances from it. L is sparse, and no entry
-/// of its pattern is missing, not even a zero.
+/// The lower triangular factor L of an information matrix H = L Lᵀ, and covariances from it. L is sparse and stores all
+/// entries of its pattern, zeros included.
 class SparseTriangle {
  public:
-  /// L by CHOLMOD (simplicial, natural order). `information`: the upper triangle of H with its whole diagonal; row
-  /// indices ascend. Empty where H is not positive definite in double precision.
+  /// L by CHOLMOD (simplicial, natural order). `information`: the upper triangle of H with its complete diagonal; row
+  /// indices ascend. Empty if H is not positive definite in double precision.
   static std::optional<SparseTriangle> by_cholesky(const SparseMatrix& information);
 
-  /// L = Rᵀ by SuiteSparseQR, where H = AᵀA and A = Q R. Keeps twice as many digits as Cholesky on H. `pattern`: H's,
-  /// as above; its values are not used. A has at least as many rows as columns.
+  /// L = Rᵀ by SuiteSparseQR, with H = AᵀA and A = Q R. Keeps twice as many digits as Cholesky on H. `pattern`: that of
+  /// H, as above; its values are ignored. A has at least as many rows as columns.
   static SparseTriangle by_qr(const SparseMatrix& rows, const SparseMatrix& pattern);
 
-  /// The least share of a diagonal element of H that elimination left: min L_jj² / H_jj. Cholesky's variances are wrong
-  /// by about 1e-16 over this share.
+  /// The smallest share of a diagonal element of H that is left after elimination: min L_jj² / H_jj. The relative error
+  /// of Cholesky's variances is about 1e-16 over this share.
   double least_pivot_share(const SparseMatrix& information) const;
 
-  /// The covariance H⁻¹ of the given variables: rows and columns in their order. By one forward solve a column.
+  /// The covariance H⁻¹ of the given variables, in their order. One forward solve per column.
   Eigen::MatrixXd covariance(std::span<const IndexRange> variables) const;
 
   /// H⁻¹ times `right`.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
 
-  /// The diagonal blocks of H⁻¹ for all variables, by the recursion of Takahashi, Fagan and Chin (1973), in time linear
-  /// in the size of H where L is banded. Each variable's own block of H must be dense.
+  /// The diagonal blocks of H⁻¹ for all variables, by the recursion of Takahashi, Fagan and Chin (1973); linear time in
+  /// the size of H if L is banded. Each variable's own block of H must be dense.
   std::vector<Eigen::MatrixXd> diagonal_covariances(std::span<const IndexRange> variables) const;
 
  private:
   std::vector<double> inverse_on_pattern() const;
 
-  std::vector<std::int64_t> starts_;  // of the columns, and the end of the last
+  std::vector<std::int64_t> starts_;  // first entry of each column, then the number of entries
   std::vector<std::int64_t> rows_;    // ascending within a column, the diagonal first
   std::vector<double> values_;
 };

@@ -8,7 +8,7 @@
 
 namespace lodestone {
 
-/// A variable of the window: its values live at a fixed address that Ceres knows.
+/// A variable of the window. Ceres requires a fixed address of its values.
 struct WindowBlock {
   BlockKind kind = BlockKind::euclidean;
   std::vector<double> values;
@@ -16,7 +16,7 @@ struct WindowBlock {
   int tangent_size() const { return lodestone::tangent_size(kind, static_cast<int>(values.size())); }
 };
 
-/// A factor of the window with the variables it touches, in its own order.
+/// A factor of the window with its variables, in the factor's order.
 struct WindowFactor {
   ceres::ResidualBlockId id = nullptr;
   const ceres::CostFunction* function = nullptr;
@@ -25,13 +25,13 @@ struct WindowFactor {
   explicit operator bool() const { return id != nullptr; }
 };
 
-/// A factor whose content the window renews between solves. Ceres owns the function.
+/// A factor whose content is replaced between solves. Ceres owns the function.
 template <class Function>
 struct RenewableFactor : WindowFactor {
   Function* content = nullptr;
 };
 
-/// A factor's residual at the current values and its Jacobian by the tangents of its blocks side by side.
+/// Residual of a factor at the current values, and its Jacobian by the tangents of its blocks, side by side.
 struct LinearizedFactor {
   Eigen::VectorXd residual;
   Eigen::MatrixXd jacobian;  ///< rows × sum of tangent sizes, order of WindowFactor::blocks

@@ -15,10 +15,9 @@ struct SlidingWindowOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("condensed", condensed, "a scan as thirteen residuals; false: one residual a point");
-    visitor.field("magnetometer_bias_states", magnetometer_bias_states, "estimate a bias of each magnetometer");
-    visitor.field("map_error_states", map_error_states,
-                  "estimate the error of the cloud map that scans near each other share");
+    visitor.field("condensed", condensed, "condense each scan to 25 residuals; false: one residual per point");
+    visitor.field("magnetometer_bias_states", magnetometer_bias_states, "estimate the bias of each magnetometer");
+    visitor.field("map_error_states", map_error_states, "estimate the error of the cloud map that nearby scans share");
   }
 };
 

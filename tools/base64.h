@@ -5,7 +5,7 @@
 
 namespace lodestone {
 
-/// Bytes as letters (RFC 4648, padded).
+/// Base64 text of bytes (RFC 4648, padded).
 std::string base64(std::string_view bytes);
 
 }  // namespace lodestone

@@ -4,10 +4,10 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LODESTONE_BUILD:-$root/build/release}
 
-# What ccache must overlook where headers are precompiled.
+# With precompiled headers, ccache must ignore these differences.
 export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
 
-# A first build compiles sources together, which takes less; a folder that is there stays as it was configured.
+# A new build folder compiles sources together, which is faster. An existing folder keeps its configuration.
 unity=()
 [[ -e $build/CMakeCache.txt ]] || unity=(-DLODESTONE_UNITY="${LODESTONE_UNITY:-ON}")
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Checks the documentation: length of sentences, size of pages, links and anchors.
+"""Checks the documentation: lengths of sentences, sizes of pages, links and anchors.
 
-    tools/check_docs.py                 check everything; ends with 1 at any finding
-    tools/check_docs.py --sizes         print the words of each page as well
+    tools/check_docs.py                 check everything; exit code 1 after any finding
+    tools/check_docs.py --sizes         also print the number of words of each page
     tools/check_docs.py --site DIR      check links and anchors of the built site
     tools/check_docs.py --linked-files  print the files outside docs/ that a page links to; tools/docs.sh puts them on the site
 
@@ -16,7 +16,7 @@ from urllib.parse import unquote
 
 ROOT = Path(__file__).resolve().parent.parent
 LONGEST_SENTENCE = 30
-# Pages and the words that they may have.
+# Pages and their largest number of words.
 SIZES = [("README.md", 900), ("docs/design/architecture.md", 1200), ("docs/user/*.md", 900)]
 # Pages whose sentences are checked.
 PLAIN = ["README.md", "docs/index.md", "docs/user/*.md"]
@@ -52,7 +52,7 @@ def lines_without_code(text):
 
 
 def plain(text):
-    """Text as a reader sees it: a link is its words, code one word."""
+    """Text as a reader sees it: links are replaced by their text, code by one word."""
     text = re.sub(r"<!--.*?-->", " ", text)
     text = re.sub(r"!\[[^\]]*\]\([^)]*\)", " ", text)
     text = LINK.sub(lambda match: re.match(r"!?\[(.*)\]\(", match[0], re.DOTALL)[1], text)
@@ -62,7 +62,7 @@ def plain(text):
 
 
 def blocks(text):
-    """Paragraphs, items and cells: (first line, kind, text)."""
+    """Paragraphs, list items and table cells: (first line, kind, text)."""
     block, begin = [], 0
 
     def flush():
@@ -124,7 +124,7 @@ def links(path):
 
 
 def target_of(path, link):
-    """The file and the anchor of a link within the repository; nothing for one that leads elsewhere."""
+    """File and anchor of a link within the repository; None for external links."""
     if re.match(r"[a-z][a-z0-9+.-]*:|//", link):
         return None
     file, _, anchor = unquote(link).partition("#")

@@ -16,18 +16,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file that the call reads, and its name in a message.
+/// A file that the command reads, and its name in messages.
 struct ReadFile {
   fs::path path;
   std::string label;
 };
 
-/// "--out field.yaml", or the value alone if it needs no option.
+/// "--out field.yaml", or the value alone for a positional argument.
 std::string label_of(const CLI::Option& option, const std::string& value) {
   return option.get_positional() ? value : option.get_name() + " " + value;
 }
 
-/// A file that is read, and what it names itself.
+/// A file and the files that it refers to.
 std::vector<ReadFile> with_named_files(const std::string& file, const std::string& label) {
   std::vector<ReadFile> files{{file, label}};
   std::error_code ignored;
@@ -41,7 +41,7 @@ std::vector<ReadFile> with_named_files(const std::string& file, const std::strin
   return files;
 }
 
-/// Whether the file is a part of a log or of a map that `given` is: a folder, or a list of a folder's files.
+/// Whether the file is part of the log or map `given`, which is a folder, or the list of a folder's files.
 bool is_part_of(const fs::path& file, const fs::path& given) {
   std::error_code ignored;
   const fs::path folder = given.filename() == "metadata.yaml" ? fs::absolute(given, ignored).parent_path() : given;
@@ -67,7 +67,7 @@ struct CommandFiles::Declared {
     return files;
   }
 
-  /// Throws InputError if a file that is written would replace one that is read, or a part of one.
+  /// Throws InputError if an output file would replace an input file, or a part of one.
   void check() const {
     std::error_code ignored;
     for (const auto& [option, besides] : outputs) {

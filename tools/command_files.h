@@ -13,20 +13,20 @@ class Option;
 
 namespace lodestone {
 
-/// The files that a command reads and writes, declared where its options are. After the command line has been parsed, a
-/// result that would replace an input, or a part of one, ends the command before it begins: one line, exit code 2. Adds
-/// the options of messages, which every command has: --verbose, --quiet, --log-file.
+/// The files that a command reads and writes, declared together with its options. After parsing, the command ends with
+/// one line and exit code 2 if a result would replace an input, or a part of one. Adds the options for messages that
+/// every command has: --verbose, --quiet, --log-file.
 class CommandFiles {
  public:
-  /// What a command writes if an output option has the value `out`, besides `out`.
+  /// Further files that a command writes if an output option has the value `out`.
   using Written = std::function<std::vector<std::filesystem::path>(const std::filesystem::path& out)>;
 
   explicit CommandFiles(CLI::App& command);
 
-  /// The option's values name what is read: a file, a folder, or a name of neither. Returns the option.
+  /// Declares that the option's values may name files or folders to read. Returns the option.
   CLI::Option* input(CLI::Option* option);
 
-  /// The option names what is written. Returns the option.
+  /// Declares that the option names a file or folder to write. Returns the option.
   CLI::Option* output(CLI::Option* option, Written besides = {});
 
   /// These files in the folder `out`.

@@ -6,7 +6,7 @@ class App;
 
 namespace lodestone {
 
-/// Exit codes of the program, a contract that scripts rely on (docs/design/architecture.md).
+/// Exit codes of the program; scripts rely on them (docs/design/architecture.md).
 namespace exit_code {
 constexpr int done = 0;
 constexpr int input_error = 2;
@@ -14,8 +14,8 @@ constexpr int track_lost = 3;
 constexpr int interrupted = 130;
 }  // namespace exit_code
 
-/// Each adds its subcommand to `app`; when the subcommand was chosen and ran, it stores its exit code in `*code`.
-/// Commands throw InputError for wrong input; main turns that into one line and exit code 2.
+/// Each function adds its subcommand to `app`. A subcommand that ran stores its exit code in `*code`. Commands throw
+/// InputError for wrong input; main turns the error into one line and exit code 2.
 void add_simulate_command(CLI::App& app, int* code);
 void add_convert_command(CLI::App& app, int* code);
 void add_check_command(CLI::App& app, int* code);

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Sets up a bare Debian 12, builds, and runs the main job on the tunnel: simulate a log with its maps, build the
-# magnetic map from the survey drive, localize with three estimators, and compare them in one table.
+# Sets up a bare Debian 12, builds, and runs the tunnel example: simulate a log with its maps, build the magnetic map
+# from the survey drive, localize with three estimators, and compare them in one table.
 #
 #   tools/demo.sh [FOLDER]          (default: results/tunnel)
 #
-# LODESTONE_DEMO_DURATION shortens the drive, in seconds; the whole one lasts about two and a half minutes.
+# LODESTONE_DEMO_DURATION shortens the drive to so many seconds; the whole drive lasts about two and a half minutes.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 out=${1:-$root/results/tunnel}
@@ -18,7 +18,7 @@ step "Set up and build"
 "$root/tools/setup.sh"
 "$root/tools/build.sh" lodestone
 
-step "Simulate the tunnel (sequence 3): log, truth, cloud map, survey drive"
+step "Simulate the tunnel (sequence 3): log, ground truth, cloud map, survey drive"
 "$lodestone" simulate "$root/config/worlds/tunnel.yaml" --sequence 3 --out "$out" "${duration[@]}"
 
 step "Build the magnetic map from the survey drive"
@@ -30,5 +30,5 @@ code=0
 "$lodestone" run "$out/log.bag" --platform "$out/platform.yaml" --cloud "$out/cloud.pcd" \
   --magnetic "$out/field.yaml" --initial-pose-from "$out/truth.tum" --truth "$out/truth.tum" \
   --estimator smoother,ieskf,lidar-inertial --out "$out/run" || code=$?
-# 3: an estimator lost track. In a tunnel that is what the one without magnetometers must do.
+# Exit code 3: an estimator lost track. In a tunnel, this is expected without magnetometers.
 if ((code != 0 && code != 3)); then exit "$code"; fi

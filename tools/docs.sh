@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Checks the documentation and builds it as a site: tools/docs.sh [--check]. The site is build/docs/site/index.html, with the API
-# reference beside it. --check checks the pages only, which needs nothing but Python. Ends with 1 at any finding or warning.
+# Checks the documentation and builds it as a site: tools/docs.sh [--check]. The site is build/docs/site/index.html,
+# with the API reference. --check only checks the pages and requires only Python. The exit code is 1 after any finding
+# or warning.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
@@ -25,7 +26,7 @@ cp -r docs "$build/source/"
 while read -r file; do cp --parents "$file" "$build/source/"; done < <(tools/check_docs.py --linked-files)
 cp README.md "$build/source/"
 
-# Any warning of Doxygen or mkdocs is an error.
+# Warnings of Doxygen and mkdocs are errors.
 doxygen docs/Doxyfile
 mkdocs --quiet build --strict
 cp -r "$build/api/html" "$build/site/api"

@@ -3,7 +3,7 @@ from pathlib import Path
 
 
 def pages_of(source, folder):
-    """Paths of a folder's pages; architecture first, then by name."""
+    """Paths of a folder's pages: architecture first, the rest sorted by name."""
     found = (source / "docs" / folder).glob("*.md")
     return [str(path.relative_to(source)) for path in sorted(found, key=lambda path: (path.stem != "architecture", path.name))]
 
@@ -20,7 +20,7 @@ def on_config(config):
 
 
 def on_nav(nav, config, files):
-    """Links the API reference, which Doxygen writes beside the pages."""
+    """Adds a link to the API reference, which Doxygen writes."""
     from mkdocs.structure.nav import Link
 
     if (Path(config["config_file_path"]).parent / "build/docs/api/html/index.html").exists():

@@ -24,7 +24,7 @@ namespace lodestone {
 
 namespace {
 
-/// The command that a call named, as far as CLI11 has parsed.
+/// The command named on the command line, as far as CLI11 has parsed.
 struct NamedCommand {
   const CLI::App* app = nullptr;
   std::string name = "lodestone";  ///< with the words that lead to it: "lodestone map truth"
@@ -40,8 +40,8 @@ NamedCommand named_command(const CLI::App& app) {
   return command;
 }
 
-/// What is wrong with a call, in one line. CLI11 first reports what is missing: often what was misspelt.
-std::string complaint(const CLI::App& app, const CLI::Error& error) {
+/// One line about an error in the command line. CLI11 first reports missing options, which are often misspelt ones.
+std::string call_error(const CLI::App& app, const CLI::Error& error) {
   const NamedCommand command = named_command(app);
   const std::string help = " (see " + command.name + " --help)";
   std::vector<std::string> options;
@@ -62,8 +62,8 @@ std::string complaint(const CLI::App& app, const CLI::Error& error) {
   return error.what() + help;
 }
 
-/// A log of a night in a thousand parts takes a descriptor or two a part, and most shells begin with 1024.
-void take_all_descriptors() {
+/// A long log in a thousand parts requires one or two file descriptors per part; most shells limit a process to 1024.
+void raise_descriptor_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
   limit.rlim_cur = limit.rlim_max;
@@ -73,8 +73,8 @@ void take_all_descriptors() {
 }  // namespace
 
 int run_program(int argument_count, char** arguments) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is a full disk, and told as one
-  take_all_descriptors();
+  std::signal(SIGXFSZ, SIG_IGN);  // exceeding the limit on file sizes is reported like a full disk
+  raise_descriptor_limit();
   CLI::App app{
       "Lodestone reprocesses logs of a robot with LiDAR, IMU and magnetometers against prior maps.\n"
       "Start with:  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel"};
@@ -82,7 +82,7 @@ int run_program(int argument_count, char** arguments) {
   app.set_version_flag("--version", std::string("lodestone ") + LODESTONE_VERSION);
   app.require_subcommand(1);
   app.failure_message(
-      [](const CLI::App* root, const CLI::Error& error) { return "lodestone: " + complaint(*root, error) + "\n"; });
+      [](const CLI::App* root, const CLI::Error& error) { return "lodestone: " + call_error(*root, error) + "\n"; });
   open_messages({});
   app.parse_complete_callback([&]() {
     spdlog::debug("lodestone {}: {}", LODESTONE_VERSION, fmt::join(arguments + 1, arguments + argument_count, " "));
@@ -101,7 +101,7 @@ int run_program(int argument_count, char** arguments) {
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
-    // Help and version are no errors; everything else about the call is exit code 2, whatever CLI11 numbers it.
+    // Help and version are not errors. For all other errors of the call, the exit code is 2, not CLI11's.
     return app.exit(error) == 0 ? exit_code::done : exit_code::input_error;
   } catch (const Interrupted&) {
     spdlog::error("lodestone: interrupted");

@@ -43,7 +43,7 @@ void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = note_interrupt;
   sigemptyset(&action.sa_mask);
-  // The default comes back with the first signal, so that the second one ends a command that does not listen.
+  // The default handler is restored by the first signal: a second one ends a command that does not poll.
   action.sa_flags = SA_RESETHAND | SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);

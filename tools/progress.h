@@ -7,37 +7,36 @@
 
 namespace lodestone {
 
-/// From now on SIGINT and SIGTERM only set a flag, so that a long command can write what it has and end with exit code
-/// 130. A second signal ends the process at once.
+/// From now on SIGINT and SIGTERM only set a flag, so that a long command can write its results so far and exit with
+/// code 130. A second signal ends the process at once.
 void catch_interrupts();
 
-/// Whether a signal came. Long loops poll this.
+/// Whether a signal has arrived. Long loops poll this.
 bool interrupt_requested();
 
-/// Throws Interrupted where a signal came: for loops that have nothing to save.
+/// Throws Interrupted after a signal: for loops that have nothing to save.
 void throw_if_interrupted();
 
 /// "m:ss" or "h:mm:ss".
 std::string clock_text(double seconds);
 
-/// `width` cells, of which `share` (0 to 1) are full.
+/// A bar of `width` cells, of which `share` (0 to 1) are full.
 std::string progress_bar(double share, int width);
 
-/// One line of progress: a bar of `bar_width` cells (none for 0), per cent, times real time, time left.
+/// One line of progress: a bar of `bar_width` cells (0: none), per cent, multiple of real time, time left.
 std::string progress_line(const std::string& label, double share, double rate, double seconds_left, int bar_width);
 
-/// How far a pass over a log has come: on a terminal a bar that is redrawn, elsewhere a message every few seconds. None
-/// with
-/// --quiet.
+/// Progress of a pass over a log: on a terminal a bar that is redrawn, elsewhere a message every few seconds. No output
+/// with --quiet.
 class Progress {
  public:
-  /// Log times from `begin` to `end`; without a span (equal times) only the rate is reported.
+  /// Log times from `begin` to `end`; if they are equal, only the rate is reported.
   Progress(std::string label, Time begin, Time end);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// The log has been worked off up to `now`. Cheap: may be called for every measurement.
+  /// The log has been processed up to `now`. Cheap enough for every measurement.
   void update(Time now);
 
   /// Ends the line. The destructor calls it.
@@ -51,7 +50,7 @@ class Progress {
   Time begin_;
   Time end_;
   bool terminal_;
-  bool open_line_ = false;  ///< a bar stands on the current line
+  bool open_line_ = false;  ///< the current line contains a bar
   bool finished_ = false;
   Time last_ = 0;
   Clock::time_point start_;

@@ -1,43 +1,27 @@
 #!/usr/bin/env bash
-# The test programs under sanitizers: tools/run_sanitized.sh [SHARD...|all|next|list]. `address` is AddressSanitizer with
-# LeakSanitizer and UndefinedBehaviorSanitizer, `thread` ThreadSanitizer. A shard is a part of one test program under one of
-# them, and builds only the floors that this program links; `next` (the default) is the one whose turn it is at this commit among
-# those that are short enough for continuous integration. Builds with clang, which compiles this in half of g++'s time, in
-# build/NAME. Ends with 1 at any report, of a child process too, and where a test program does not come to its end.
+# The test programs under sanitizers: tools/run_sanitized.sh SHARD...|all|list. `address` is AddressSanitizer with
+# LeakSanitizer and UndefinedBehaviorSanitizer, `thread` ThreadSanitizer. A shard is a part of one test program under one
+# sanitizer. Its build contains only the layers that the program links. The compiler is clang, which needs half of the time of
+# g++; the folder is build/SANITIZER. The script ends with 1 if a sanitizer reports something, in child processes too, or if a
+# test program does not end.
 #
-# Whether tests pass is for tools/run_tests.sh to say: here they are named, but clang evaluates arguments in another order
-# than g++, so that tests draw other random numbers, and a few that hold statistics to a bound miss it.
+# A failed test is named but does not count; tools/run_tests.sh judges tests. clang evaluates arguments in another order than
+# g++, so tests draw other random numbers, and a few statistics miss their bounds.
 # Tests on real data are skipped, unless LODESTONE_DATA names their folder.
-#
-# LODESTONE_SECONDS: gives up after so many, says so, and ends with 0: then nothing was judged.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 rules=$root/cmake/sanitizers
 jobs=${LODESTONE_JOBS:-$(nproc)}
 
-# SANITIZER-PROGRAM, with /OF where a program is run in so many parts. Those of the second list do not take turns in continuous
-# integration: their build alone would take most of its time, or nobody has measured it (docs/results/fuzzing.md).
-short=(thread-core address-core thread-factors address-factors thread-frontends thread-estimators/6)
-long=(address-frontends address-estimators/4 thread-tools/4 address-tools/4)
-programs=("${short[@]}" "${long[@]}")
+# SANITIZER-PROGRAM, with /PARTS if the program is divided.
+programs=(thread-core address-core thread-factors address-factors thread-frontends address-frontends
+  thread-estimators/6 address-estimators/4 thread-tools/4 address-tools/4)
 shards=()
 for program in "${programs[@]}"; do
-  [[ $program != "${long[0]}" ]] || in_turn=${#shards[@]}
   name=${program%%/*}
   if [[ $name == "$program" ]]; then shards+=("$name"); continue; fi
   for ((part = 1; part <= ${program##*/}; ++part)); do shards+=("$name-$part"); done
 done
-
-# Round the shards with the number of commits; where history was cut off, by the commit's name.
-next_shard() {
-  local turn=0
-  if [[ $(git -C "$root" rev-parse --is-shallow-repository 2>/dev/null) == false ]]; then
-    turn=$(git -C "$root" rev-list --count HEAD)
-  elif name=$(git -C "$root" rev-parse --verify --quiet HEAD 2>/dev/null); then
-    turn=$((16#${name:0:7}))
-  fi
-  echo "${shards[turn % in_turn]}"
-}
 
 set_up() {
   local missing=()
@@ -47,7 +31,7 @@ set_up() {
   "$root/tools/setup.sh" "${missing[@]}"
 }
 
-# Tests of a program that are not run under a sanitizer, with the reason; see the list's own head.
+# Tests of a program that do not run under a sanitizer, with the reason (see the head of the list).
 not_run() { awk -v s="$1" -v p="$2" '!/^#/ && ($1 == s || $1 == "both") && $2 == p' "$rules/not_run.txt"; }
 
 report() {
@@ -113,7 +97,7 @@ run_shard() {
   for file in "$results"/report*; do
     [[ -s $file ]] || continue
     head -n 60 "$file" >&2
-    report "a sanitizer has something to say, see $file"
+    report "a sanitizer has a report, see $file"
   done
   local counted
   counted=$(grep -hE '^\[  PASSED  \] [0-9]+' "$results"/tests-*.log | awk '{ sum += $4 } END { print sum + 0 }')
@@ -124,19 +108,12 @@ if [[ ${1:-} == list ]]; then
   printf '%s\n' "${shards[@]}"
   exit
 fi
-if [[ -n ${LODESTONE_SECONDS:-} ]]; then
-  seconds=$LODESTONE_SECONDS
-  unset LODESTONE_SECONDS
-  status=0
-  timeout "$seconds" "$0" "$@" || status=$?
-  ((status != 124)) || { echo "sanitized: not finished within $seconds s: nothing was judged" && exit 0; }
-  exit "$status"
-fi
-
 wanted=("$@")
-(($# > 0)) || wanted=(next)
-[[ ${wanted[0]} == all ]] && wanted=("${shards[@]}")
-[[ ${wanted[0]} == next ]] && wanted=("$(next_shard)")
+[[ ${wanted[0]:-} == all ]] && wanted=("${shards[@]}")
+if ((${#wanted[@]} == 0)); then
+  echo "sanitized: name one or more shards, or all; there are: ${shards[*]}" >&2
+  exit 2
+fi
 for shard in "${wanted[@]}"; do
   [[ " ${shards[*]} " == *" $shard "* ]] || {
     echo "sanitized: no shard '$shard'; there are: ${shards[*]}" >&2
@@ -145,7 +122,7 @@ for shard in "${wanted[@]}"; do
 done
 set_up
 
-# Some kernels and containers do not let a sanitizer's program start at all (its shadow memory has no place): no defect of ours.
+# In some kernels and containers no program of a sanitizer starts, because its shadow memory has no place.
 starts() {
   local probe
   probe=$(mktemp -d)
@@ -161,7 +138,7 @@ for shard in "${wanted[@]}"; do
   if starts "${shard%%-*}"; then
     run_shard "$shard"
   else
-    echo "sanitized: $shard: programs of this sanitizer do not start on this machine: nothing was judged"
+    echo "sanitized: $shard: programs of this sanitizer do not start on this machine: not judged"
   fi
 done
 exit $failed

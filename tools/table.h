@@ -5,12 +5,13 @@
 
 namespace lodestone {
 
-/// A table for the terminal: the first column to the left, all others to the right, a rule below the header.
+/// A table for the terminal: the first column is left-aligned, all others are right-aligned, with a rule below the
+/// header.
 class Table {
  public:
   explicit Table(std::vector<std::string> header) : rows_{std::move(header)} {}
 
-  /// Cells beyond the header's count are dropped, missing ones stay empty.
+  /// Cells beyond the header's count are dropped; missing cells are empty.
   void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
 
   /// Lines ended by newlines.
@@ -20,7 +21,7 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// `value` with `digits` decimals; an en dash where it is not finite.
+/// `value` with `digits` decimals; an en dash if it is not finite.
 std::string fixed(double value, int digits);
 
 }  // namespace lodestone

@@ -4,22 +4,22 @@
 
 namespace lodestone {
 
-/// What a magnetometer makes of the field: reading = D field + b, all in its own axes.
+/// Model of a magnetometer: reading = D field + b, all in its own axes.
 struct MagnetometerCalibration {
-  Vector3 hard_iron_ut = Vector3::Zero();    ///< b: what it reads where there is no field
+  Vector3 hard_iron_ut = Vector3::Zero();    ///< b: the reading without field
   Matrix3 distortion = Matrix3::Identity();  ///< D: soft iron, scale, misalignment
 
   Matrix3 correction() const { return distortion.inverse(); }  ///< field = correction() (reading − hard_iron_ut)
   Vector3 corrected(const Vector3& reading_ut) const { return correction() * (reading_ut - hard_iron_ut); }
 
-  /// The calibration of raw readings where this one is of readings that `given` has been taken off already.
+  /// The calibration of raw readings, if this calibration is of readings that `given` already corrected.
   MagnetometerCalibration after(const MagnetometerCalibration& given) const {
     return {given.hard_iron_ut + given.distortion * hard_iron_ut, given.distortion * distortion};
   }
 };
 
-/// A small distortion as nine numbers: D = I + S + [ω]×, S symmetric, order xx yy zz xy xz yz, then ω (rad). Linear in
-/// them, so that any 3×3 matrix has its nine, and a small ω is the misalignment.
+/// A small distortion as nine numbers: D = I + S + [ω]×, S symmetric, order xx yy zz xy xz yz, then ω (rad). D is
+/// linear in the numbers, every 3×3 matrix has its nine, and a small ω is the misalignment.
 using Distortion = Eigen::Matrix<double, 9, 1>;
 
 /// D of the nine numbers.
@@ -31,10 +31,10 @@ Distortion distortion_of(const Matrix3& matrix);
 /// ∂(D v)/∂ nine numbers, 3×9.
 Eigen::Matrix<double, 3, 9> distortion_jacobian(const Vector3& v);
 
-/// The same distortion seen from other axes, as a matrix on the nine numbers: D → Q D Qᵀ. `Q` is a rotation.
+/// The same distortion in other axes, as a matrix on the nine numbers: D → Q D Qᵀ. `Q` is a rotation.
 Eigen::Matrix<double, 9, 9> turned_distortion(const Matrix3& Q);
 
-/// How a magnetometer is turned against what the platform file says: the rotation (axis times angle, rad) of the polar
+/// Misalignment of a magnetometer relative to the platform file: the rotation (axis times angle, rad) of the polar
 /// decomposition of D.
 Vector3 misalignment_of(const Matrix3& distortion);
 

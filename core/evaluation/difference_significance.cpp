@@ -68,7 +68,7 @@ double DifferenceSignificance::p_value(double chi_square) const {
   const double decay = std::exp(-0.5 * chi_square) / gamma;
   const double by_length = chi_square * decay / std::sqrt(2.0 * pi);
   const double by_area = std::sqrt(chi_square) * decay * (chi_square - 2.0) / (2.0 * pi);
-  // Below its maximum the expectation is no probability any more.
+  // Below its maximum, the expectation is not a probability.
   if (chi_square < 6.0) return 1.0;
   const double expected = std::max(1.0, regions) * tail + half_edge * by_length + area * by_area;
   return std::min({1.0, expected, std::max(1.0, nodes) * tail});

@@ -25,7 +25,7 @@ struct NavState {
   Vector3 velocity = Vector3::Zero();            ///< of imu in map axes, m/s
   Vector3 gyroscope_bias = Vector3::Zero();      ///< rad/s
   Vector3 accelerometer_bias = Vector3::Zero();  ///< m/s²
-  Vector3 gravity{0.0, 0.0, -9.80665};           ///< map axes, m/s²; its length is fixed
+  Vector3 gravity{0.0, 0.0, -9.80665};           ///< map axes, m/s²; of fixed length
 
   NavState boxplus(const Vector17& delta) const {
     NavState result;

@@ -4,7 +4,7 @@
 
 namespace lodestone {
 
-/// A rigid transform. T_a_b takes points in frame b to frame a: p_a = T_a_b * p_b.
+/// A rigid transform. T_a_b transforms points in frame b to frame a: p_a = T_a_b * p_b.
 struct Pose {
   Quaternion rotation = Quaternion::Identity();
   Vector3 position = Vector3::Zero();  ///< metres

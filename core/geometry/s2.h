@@ -13,7 +13,7 @@ namespace s2 {
 /// Orthonormal 3×2 basis of the tangent plane at `vector`; a deterministic, piecewise smooth choice.
 Eigen::Matrix<double, 3, 2> basis(const Vector3& vector);
 
-/// `vector` turned by the tangent step δ (radians).
+/// `vector` rotated by the tangent step δ (radians).
 Vector3 boxplus(const Vector3& vector, const Vector2& delta);
 
 /// The δ with boxplus(reference, δ) parallel to `vector`, |δ| ≤ π.

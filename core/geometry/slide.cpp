@@ -8,22 +8,22 @@ namespace {
 
 constexpr double kLargestTurn_rad_m = 0.3;
 
-/// Where the place goes that slides by `distance_m`, and the turn of it.
+/// The rigid motion of a slide by `distance_m`: position and rotation of its place.
 Pose motion(const Slide& slide, double distance_m) {
   const Vector3 turn = distance_m * slide.turn;
-  // The left Jacobian of SO(3): the mean of the turns on the way.
+  // The left Jacobian of SO(3): the mean of the rotations on the way.
   return {so3::exp(turn), so3::right_jacobian(-turn) * (distance_m * slide.direction)};
 }
 
 }  // namespace
 
-Slide Slide::along(const Vector6& hidden, const Pose& pose) {
+Slide Slide::along(const Vector6& degenerate, const Pose& pose) {
   Slide result;
   result.at = pose.position;
-  const double shift = hidden.tail<3>().norm();
-  if (hidden.head<3>().norm() > kLargestTurn_rad_m * shift) return result;
-  result.direction = hidden.tail<3>() / shift;
-  result.turn = pose.rotation * Vector3(hidden.head<3>() / shift);
+  const double shift = degenerate.tail<3>().norm();
+  if (degenerate.head<3>().norm() > kLargestTurn_rad_m * shift) return result;
+  result.direction = degenerate.tail<3>() / shift;
+  result.turn = pose.rotation * Vector3(degenerate.head<3>() / shift);
   return result;
 }
 
@@ -40,7 +40,7 @@ Unslid unslide(const Slide& slide, const Pose& pose) {
   const Vector3 offset = pose.position - slide.at;
   Vector3 left = offset;
   for (int i = 0; i < 20; ++i) {
-    // Level: nothing is left along the slide.
+    // Level: no component is left along the slide.
     const double step = slide.direction.dot(left) / slide.direction.dot(slide.direction + slide.turn.cross(left));
     result.distance_m += step;
     const Pose back = motion(slide, -result.distance_m);
@@ -59,7 +59,7 @@ Pose moved_by(const Vector6& error, const Pose& pose) {
 }
 
 Matrix6 moved_by_jacobian(const Vector6& error, const Pose& moved) {
-  // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, turned into the moved body's axes.
+  // Exp(φ_d) R Exp(φ): the left Jacobian of φ_d, rotated into the moved body's axes.
   Matrix6 result = Matrix6::Identity();
   result.topLeftCorner<3, 3>() = moved.rotation.toRotationMatrix().transpose() * so3::right_jacobian(-error.head<3>());
   return result;

@@ -4,21 +4,22 @@
 
 namespace lodestone {
 
-/// How a trajectory may slide where no sensor holds it: along a straight tunnel, or along a bend, turning with it. A
-/// metre of it shifts a pose at `at` by `direction` and turns it, and all else that slides along, by `turn` about that
-/// place. A finite slide is a rigid motion of the map, whose tangent leaves a bend of 400 m by 1.2 mm after a metre:
-/// linear coordinates of poses would hold it back where scans know 0.1 mm.
+/// A motion of the trajectory that no sensor observes: along a straight tunnel, or along a bend, rotating with the
+/// bend. A metre of the slide moves a pose at `at` by `direction`, and rotates all poses by `turn` about that place. A
+/// finite slide is a rigid motion of the map. Its tangent is 1.2 mm off after a metre in a bend of 400 m radius, more
+/// than the 0.1 mm that scans know; linear coordinates of poses would thus resist the slide (docs/design/010).
 struct Slide {
   Vector3 at = Vector3::Zero();         ///< m, map
-  Vector3 direction = Vector3::Zero();  ///< unit, map axes; zero: nothing slides
+  Vector3 direction = Vector3::Zero();  ///< unit, map axes; zero: no slide
   Vector3 turn = Vector3::Zero();       ///< rad/m, map axes
 
   bool any() const { return !direction.isZero(0.0); }
 
-  /// Of a direction `hidden` (tangent φ, p) of a pose; none where it turns the pose more than 0.3 rad a metre.
-  static Slide along(const Vector6& hidden, const Pose& pose);
+  /// The slide along a degenerate direction (tangent φ, p) of a pose; empty if it rotates the pose by more than 0.3 rad
+  /// a metre.
+  static Slide along(const Vector6& degenerate, const Pose& pose);
 
-  /// The same motion of the map, about another place.
+  /// The same motion of the map, relative to another place.
   Slide about(const Vector3& place) const;
 
   /// For checkpoints.
@@ -28,11 +29,11 @@ struct Slide {
   }
 };
 
-/// A pose taken back along a slide until it is level with the slide's place.
+/// A pose moved back along a slide until it is level with the slide's place.
 struct Unslid {
-  double distance_m = 0.0;  ///< how far it had slid
+  double distance_m = 0.0;  ///< distance moved back along the slide
   Pose pose;
-  Quaternion back = Quaternion::Identity();  ///< turns what slid along (a velocity) back as well
+  Quaternion back = Quaternion::Identity();  ///< rotates vectors that slid along (a velocity) back as well
   Vector3 by_position = Vector3::Zero();     ///< ∂distance / ∂p of the pose, a row
   Vector3 flow = Vector3::Zero();            ///< −∂p of `pose` / ∂distance
 };
@@ -42,13 +43,13 @@ Unslid unslide(const Slide& slide, const Pose& pose);
 /// A pose moved by an error of the map at its place (φ in map axes, p).
 Pose moved_by(const Vector6& error, const Pose& pose);
 
-/// Derivative of the moved pose's right tangent (φ; p in map axes) by the error.
+/// Derivative of the moved pose's right tangent (φ; p in map axes) with respect to the error.
 Matrix6 moved_by_jacobian(const Vector6& error, const Pose& moved);
 
-/// x ⊟ x₀ with the slide in it straightened: what the pose is off once it is taken back, plus the slide as x₀'s tangent
-/// has it. To first order x ⊟ x₀; along the slide it changes in one direction, exactly and however far. `slide`: about
-/// x₀. `error` (φ in map axes, p) moves the pose once it is taken back: an error that slid along would turn with the
-/// bend, and tell of the slide.
+/// x ⊟ x₀ with its slide straightened: the difference after x is moved back, plus the slide in the tangent of x₀. To
+/// first order x ⊟ x₀; along the slide the value changes in one direction only, exactly, for any distance. `slide`:
+/// about x₀. `error` (φ in map axes, p) moves the pose after it is moved back: an error that slid along would rotate
+/// with the bend and give information about the slide (docs/design/010).
 struct SlideDifference {
   Unslid unslid;
   Vector6 value;       ///< φ, p

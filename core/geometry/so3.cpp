@@ -37,7 +37,7 @@ Vector3 log(const Quaternion& rotation) {
   const double w = rotation.w();
   double factor = 0.0;
   if (sine_squared < kSmallAngleSquared) {
-    // 2 atan2(s, w) / s, expanded about s = 0; the sign of w picks the short way round.
+    // 2 atan2(s, w) / s, expanded about s = 0; the sign of w selects the shorter rotation.
     factor = 2.0 / w - 2.0 / 3.0 * sine_squared / (w * w * w);
   } else {
     const double sine = std::sqrt(sine_squared);

@@ -25,7 +25,7 @@ Vector12 Deskewing::departure(const NavState* before, const NavState& end, Jacob
     jacobians->by_end_velocity.middleRows<3>(3) = -Matrix3::Identity();
   }
   if (before == nullptr || step_s <= 0.0) return result;
-  // Exp(departure) R_end_before as deskewed = R_end_before of the states.
+  // Exp(departure) R_end_before of deskewing = R_end_before of the states.
   const Vector3 turned = so3::log(to_map.conjugate() * before->T_map_imu.rotation * turn);
   result.head<3>() = turned;
   result.segment<3>(6) = before->T_map_imu.position - end.T_map_imu.position - to_map * before_position;

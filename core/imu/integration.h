@@ -5,7 +5,7 @@
 
 namespace lodestone {
 
-/// Mean of two neighbouring samples with the biases taken off: what the interval between them is integrated with.
+/// Mean of two neighbouring samples, minus the biases: the constant input for the interval between them.
 struct ImuInterval {
   double duration_s = 0.0;
   Vector3 angular_velocity = Vector3::Zero();     ///< rad/s, imu frame
@@ -19,8 +19,8 @@ inline ImuInterval make_interval(const ImuSample& first, const ImuSample& second
           0.5 * (first.linear_acceleration + second.linear_acceleration) - accelerometer_bias};
 }
 
-/// Moves pose and velocity over `share` of the interval, which may be negative: midpoint rule, exact for a constant
-/// turn rate and an acceleration that is constant in the map. eq:forward_propagation with R in the velocity row;
+/// Moves pose and velocity over `share` of the interval, which may be negative. Midpoint rule, exact for a constant
+/// angular velocity and an acceleration that is constant in the map. eq:forward_propagation with R in the velocity row;
 /// with share −1 the inverse step, eq:backward_propagation.
 inline void integrate(const ImuInterval& interval, const Vector3& gravity, double share, Pose& T_map_imu,
                       Vector3& velocity) {

@@ -43,11 +43,12 @@ Preintegration::Preintegration(std::span<const ImuSample> samples, const Vector3
     const Vector3 acceleration = half_rotation * interval.linear_acceleration;
     const Matrix3 turn_back = so3::exp(-turn).toRotationMatrix();
     const Matrix3 right_jacobian = so3::right_jacobian(turn);
-    // How the mid-interval acceleration moves with the orientation error at the start and with the turn's own bias.
+    // Derivatives of the mid-interval acceleration by the orientation error at the start and by the bias of the
+    // interval's turn.
     const Matrix3 acceleration_by_rotation = -rotation * so3::hat(half_turn * interval.linear_acceleration);
     const Matrix3 acceleration_by_turn_bias = 0.5 * dt * half_rotation * so3::hat(interval.linear_acceleration);
 
-    // Before the rotation of this interval is added: of the mid-interval acceleration, as of the bias below.
+    // Uses the rotation before this interval is added, as the bias does below.
     const Matrix3x9 rate_by_axes = by_entries(gyroscope_correction, interval.angular_velocity);
     const Matrix3x9 force_by_axes = by_entries(accelerometer_correction, interval.linear_acceleration);
     Eigen::Matrix<double, 3, 18> acceleration_by_axes = acceleration_by_rotation * by_axes_.topRows<3>();
@@ -115,8 +116,8 @@ NavState Preintegration::predict(const NavState& start) const {
 
 bool Preintegration::within_linear_range(const Vector3& gyroscope_bias, const Vector3& accelerometer_bias,
                                          const ImuAxes& axes) const {
-  // The first order is exact in the accelerometer bias but for its product with the gyroscope's; the second order in
-  // the gyroscope bias is about |δ b_g T|²/2 in angle and times |Δv| in velocity.
+  // The first order is exact in the accelerometer bias except for its product with the gyroscope's. The second order in
+  // the gyroscope bias is about |δ b_g T|²/2 in angle, and times |Δv| in velocity.
   const Vector9 by_axes = by_axes_ * (axes - axes_);
   const double turn = (gyroscope_bias - gyroscope_bias_).norm() * duration_s_ + by_axes.head<3>().norm();
   const double velocity =

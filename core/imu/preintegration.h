@@ -12,15 +12,15 @@ namespace lodestone {
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
-/// Error of the scale and axes of an IMU: reading = (1 + E) true value + bias, E of the gyroscope, then of the
+/// Error of the scale and axes of an IMU: reading = (1 + E) true value + bias; E of the gyroscope, then of the
 /// accelerometer, row by row.
 using ImuAxes = Eigen::Matrix<double, 18, 1>;
 
-/// Relative motion between two states as the IMU saw it, free of the states themselves: on the manifold, with
+/// Relative motion between two states, measured by the IMU and independent of the states: on the manifold, with
 /// covariance and Jacobians by biases and axes. Source: Forster et al., TRO 2017; midpoint rule instead of Euler's.
 class Preintegration {
  public:
-  /// Integrates `samples` (the first at state i's time, the last at state j's) at the given biases and axes.
+  /// Integrates `samples` (the first at state i's time, the last at state j's) with the given biases and axes.
   Preintegration(std::span<const ImuSample> samples, const Vector3& gyroscope_bias, const Vector3& accelerometer_bias,
                  const ImuNoise& noise, const ImuAxes& axes = ImuAxes::Zero());
 
@@ -35,8 +35,8 @@ class Preintegration {
   /// State j predicted from state i, with the axes of the integration.
   NavState predict(const NavState& start) const;
 
-  /// How far (in sigmas of the increment's covariance) the neglected second order is once biases and axes have moved;
-  /// above about 0.1 a new integration is due.
+  /// Whether the neglected second order is small, in sigmas of the increment's covariance, after biases and axes have
+  /// moved. Above about 0.1 sigmas, integrate again.
   bool within_linear_range(const Vector3& gyroscope_bias, const Vector3& accelerometer_bias, const ImuAxes& axes) const;
 
   double duration_s() const { return duration_s_; }

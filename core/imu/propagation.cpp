@@ -12,7 +12,7 @@ void propagate_covariance(const NavState& state, const ImuInterval& interval, co
   const Matrix3 rotation = state.T_map_imu.rotation.toRotationMatrix();
   const Vector3 turn = dt * interval.angular_velocity;
   const Matrix3 half_rotation = rotation * so3::exp(0.5 * turn).toRotationMatrix();
-  // Velocity and position see the orientation error at the start and half of the gyroscope bias' turn.
+  // Orientation error at the start, and half of the gyroscope bias' turn, act on velocity and position.
   const Matrix3 acceleration_by_rotation = -rotation * so3::hat(so3::exp(0.5 * turn) * interval.linear_acceleration);
   const Matrix3 turn_by_bias = -dt * so3::right_jacobian(turn);
 

@@ -8,8 +8,8 @@
 
 namespace lodestone {
 
-/// Forward propagation of the state from the first sample's time to the last one's (eq:forward_propagation, mended).
-/// With `covariance` (17×17, tangent order φ, p, v, b_g, b_a, g) that is propagated as well:
+/// Forward propagation of the state from the first sample's time to the last one's (eq:forward_propagation, corrected:
+/// R in the velocity row). If given, `covariance` (17×17, tangent order φ, p, v, b_g, b_a, g) is propagated as well:
 /// P ← F P Fᵀ + F_w Q F_wᵀ, with the noise densities of `noise`.
 NavState propagate(const NavState& start, std::span<const ImuSample> samples, const ImuNoise& noise,
                    Matrix17* covariance);

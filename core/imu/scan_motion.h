@@ -16,13 +16,13 @@ class ScanMotion {
   /// `end`: state at the last sample's time. `samples` cover the scan; at least one.
   ScanMotion(const NavState& end, std::span<const ImuSample> samples);
 
-  /// The motion between two states: at the first sample's time that of `before`, at the last sample's time that of
-  /// `end`. What backward propagation leaves at `before` is spread over the step as white noise of the gyroscope and of
-  /// the accelerometer would most likely have made it: a rotation linear in time, a position cubic in time.
+  /// The motion between two states: that of `before` at the first sample's time, that of `end` at the last sample's
+  /// time. The error of backward propagation at `before` is distributed over the step as the most likely effect of
+  /// white noise of gyroscope and accelerometer: a rotation linear in time, a position cubic in time (docs/design/008).
   ScanMotion(const NavState& before, const NavState& end, std::span<const ImuSample> samples);
 
-  /// T_end_t: takes points in the imu frame at `time` to the imu frame at the scan's end. Before the first sample and
-  /// after the last one the nearest interval is continued.
+  /// T_end_t: transforms points in the imu frame at `time` to the imu frame at the scan's end. Before the first sample
+  /// and after the last one, the nearest interval is extrapolated.
   Pose relative_pose(Time time) const;
 
   /// T_map_imu at `time` as predicted from the end state.
@@ -37,7 +37,7 @@ class ScanMotion {
  private:
   Pose propagated(Time time) const;
 
-  /// What backward propagation missed at the first sample, in the imu frame at the scan's end.
+  /// Error of backward propagation at the first sample, in the imu frame at the scan's end.
   struct Correction {
     double step_s = 0.0;
     Vector3 turn = Vector3::Zero();      ///< rotation vector

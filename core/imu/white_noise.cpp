@@ -56,7 +56,8 @@ void ImuWhiteNoise::add(std::span<const ImuSample> samples) {
 ImuNoise ImuWhiteNoise::bound(const ImuNoise& stated) const {
   ImuNoise result = stated;
   if (steps_ == 0) return result;
-  // Third differences of white noise have twenty times its variance; 1.4826 makes a median a standard deviation.
+  // Third differences of white noise have twenty times its variance. The factor 1.4826 converts a median to a standard
+  // deviation.
   const double to_density = 1.4826 / std::sqrt(20.0) * std::sqrt(step_sum_s_ / static_cast<double>(steps_));
   const auto bounded = [&](double density, const Magnitudes& magnitudes) {
     const double found = magnitudes.median() * to_density;

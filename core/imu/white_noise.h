@@ -8,21 +8,20 @@
 
 namespace lodestone {
 
-/// The white noise that the samples of an IMU show: the median of their third differences, which motion hardly
-/// contributes to. It bounds what a platform file may state. A stated density far above the noise would leave the
-/// velocity free, and each scan would then be deskewed by its own errors.
+/// The white noise in the samples of an IMU: the median of their third differences, to which motion contributes little.
+/// This bounds the noise that a platform file states: with a density far above the noise the velocity would be free,
+/// and each scan would be deskewed by its own errors (docs/design/038).
 class ImuWhiteNoise {
  public:
-  /// Samples of one scan, in order. The first and the last are left out: these may be interpolated.
+  /// Samples of one scan, in order. The first and the last are ignored: they may be interpolated.
   void add(std::span<const ImuSample> samples);
 
-  /// `stated` with densities of at most ten times those of the samples: a low-pass filter at a fifth of the rate hides
-  /// nine tenths of the noise from third differences. As stated where too few samples are known, or where they are
-  /// quantized.
+  /// `stated`, with densities of at most ten times those of the samples: a low-pass filter at a fifth of the rate hides
+  /// nine tenths of the noise from third differences. Unchanged if there are too few samples, or if they are quantized.
   ImuNoise bound(const ImuNoise& stated) const;
 
  private:
-  /// A median in memory that does not grow: counts by eighths of an octave.
+  /// A median in constant memory: counts by eighths of an octave.
   class Magnitudes {
    public:
     void add(double value);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kChunk = 1024;
 
-// A scan meets most planes more than once, and a smoothed estimate averages twice as many scans as a causal one.
+// Most planes are met by more than one scan, and a smoothed estimate averages twice as many scans as a causal one.
 constexpr double kFewestRepeats = 2.0;
 
 /// Point-to-plane residuals beyond count less (Huber): half of the default gate. No ablation shows that it matters
@@ -28,30 +28,28 @@ constexpr double kHuberSigmas = 2.0;
 using Matrix6f = Eigen::Matrix<float, 6, 6>;
 using Vector6f = Eigen::Matrix<float, 6, 1>;
 
-/// J P Jᵀ of a residual, by direction: what is not known along a tunnel opens no gate across it.
+/// J P Jᵀ of a residual. An uncertain position along a tunnel does not widen the gates across it.
 float variance_by_pose(const Vector6f& jacobian, const Matrix6f& covariance) {
   return std::max(0.0F, jacobian.dot(covariance.selfadjointView<Eigen::Lower>() * jacobian));
 }
 
-/// How often a plane's error counts, along every residual.
+/// How often a plane's error counts, for every residual.
 struct Repeats {
-  Matrix6f sides =
-      Matrix6f::Zero();  ///< a column a direction: that of P = D Dᵀ in which scans are averaged `counts` times
+  Matrix6f directions = Matrix6f::Zero();  ///< directions, one per column: those of P = D Dᵀ; along column i
+                                           ///< `counts[i]` scans are averaged
   Vector6f counts = Vector6f::Zero();
-  float otherwise = 1.0F;  ///< where nothing is known of these directions
+  float otherwise = 1.0F;  ///< if nothing is known of these directions
 
-  /// Between the least and the largest count: the mean by how much each direction moves the residual.
+  /// Mean of the counts, weighted by how much each direction moves the residual.
   float along(const Vector6f& jacobian) const {
-    const Vector6f squares = (sides.transpose() * jacobian).array().square();
+    const Vector6f squares = (directions.transpose() * jacobian).array().square();
     const float sum = squares.sum();
     return sum > 0.0F ? counts.dot(squares) / sum : otherwise;
   }
 };
 
-/// By the eigenvalues of P in those of S, each kept within what is sensible; a direction that one scan does not see
-/// counts the most times. Where it is metres wide, noisy normals look along it a little and every plane counts so
-/// often, which is too cautious across; without a say of such directions walkways with LiDAR cut to 10 m were a tenth
-/// worse and their NEES 1.23 for 1.05.
+/// The number of averaged scans in each direction: the eigenvalues of P relative to the covariance from one scan,
+/// limited to between 2 and `most`. A direction that one scan does not observe counts the most times (docs/design/004).
 Repeats repeats_of(const ScanAveraging& averaging, double most) {
   Repeats result;
   result.otherwise = static_cast<float>(most);
@@ -59,7 +57,7 @@ Repeats repeats_of(const ScanAveraging& averaging, double most) {
   if (root.info() != Eigen::Success || !averaging.information_of_scan.allFinite()) return result;
   const Matrix6 lower = root.matrixL();
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(lower.transpose() * averaging.information_of_scan * lower);
-  result.sides = (lower * solver.eigenvectors()).cast<float>();
+  result.directions = (lower * solver.eigenvectors()).cast<float>();
   for (int i = 0; i < 6; ++i) {
     const double share = solver.eigenvalues()[i];
     const double scans = share * most > 1.0 ? std::max(1.0 / share, std::min(kFewestRepeats, most)) : most;
@@ -68,7 +66,7 @@ Repeats repeats_of(const ScanAveraging& averaging, double most) {
   return result;
 }
 
-/// Of one LiDAR.
+/// Beam origin and noise of one LiDAR.
 struct Beams {
   Eigen::Vector3f origin;  // imu frame
   float range_variance;
@@ -89,7 +87,7 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
                     std::span<const std::uint8_t> lidars, const Pose& T_map_imu, const PlaneMap& map,
                     const Noise& noise, std::vector<Correspondence>& result) {
   const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
-  // Doubles for the position: far from the map's origin floats lose millimetres, which the sum would keep.
+  // Doubles for the position: far from the map's origin, floats would lose millimetres.
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3f& point = points[i];
     const Eigen::Vector3f turned = rotation * point;
@@ -127,7 +125,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                                       const ScanAveraging& averaging, double variance_scale) {
   const auto square = [](double value) { return static_cast<float>(value * value); };
   if (!lidars.of_points.empty() && lidars.of_points.size() != points.size()) {
-    throw std::invalid_argument("associate: expected the LiDAR of each point");
+    throw std::invalid_argument("associate: lidars.of_points must be empty or have one entry for each point");
   }
   std::vector<Beams> beams;
   for (const LidarModel& lidar : lidars.models) {
@@ -159,7 +157,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
 
 namespace {
 
-/// r² at the pose over its variance, of each correspondence whose variance is known.
+/// r² at the pose over its variance, for each correspondence with a known variance.
 std::vector<double> squared_sigmas(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
   std::vector<double> result;
   result.reserve(correspondences.size());

@@ -38,33 +38,35 @@ struct AssociationOptions {
   }
 };
 
-/// How many scans an estimate averages: what one scan alone tells of a pose against what is known of it (φ, p).
+/// The information of one scan alone about a pose, and the covariance of its estimate (φ, p): the number of scans that
+/// the estimate averages.
 struct ScanAveraging {
   Matrix6 information_of_scan = Matrix6::Zero();
-  Matrix6 covariance = Matrix6::Zero();  ///< zero: not known, every plane's error counts the most times
+  Matrix6 covariance = Matrix6::Zero();  ///< zero: unknown, every plane's error counts the most times
 };
 
-/// Finds each point's plane at the pose `T_map_imu` and what its residual is worth. `points`: imu frame at the scan's
-/// end. The variance of r = nᵀ(R p + t − q) is that of the range along the normal, of the beam's direction across it
-/// (both of the LiDAR that measured the point, seen from its mounting), of the surface and of the plane's own fit, this
-/// one as often as scans are averaged along r. `pose_covariance` (φ, p): of `T_map_imu`; a residual within it is no
-/// outlier. `variance_scale`: by which the log's own residuals exceed what sensor and plane explain (residual_scale).
-/// Points in order; the result does not depend on threads. `ages_s`: how long before the scan's end each was taken;
-/// none where that does not matter.
+/// Finds each point's plane at the pose `T_map_imu`, and the variance of its residual. `points`: imu frame at the
+/// scan's end. The variance of r = nᵀ (R p + t − q) is the sum of: the range noise along the normal and the beam's
+/// angular noise across it (both of the LiDAR that measured the point, from its mounting), the surface roughness, and
+/// the variance of the plane's fit, which counts as often as scans are averaged along r (docs/design/004).
+/// `pose_covariance` (φ, p): of `T_map_imu`; it widens the gate (docs/design/006). `variance_scale`: the ratio of the
+/// log's own residuals to those that sensor and plane explain (residual_scale). Points keep their order; the result
+/// does not depend on threads. `ages_s`: time from each point to the scan's end; empty if irrelevant. Throws
+/// std::invalid_argument if `lidars` does not match `points`.
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const ScanLidars& lidars,
                                       const AssociationOptions& options, std::span<const float> ages_s = {},
                                       const ScanAveraging& averaging = {}, double variance_scale = 1.0);
 
-/// Mean of r² at the pose over its variance by sensor and plane, the plane's error counted once: 1 where points lie as
-/// far from their planes as these explain. 0: no points.
+/// Mean of r² at the pose over its variance by sensor and plane, with the plane's error counted once. 1: residuals are
+/// as large as sensor and plane explain. 0: no points.
 double normalized_residuals(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 
-/// The same robustly: the median of r² over its variance, over the median of χ² with one degree of freedom (0.455). 0:
-/// no points.
+/// As normalized_residuals, but robust: the median of r² over its variance, over the median of χ² with one degree of
+/// freedom (0.455). 0: no points.
 double residual_scale(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 
-/// Σ JᵀJ with weight one on metres, order φ, p: what the paper's rule looks at.
+/// Σ JᵀJ with weight one on metres, order φ, p: the matrix of the paper's rule.
 Matrix6 unit_hessian(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 
 }  // namespace lodestone

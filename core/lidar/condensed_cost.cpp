@@ -114,7 +114,7 @@ Vector6 CondensedCost::gradient(const Pose& T_map_imu) const {
 
 Matrix6 CondensedCost::seen_share(const Pose& T_map_imu) const {
   Matrix6 information = hessian(T_map_imu);
-  // Directions that no point sees at all: nothing there, but the factorization wants a little.
+  // Keeps the factorization defined along directions that no point constrains.
   information.diagonal() *= 1.0 + 1e-9;
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> shares(spurious_information, information);
   if (shares.info() != Eigen::Success) return Matrix6::Identity();

@@ -5,7 +5,7 @@ namespace lodestone {
 std::vector<Eigen::Vector3f> deskew(std::span<const LidarPoint> points, Time scan_start, const ScanMotion& motion,
                                     const Pose& T_imu_lidar) {
   std::vector<Eigen::Vector3f> result(points.size());
-  // All points of one firing share their time: one transform serves them.
+  // All points of one firing share their time and so their transform.
   std::int32_t offset_ns = 0;
   bool first = true;
   Eigen::Matrix3f rotation;

@@ -13,15 +13,15 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kFewest = 40;    // of so many points on one surface, one set in 700 looks like two
-constexpr double kLeastSpread = 0.16;  // of a voxel's edge: one standard deviation of what is spread along it, 0.29
-constexpr double kLeastBetween = 0.8;  // of the variance; Gaussian surfaces of this distance over noise have 3.5
+constexpr std::size_t kFewest = 40;    // with so many points on one surface, one voxel in 700 appears to have two
+constexpr double kLeastSpread = 0.16;  // of a voxel's edge: sigma along the surface; 0.29 if evenly covered
+constexpr double kLeastBetween = 0.8;  // of the variance; reached by two surfaces 3.5 sigmas of noise apart
 constexpr double kLeastShare = 0.2;    // of the points, in the smaller part
 constexpr double kLeastDistance_m = 0.015;
-constexpr double kMostDistance_m = 0.05;  // both sides of boards and thin walls are further apart
+constexpr double kMostDistance_m = 0.05;  // the sides of boards and thin walls are further apart
 constexpr double kMostAside = 0.2;        // of a voxel's edge: two parts further aside are a step or an edge
 
-/// How far two surfaces in one voxel are apart, m; 0: there is one. Negative: nothing flat.
+/// Distance between two surfaces in one voxel, m. 0: one surface. Negative: not flat.
 double distance_within(std::span<const Eigen::Vector3f> points, double voxel_m) {
   const Vector3 reference = points.front().cast<double>();
   PointMoments moments;

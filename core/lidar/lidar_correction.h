@@ -8,12 +8,12 @@
 
 namespace lodestone {
 
-/// By how much the LiDAR's calibration departs from the platform file's: T_imu_lidar is (Exp(turn) R₀, t₀ + shift),
-/// and stamps are late by `clock_s`.
+/// Correction of the LiDAR's calibration in the platform file: T_imu_lidar is (Exp(turn) R₀, t₀ + shift), and stamps
+/// are late by `clock_s`.
 struct LidarCorrection {
   Vector3 turn_rad = Vector3::Zero();  ///< imu axes
   Vector3 shift_m = Vector3::Zero();   ///< imu axes
-  double clock_s = 0.0;                ///< stamp less the time of the imu's clock at which a point was taken
+  double clock_s = 0.0;                ///< stamp minus the time, on the imu's clock, at which a point was taken
 
   Pose corrected(const Pose& T_imu_lidar) const {
     Pose result;
@@ -22,7 +22,7 @@ struct LidarCorrection {
     return result;
   }
 
-  /// Of all LiDARs, the first in front: the further ones move rigidly with it.
+  /// Corrects all LiDARs. The correction applies to the first; the others move rigidly with it.
   std::vector<LidarModel> corrected(std::vector<LidarModel> lidars) const {
     const Pose given = lidars.front().T_imu_lidar;
     const Pose found = corrected(given);

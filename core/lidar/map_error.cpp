@@ -15,13 +15,14 @@ constexpr double kFirstFace = 0.382;
 
 constexpr std::size_t kFewestCubes = 4;
 
-/// Of more cubes, the pairs are those of cells: a twentieth. Far away, a cell is as small as the cube of a room.
+/// Scans with more cubes use pairs of cells: a twentieth of the pairs. Far away, cells resolve as finely as cubes in a
+/// room.
 constexpr std::size_t kManyCubes = 150;
 
-/// The finer parts hold what planes, sensors and things that were moved do; the place is not displaced by them.
+/// The finer parts contain errors of planes, of sensors and of moved objects; these do not displace the place.
 constexpr int kFirstPartOfPlaces = 2;
 
-/// A cube whose points know their mean better than this counts fully in the estimate of the variance.
+/// A cube whose mean offset has a smaller sigma counts fully in the estimate of the variance.
 constexpr double kWellKnown_m = 0.005;
 
 struct Cube {
@@ -36,7 +37,7 @@ Matrix6 symmetric(const Matrix6& matrix) {
   return 0.5 * (matrix + matrix.transpose());
 }
 
-/// Cells of cubes: sums. A center is weighted by the trace of the gain.
+/// Sums the cubes of each cell. Centers are weighted by the trace of the gain.
 std::vector<PlaceOffset> joined_in_cells(const std::vector<PlaceOffset>& cubes) {
   std::map<MapErrorCube, PlaceOffset> cells;
   std::map<MapErrorCube, double> weights;
@@ -129,9 +130,9 @@ Matrix6 pose_error_root(const Matrix6& covariance) {
   return root.matrixL();
 }
 
-MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_seen) {
-  const Matrix3 rotation = T_map_seen.rotation.toRotationMatrix();
-  // Ordered: the same sums on every machine.
+MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+  const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
+  // Ordered, so that sums are the same on every machine.
   std::map<MapErrorCube, Cube> cubes;
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
@@ -151,7 +152,7 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
     Vector6 jacobian;
     jacobian << arm.cross(normal), normal;
     const Vector3 weighed = weight * normal;
-    const double residual = normal.dot(arm + T_map_seen.position - center);
+    const double residual = normal.dot(arm + T_map_imu.position - center);
     last->coupling.noalias() += jacobian * weighed.transpose();
     last->weight.noalias() += weighed * normal.transpose();
     last->residual += residual * weighed;
@@ -161,15 +162,15 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
     information.noalias() += (weight * jacobian) * jacobian.transpose();
   }
   MapError result;
-  result.position = T_map_seen.position;
+  result.position = T_map_imu.position;
   if (cubes.size() < kFewestCubes) return result;
 
-  // Keeps the factorization defined along a direction that no point sees.
+  // Keeps the factorization defined along directions that no point constrains.
   information.diagonal() *= 1.0 + 1e-9;
   const Eigen::LDLT<Matrix6> factor(information);
   if (factor.info() != Eigen::Success || !factor.isPositive()) return result;
   result.inverse = factor.solve(Matrix6::Identity());
-  // Residuals of the scan's own fit: with another estimate of the pose, its error would repeat from scan to scan.
+  // Residuals at the scan's own fit: the error of another pose estimate would repeat from scan to scan.
   const Vector6 fit = -result.inverse * gradient;
   for (const auto& [key, cube] : cubes) {
     if (!(cube.weights > 0.0)) continue;

@@ -23,7 +23,7 @@ int row_of(double squared_distance_m2) {
   return row;
 }
 
-/// One part of the displacement d in two scans. A pose takes up c = inverse Σ coupling d of it.
+/// One part of the displacement d in two scans. The fitted pose absorbs c = inverse Σ coupling d.
 struct Part {
   std::vector<Matrix3x6> place_with_b;  // at each cell of a: Cov(d, c_b); of cubes: Σ gain Cov(d, c_b)
   std::vector<Matrix6x3> a_with_place;  // at each cell of b: Cov(c_a, d); of cubes: Σ Cov(c_a, d) gain
@@ -104,7 +104,7 @@ class Comparison {
     part.a_with_b = a_.inverse * part.a_with_b * b_.inverse;
   }
 
-  /// The expected product of two offsets: of the displacements, less what the poses take up.
+  /// The expected product of two offsets: that of the displacements, minus the part that the poses absorb.
   void add_cubes(MapErrorMoments& result) const {
     for_each_common(a_.cubes, b_.cubes, [&](std::size_t i, std::size_t j) {
       const PlaceOffset& own = a_.cubes[i];
@@ -167,7 +167,7 @@ class Comparison {
   const MapError& a_;
   const MapError& b_;
   std::array<Part, kMapErrorParts> parts_;
-  std::vector<double> displaced_;  // by cubes: Σ of the products of gains, for each cell of a
+  std::vector<double> displaced_;  // for cubes: Σ of the products of gains, for each cell of a
 };
 
 }  // namespace
@@ -219,7 +219,7 @@ void MapErrorMoments::approach(const MapErrorMoments& other, double share) {
 }
 
 MapErrorVariances MapErrorMoments::variances_m2() const {
-  // A weak belief in none, where the moments show nothing.
+  // A weak prior at zero, for parts that the moments do not show.
   constexpr double kBelief = 0.02;
   Eigen::Matrix<double, kMapErrorMoments + kMapErrorParts, kMapErrorParts> rows;
   Eigen::Matrix<double, kMapErrorMoments + kMapErrorParts, 1> wanted;

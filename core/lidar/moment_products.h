@@ -6,8 +6,8 @@
 
 namespace lodestone {
 
-/// Σ w a aᵀ of point-to-plane rows a = [p ⊗ n; n; d] ∈ R¹³, as its unique products: (w n nᵀ) ⊗ (p̃ p̃ᵀ) with p̃ = [p; 1],
-/// and a border by the plane's offset d. Six times ten, twelve and one numbers instead of 169.
+/// Σ w a aᵀ of point-to-plane rows a = [p ⊗ n; n; d] ∈ R¹³, as its unique products: (w n nᵀ) ⊗ (p̃ p̃ᵀ) with p̃ = [p;
+/// 1], and a border for the plane's offset d. 6 × 10 + 12 + 1 numbers instead of 169.
 struct MomentProducts {
   std::array<double, 60> products{};  ///< upper n nᵀ (6) by upper p̃ p̃ᵀ (10)
   std::array<double, 12> border{};    ///< w n d ⊗ p̃

@@ -7,7 +7,7 @@
 
 namespace lodestone {
 
-/// Sums over points that a plane fit needs, taken about a fixed reference so that no digits are lost.
+/// Sums over points for a plane fit, relative to a fixed reference so that no digits are lost.
 struct PointMoments {
   std::int64_t count = 0;
   Vector3 sum = Vector3::Zero();
@@ -68,8 +68,8 @@ struct PlaneFitOptions {
   }
 };
 
-/// Fits by principal components. False where the points are no plane. `reference` is what the moments were taken about
-/// (map, metres).
+/// Fits a plane by principal components. False if the points do not form a plane. `reference`: the reference of the
+/// moments (map, metres).
 bool fit_plane(const PointMoments& moments, const Vector3& reference, const PlaneFitOptions& options, Plane& plane);
 
 }  // namespace lodestone

@@ -95,6 +95,13 @@ const Plane* PlaneMap::at(const Eigen::Vector3f& point) const {
   return find(voxel_of(point, inverse_voxel_)).plane;
 }
 
+bool PlaneMap::agrees(const Eigen::Vector3f& point, float distance_m) const {
+  const Found own = find(voxel_of(point, inverse_voxel_));
+  if (own.occupied && own.plane == nullptr) return true;
+  if (own.plane != nullptr && std::abs(own.plane->distance(point)) <= distance_m) return true;
+  return match(point, distance_m) != nullptr;
+}
+
 bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const {
   const Eigen::Vector3f foot = point - plane.normal * plane.distance(point);
   const Eigen::Vector3f step = plane.normal * static_cast<float>(options_.margin_m);
@@ -124,7 +131,7 @@ const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m)
   float best_distance = max_distance_m;
   for (int axis = 0; axis < 3; ++axis) {
     const float share = scaled[axis] - floor[axis];
-    // Only as far over the edge as a match could be off.
+    // The edge must not be further than the largest distance of a match.
     const float beyond = std::min(share, 1.0F - share) * static_cast<float>(options_.voxel_m);
     if (beyond > max_distance_m) continue;
     Eigen::Vector3i neighbour = voxel;

@@ -11,42 +11,44 @@
 namespace lodestone {
 
 /// The prior cloud map as planes, fitted once, in a voxel hash. Immutable; look-ups are thread-safe and take tens of
-/// nanoseconds. A surface that lies in a voxel's face would have its noise cut in two, each half a plane of its own
-/// beside the true one; so each voxel is fitted to its points and those within a margin of it. A voxel's plane depends
-/// on these alone: maps cut into tiles that overlap by the margin give the same planes. A map in memory is a source of
-/// itself.
+/// nanoseconds. Each voxel is fitted to its points and those within a margin, so that a wall in a voxel's face is not
+/// cut into two half planes (docs/design/001). A voxel's plane depends on these points alone: tiles that overlap by the
+/// margin give the same planes. A map in memory is its own PlaneMapSource.
 class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_this<PlaneMap> {
  public:
   /// Fits a plane to each voxel of `points` (map frame, metres; finite). The result does not depend on threads.
   PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options);
 
-  /// A part of a map whose planes are all together as thick as `thickness`. `voxels`: of all its tiles, in any order.
+  /// A part of a map. `thickness`: of the planes of the whole map. `voxels`: of all tiles of the part, in any order.
   PlaneMap(std::span<const VoxelPlane> voxels, const PlaneThickness& thickness, const PlaneMapOptions& options);
 
-  /// This map, which must be held by a shared_ptr.
+  /// This map, which must be owned by a shared_ptr.
   std::shared_ptr<const PlaneMap> around(const Vector3&) const override { return shared_from_this(); }
 
   double voxel_m() const override { return options_.voxel_m; }
   void for_each_voxel(const VoxelVisitor& visit) const override;
 
-  /// The plane of the voxel that holds `point`; nullptr where there is none.
+  /// The plane of the voxel that contains `point`; nullptr if there is none.
   const Plane* at(const Eigen::Vector3f& point) const;
 
-  /// The plane for a point that may lie just over a voxel's edge: that of its own voxel; where that voxel holds no
-  /// points of the map at all, the closest of those of the three voxels across the nearest faces. nullptr where none is
-  /// within `max_distance_m`, and where the point's own voxel holds something that is no plane: an edge between two
-  /// surfaces would lend its points to the wrong one. Nor where noise could carry the point, along the normal by the
-  /// margin, over to a voxel that would not take it to the same surface: points in front of a wall would then be taken
-  /// and those behind it not, and the wall would seem to stand nearer than it does.
+  /// The plane for a point that may lie just beyond a voxel's edge: that of its own voxel. If that voxel contains no
+  /// points of the map, the closest plane of the three voxels across the nearest faces. nullptr if no plane is within
+  /// `max_distance_m`, and if the point's own voxel contains points but no plane, as at an edge between two surfaces.
+  /// Also nullptr if the same surface would not be found a margin nearer or farther along the normal: matches must not
+  /// depend on the point's noise (docs/design/002).
   const Plane* match(const Eigen::Vector3f& point, float max_distance_m) const;
+
+  /// Whether a point is where the map has something: within `distance_m` of the plane that `match` finds, or in a voxel
+  /// with points that are no plane.
+  bool agrees(const Eigen::Vector3f& point, float distance_m) const;
 
   const std::vector<Plane>& planes() const { return planes_; }
   const PlaneMapOptions& options() const { return options_; }
 
-  /// Of the whole map's planes: the survey's noise and the surfaces' roughness.
+  /// Of the planes of the whole map: the survey's noise and the roughness of surfaces.
   const PlaneThickness& thickness() const { return thickness_; }
 
-  /// Voxels that held points but no plane.
+  /// Voxels that contain points but no plane.
   std::int64_t rejected_voxels() const { return rejected_voxels_; }
 
  private:

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kEmptySlot = ~std::uint64_t{0};
 
-/// How many points each voxel of a scan holds.
+/// Number of points in each voxel of a scan.
 class VoxelCounts {
  public:
   VoxelCounts(std::size_t points, double voxel_m) : inverse_voxel_(static_cast<float>(1.0 / voxel_m)) {
@@ -32,7 +32,7 @@ class VoxelCounts {
     return slot;
   }
 
-  /// Adds up the 3 × 3 × 3 voxels round each.
+  /// Sums the counts of the 3 × 3 × 3 voxels around each voxel.
   void sum_surroundings() {
     const auto sum = [this](std::size_t i) {
       if (slots_[i].key != kEmptySlot) slots_[i].surroundings = surroundings_of(slots_[i].key);
@@ -70,8 +70,8 @@ class VoxelCounts {
   std::vector<Slot> slots_;
 };
 
-/// Draws from a sequence of points of given probabilities: of every stretch that sums up to one, one point, at a place
-/// that is random within it. Never in step with the pattern of the scanner.
+/// Draws from a sequence of points with given probabilities: one point from every stretch whose probabilities sum to
+/// one, at a random place within the stretch. The draw never resonates with the scan pattern.
 class StratifiedDraw {
  public:
   explicit StratifiedDraw(std::uint64_t seed) : seed_(seed), next_(place()) {}
@@ -95,7 +95,7 @@ class StratifiedDraw {
   double next_;
 };
 
-/// Ranges that a LiDAR measures, from where it is.
+/// Range limits of a LiDAR, from its origin.
 struct RangeLimits {
   Eigen::Vector3f origin;  // frame of the first LiDAR
   float min_squared;
@@ -103,7 +103,7 @@ struct RangeLimits {
 
   bool hold(const LidarPoint& point) const {
     const float squared = (point.position - origin).squaredNorm();
-    return squared >= min_squared && squared <= max_squared;  // also drops NaN
+    return squared >= min_squared && squared <= max_squared;  // false for NaN
   }
 };
 

@@ -26,19 +26,17 @@ struct ScanSamplingOptions {
   }
 };
 
-/// The points of a scan worth registering: within the range limits of the LiDAR that measured them, thinned by how
-/// densely their surroundings are hit, in the order of time. Positions stay in the lidar frame at each point's own
-/// time. Deterministic.
+/// The points of a scan for registration: within the range limits of the LiDAR that measured them, thinned by the
+/// density of their surroundings, in order of time. Positions stay in the lidar frame at each point's own time.
+/// Deterministic.
 ///
-/// Whether a point is kept must not depend on its own noise. One point a voxel does: a wall in a voxel's face puts the
-/// far tail of its noise into voxels of their own, each of which would keep one, and the wall would seem to stand where
-/// the tail is (docs/design/architecture.md has figures). So a point is kept with probability 9 / (points in the 3 × 3
-/// × 3 voxels round its own), which is about 1 / (points a voxel) on a surface, by stratified drawing along each ring.
-/// `lidars`: by LidarPoint::lidar.
+/// A point is kept with probability 9 / (points in the 3 × 3 × 3 voxels around its own), about 1 / (points a voxel) on
+/// a surface, by stratified drawing along each ring. With one point a voxel instead, the choice would depend on the
+/// point's own noise, which displaces walls (docs/design/003). `lidars`: by LidarPoint::lidar.
 std::vector<LidarPoint> sample_scan(const LidarScan& scan, std::span<const LidarModel> lidars,
                                     const ScanSamplingOptions& options);
 
-/// Of a scan by one LiDAR.
+/// Samples a scan of one LiDAR.
 inline std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lidar,
                                            const ScanSamplingOptions& options) {
   return sample_scan(scan, std::span(&lidar, 1), options);

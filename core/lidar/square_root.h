@@ -4,8 +4,8 @@
 
 namespace lodestone {
 
-/// F with Fᵀ F = `moment`, symmetric. It is often singular (a corridor, a plane, a scan taken at once) and nearly so by
-/// rounding: LDLᵀ with pivots, negative pivots are zero.
+/// F with Fᵀ F = `moment`, symmetric. The matrix is often singular (a corridor, a plane, a scan without motion), or
+/// nearly so by rounding. Pivoted LDLᵀ; negative pivots are set to zero.
 template <int size>
 Eigen::Matrix<double, size, size> square_root(const Eigen::Matrix<double, size, size>& moment) {
   using Matrix = Eigen::Matrix<double, size, size>;

@@ -17,15 +17,15 @@ namespace {
 
 constexpr int kSweepChunks = 16;
 constexpr int kBins = 64;  // of a step: points of a bin share their age
-// A dense scan knows its end from the last few milliseconds. There the modes left out would pass for knowledge.
+// A dense scan determines its end from the last few milliseconds. There, omitted modes would count as information.
 constexpr int kTurnModes = 8;
 constexpr int kShiftModes = 6;
-constexpr int kStates = 4;  // groups of three: turn, slope at the end, shift and slope at the begin
+constexpr int kStates = 4;  // groups of three: turn, slope at the end, shift and slope at the beginning
 constexpr int kGroups = kStates + kTurnModes + kShiftModes;
 constexpr int kSwept = 3 * kGroups;
 constexpr int kNoise = 3 * (kTurnModes + kShiftModes);
 
-// Roots of cos β cosh β = 1: modes of a beam that is clamped at both ends are those of the integrated bridge.
+// Roots of cos β cosh β = 1: the modes of the integrated bridge are those of a beam clamped at both ends.
 constexpr std::array<double, kShiftModes> kClamped{4.730040744862704,  7.853204624095838,  10.995607838001671,
                                                    14.137165491257464, 17.278759657399480, 20.420352245626060};
 
@@ -50,14 +50,14 @@ void accumulate(std::span<const Correspondence> part, const CondensedCost& cost,
   }
 }
 
-/// A mode of the clamped beam, of unit mean square. Source: any text on vibration, e.g. Blevins 1979, table 8-1.
+/// A mode of the clamped beam, of unit mean square. Source: texts on vibration, e.g. Blevins 1979, table 8-1.
 double clamped_mode(double beta, double share) {
   const double sigma = (std::cosh(beta) - std::cos(beta)) / (std::sinh(beta) - std::sin(beta));
   const double x = beta * share;
   return std::cosh(x) - std::cos(x) - sigma * (std::sinh(x) - std::sin(x));
 }
 
-/// What each group of three multiplies at a share of the step.
+/// The factor of each group of three at a share of the step.
 std::array<double, kGroups> functions_at(double share, double step_s) {
   std::array<double, kGroups> result{};
   const Hermite basis(share * step_s, step_s);
@@ -79,8 +79,8 @@ constexpr bool turns(int group) {
   return group == 0 || (group >= kStates && group < kStates + kTurnModes);
 }
 
-/// Rows [(p − c) × Rᵀn; n] of a point as linear in its row a of ξ; `lever`: the scan's centroid from c, where the imu
-/// was.
+/// Rows [(p − c) × Rᵀn; n] of a point, as linear functions of its row a of ξ. `lever`: from c, the position of the imu,
+/// to the scan's centroid.
 Eigen::Matrix<double, 6, 13> motion_rows(const Matrix3& rotation, const Vector3& lever) {
   Eigen::Matrix<double, 6, 13> result = Eigen::Matrix<double, 6, 13>::Zero();
   for (int i = 0; i < 3; ++i) {
@@ -94,19 +94,19 @@ Eigen::Matrix<double, 6, 13> motion_rows(const Matrix3& rotation, const Vector3&
   return result;
 }
 
-/// Marginalizes the last variables of `moment`, of which `information` is known beforehand.
+/// Marginalizes the last variables of `moment`; `information` is their prior.
 template <int kept, class Matrix>
 Eigen::Matrix<double, kept, kept> marginal(const Matrix& moment, const Eigen::MatrixXd& information) {
-  const Eigen::Index gone = moment.rows() - kept;
-  const Eigen::LLT<Eigen::MatrixXd> root(moment.bottomRightCorner(gone, gone) + information);
-  const Eigen::MatrixXd border = root.matrixL().solve(moment.bottomLeftCorner(gone, kept));
+  const Eigen::Index marginalized = moment.rows() - kept;
+  const Eigen::LLT<Eigen::MatrixXd> root(moment.bottomRightCorner(marginalized, marginalized) + information);
+  const Eigen::MatrixXd border = root.matrixL().solve(moment.bottomLeftCorner(marginalized, kept));
   Eigen::Matrix<double, kept, kept> result = moment.template topLeftCorner<kept, kept>();
   result.noalias() -= border.transpose() * border;
   return result;
 }
 
-/// Without a state before the step, its departure is the noise of the IMU over the whole step, back from the end, and
-/// the constant errors of rate and acceleration.
+/// Without a state before the step, the departure is the noise of the IMU over the whole step, backwards from the end,
+/// and the constant errors of rate and acceleration.
 Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deskewing) {
   const double step_s = deskewing.step_s;
   // y = G [ξ, slope at the end; turn, noise of shift, noise of slope].
@@ -128,8 +128,8 @@ Matrix25 without_state_before(const Matrix25& given_both, const Deskewing& deske
   return result;
 }
 
-/// The moment where the departure is seen with an error: a shift and a turn as large as those of the pose, slopes of
-/// twice the shift a step.
+/// The moment if the departure has an error as well: shift and turn as large as those of the pose, slopes of twice the
+/// shift a step.
 Matrix25 with_departure_error(const Matrix25& moment, const Matrix6& pose_covariance, const Matrix3& rotation,
                               double step_s) {
   if (pose_covariance.isZero(0.0)) return moment;

@@ -7,9 +7,9 @@
 
 namespace lodestone {
 
-/// By how much the planes of a map differ in thickness by chance, because each has few points. The logarithm of a
-/// standard deviation of n − 3 degrees of freedom has a variance of 1 / (2 (n − 3)). Sums of integers: any order gives
-/// the same.
+/// The difference in thickness of a map's planes that is due to chance, because each plane has few points. The
+/// logarithm of a standard deviation with n − 3 degrees of freedom has a variance of 1 / (2 (n − 3)) (docs/design/039).
+/// Sums of integers do not depend on the order.
 struct ThicknessChance {
   std::int64_t millionths = 0;
   std::int64_t planes = 0;
@@ -19,7 +19,7 @@ struct ThicknessChance {
     ++planes;
   }
 
-  /// The thickness of the map's planes without that chance: `low_m` is nearer to the median.
+  /// The thickness of the map's planes with this chance subtracted: `low_m` moves towards the median.
   PlaneThickness taken_off(double median_m, double low_m) const {
     if (planes == 0 || !(low_m > 0.0)) return {median_m, low_m};
     const double chance = 1e-6 * static_cast<double>(millionths) / static_cast<double>(planes);

@@ -12,12 +12,12 @@ namespace lodestone {
 
 namespace {
 
-// Of one axis in a voxel's key.
+// Bits of one axis in a voxel's key.
 constexpr int kBits = 21;
 constexpr int kOffset = voxels_to_a_side;
 static_assert(kOffset == 1 << (kBits - 1));
 
-/// A point as a member of a voxel: its own one, or one that it lies just outside of.
+/// A point as a member of a voxel: of its own, or of one whose margin contains the point.
 struct Entry {
   std::uint64_t key;
   std::uint32_t index;
@@ -26,7 +26,7 @@ struct Entry {
 
 using Wanted = std::function<bool(const Eigen::Vector3i&)>;
 
-/// Beyond, a key would be that of a voxel elsewhere.
+/// A voxel outside would get the key of another voxel.
 bool has_key(const Eigen::Vector3i& voxel) {
   return voxel.minCoeff() >= -kOffset && voxel.maxCoeff() < kOffset;
 }
@@ -64,10 +64,9 @@ std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, c
   return entries;
 }
 
-/// Puts the plane's height to where those of its points are whose foot on it lies within the voxel, which scans will
-/// meet. The margin is there for walls in a voxel's face, and for a steady normal; sideways it makes the chord of a
-/// curved surface longer than the voxel, and so too deep where it is used. Normal and thickness stay those of the whole
-/// box: of the voxel alone the normal has five times the variance, and noise of normals pretends to see along a tunnel.
+/// Moves the plane's height to that of the points whose foot lies within the voxel, where scans meet the plane. With
+/// the points of the margin the chord of a curved surface is longer and lies too deep. Normal and thickness stay those
+/// of the whole box: the normal of the voxel alone has five times the variance (docs/design/001).
 void take_height_from_within(std::span<const Eigen::Vector3f> points, std::span<const Entry> members,
                              const PlaneMapOptions& options, Plane& plane) {
   constexpr float kTolerance_m = 0.005F;  // for walls whose noise crosses the voxel's faces
@@ -110,7 +109,7 @@ VoxelMembership::VoxelMembership(const PlaneMapOptions& options)
 
 std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
                                          const Wanted& wanted) {
-  if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: more points than one map holds");
+  if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: a map has at most 2147483647 points");
   const std::vector<Entry> entries = sorted_memberships(points, VoxelMembership(options), wanted);
   std::vector<std::size_t> starts;
   for (std::size_t i = 0; i < entries.size(); ++i) {

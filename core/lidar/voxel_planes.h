@@ -11,8 +11,8 @@
 namespace lodestone {
 
 struct PlaneMapOptions {
-  double voxel_m = 0.25;   ///< edge of a voxel; each holds at most one plane
-  double margin_m = 0.06;  ///< a voxel's plane is fitted to the points up to so far outside it, too
+  double voxel_m = 0.25;   ///< edge of a voxel; each has at most one plane
+  double margin_m = 0.06;  ///< a voxel's plane is also fitted to points up to this far outside
   double max_thickness_over_median = 1.3;
   PlaneFitOptions fit;
   int tile_above_points = 10000000;
@@ -43,35 +43,35 @@ struct PlaneMapOptions {
   }
 };
 
-/// The integer coordinates of the voxel that holds `point`: floor(point · inverse_voxel).
+/// The integer coordinates of the voxel that contains `point`: floor(point · inverse_voxel).
 inline Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxel) {
   return (point * inverse_voxel).array().floor().cast<int>();
 }
 
-/// Voxels have numbers up to so many to either side of the origin, on each axis.
+/// Voxels are numbered up to this count on either side of the origin, on each axis.
 constexpr int voxels_to_a_side = 1 << 20;
 
-/// Points up to here, m, on each axis, lie in voxels that have numbers.
+/// Points up to here, m, on each axis, lie in numbered voxels.
 constexpr double voxels_reach_m(double voxel_m) {
   return (voxels_to_a_side - 1) * voxel_m;
 }
 
-/// One number a voxel, in the order x, y, z. Voxels count to ±2²⁰ on each axis.
+/// One number per voxel, in the order x, y, z. Voxels are numbered to ±2²⁰ on each axis.
 std::uint64_t voxel_key(const Eigen::Vector3i& voxel);
 
-/// The voxel whose number this is.
+/// The voxel with this number.
 Eigen::Vector3i voxel_of_key(std::uint64_t key);
 
-/// A range of voxels, both ends within.
+/// A range of voxels, both ends included.
 struct VoxelRange {
   Eigen::Vector3i low;
   Eigen::Vector3i high;
 };
 
-/// The voxels to whose planes a point belongs: those whose box, grown by the margin, holds it.
+/// The voxels whose planes a point belongs to: those whose box, grown by the margin, contains it.
 class VoxelMembership {
  public:
-  /// Throws std::invalid_argument where the voxel or its margin (less than half a voxel) is out of range.
+  /// Throws std::invalid_argument if the voxel or its margin (less than half a voxel) is out of range.
   explicit VoxelMembership(const PlaneMapOptions& options);
 
   VoxelRange of(const Eigen::Vector3f& point) const {
@@ -84,22 +84,22 @@ class VoxelMembership {
   float margin_;
 };
 
-/// A voxel that holds points of the map, and the plane that they make.
+/// A voxel that contains points of the map, and their plane.
 struct VoxelPlane {
   std::uint64_t key = 0;
-  std::int32_t is_plane = 0;  ///< 0: the points are no plane, `plane` is empty
+  std::int32_t is_plane = 0;  ///< 0: the points form no plane, `plane` is empty
   Plane plane;
 };
 
-/// Fits a plane to each voxel of `points` (map frame, metres; finite) for which `wanted` holds (null: all), ordered by
-/// key. A voxel's plane depends on the points of its grown box in their order alone: the same bits whatever else
-/// `points` holds, on any number of threads. Voxels without a number (voxels_reach_m) are left out. No limit of
-/// thickness over the median is applied yet.
+/// Fits a plane to each voxel of `points` (map frame, metres; finite) for which `wanted` is true (null: all), ordered
+/// by key. A voxel's plane depends only on the points in its grown box, in their order: the same bits whatever else is
+/// in `points`, on any number of threads. Voxels without a number (voxels_reach_m) are ignored. The limit of thickness
+/// over the median is not yet applied. Throws std::invalid_argument for more than 2³¹ − 1 points.
 std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
                                          const std::function<bool(const Eigen::Vector3i&)>& wanted = nullptr);
 
-/// How thick the planes of a whole map are (rms distance of their points, m). Sensors, surfaces and range make some
-/// maps uneven; the lower half shows it, because voxels at edges are thick for another reason.
+/// Thickness of the planes of a whole map (rms distance of their points, m). Sensors, surfaces and range make some maps
+/// uneven. The lower half shows this spread, because voxels at edges are thick for another reason (docs/design/039).
 struct PlaneThickness {
   double median_m = 0.0;
   double low_m = 0.0;  ///< one standard deviation below the median: the value of rank 0.159
@@ -108,7 +108,7 @@ struct PlaneThickness {
   double log_spread() const;
 };
 
-/// Ranks of the median and of `low_m` among so many sorted values.
+/// Ranks of the median and of `low_m` among `count` sorted values.
 constexpr std::size_t median_rank(std::size_t count) {
   return count / 2;
 }
@@ -116,17 +116,17 @@ constexpr std::size_t low_rank(std::size_t count) {
   return count * 159 / 1000;
 }
 
-/// Largest thickness that a map's planes may have: where floor meets wall a voxel may hold a strip of the other surface
-/// too thin to reject by itself. It stands out against the thickness of the map's planes, by three standard deviations.
+/// Largest accepted thickness of a map's planes. Where floor meets wall, a voxel may contain a strip of the other
+/// surface that is too thin to be rejected by itself. Such a plane is three standard deviations thicker than the map's
+/// planes.
 double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options);
 
-/// `plane` with the variances that its points' noise gives it, where that is taken from the map's planes and its own
-/// points together: the mean a posteriori under the conjugate prior of at most 30 degrees of freedom, fewer where the
-/// map's planes differ by more than so many points let them (Smyth, Statistical Applications in Genetics and Molecular
-/// Biology 2004). Of eight points alone one variance in three is too small by a third, and the plane weighs the more
-/// for it. The prior is corrected for the three fitted parameters as if it came from as many points as the plane has:
-/// one with fewer than is usual in its map, at the edge of what the survey saw, is trusted the less. A thickness of
-/// exactly zero is left as it is.
+/// `plane` with its variances inferred from the thickness of the map's planes and its own points together: the
+/// posterior mean under the conjugate prior of at most 30 degrees of freedom, fewer if the map's planes differ by more
+/// than chance (Smyth, Statistical Applications in Genetics and Molecular Biology 2004; docs/design/001). From eight
+/// points alone, one variance in three is too small by a third. The prior is corrected for the three fitted parameters
+/// as if it came from as many points as the plane has, so planes with few points, at the edge of the survey, get less
+/// weight. A thickness of exactly zero is unchanged.
 Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness);
 
 }  // namespace lodestone

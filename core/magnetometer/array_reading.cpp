@@ -7,7 +7,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr Time kMoment = 5'000'000;  // over which a velocity is taken: about an IMU's period
+constexpr Time kMoment = 5'000'000;  // interval for a velocity: about an IMU's period
 
 }  // namespace
 

@@ -11,7 +11,7 @@ namespace lodestone {
 
 /// The mean of a few neighbouring samples of one magnetometer, placed relative to the scan's end.
 struct MeanReading {
-  Pose T_end_mag;  ///< takes points in the magnetometer's frame at the mean time to the imu frame at t_k
+  Pose T_end_mag;  ///< transforms points in the magnetometer's frame at the mean time to the imu frame at t_k
   Vector3 measured_ut = Vector3::Zero();
   int magnetometer = 0;
   int samples = 0;
@@ -19,19 +19,19 @@ struct MeanReading {
   Vector3 turn_rad_s = Vector3::Zero();    ///< its rate of rotation, in its own axes
 };
 
-/// Readings of the whole array about one time.
+/// Readings of the whole array around one time.
 struct ArrayReading {
   Time time = 0;
-  std::vector<MeanReading> readings;  ///< in the order of the suite; magnetometers without samples are left out
+  std::vector<MeanReading> readings;  ///< in the order of the suite; magnetometers without samples are omitted
 };
 
-/// Averages every `samples_per_reading` array samples in a row: less white noise, and no illusion that the map's error
-/// averages out over a centimetre. A rest of fewer samples makes a last reading.
+/// Averages every `samples_per_reading` consecutive array samples. This reduces white noise, and the map's error is not
+/// averaged as if it were independent over a centimetre. Fewer remaining samples form a last reading.
 std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
                                         const SensorSuite& suite, int samples_per_reading);
 
-/// How many times the variance of a map's error counts where samples `spacing_m` apart share it over `correlation_m`:
-/// (1 + ρ)/(1 − ρ), ρ = exp(−spacing/correlation), the inflation of a first-order Gauss-Markov error; at most `most`.
+/// Inflation of the variance of a map's error if samples `spacing_m` apart share it over `correlation_m`: (1 + ρ)/(1 −
+/// ρ), ρ = exp(−spacing/correlation), for a first-order Gauss-Markov error; at most `most` (docs/design/013).
 double correlation_inflation(double spacing_m, double correlation_m, double most);
 
 }  // namespace lodestone

@@ -14,13 +14,13 @@ struct FieldGrid {
   std::vector<double> heights_m;                     ///< map z of each layer, increasing; at least one
 };
 
-/// Where the nodes of a magnetic map come from, piece by piece: a file, or memory.
+/// Source of the nodes of a magnetic map, piece by piece: a file, or memory.
 class FieldNodes {
  public:
   virtual ~FieldNodes() = default;
 
-  /// The nodes (B_x, B_y, B_z, σ), µT, of a rectangle within the grid, row by row from below, into `nodes`; NaN marks
-  /// one without field. Returns false, whatever `nodes` then holds, where none of them has field. Thread-safe.
+  /// Reads the nodes (B_x, B_y, B_z, σ), µT, of a rectangle within the grid, row by row from below, into `nodes`; NaN
+  /// marks a node without field. Returns false if none of the nodes has field; `nodes` is then undefined. Thread-safe.
   virtual bool read(int layer, int row, int column, int rows, int columns, Eigen::Vector4f* nodes) const = 0;
 };
 

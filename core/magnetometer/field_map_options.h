@@ -7,7 +7,7 @@
 
 namespace lodestone {
 
-/// How a magnetic map is held during a run.
+/// Memory of a magnetic map during a run.
 struct FieldMapOptions {
   double max_memory_mb = 64.0;
 

@@ -9,11 +9,11 @@ namespace {
 
 constexpr float missing_value = std::numeric_limits<float>::quiet_NaN();
 
-/// Nodes round the tile's lowest that ghosts are made from.
+/// Ring of nodes around the tile that ghosts are computed from.
 constexpr int reach = 3;
 constexpr int side = FieldTile::cells + 2 * reach + 1;
 
-/// The nodes of a tile and `reach` round it; NaN beyond the grid.
+/// The nodes of a tile and a ring of `reach` nodes; NaN beyond the grid.
 class Surroundings {
  public:
   Surroundings(const FieldGrid& grid, const FieldNodes& nodes, int layer, int row, int column)
@@ -32,7 +32,7 @@ class Surroundings {
     }
   }
 
-  /// From the tile's lowest node on; null where there is no field.
+  /// Counted from the tile's lowest node; null without field.
   const Eigen::Vector4f* at(int row, int column) const {
     const Eigen::Vector4f& node = nodes_[index(row, column)];
     return std::isfinite(node[3]) ? &node : nullptr;
@@ -45,8 +45,8 @@ class Surroundings {
   std::vector<Eigen::Vector4f> nodes_;
 };
 
-/// Two rounds of four directions: along the axes, else along the diagonals. A ghost's value depends on the node alone,
-/// not on the cell that asks, which keeps bicubic patches C¹ along the edge of the field.
+/// Two sets of four directions: along the axes, otherwise along the diagonals. A ghost's value depends on the node
+/// alone and not on the cell of the query, which keeps bicubic patches C¹ along the edge of the field.
 Eigen::Vector4f ghost(const Surroundings& around, int row, int column) {
   constexpr int directions[2][4][2] = {{{0, 1}, {0, -1}, {1, 0}, {-1, 0}}, {{1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
   for (const auto& round : directions) {

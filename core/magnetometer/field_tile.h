@@ -8,17 +8,17 @@
 
 namespace lodestone {
 
-/// A square of the grid's cells with all that interpolation in them asks for: their nodes, one more ring of nodes below
-/// and above, and ghosts. Nodes without field that touch the field are ghosts: they hold a linear extrapolation for the
-/// outer nodes of a bicubic patch, and σ = NaN, so that no cell at them is answered. What a tile holds does not depend
-/// on how the map is cut.
+/// A square of the grid's cells with all nodes that interpolation in these cells requires: their nodes, one more ring
+/// of nodes below and above, and ghosts. Ghosts are nodes without field that touch the field. They have a linear
+/// extrapolation, for the outer nodes of a bicubic patch, and σ = NaN, so that their cells have no field. The values of
+/// a tile do not depend on the division into tiles.
 class FieldTile {
  public:
-  static constexpr int cells = 64;  ///< a side
+  static constexpr int cells = 64;  ///< per side
   static constexpr int stride =
-      cells + 3;  ///< nodes a side: one before the first cell's, two after the last cell's first
+      cells + 3;  ///< nodes per side: one before the first cell's, two after the last cell's first
 
-  /// The tile whose lowest cell is (row, column) of `layer`; null where none of its nodes has field.
+  /// The tile whose lowest cell is (row, column) of `layer`; null if none of its nodes has field.
   static std::unique_ptr<const FieldTile> make(const FieldGrid& grid, const FieldNodes& nodes, int layer, int row,
                                                int column);
 

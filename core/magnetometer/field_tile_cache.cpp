@@ -7,8 +7,8 @@
 namespace lodestone {
 namespace {
 
-/// What a thread found last. Neighbouring tiles differ in these places, so that a robot on the edge of four of them, or
-/// between two layers, finds all without a lock.
+/// The last tiles of a thread. Neighbouring tiles have different slots, so that a robot at a corner of four tiles, or
+/// between two layers, finds all of them without a lock.
 struct Remembered {
   std::uint64_t serial = 0;
   std::int64_t index = -1;

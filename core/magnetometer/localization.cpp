@@ -11,7 +11,7 @@
 namespace lodestone {
 namespace {
 
-/// The field's part of the cost at one pose. The weights are those given, so that two poses can be compared.
+/// The field's part of the cost at one pose. Weights are given, so that two poses can be compared.
 struct Evaluation {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
@@ -20,7 +20,7 @@ struct Evaluation {
   std::vector<double> map_variance;
 };
 
-/// False where a reading has no field at this pose.
+/// False if a reading has no field at this pose.
 bool evaluate(const std::vector<LocalizationReading>& readings, const std::vector<double>& weights, const Pose& pose,
               const MagneticMap& map, FieldInterpolation interpolation, Evaluation& result) {
   result = Evaluation{};
@@ -37,7 +37,7 @@ bool evaluate(const std::vector<LocalizationReading>& readings, const std::vecto
   return true;
 }
 
-/// ∂(x ⊟ x₀)/∂x for the pose's tangent order: the rotation's part is J_r⁻¹, the position's the identity.
+/// ∂(x ⊟ x₀)/∂x in the pose's tangent order: J_r⁻¹ for rotation, the identity for position.
 Matrix6 boxminus_jacobian(const Vector6& difference) {
   Matrix6 jacobian = Matrix6::Identity();
   jacobian.topLeftCorner<3, 3>() = so3::right_jacobian_inverse(difference.head<3>());
@@ -58,7 +58,7 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, const
                               const MagneticLocalizationOptions& options, std::span<const Vector3> bias_ut) {
   const std::size_t count = suite.magnetometers.size();
   if (sample.field_ut.size() != count || (!bias_ut.empty() && bias_ut.size() != count)) {
-    throw std::invalid_argument("magnetic localization needs one reading and one bias a magnetometer of the suite");
+    throw std::invalid_argument("localize: one reading and one bias are required for each magnetometer of the suite");
   }
   std::vector<LocalizationReading> readings;
   for (std::size_t j = 0; j < count; ++j) {
@@ -74,7 +74,7 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::
                               const MagneticMap& map, const MagneticLocalizationOptions& options) {
   const Eigen::LLT<Matrix6> prior_cholesky(prior);
   if (prior_cholesky.info() != Eigen::Success || !prior.allFinite()) {
-    throw std::invalid_argument("magnetic localization needs a positive definite prior covariance");
+    throw std::invalid_argument("localize: the prior covariance must be positive definite");
   }
   const Matrix6 prior_information = prior_cholesky.solve(Matrix6::Identity());
   const Matrix6 prior_root = prior_cholesky.matrixL();
@@ -115,9 +115,9 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::
     const Vector6 gradient = now.gradient + jacobian.transpose() * prior_information * difference;
     const double cost = now.cost + 0.5 * difference.dot(prior_information * difference);
 
-    // The prior makes the normal matrix regular, so that the step descends; it is shortened until the cost falls. Where
-    // no step worth the name does so, this is the minimum: bilinear interpolation has kinks at which the slope is not
-    // 0.
+    // The prior makes the normal matrix regular, so the step descends; it is shortened until the cost falls. If no step
+    // longer than the tolerance lowers the cost, this is the minimum. Its slope may not be zero: bilinear interpolation
+    // has kinks.
     Vector6 step = -(now.information + trust).ldlt().solve(gradient);
     double length = std::sqrt(step.dot(trust * step));  // in prior sigmas
     for (;; step *= 0.3, length *= 0.3) {

@@ -18,13 +18,13 @@ Vector3 node_position(const FieldGrid& grid, int layer, int row, int column) {
           grid.heights_m[layer]};
 }
 
-/// A map's field and sigma somewhere.
+/// A map's field and sigma at one place.
 struct MapSample {
   Vector3 field_ut;
   double sigma_ut;
 };
 
-/// At a node of the map its very value: interpolation at the edge of the field may ask for a neighbour that is not
+/// At a node of the map, the node's value: interpolation at the edge of the field may require a neighbour that is not
 /// there.
 std::optional<MapSample> sample(const MagneticMap& map, const Vector3& position) {
   const FieldGrid& grid = map.grid();
@@ -44,7 +44,7 @@ std::optional<MapSample> sample(const MagneticMap& map, const Vector3& position)
   return MapSample{value->field_ut, value->sigma_ut};
 }
 
-/// One rectangle of a grid, and how many of its places have field in one map alone.
+/// One rectangle of a grid, and how many of its places have field in one map only.
 struct Compared {
   DifferencePiece piece;
   std::int64_t compared = 0;  ///< places (x, y)
@@ -110,7 +110,7 @@ void compare_piece(const MagneticMap& first, const MagneticMap& second, Compared
   }
 }
 
-/// Places of `map` where `other` has field in no layer of `map`.
+/// Area of places of `map` where `other` has field in no layer of `map`.
 double area_without(const MagneticMap& map, const MagneticMap& other) {
   const FieldGrid& grid = map.grid();
   std::vector<std::int64_t> alone(piece_count(grid), 0);

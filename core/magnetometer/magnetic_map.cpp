@@ -11,13 +11,13 @@ namespace {
 
 constexpr float missing = std::numeric_limits<float>::quiet_NaN();
 
-/// A point of one axis of the grid: cell index and the share of the way to the next node.
+/// A coordinate along one axis of the grid: cell index and share of the way to the next node.
 struct CellPosition {
   int index = 0;
   double share = 0.0;
 };
 
-/// False outside [0, nodes − 1]. The far edge belongs to the last cell; rounding at an edge is forgiven.
+/// False outside [0, nodes − 1]. The far edge belongs to the last cell; rounding errors at an edge are accepted.
 bool locate(double coordinate, int nodes, CellPosition& position) {
   constexpr double rounding = 1e-9;
   const double last = nodes - 1;
@@ -85,11 +85,11 @@ double bilinear_sigma(const Eigen::Vector4f* corner, double s, double t) {
 }
 
 void check_grid(const FieldGrid& grid) {
-  if (grid.columns < 2 || grid.rows < 2) throw std::invalid_argument("a magnetic map needs two nodes a side");
-  if (!(grid.resolution_m > 0.0)) throw std::invalid_argument("a magnetic map's resolution must be positive");
-  if (grid.heights_m.empty()) throw std::invalid_argument("a magnetic map needs a height");
+  if (grid.columns < 2 || grid.rows < 2) throw std::invalid_argument("MagneticMap: a side has fewer than two nodes");
+  if (!(grid.resolution_m > 0.0)) throw std::invalid_argument("MagneticMap: the resolution must be positive");
+  if (grid.heights_m.empty()) throw std::invalid_argument("MagneticMap: at least one height is required");
   for (std::size_t i = 1; i < grid.heights_m.size(); ++i) {
-    if (!(grid.heights_m[i] > grid.heights_m[i - 1])) throw std::invalid_argument("map heights must increase");
+    if (!(grid.heights_m[i] > grid.heights_m[i - 1])) throw std::invalid_argument("MagneticMap: heights must increase");
   }
 }
 
@@ -118,7 +118,7 @@ MagneticMap::MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nod
     : grid_(std::move(grid)), max_sigma_ut_(max_sigma_ut), errors_(errors) {
   check_grid(grid_);
   if (nodes.size() != static_cast<std::size_t>(grid_.columns) * grid_.rows * grid_.heights_m.size()) {
-    throw std::invalid_argument("a magnetic map's nodes must be columns × rows × layers");
+    throw std::invalid_argument("MagneticMap: the number of nodes must be columns × rows × layers");
   }
   tiles_ = std::make_shared<FieldTileCache>(grid_, ArrayNodes(grid_, nodes));
 }
@@ -181,7 +181,7 @@ std::optional<FieldValue> MagneticMap::query(const Vector3& position, FieldInter
 
   int layer = 0;
   double share = 0.0;
-  double spacing = 0.0;  // zero: one layer answers alone, and there is no slope in z
+  double spacing = 0.0;  // zero: one layer alone, without a slope in z
   const std::vector<double>& heights = grid_.heights_m;
   if (heights.size() > 1 && position.z() > heights.front()) {
     layer = static_cast<int>(std::upper_bound(heights.begin(), heights.end(), position.z()) - heights.begin()) - 1;
@@ -219,7 +219,7 @@ std::optional<FieldValue> MagneticMap::query(const Vector3& position, FieldInter
     lower.along_y += share * (upper.along_y - lower.along_y);
   }
   result.sigma_ut = lower.value[3];
-  if (!(result.sigma_ut <= max_sigma_ut_)) return std::nullopt;  // NaN, a corner without field, fails as well
+  if (!(result.sigma_ut <= max_sigma_ut_)) return std::nullopt;  // also true for NaN, a corner without field
   result.field_ut = lower.value.head<3>();
   result.gradient.col(0) = lower.along_x.head<3>() * per_metre;
   result.gradient.col(1) = lower.along_y.head<3>() * per_metre;

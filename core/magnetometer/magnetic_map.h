@@ -31,50 +31,50 @@ struct FieldValue {
   double sigma_ut = 0.0;               ///< posterior one sigma a component, µT
 };
 
-/// How a map errs, besides its nodes' σ.
+/// Errors of a map, besides its nodes' σ.
 struct FieldMapErrors {
-  double correlation_m = 0.0;  ///< the error's correlation is exp(−distance / correlation_m); 0: not known
+  double correlation_m = 0.0;              ///< the error's correlation is exp(−distance / correlation_m); 0: unknown
   Vector3 sigma_shares = Vector3::Ones();  ///< sigma of each component over σ, the root mean square over all three
 };
 
-/// The ambient magnetic field on a regular grid, one or several layers, with posterior sigma at each node.
-/// Immutable; queries are thread-safe. It is held in tiles, those without field take no memory; a map may hold but some
-/// of the others and read them again when a query comes to them, with the same bits. Copies share their tiles.
+/// The ambient magnetic field on a regular grid, one or several layers, with posterior sigma at each node. Immutable;
+/// queries are thread-safe. The map consists of tiles; tiles without field take no memory. A map may keep only some of
+/// its tiles in memory and load others on demand, with the same bits. Copies share their tiles.
 class MagneticMap {
  public:
   /// A map in memory. `nodes`: layer-major, then row, then column; (B_x, B_y, B_z, σ) in µT. NaN marks a node without
-  /// field. `max_sigma_ut`: where σ exceeds it there is no field. Throws std::invalid_argument when sizes disagree, a
+  /// field. `max_sigma_ut`: there is no field where σ exceeds it. Throws std::invalid_argument if sizes disagree, a
   /// side has fewer than two nodes, or heights do not increase.
   MagneticMap(FieldGrid grid, const std::vector<Eigen::Vector4f>& nodes, double max_sigma_ut,
               const FieldMapErrors& errors = {});
 
-  /// A map of which up to `max_bytes` of tiles are in memory: those that were asked for last. Throws as above.
+  /// A map with up to `max_bytes` of tiles in memory: the last used. Throws as above.
   MagneticMap(FieldGrid grid, std::shared_ptr<const FieldNodes> nodes, double max_sigma_ut, std::size_t max_bytes,
               const FieldMapErrors& errors = {});
 
-  /// The field at `position` (map, metres); nothing outside the grid, in a cell with a corner without field, or where
-  /// σ is above the limit. Never extrapolates across x, y; below the lowest and above the highest layer the nearest
-  /// layer holds. Between layers the field is linear in z. σ is bilinear for both interpolations. `bicubic` is cubic
-  /// convolution (Keys 1981, a = −1/2: Catmull-Rom), C¹ wherever there is field. Throws InputError where a map that is
-  /// not wholly in memory cannot be read any more.
+  /// The field at `position` (map, metres); empty outside the grid, in a cell with a corner without field, and where σ
+  /// is above the limit. Never extrapolates in x, y; below the lowest and above the highest layer, the nearest layer is
+  /// used. Between layers the field is linear in z. σ is bilinear for both interpolations. `bicubic` is cubic
+  /// convolution (Keys 1981, a = −1/2: Catmull-Rom), C¹ wherever there is field. Throws InputError if a map that is not
+  /// wholly in memory can no longer be read.
   std::optional<FieldValue> query(const Vector3& position, FieldInterpolation interpolation) const;
 
   const FieldGrid& grid() const { return grid_; }
 
-  /// One node (B_x, B_y, B_z, σ); all NaN where there is no field.
+  /// One node (B_x, B_y, B_z, σ); all NaN without field.
   Eigen::Vector4f node(int layer, int row, int column) const;
 
   /// All nodes in the constructor's order. Builds the array: for small maps.
   std::vector<Eigen::Vector4f> nodes() const;
 
-  /// Calls `visit(node)` for every node with field (σ above the limit as well), tile by tile.
+  /// Calls `visit(node)` for every node with field (also with σ above the limit), tile by tile.
   void for_each_node(const std::function<void(const Eigen::Vector4f& node)>& visit) const;
 
   double max_sigma_ut() const { return max_sigma_ut_; }
 
   const FieldMapErrors& errors() const { return errors_; }
 
-  /// How the map is held: tiles made so far, and the most that they took in memory.
+  /// The map's tiles: how many were loaded, and their largest size in memory.
   const FieldTileCache& tiles() const { return *tiles_; }
 
  private:

@@ -11,13 +11,13 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kSame = 0.02;  // of the sensor's noise: what differs by less is the same
-constexpr int kRepeats = 20;    // readings in a row that no noise makes the same
+constexpr double kSame = 0.02;  // of the sensor's noise: smaller differences count as no change
+constexpr int kRepeats = 20;    // unchanged readings in a row that noise cannot explain
 constexpr int kRepeatsAtShownLimit = 3;
-constexpr Time kHeld = 100'000'000;      // and for so long: a driver may repeat a slow sensor's readings
-constexpr double kVaries = 5.0;          // times the noise: more than noise within a run
+constexpr Time kHeld = 100'000'000;      // and over this time: a driver may repeat a slow sensor's readings
+constexpr double kVaries = 5.0;          // times the noise: a larger range within a run is more than noise
 constexpr double kSpike = 7.0;           // sigmas from the neighbours' median
-constexpr double kNormalSigma = 1.4826;  // of a normal distribution over its median absolute deviation
+constexpr double kNormalSigma = 1.4826;  // sigma of a normal distribution over its median absolute deviation
 constexpr Time kSilent = 1'000'000'000;
 
 std::string seconds(Time time) {
@@ -33,7 +33,7 @@ void MagnetometerMonitor::warn(const char* what, std::size_t j, const std::strin
   if (warnings_ != nullptr) warnings_->add(fmt::format("magnetometer.{}.{}", what, models_[j].name), detail, time);
 }
 
-/// Follows the runs; whether this reading repeats those before.
+/// Updates the runs; returns whether this reading repeats those before.
 bool MagnetometerMonitor::stays(std::size_t j, const Vector3& reading, Time time) {
   Sensor& sensor = sensors_[j];
   const double same_ut = kSame * models_[j].noise_ut;
@@ -57,7 +57,7 @@ bool MagnetometerMonitor::at_limit(std::size_t j, const Vector3& reading, Time t
     const Run& run = sensor.runs[static_cast<std::size_t>(axis)];
     const bool held = run.readings >= kRepeats && time - run.since >= kHeld;
     const bool others_vary = (run.high_ut - run.low_ut).maxCoeff() > kVaries * models_[j].noise_ut;
-    // What goes beyond it shows that it is none, or none any more.
+    // A reading beyond the limit shows that it is not, or no longer, a limit.
     if (std::abs(reading[axis]) > sensor.limit_ut[axis] + kVaries * models_[j].noise_ut) {
       sensor.limit_ut[axis] = std::numeric_limits<double>::infinity();
     }
@@ -69,7 +69,7 @@ bool MagnetometerMonitor::at_limit(std::size_t j, const Vector3& reading, Time t
   return ((reading.cwiseAbs() - sensor.limit_ut).array() >= -same_ut).any();
 }
 
-/// Of a bundle's readings, with the two before them as neighbours.
+/// Spikes in a bundle's readings, with the last two readings before as neighbours.
 std::vector<bool> MagnetometerMonitor::spikes(std::size_t j, const std::vector<Vector3>& readings) const {
   std::vector<Vector3> all = sensors_[j].before;
   const std::size_t first = all.size();
@@ -80,7 +80,7 @@ std::vector<bool> MagnetometerMonitor::spikes(std::size_t j, const std::vector<V
     std::vector<double> departures;
     std::vector<double> steps;
     for (std::size_t i = first; i < all.size(); ++i) {
-      // Up to two neighbours on either side, as many on both where both have some.
+      // Up to two neighbours on either side; the same number on both sides if both have some.
       const std::size_t reach = std::clamp<std::size_t>(std::min(i, all.size() - 1 - i), 1, 2);
       const std::size_t low = std::min(i - std::min(i, reach), all.size() - 3);
       const std::size_t high = std::min(std::max(i + reach, std::size_t{2}), all.size() - 1);
@@ -89,7 +89,7 @@ std::vector<bool> MagnetometerMonitor::spikes(std::size_t j, const std::vector<V
       departures.push_back(std::abs(all[i][axis] - middle_value(neighbours)));
       if (i > 0) steps.push_back(std::abs(all[i][axis] - all[i - 1][axis]));
     }
-    // A platform may understate the noise, and a field may change fast: both are seen in the readings themselves.
+    // The platform file may understate the noise, and the field may change fast: the readings themselves show both.
     const double sigma_ut = std::max(models_[j].noise_ut, kNormalSigma * middle_value(departures));
     const double limit_ut = kSpike * sigma_ut + 2.0 * middle_value(steps);
     for (std::size_t i = 0; i < readings.size(); ++i) result[i] = result[i] || departures[i] > limit_ut;
@@ -117,14 +117,14 @@ std::optional<std::vector<MagneticArraySample>> MagnetometerMonitor::without_unh
       const bool limited = !stuck && !is_spike[i] && at_limit(j, readings[i], time);
       if (stuck) {
         warn("stuck", j,
-             fmt::format("the same reading ({:.2f} {:.2f} {:.2f} µT) again and again from {} on; left out",
-                         readings[i].x(), readings[i].y(), readings[i].z(), seconds(sensor.runs[0].since)),
+             fmt::format("the reading ({:.2f} {:.2f} {:.2f} µT) has not changed since {}; discarded", readings[i].x(),
+                         readings[i].y(), readings[i].z(), seconds(sensor.runs[0].since)),
              time);
       } else if (is_spike[i]) {
-        warn("spike", j, "a reading far from its neighbours in time at " + seconds(time) + "; left out", time);
+        warn("spike", j, "the reading at " + seconds(time) + " is far from its neighbours in time; discarded", time);
       } else if (limited) {
         warn("limit", j,
-             fmt::format("a component does not go beyond {:.2f} µT at {}; readings that reach it are left out",
+             fmt::format("a component does not exceed {:.2f} µT at {}; readings at this limit are discarded",
                          sensor.limit_ut.minCoeff(), seconds(time)),
              time);
       }
@@ -138,8 +138,8 @@ std::optional<std::vector<MagneticArraySample>> MagnetometerMonitor::without_unh
       readings.insert(readings.begin(), sensor.before.begin(), sensor.before.end());
       sensor.before.assign(readings.end() - std::min<std::ptrdiff_t>(2, std::ssize(readings)), readings.end());
     }
-    if (!sensor.last) sensor.last = end;  // the log's begin
-    if (end - *sensor.last >= kSilent) warn("silent", j, "no reading from " + seconds(*sensor.last) + " on", end);
+    if (!sensor.last) sensor.last = end;  // the beginning of the log
+    if (end - *sensor.last >= kSilent) warn("silent", j, "no reading since " + seconds(*sensor.last), end);
   }
   if (!changed) return std::nullopt;
   return result;

@@ -11,34 +11,34 @@
 
 namespace lodestone {
 
-/// Watches each magnetometer of the array by its own readings alone, before any map or pose has a say, and leaves out
-/// what cannot be a measurement:
-/// - stuck: all components stay what they are, to a fiftieth of the sensor's noise, over 20 readings and 0.1 s;
-/// - at its limit: one or two components do so while another one varies by more than noise does. From then on whatever
-///   reaches that limit is left out at once, until a reading goes well beyond it. Sensors of an array are of one make:
-///   where one has shown its limit, three readings in a row of the very same size show that it is another's too;
-/// - spikes: a single reading far from the median of its neighbours in time;
-/// and tells of magnetometers that fell silent. What it does not leave out it does not change.
+/// Checks each magnetometer of the array by its own readings alone, without map or pose, and discards readings that
+/// cannot be measurements (docs/design/018):
+/// - stuck: all components stay the same, to a fiftieth of the sensor's noise, over 20 readings and 0.1 s;
+/// - limit: one or two components do so while another varies by more than noise. From then on, all readings that reach
+///   this limit are discarded at once, until a reading clearly exceeds it. Sensors of an array are assumed to have
+///   equal limits: if one sensor has shown its limit, three readings in a row at this value show it for another;
+/// - spike: a single reading far from the median of its neighbours in time.
+/// Silent magnetometers are reported. All other readings are unchanged.
 ///
-/// Counted in the warnings, for each magnetometer by its name: magnetometer.stuck.NAME, .limit.NAME, .spike.NAME
-/// (readings left out) and .silent.NAME (scans without a reading for a second).
+/// Warnings are counted for each magnetometer by its name: magnetometer.stuck.NAME, .limit.NAME, .spike.NAME (discarded
+/// readings) and .silent.NAME (scans without a reading for a second).
 class MagnetometerMonitor {
  public:
-  /// `warnings` may be null; it must outlive this.
+  /// `warnings` may be null; it must outlive the monitor.
   MagnetometerMonitor(const SensorSuite& suite, WarningLog* warnings);
 
-  /// The samples of a bundle, which follow those of the bundle before, without the unhealthy readings; `end`: the
-  /// bundle's. Nothing where all are healthy.
+  /// The samples of a bundle without the discarded readings; empty if none is discarded. Bundles must be passed in
+  /// order. `end`: of the bundle.
   std::optional<std::vector<MagneticArraySample>> without_unhealthy(const std::vector<MagneticArraySample>& samples,
                                                                     Time end);
 
  private:
-  /// Readings in a row in which one component stays what it is.
+  /// Consecutive readings in which one component stays the same.
   struct Run {
     int readings = 0;
     Time since = 0;
     double held_ut = 0.0;
-    Vector3 low_ut = Vector3::Zero();  // of all components meanwhile
+    Vector3 low_ut = Vector3::Zero();  // of all components during the run
     Vector3 high_ut = Vector3::Zero();
   };
   struct Sensor {
@@ -56,7 +56,7 @@ class MagnetometerMonitor {
   std::vector<MagnetometerModel> models_;
   WarningLog* warnings_;
   std::vector<Sensor> sensors_;
-  double shown_limit_ut_ = std::numeric_limits<double>::infinity();  // the last that any sensor showed by itself
+  double shown_limit_ut_ = std::numeric_limits<double>::infinity();  // the last limit that a sensor showed by itself
 };
 
 }  // namespace lodestone

@@ -7,7 +7,7 @@
 namespace lodestone {
 namespace {
 
-/// Negative log likelihood of an error of this square under a Student distribution with this variance, but for a
+/// Negative log likelihood of an error with this square under a Student distribution with this variance, up to a
 /// constant.
 double student_cost(double squared_error, double variance) {
   constexpr double freedom = 5.0;
@@ -83,7 +83,7 @@ DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correla
   for (int i = 0; i <= steps; ++i) {
     double cost = 0.0;
     const DriveError candidate = with_position_sigma(cells, step_m * i, cost);
-    if (i == 0 && candidate.sigma_ut.isZero()) {  // nothing to explain
+    if (i == 0 && candidate.sigma_ut.isZero()) {  // the predicted variances suffice
       best = candidate;
       break;
     }

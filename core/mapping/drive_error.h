@@ -10,10 +10,10 @@
 
 namespace lodestone {
 
-/// By how much a reading of another drive differs from a regression of the survey, besides the regression's posterior
-/// sigma and white noise: errors of poses, of calibration and of clocks, which all readings of a drive share over a
-/// stretch of its way. Per component the variance is sigma_ut² + position_sigma_m² |∇B|²: an error of position is one
-/// of the field where the field changes (noisy-input regression, McHutchon & Rasmussen 2011).
+/// The difference of a reading of another drive from a regression of the survey, besides the regression's posterior
+/// sigma and white noise: errors of poses, calibration and clocks, which all readings of a drive share over a stretch
+/// of its way. Per component the variance is sigma_ut² + position_sigma_m² |∇B|²: where the field changes, an error of
+/// position is an error of the field (noisy-input regression, McHutchon & Rasmussen 2011). docs/design/046
 struct DriveError {
   Vector3 sigma_ut = Vector3::Zero();
   double position_sigma_m = 0.0;
@@ -21,7 +21,7 @@ struct DriveError {
   Vector3 sigma_shares = Vector3::Ones();
   double correlation_m = 0.0;  ///< the errors' correlation is exp(−distance / correlation_m); 0: not estimated
 
-  /// Per component, µT², where the components' horizontal slopes have these squares, (µT/m)².
+  /// Variance per component, µT², for the components' squared horizontal slopes, (µT/m)².
   Vector3 variance(const Vector3& squared_slope) const {
     return sigma_ut.cwiseAbs2() + position_sigma_m * position_sigma_m * squared_slope;
   }
@@ -47,10 +47,10 @@ struct HeldOutCell {
   std::array<bool, 3> well_predicted{};     ///< components that count
 };
 
-/// The drive error that explains held-out cells: for each position sigma, sigma_ut per component by calibrated_noise;
-/// of these, the most likely by a Student distribution, whose heavy tails forgive single steel parts. Zero if the
-/// predicted variances suffice or if fewer than enough_held_out_cells count; shares and correlation are then not
-/// estimated.
+/// The drive error that explains held-out cells. For each position sigma, sigma_ut per component follows from
+/// calibrated_noise; the most likely of these is chosen by a Student distribution, whose heavy tails tolerate large
+/// errors near steel. Zero if the predicted variances suffice or if fewer than enough_held_out_cells count; shares and
+/// correlation are then not estimated.
 DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correlation_reach_m);
 
 /// A held-out cell's error over its sigma, one component.

@@ -143,7 +143,7 @@ bool raise_noise(const std::vector<HeldOutError>& errors, std::size_t enough, do
   return calibrated > noise;
 }
 
-/// The drive error that the held-out cells show, once the noise is calibrated.
+/// The drive error of the held-out cells, after calibration of the noise.
 DriveError drive_error(const std::vector<CalibrationSplit>& splits, const FieldKernelFit& fit,
                        const SlidingGprOptions& options) {
   std::vector<HeldOutCell> cells;

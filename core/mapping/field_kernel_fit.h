@@ -29,7 +29,7 @@ struct FieldKernelFit {
   int windows = 0;
   int evaluations = 0;
   Vector3 uncalibrated_noise = Vector3::Zero();  ///< noise_sigma before the calibration, µT
-  DriveError drive;                              ///< zero without a second pass, or if nothing of it shows
+  DriveError drive;                              ///< zero without a second pass, or if the predicted variances suffice
 };
 
 /// Fits hyperparameters by marginal likelihood on a deterministic choice of windows: one set per component, or one for

@@ -35,9 +35,10 @@ std::vector<FieldCell> thin_survey(const std::vector<FieldObservation>& observat
                                    const ObservationChoice& chosen = {});
 
 /// Held-out blocks for cross-validation: stretches of `block_m` along the survey's way, of which every `period`-th is
-/// held out, beginning with number `phase`. By way and not by time, because errors of poses and calibration are alike
-/// over a stretch of way: a block must be longer than that, at any speed. The way is that of the readings' mean
-/// position over a fifth of a second, in steps of a decimetre, so that noise of the poses does not add to it.
+/// held out, beginning with number `phase`. Blocks are by way and not by time: errors of poses and calibration are
+/// correlated over a stretch of way, and a block must be longer than that at any speed. The way is that of the
+/// readings' mean position over a fifth of a second, in steps of a decimetre, so that noise of the poses does not add
+/// to it.
 class HeldOutBlocks {
  public:
   HeldOutBlocks(const std::vector<FieldObservation>& observations, double block_m, int period, int phase);

@@ -158,7 +158,8 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
   auto nodes = std::make_shared<SparseFieldNodes>();
   const auto layers = static_cast<int>(grid.heights_m.size());
   GprSweep sweep(*regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
-    // The error of a drive is alike over a stretch of its way, so that neither the map nor a later drive averages it.
+    // The error of a drive is correlated over a stretch of its way, so neither the map nor a later drive averages it
+    // out.
     const double sigma = component_rms((prediction.sigma_ut.cwiseAbs2() + drive_variance).cwiseSqrt());
     Eigen::Vector4f node;
     node << prediction.field_ut.cast<float>(), static_cast<float>(sigma);
@@ -211,7 +212,7 @@ HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit,
     }
     ++score.cells;
     const Vector3 error = cells[i].field_ut - field.field_ut;
-    // Without a drive error the cell's own error is what the likelihood found.
+    // Without a drive error, the cell's own error is the noise of the likelihood fit.
     const Vector3 own = drive.cwiseMax(fit.uncalibrated_noise.cwiseAbs2());
     const Vector3 variance = (field.sigma_ut.cwiseAbs2() + own).array() + cells[i].variance_ut2;
     score.rms_ut += error.cwiseAbs2();

@@ -45,11 +45,11 @@ struct MagneticMapResult {
   double high_sigma_ut = 0.0;    ///< 95 % quantile over these nodes
 };
 
-/// Builds the grid map of a survey. A node's σ is by how much a reading of another drive differs from the map, white
-/// noise aside: posterior of the regression and DriveError; the root mean square over the three components. The grid
-/// spans the survey and the regression's reach. Its origin is a multiple of the resolution. Throws InputError if the
-/// survey is too short, if the grid would exceed 2·10⁸ nodes, or if the method does not support the survey. Memory: 16
-/// bytes per node with field, and the readings.
+/// Builds the grid map of a survey. A node's σ is the expected difference of a reading of another drive from the map,
+/// without white noise: posterior of the regression and DriveError; the root mean square over the three components. The
+/// grid spans the survey and the regression's reach. Its origin is a multiple of the resolution. Throws InputError if
+/// the survey is too short, if the grid would exceed 2·10⁸ nodes, or if the method does not support the survey. Memory:
+/// 16 bytes per node with field, and the readings.
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);
 

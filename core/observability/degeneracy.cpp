@@ -14,7 +14,7 @@ namespace lodestone {
 
 namespace {
 
-/// Share of LiDAR kept at `ratio` = predicted sigma over the limit.
+/// Share of LiDAR information kept at `ratio` = predicted sigma over the limit.
 double kept_share(double ratio, MaskKind mask) {
   if (mask == MaskKind::hard) return ratio > 1.0 ? 0.0 : 1.0;
   if (!std::isfinite(ratio)) return 0.0;
@@ -34,7 +34,7 @@ Degeneracy decompose(const Matrix6& information, double lever_arm_m) {
   const Vector6 inverse_scale = scaling(lever_arm_m).cwiseInverse();
   const Matrix6 scaled = inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(0.5 * (scaled + scaled.transpose()));
-  // Rounding alone leaves this much of the largest eigenvalue in directions that hold nothing.
+  // Rounding leaves up to this share of the largest eigenvalue in directions without information.
   const double floor = 1e-12 * std::max(solver.eigenvalues()[5], 0.0);
   for (int i = 0; i < 6; ++i) {
     const int from = 5 - i;
@@ -54,7 +54,7 @@ void apply_limit(double limit, MaskKind mask, Degeneracy& result) {
   }
 }
 
-/// Gram-Schmidt through QR; signs as the columns have them.
+/// Gram-Schmidt by QR; the signs are those of the columns.
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> factor(columns);
   Eigen::MatrixXd basis = factor.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
@@ -65,17 +65,19 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
 }
 
 bool is_hard(const Degeneracy& mask) {
-  const int hidden = mask.degenerate_directions;
-  return (hidden == 6 || mask.kept.head(6 - hidden).minCoeff() == 1.0) &&
-         (hidden == 0 || mask.kept.tail(hidden).maxCoeff() == 0.0);
+  const int degenerate = mask.degenerate_directions;
+  return (degenerate == 6 || mask.kept.head(6 - degenerate).minCoeff() == 1.0) &&
+         (degenerate == 0 || mask.kept.tail(degenerate).maxCoeff() == 0.0);
 }
 
-/// The same analysis with other hidden directions; those that are seen become what is left of its own, in its order.
-Degeneracy with_hidden(const Degeneracy& degeneracy, const Eigen::MatrixXd& hidden) {
+/// The same analysis with other degenerate directions. The observable directions are projected orthogonally to these
+/// and keep their order.
+Degeneracy with_degenerate_directions(const Degeneracy& degeneracy, const Eigen::MatrixXd& degenerate) {
   Degeneracy result = degeneracy;
-  const Eigen::MatrixXd seen = degeneracy.directions.leftCols(6 - hidden.cols());
-  result.directions.rightCols(hidden.cols()) = hidden;
-  result.directions.leftCols(6 - hidden.cols()) = orthonormal(seen - hidden * (hidden.transpose() * seen));
+  const Eigen::MatrixXd observed = degeneracy.directions.leftCols(6 - degenerate.cols());
+  result.directions.rightCols(degenerate.cols()) = degenerate;
+  result.directions.leftCols(6 - degenerate.cols()) =
+      orthonormal(observed - degenerate * (degenerate.transpose() * observed));
   return result;
 }
 
@@ -109,7 +111,7 @@ Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOp
   return result;
 }
 
-Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pretended,
+Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& spurious,
                                   std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                                   double lever_arm_m, const DegeneracyOptions& options, const NormalNoise& assumed) {
   const Degeneracy analysed = decompose(information, lever_arm_m);
@@ -121,13 +123,13 @@ Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pre
     const Vector6 motion = motions.col(i);
     const double relative_variance = (noise.mean[i] > 0.0 ? noise.variance[i] / (noise.mean[i] * noise.mean[i]) : 0.0) +
                                      assumed.level_uncertainty * assumed.level_uncertainty;
-    const double mean = std::max(0.0, motion.dot(pretended * motion));
+    const double mean = std::max(0.0, motion.dot(spurious * motion));
     const double spread = mean * std::sqrt(relative_variance);
-    // Of what was measured the noise must leave the level, and itself but a share.
+    // Without the noise, the measured information must reach the level and be a multiple of the noise.
     const double measured = motion.dot(information * motion) + mean;
-    const double room = std::min(measured - level, measured / (1.0 + assumed.min_signal_to_noise)) - mean;
+    const double margin = std::min(measured - level, measured / (1.0 + assumed.min_signal_to_noise)) - mean;
     probability[static_cast<std::size_t>(i)] =
-        spread > 0.0 ? 0.5 * std::erfc(-room / (std::sqrt(2.0) * spread)) : (room >= 0.0 ? 1.0 : 0.0);
+        spread > 0.0 ? 0.5 * std::erfc(-margin / (std::sqrt(2.0) * spread)) : (margin >= 0.0 ? 1.0 : 0.0);
   }
   std::array<int, 6> order{};
   std::iota(order.begin(), order.end(), 0);
@@ -148,36 +150,37 @@ Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pre
 }
 
 Degeneracy without_tilt(const Degeneracy& degeneracy, const Vector3& up) {
-  const int hidden = degeneracy.degenerate_directions;
-  if (hidden == 0 || hidden == 6 || !is_hard(degeneracy)) return degeneracy;
-  Eigen::MatrixXd basis = degeneracy.directions.rightCols(hidden);
+  const int degenerate = degeneracy.degenerate_directions;
+  if (degenerate == 0 || degenerate == 6 || !is_hard(degeneracy)) return degeneracy;
+  Eigen::MatrixXd basis = degeneracy.directions.rightCols(degenerate);
   const Eigen::RowVectorXd turn = up.transpose() * basis.topRows<3>();
   basis.topRows<3>() = (up * turn).eval();
   if (basis.colwise().norm().minCoeff() < std::cos(0.5)) return degeneracy;
-  return with_hidden(degeneracy, orthonormal(basis));
+  return with_degenerate_directions(degeneracy, orthonormal(basis));
 }
 
 Degeneracy follow(const Degeneracy& now, const Pose& pose_now, const Degeneracy& before, const Pose& pose_before,
                   double gain) {
-  const int hidden = now.degenerate_directions;
-  if (hidden == 0 || hidden == 6 || before.degenerate_directions != hidden || !is_hard(now) || !is_hard(before)) {
+  const int degenerate = now.degenerate_directions;
+  if (degenerate == 0 || degenerate == 6 || before.degenerate_directions != degenerate || !is_hard(now) ||
+      !is_hard(before)) {
     return now;
   }
-  // A rigid motion of the map: turn ω about the old position and shift t; at the new pose it is R_nowᵀ ω and
-  // t + ω × (p_now − p_before).
+  // A rigid motion of the map: rotation ω about the old position and translation t. At the new pose the motion is
+  // R_nowᵀ ω and t + ω × (p_now − p_before).
   Matrix6 carry = Matrix6::Identity();
   const Matrix3 to_map = pose_before.rotation.toRotationMatrix();
   carry.topLeftCorner<3, 3>() = pose_now.rotation.toRotationMatrix().transpose() * to_map;
   carry.bottomLeftCorner<3, 3>() = -so3::hat(pose_now.position - pose_before.position) * to_map;
   const Eigen::MatrixXd carried = scaling(now.lever_arm_m).asDiagonal() * carry *
                                   scaling(before.lever_arm_m).cwiseInverse().asDiagonal() *
-                                  before.directions.rightCols(hidden);
+                                  before.directions.rightCols(degenerate);
   const Eigen::MatrixXd old_basis = orthonormal(carried);
-  const Eigen::MatrixXd new_basis = now.directions.rightCols(hidden);
-  const Eigen::MatrixXd apart = old_basis - new_basis * (new_basis.transpose() * old_basis);
-  if (apart.colwise().norm().maxCoeff() > 0.2) return now;
+  const Eigen::MatrixXd new_basis = now.directions.rightCols(degenerate);
+  const Eigen::MatrixXd difference = old_basis - new_basis * (new_basis.transpose() * old_basis);
+  if (difference.colwise().norm().maxCoeff() > 0.2) return now;
 
-  return with_hidden(now, orthonormal(old_basis - gain * apart));
+  return with_degenerate_directions(now, orthonormal(old_basis - gain * difference));
 }
 
 }  // namespace lodestone

@@ -10,12 +10,12 @@ namespace lodestone {
 
 struct Correspondence;
 
-/// What decides that a direction of the pose is not seen by LiDAR.
+/// The criterion by which a direction of the pose is degenerate for LiDAR.
 enum class DegeneracyRule {
-  none,      ///< nothing is masked: the factors' own weighting
-  paper,     ///< eigenvalues of LiDAR's Σ JᵀJ with unit weight on metres, against τ = 15 (paper, eq. for d_i)
-  marginal,  ///< predicted sigma of the window's marginal information of LiDAR and IMU (docs/design/architecture.md)
-  probabilistic  ///< probability that this information is more than what noisy normals pretend to give
+  none,          ///< no mask: the factors' own weighting
+  paper,         ///< eigenvalues of LiDAR's Σ JᵀJ with unit weight on metres, against τ = 15 (paper, eq. for d_i)
+  marginal,      ///< predicted sigma, from the window's marginal information of LiDAR and IMU (docs/design/009)
+  probabilistic  ///< probability that this information exceeds the spurious information of noisy normals
 };
 
 constexpr auto enum_names(DegeneracyRule) {
@@ -27,7 +27,7 @@ constexpr auto enum_names(DegeneracyRule) {
 
 enum class MaskKind {
   hard,  ///< a direction is kept or not
-  soft   ///< kept by a share that falls smoothly about the limit
+  soft   ///< kept by a share that falls smoothly around the limit
 };
 
 constexpr auto enum_names(MaskKind) {
@@ -67,67 +67,68 @@ struct DegeneracyOptions {
 /// (docs/design/005-errors-of-normals.md).
 inline constexpr double kNormalNoiseMargin = 2.0;
 
-/// What the probabilistic rule assumes of the noise of normals (docs/design/009-degeneracy-rule.md).
+/// Assumptions of the probabilistic rule about the noise of normals (docs/design/009-degeneracy-rule.md).
 struct NormalNoise {
-  double level_uncertainty = 0.5;    ///< one sigma of its level, as a share: the planes' variances are estimates
-  double min_signal_to_noise = 3.0;  ///< least ratio of a direction's information to its spurious information
+  double level_uncertainty = 0.5;    ///< relative sigma of the noise level, since the planes' variances are estimates
+  double min_signal_to_noise = 3.0;  ///< smallest ratio of a direction's information to its spurious information
 };
 
-/// Eigen-analysis of a pose's information and the mask that follows from it. Directions live in the scaled tangent
-/// y = S x, S = diag(ℓ, ℓ, ℓ, 1, 1, 1): rotations in metres at the lever arm ℓ.
+/// Eigenanalysis of a pose's information, and the mask that follows from it. Directions live in the scaled tangent y =
+/// S x, S = diag(ℓ, ℓ, ℓ, 1, 1, 1): rotations in metres at the lever arm ℓ.
 struct Degeneracy {
   Matrix6 directions = Matrix6::Identity();  ///< columns: unit eigenvectors in y, largest information first
-  Vector6 sigma_m = Vector6::Zero();         ///< predicted sigma of each, metres; infinite where nothing is known
-  Vector6 kept = Vector6::Ones();            ///< D: share of LiDAR kept in each, 0 to 1
+  Vector6 sigma_m = Vector6::Zero();         ///< predicted sigma of each, metres; infinite without information
+  Vector6 kept = Vector6::Ones();            ///< D: share of LiDAR information kept in each, 0 to 1
   double lever_arm_m = 1.0;                  ///< ℓ
   int degenerate_directions = 0;             ///< directions beyond the limit
 
-  /// P = S⁻¹ V D Vᵀ S in the tangent order φ, p: LiDAR looks at x₀ ⊞ P (x ⊟ x₀).
+  /// P = S⁻¹ V D Vᵀ S in the tangent order φ, p: LiDAR factors depend on x₀ ⊞ P (x ⊟ x₀).
   Matrix6 lidar_projector() const;
 
-  /// The slide that the mask lets free, at the pose it was made for: where it hides one direction.
+  /// The slide along the degenerate direction, at the pose of the analysis. Empty unless exactly one direction is
+  /// degenerate.
   Slide slide(const Pose& pose) const;
 
-  /// I − P: what is left to the magnetic factors.
+  /// I − P: the share that the mask leaves to the magnetic factors.
   Matrix6 magnetic_projector() const { return Matrix6::Identity() - lidar_projector(); }
 };
 
 /// Nothing masked.
 Degeneracy no_degeneracy();
 
-/// Decides by predicted sigma. `information`: of the pose, tangent order φ, p (1/rad², 1/m²), already without what
-/// noise pretends to give; it may be indefinite for that reason: directions of no or negative information have
-/// infinite sigma. `lever_arm_m`: positive.
+/// Decides by predicted sigma. `information`: of the pose, tangent order φ, p (1/rad², 1/m²), without the spurious
+/// information. The matrix may therefore be indefinite: a direction with no or negative information has infinite sigma.
+/// `lever_arm_m`: positive.
 Degeneracy analyse_by_sigma(const Matrix6& information, double lever_arm_m, const DegeneracyOptions& options);
 
 /// Decides by the paper's rule. `unit_hessian`: Σ JᵀJ with weight one on metres. sigma_m is 1/√eigenvalue.
 Degeneracy analyse_by_eigenvalue(const Matrix6& unit_hessian, const DegeneracyOptions& options);
 
-/// Decides by probability: errors of the planes' normals add noise N to the information along a direction, normal with
-/// mean μ and sigma s. What is left of the measured λ is enough where it reaches 1 / max_sigma_m² and
+/// Decides by probability. Errors of the planes' normals add noise N to the information along a direction; N is
+/// Gaussian with mean μ and sigma s. The measured λ suffices if, without N, it reaches 1 / max_sigma_m² and
 /// min_signal_to_noise times N: p = P(N < λ − 1 / max_sigma_m² and N < λ / (1 + min_signal_to_noise)). A soft mask
-/// keeps p; a hard one all where p reaches min_probability. Directions come most certain first. After Hatleskog &
-/// Alexis, "Probabilistic Degeneracy Detection for Point-to-Plane Error Minimization", RA-L 2024, who have the ratio
-/// alone; the level in metres is added. `information`: as above, with the noise's mean taken off once; `pretended`:
-/// what was taken off, which gives μ. s is μ times the relative sigma of the noise in this scan's information
-/// (information_noise of `correspondences` at `T_map_imu`) and of its level (assumed.level_uncertainty): scans of a
-/// window meet the same planes, so their noise is one.
-Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& pretended,
+/// keeps the share p; a hard mask keeps a direction if p reaches min_probability. Directions are sorted by falling p.
+/// After Hatleskog & Alexis, "Probabilistic Degeneracy Detection for Point-to-Plane Error Minimization", RA-L 2024, who
+/// use the ratio alone; the level in metres is added here. `information`: as above, with the mean of the noise
+/// subtracted once; `spurious`: the subtracted matrix, which gives μ. s is μ times the relative sigma of the noise in
+/// this scan's information (information_noise of `correspondences` at `T_map_imu`) and of its level
+/// (assumed.level_uncertainty). Scans of a window meet the same planes, so they share their noise.
+Degeneracy analyse_by_probability(const Matrix6& information, const Matrix6& spurious,
                                   std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                                   double lever_arm_m, const DegeneracyOptions& options,
                                   const NormalNoise& assumed = {});
 
-/// Turns hidden directions to the nearest that an IMU does not see either: shifts, and a turn about the vertical
-/// (`up`: unit, imu frame). A hidden direction that tilts would let gravity tell of it what LiDAR must not: noise mixes
-/// the axis of a tunnel with its weakly seen roll. Leaves the mask as it is where it is soft, or where a direction lies
-/// more than 0.5 rad off.
+/// Rotates each degenerate direction to the nearest direction that the IMU does not observe either: translations, and
+/// rotation about the vertical (`up`: unit, imu frame). Otherwise gravity would give information about a masked
+/// direction, because noise mixes the axis of a tunnel with the weakly observed roll. A soft mask is returned
+/// unchanged, and so is a mask with a direction more than 0.5 rad away. docs/design/010
 Degeneracy without_tilt(const Degeneracy& degeneracy, const Vector3& up);
 
-/// `now` with its hidden directions carried over from `before` and turned towards its own by `gain`. A rigid motion of
-/// the whole trajectory in the map is the one motion that neither IMU nor, along a hidden direction, LiDAR sees; so
-/// hidden directions of neighbouring poses must be one rigid motion, or what differs between them counts as
-/// information. Leaves `now` as it is where the number of hidden directions differs, where they part by more than 0.2
-/// rad, or where the mask is soft. `pose_before`, `pose_now`: where the analyses were made.
+/// `now` with its degenerate directions carried over from `before` and rotated towards its own by the share `gain`.
+/// Only a rigid motion of the whole trajectory is unobservable for the IMU and, along a degenerate direction, for
+/// LiDAR. Degenerate directions of neighbouring poses must therefore be one rigid motion, or their difference counts as
+/// information (docs/design/010). `now` is returned unchanged if the numbers of degenerate directions differ, if the
+/// directions differ by more than 0.2 rad, or if a mask is soft. `pose_before`, `pose_now`: the poses of the analyses.
 Degeneracy follow(const Degeneracy& now, const Pose& pose_now, const Degeneracy& before, const Pose& pose_before,
                   double gain);
 

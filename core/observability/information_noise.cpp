@@ -7,7 +7,7 @@
 namespace lodestone {
 namespace {
 
-/// Sums over the points of one plane, a direction each.
+/// Sums over the points of one plane, one element per direction.
 struct PlaneSums {
   const Plane* plane;
   Vector6 seen_major = Vector6::Zero();  ///< Σ w h α
@@ -21,7 +21,7 @@ struct PlaneSums {
 
 InformationNoise information_noise(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                                    const Matrix6& directions) {
-  // Planes in the order in which they come: no sum depends on addresses.
+  // Planes in order of appearance: no sum depends on addresses.
   std::vector<PlaneSums> planes;
   std::unordered_map<const Plane*, std::size_t> index_of;
   const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
@@ -47,7 +47,7 @@ InformationNoise information_noise(std::span<const Correspondence> correspondenc
 
   InformationNoise noise;
   Vector6 mixed =
-      Vector6::Zero();  // 4 Var(a Σ w h α + b Σ w h β), with the h that is seen: it holds the errors as well
+      Vector6::Zero();  // 4 Var(a Σ w h α + b Σ w h β), with the measured h, which contains the errors as well
   Vector6 pure = Vector6::Zero();  // variance of Σ w (α a + β b)²
   for (const PlaneSums& sums : planes) {
     const double major = sums.plane->major_tilt_variance;

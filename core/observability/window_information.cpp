@@ -14,9 +14,9 @@ using Rows = Eigen::MatrixXd;
 constexpr int kState = 15;
 constexpr int kMessage = 17;
 
-// Columns are scaled by what each variable is plausibly unknown to; a pivot then counts sigmas, and one that says
-// less than this of a variable says nothing.
-constexpr double kNothing = 1e-6;
+// Columns are scaled by the plausible initial sigma of each variable, so a pivot is the ratio of this sigma to the
+// measured one. A smaller pivot counts as no information about its variable.
+constexpr double kSmallestPivot = 1e-6;
 
 Eigen::Matrix<double, kMessage, 1> column_scale() {
   Eigen::Matrix<double, kMessage, 1> scale;
@@ -29,14 +29,14 @@ Eigen::Matrix<double, kMessage, 1> column_scale() {
   return scale;
 }
 
-/// Marginalizes the first `count` columns: the rows that remain on the others.
+/// Marginalizes the first `count` columns and returns the rows on the others.
 Rows eliminate(const Rows& rows, int count) {
   const Eigen::Index others = rows.cols() - count;
   if (rows.rows() == 0) return Rows(0, others);
   Eigen::ColPivHouseholderQR<Rows> factor(rows.leftCols(count));
   Eigen::Index rank = 0;
   const Eigen::Index diagonal = std::min<Eigen::Index>(count, rows.rows());
-  while (rank < diagonal && std::abs(factor.matrixQR()(rank, rank)) > kNothing) ++rank;
+  while (rank < diagonal && std::abs(factor.matrixQR()(rank, rank)) > kSmallestPivot) ++rank;
   Rows rest = rows.rightCols(others);
   rest.applyOnTheLeft(factor.householderQ().adjoint());
   return rest.bottomRows(rows.rows() - rank);
@@ -49,7 +49,7 @@ Rows compress(const Rows& rows) {
   return factor.matrixQR().topRows(rows.cols()).triangularView<Eigen::Upper>();
 }
 
-/// Square root of the part of a 6×6 information that is positive, on the columns of a message.
+/// Square root of the positive part of a 6×6 information, on the columns of a message.
 Rows pose_rows(const Matrix6& information) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(0.5 * (information + information.transpose()));
   Rows rows = Rows::Zero(6, kMessage);

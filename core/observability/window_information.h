@@ -19,14 +19,14 @@ struct ChainLink {
   Matrix15x2 by_gravity = Matrix15x2::Zero();
 };
 
-/// For every pose of a window, what LiDAR and IMU together know of it: Λ_k, 6×6, all other variables marginalized
-/// (docs/design/architecture.md). `pose_information[k]`: LiDAR's of pose k, 6×6, order φ, p; negative directions count
-/// as none. `links[k]` joins states k and k+1; one fewer than poses. Nothing else, no prior: gauge freedoms stay free.
-/// Eliminates by pivoted QR, which tells what was never known from what is known weakly; no ridge is added.
+/// The information Λ_k of LiDAR and IMU together about each pose of a window: 6×6, all other variables marginalized
+/// (docs/design/009). `pose_information[k]`: LiDAR's about pose k, 6×6, order φ, p; negative directions count as none.
+/// `links[k]` joins states k and k+1; one fewer than poses. There is no prior, so gauge freedoms stay free. Elimination
+/// is by pivoted QR, which separates unobservable from weakly observable variables without an added ridge.
 std::vector<Matrix6> marginal_pose_information(std::span<const Matrix6> pose_information,
                                                std::span<const ChainLink> links);
 
-/// The last element of the above alone, at half the cost.
+/// The last element of marginal_pose_information alone, at half the cost.
 Matrix6 newest_pose_information(std::span<const Matrix6> pose_information, std::span<const ChainLink> links);
 
 }  // namespace lodestone

@@ -50,14 +50,14 @@ CalibrationMoment moment_of(const ArrayLog& readings, std::size_t index, const S
   return moment;
 }
 
-/// In how many passes the array comes through the place of each moment: a map's error is the same each time, and the
-/// passes together say no more about a magnetometer than one of them. Places are cells of `cell_m`; between passes it
-/// is elsewhere.
+/// Number of passes of the array through the place of each moment. The map's error is the same in each pass, so all
+/// passes together have the information of one. Places are cells of `cell_m`; between two passes the array is in other
+/// cells.
 class Passes {
  public:
   explicit Passes(double cell_m) : cell_m_(cell_m) {}
 
-  /// The index of the place's cell, in the order in which cells were first entered.
+  /// The index of the place's cell, in the order of the first visits.
   std::size_t enter(const Vector3& place) {
     const std::size_t cell = cells_.try_emplace(cell_of(place), cells_.size()).first->second;
     passes_.resize(cells_.size(), 0);
@@ -83,7 +83,7 @@ class Passes {
   std::size_t last_ = std::numeric_limits<std::size_t>::max();
 };
 
-/// An IMU's samples from `begin` to `end`, both included and interpolated; nothing where they leave a gap.
+/// IMU samples from `begin` to `end`, both included and interpolated; empty if there is a gap.
 std::optional<std::vector<ImuSample>> samples_between(const std::vector<ImuSample>& imu, Time begin, Time end) {
   const auto later = [](Time time, const ImuSample& sample) { return time < sample.time; };
   auto after = std::upper_bound(imu.begin(), imu.end(), begin, later);

@@ -5,7 +5,7 @@
 
 namespace lodestone {
 
-/// What is believed before the log has a say, and how it is weighed.
+/// Priors and weights of the calibration.
 struct CalibrationOptions {
   double hard_iron_sigma_ut = 20.0;
   double soft_iron_sigma = 0.05;
@@ -23,26 +23,25 @@ struct CalibrationOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("hard_iron_sigma_ut", hard_iron_sigma_ut, "prior of each magnetometer's offset, a component");
+    visitor.field("hard_iron_sigma_ut", hard_iron_sigma_ut, "prior sigma of each magnetometer's offset, per component");
     visitor.field("soft_iron_sigma", soft_iron_sigma,
-                  "prior of each of the six numbers of scale and soft iron, a share of the field");
+                  "prior sigma of each of the six parameters of scale and soft iron, as a share of the field");
     visitor.field("misalignment_sigma_deg", misalignment_sigma_deg,
-                  "prior of each magnetometer's turn against the platform file, an axis");
+                  "prior sigma of each magnetometer's rotation against the platform file, per axis");
     visitor.field(
         "min_gain", min_gain,
-        "a direction of the parameters whose prior variance the log shrinks by a smaller share is held at its prior");
+        "a direction of the parameters is kept at its prior if the log reduces its prior variance by a smaller share");
     visitor.field("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s,
-                  "without a map: of the gyroscope's bias, an axis");
+                  "without a map: prior sigma of the gyroscope bias, per axis");
     visitor.field("max_walk_ut_sqrt_s", max_walk_ut_sqrt_s,
-                  "without a map: where the field about the robot changes faster, only offsets are looked for");
-    visitor.field("map_correlation_m", map_correlation_m,
-                  "with a map: its error is one and the same over this distance");
-    visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "with a map: least sigma of it");
-    visitor.field("position_sigma_m", position_sigma_m, "with a map: of the trajectory, an axis");
-    visitor.field("rotation_sigma_deg", rotation_sigma_deg, "with a map: of the trajectory, an axis");
-    visitor.field("huber_sigma", huber_sigma, "readings further than so many sigmas off are weighed down");
-    visitor.field("max_moments", max_moments, "most moments of the log that are used, evenly spread");
-    visitor.field("max_rounds", max_rounds, "most rounds of solving and weighing anew");
+                  "without a map: if the field around the robot changes faster, only offsets are estimated");
+    visitor.field("map_correlation_m", map_correlation_m, "with a map: correlation length of its error");
+    visitor.field("map_sigma_floor_ut", map_sigma_floor_ut, "with a map: its smallest sigma");
+    visitor.field("position_sigma_m", position_sigma_m, "with a map: sigma of the trajectory's position, per axis");
+    visitor.field("rotation_sigma_deg", rotation_sigma_deg, "with a map: sigma of the trajectory's attitude, per axis");
+    visitor.field("huber_sigma", huber_sigma, "readings with larger residuals, in sigmas, get less weight");
+    visitor.field("max_moments", max_moments, "largest number of moments of the log that are used, evenly distributed");
+    visitor.field("max_rounds", max_rounds, "largest number of rounds of solution and weighting");
   }
 
   void check() const {

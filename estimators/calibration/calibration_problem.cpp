@@ -15,10 +15,10 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kHeld = 1e4;         // 1 / sigma of what is held, in units of its prior
-constexpr double kCoupling = 3.0;     // 1/m, sigma of the slope over the field that goes with it: a dipole's at a metre
-constexpr double kNoiseMargin = 2.0;  // how many times what noise pretends to show is taken off
-constexpr double kLeastSpread_m = 0.01;  // of the array, from which on it can show a slope
+constexpr double kHeld = 1e4;         // 1 / sigma of constraints, in units of the prior
+constexpr double kCoupling = 3.0;     // 1/m, sigma of the gradient proportional to the field: that of a dipole at 1 m
+constexpr double kNoiseMargin = 2.0;  // multiple of the spurious information that is subtracted
+constexpr double kLeastSpread_m = 0.01;  // smallest extent of the array at which a gradient is observable
 
 Matrix3 R_mag_imu(const MagnetometerModel& model) {
   return model.T_imu_mag.rotation.conjugate().toRotationMatrix();
@@ -60,7 +60,7 @@ void CalibrationProblem::reset() {
   start();
 }
 
-/// The mean of the readings as they are; with a map no error of it.
+/// The mean of the unchanged readings; with a map, zero error.
 void CalibrationProblem::start() {
   std::vector<std::size_t> counts(log_.magnetometers.size(), 0);
   double squares = 0.0, readings = 0.0;
@@ -95,7 +95,7 @@ void CalibrationProblem::start() {
   last_distortions_.assign(own_.size(), Matrix3::Identity());
 }
 
-/// Without a map: the array's field less its mean over the stretch of log, which stays while the robot turns.
+/// Without a map: the array's field less its mean over the stretch of the log, which is constant in the robot's axes.
 void CalibrationProblem::find_anomalies() {
   if (log_.mapped || !with_slope_) return;
   std::vector<Quaternion> attitude(log_.moments.size(), Quaternion::Identity());
@@ -177,7 +177,7 @@ void CalibrationProblem::add_steps(ceres::Problem& problem, const FieldProcess& 
                            coupling_.data());
 }
 
-/// Parameters against the field as a matrix on own ones and, behind them, the common distortion.
+/// Parameters against the field as a matrix on the own parameters and, after them, the common distortion.
 Eigen::MatrixXd CalibrationProblem::total_by_own() const {
   const auto count = static_cast<Eigen::Index>(active_.size());
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(12 * count, 12 * count + 9);
@@ -189,7 +189,7 @@ Eigen::MatrixXd CalibrationProblem::total_by_own() const {
   return total;
 }
 
-/// The other way round, with a mean own distortion of none.
+/// The inverse, with a mean own distortion of zero.
 Eigen::MatrixXd CalibrationProblem::own_by_total() const {
   const auto count = static_cast<Eigen::Index>(active_.size());
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(12 * count + 9, 12 * count);
@@ -228,7 +228,7 @@ void CalibrationProblem::add_priors(ceres::Problem& problem, const FieldProcess&
   std::vector<int> sizes(active_.size(), 12);
   std::vector<double*> blocks;
   for (const int j : active_) blocks.push_back(own_[static_cast<std::size_t>(j)].data());
-  if (!log_.mapped) {  // own distortions have a mean of none
+  if (!log_.mapped) {  // own distortions have zero mean
     const Eigen::MatrixXd mean = own_by_total().bottomRows(9);
     problem.AddResidualBlock(linear_factor(sizes, kHeld / options_.soft_iron_sigma * mean), nullptr, blocks);
   }
@@ -254,7 +254,7 @@ void CalibrationProblem::solve(const FieldProcess& process, const std::vector<Re
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = iterations;
-  options.initial_trust_region_radius = 1e8;  // nearly linear: full steps
+  options.initial_trust_region_radius = 1e8;  // full steps, since the problem is nearly linear
   options.function_tolerance = 1e-7;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
@@ -264,15 +264,15 @@ void CalibrationProblem::solve(const FieldProcess& process, const std::vector<Re
 }
 
 /// A step's derivative by the field before it is −β A ΔRᵀ A⁻¹. Noise n of ΔR adds −β [n×] to it, and on average 2 β² σ²
-/// I to the information: along a direction that no true turn shows, that would be all of it.
-void CalibrationProblem::take_off_turn_noise(const FieldProcess& process, int state_size,
+/// I to the information. Along a direction without true rotation, this would be the only information.
+void CalibrationProblem::subtract_turn_noise(const FieldProcess& process, int state_size,
                                              Eigen::SparseMatrix<double>& information) const {
   for (std::size_t k = 1; k < log_.moments.size(); ++k) {
     if (!log_.moments[k].follows) continue;
     const double before = field_step(log_, k, process, options_).before;
-    const double pretended = 2.0 * std::pow(before * log_.moments[k].turn_sigma, 2);
+    const double spurious = 2.0 * std::pow(before * log_.moments[k].turn_sigma, 2);
     const auto row = static_cast<Eigen::Index>(k - 1) * state_size;
-    for (Eigen::Index i = row; i < row + 3; ++i) information.coeffRef(i, i) -= kNoiseMargin * pretended;
+    for (Eigen::Index i = row; i < row + 3; ++i) information.coeffRef(i, i) -= kNoiseMargin * spurious;
   }
 }
 
@@ -316,10 +316,10 @@ Eigen::MatrixXd CalibrationProblem::information_of_own(const FieldProcess& proce
   const Eigen::SparseMatrix<double> by_state = jacobian.leftCols(states);
   const Eigen::SparseMatrix<double> by_parameter = jacobian.rightCols(jacobian.cols() - states);
   Eigen::SparseMatrix<double> state_information = by_state.transpose() * by_state;
-  take_off_turn_noise(process, with_slope_ ? 8 : 3, state_information);
+  subtract_turn_noise(process, with_slope_ ? 8 : 3, state_information);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(state_information);
   if (solver.info() != Eigen::Success)
-    throw InputError("the calibration's states are not determined: too few readings");
+    throw InputError("the calibration is not determined: the log has too few readings");
   const Eigen::MatrixXd cross = Eigen::SparseMatrix<double>(by_state.transpose() * by_parameter);
   return Eigen::MatrixXd(Eigen::SparseMatrix<double>(by_parameter.transpose() * by_parameter)) -
          cross.transpose() * solver.solve(cross);
@@ -354,7 +354,7 @@ MagnetometerCalibration CalibrationProblem::calibration(std::size_t j) const {
   return {own_[j].head<3>(), distortion_matrix(own_[j].tail<9>()) * Q * distortion_matrix(common_) * Q.transpose()};
 }
 
-/// The field that a reading sees by the states, or the map's error, before what all distort alike is taken off or
+/// The field at a reading's position from the states, or the map's error; before removing the common distortion or
 /// (`common_inverse`) after.
 Vector3 CalibrationProblem::field_of(std::size_t k, const MomentReading& reading, const Matrix3& common_inverse) const {
   const MagnetometerModel& model = log_.magnetometers[static_cast<std::size_t>(reading.magnetometer)];

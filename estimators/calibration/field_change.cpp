@@ -11,8 +11,8 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kSmallest_ut = 0.01, kLargest_ut = 300.0;  // of sizes that are tried
-constexpr int kTried = 800;                                 // 1.3 % apart
+constexpr double kSmallest_ut = 0.01, kLargest_ut = 300.0;  // range of sizes in the search
+constexpr int kTried = 800;                                 // number of sizes in the search, 1.3 % apart
 
 }  // namespace
 
@@ -25,7 +25,7 @@ ChangeSize change_size(const Eigen::Matrix4d& information, const Eigen::Vector4d
   for (int i = 0; i <= kTried; ++i) {
     const double size = kSmallest_ut * std::pow(kLargest_ut / kSmallest_ut, static_cast<double>(i) / kTried);
     const double variance = size * size;
-    // 2 log N(x; 0, V + t I) / N(x; 0, V) along the directions in which V⁻¹ is diagonal
+    // 2 log N(x; 0, V + t I) / N(x; 0, V) along the directions in which V⁻¹ is diagonal.
     const Eigen::Array4d larger = 1.0 + known.array() * variance;
     const double gain = (seen.array() * variance / larger - larger.log()).sum();
     if (gain <= best_gain) continue;
@@ -64,7 +64,8 @@ std::vector<ComparedPlace> compare_places(const CalibrationLog& log, const Field
       const Matrix3 R_map_mag = R_map_imu * log.magnetometers[j].T_imu_mag.rotation.toRotationMatrix();
       cell.place.difference_ut += R_map_mag * corrections[j] * (reading.measured_ut - calibrations[j].hard_iron_ut) -
                                   R_map_imu * reading.known_ut;
-      // What a cell's readings share does not average out: the mean of the variances is an upper bound (design/023).
+      // The readings' common error in a cell does not average out: the mean variance is an upper bound
+      // (docs/design/023).
       cell.covariance += R_map_mag * usual_error_covariances[j] * R_map_mag.transpose();
       cell.map_variance += map_variance;
       cell.noise_variance += reading.sigma_ut * reading.sigma_ut;

@@ -11,11 +11,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kUsualField_ut = 50.0;    // what the gyroscope's noise turns
-constexpr double kAnyField_ut = 200.0;     // prior of a field of which nothing is known
-constexpr double kLeastStep_ut = 0.01;     // between moments: the solver's numbers stay in range
-constexpr double kUsualExcess = 4.0;       // of a place's mean square over that of most places
-constexpr double kMapErrorLasts_s = 60.0;  // at a standstill: errors of the pose change too
+constexpr double kUsualField_ut = 50.0;    // that is rotated with the gyroscope's noise
+constexpr double kAnyField_ut = 200.0;     // prior of an unknown field
+constexpr double kLeastStep_ut = 0.01;     // between moments, for the conditioning of the solver
+constexpr double kUsualExcess = 4.0;       // ratio of a place's mean square to that of most places
+constexpr double kMapErrorLasts_s = 60.0;  // at a standstill: errors of the pose change, too
 constexpr std::array<double, 5> kLags_s{0.5, 1.0, 2.0, 4.0, 8.0};
 constexpr double kLeastWalk_ut = 0.02, kLeastSlope_ut_m = 0.5, kLeastSlopeWalk_ut_m = 0.1;
 
@@ -23,20 +23,20 @@ double seconds_since_last(const CalibrationLog& log, std::size_t moment) {
   return to_seconds(log.moments[moment].time - log.moments[moment - 1].time);
 }
 
-/// How alike the map's error is at a moment to that at the one before.
+/// Correlation of the map's error at a moment with that at the previous one.
 double map_likeness(const CalibrationLog& log, std::size_t moment, const CalibrationOptions& options) {
   return std::exp(-log.moments[moment].moved_m / options.map_correlation_m -
                   seconds_since_last(log, moment) / kMapErrorLasts_s);
 }
 
-/// x' = ρ x + w with the variance of x kept: σ of each may differ.
+/// x' = ρ x + w with a constant variance of x; the sigmas of the two states may differ.
 StepWeights stationary(double likeness, double sigma_before, double sigma_after) {
   const double step = std::sqrt(std::max(1e-8, 1.0 - likeness * likeness));
   return {1.0 / (sigma_after * step), likeness / (sigma_before * step)};
 }
 
-/// Largest over the lags of the mean squared change of a component over a lag, per second of it. `states`: in axes that
-/// do not turn. Stretches are told apart by `stretch`.
+/// Mean squared change of a component over a lag, per second; the largest over all lags. `states`: in axes that do not
+/// rotate. `stretch`: index of each state's stretch.
 template <class State>
 double largest_walk(const CalibrationLog& log, const std::vector<State>& states, const std::vector<int>& stretch) {
   double largest = 0.0;
@@ -56,7 +56,7 @@ double largest_walk(const CalibrationLog& log, const std::vector<State>& states,
   return std::sqrt(largest);
 }
 
-/// By how much the map's error at each place exceeds that at most places, which itself is at least its sigma.
+/// Ratio of the map's error at each place to that at most places, which is at least its sigma.
 std::vector<double> place_scales(const CalibrationLog& log, const FieldStates& states) {
   std::vector<double> squares(log.places, 0.0), counts(log.places, 0.0);
   for (std::size_t k = 0; k < states.field_ut.size(); ++k) {

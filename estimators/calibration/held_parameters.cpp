@@ -13,22 +13,22 @@ constexpr double kMostlyHidden = 0.5;
 constexpr std::array<const char*, 12> kNames{"offset along x",        "offset along y",        "offset along z",
                                              "scale along x",         "scale along y",         "scale along z",
                                              "shear between x and y", "shear between x and z", "shear between y and z",
-                                             "turn about x",          "turn about y",          "turn about z"};
+                                             "rotation about x",      "rotation about y",      "rotation about z"};
 
 std::string held_at(int parameter, const CalibrationOptions& options) {
   char text[64];
   if (parameter < 3) {
-    std::snprintf(text, sizeof(text), "held as given ± %g µT", options.hard_iron_sigma_ut);
+    std::snprintf(text, sizeof(text), "kept as given ± %g µT", options.hard_iron_sigma_ut);
   } else if (parameter < 9) {
-    std::snprintf(text, sizeof(text), "held as given ± %g %%", 100.0 * options.soft_iron_sigma);
+    std::snprintf(text, sizeof(text), "kept as given ± %g %%", 100.0 * options.soft_iron_sigma);
   } else {
-    std::snprintf(text, sizeof(text), "held as given ± %g°", options.misalignment_sigma_deg);
+    std::snprintf(text, sizeof(text), "kept as given ± %g°", options.misalignment_sigma_deg);
   }
   return text;
 }
 
 std::string line(const std::string& who, const std::string& what, const std::string& held, bool map_changed = false) {
-  return who + ": " + what + ": not shown by this motion" + (map_changed ? " in a changed field; " : "; ") + held;
+  return who + ": " + what + ": not determined by this motion" + (map_changed ? " in a changed field; " : "; ") + held;
 }
 
 /// The same parameter of every magnetometer, along the robot's axes, in units of the prior.
@@ -56,7 +56,7 @@ std::vector<std::string> describe_held(const ParameterGain& gain, const std::vec
   std::vector<std::string> lines;
   for (std::size_t j = 0; j < magnetometers.size(); ++j) {
     if (std::find(active.begin(), active.end(), static_cast<int>(j)) == active.end()) {
-      lines.push_back(magnetometers[j].name + ": no readings; everything held as given");
+      lines.push_back(magnetometers[j].name + ": no readings; all parameters kept as given");
     }
   }
   const Eigen::VectorXd share = gain.hidden_share();

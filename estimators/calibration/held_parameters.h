@@ -8,10 +8,10 @@
 
 namespace lodestone {
 
-/// What was held at its prior, in words, for instance "front_0: offset along z of the sensor: not shown by this motion;
-/// held at 0 ± 20 µT". One line a kind of parameter, with the magnetometers of which it is true; and what is hidden
-/// only in so far as all magnetometers have it alike: "all magnetometers alike: scale: …". `active`: the magnetometers
-/// that `gain` is of, 12 parameters each; magnetometers without readings get a line of their own.
+/// Text about the parameters that are kept at their prior, for instance "front_0: offset along z of the sensor: not
+/// determined by this motion; kept as given ± 20 µT". One line per kind of parameter, with the names of its
+/// magnetometers; parameters of which only the common value is undetermined: "all magnetometers alike: scale: …".
+/// `active`: the magnetometers of `gain`, 12 parameters each; magnetometers without readings get a line of their own.
 std::vector<std::string> describe_held(const ParameterGain& gain, const std::vector<MagnetometerModel>& magnetometers,
                                        const std::vector<int>& active, const CalibrationOptions& options,
                                        bool map_changed = false);

@@ -16,20 +16,21 @@ namespace {
 
 constexpr std::size_t kFewestMoments = 20;
 constexpr int kRoughly = 6, kWell = 50;  // iterations of a solver
-constexpr double kSettled = 0.03;        // relative change of the weights
-constexpr double kMedianSquare = 2.366;  // of χ² with three degrees of freedom
-constexpr double kChangeMargin = 2.0;    // prior sigma of a change of the map over the size that its log shows
-constexpr double kAnyChange_ut = 20.0;   // of the map, before its size is estimated
-constexpr double kWorthNaming = 3.0;     // change of the mean field over the map's error
+constexpr double kSettled = 0.03;        // relative change of the weights at convergence
+constexpr double kMedianSquare = 2.366;  // median of χ² with three degrees of freedom
+constexpr double kChangeMargin = 2.0;    // prior sigma of a change of the map over its estimated size
+constexpr double kAnyChange_ut = 20.0;   // prior of a change of the map before its size is estimated
+constexpr double kWorthNaming = 3.0;     // ratio of a change of the mean field to the map's error
 constexpr double kLeastChange_ut = 0.05;
-constexpr double kFarOff = 4.0;  // sigmas: what lies further off says nothing about scatter and likeness
+constexpr double kFarOff = 4.0;  // sigmas: larger residuals are ignored for scatter and correlation
 
-/// How much the residuals of one magnetometer scatter beyond their white noise, for how long they stay alike.
+/// Scatter of one magnetometer's residuals relative to their white noise, and their correlation time.
 class Scatter {
  public:
   void add(const Vector3& residual) { residuals_.push_back(residual); }
 
-  /// The scale is that of a white noise whose means over any number of neighbours scatter no less than theirs do.
+  /// The scale is that of white noise whose means over any number of neighbours scatter at least as much as the
+  /// residuals' means.
   ReadingWeights weights(double huber_sigma) const {
     if (residuals_.size() < kFewestMoments) return {1.0, huber_sigma};
     std::vector<double> squares;
@@ -44,7 +45,7 @@ class Scatter {
   }
 
  private:
-  /// Mean square, a component, of the means of `block` neighbours, each no longer than `most`.
+  /// Mean square per component of the means of `block` neighbours, each limited to a length of `most`.
   double variance_of_means(std::size_t block, double most) const {
     double squares = 0.0;
     std::size_t blocks = 0;
@@ -88,7 +89,7 @@ double change(const FieldProcess& a, const FieldProcess& b, const std::vector<Re
   return largest;
 }
 
-/// Rows that are zero where no magnetometer distorts.
+/// Rows whose products are zero if no magnetometer distorts.
 Eigen::MatrixXd distortion_rows(const Eigen::VectorXd& prior_sigma) {
   const Eigen::Index count = prior_sigma.size() / 12;
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(9 * count, 12 * count);
@@ -98,7 +99,7 @@ Eigen::MatrixXd distortion_rows(const Eigen::VectorXd& prior_sigma) {
   return rows;
 }
 
-/// What each reads beside the reference, before and after.
+/// Residuals of each magnetometer against the reference, before and after calibration.
 void add_residuals(const CalibrationLog& log, const CalibrationProblem& problem,
                    MagnetometerCalibrationResult& result) {
   std::vector<Matrix3> corrections;
@@ -140,12 +141,12 @@ void add_sigmas(const CalibrationProblem& problem, MagnetometerCalibrationResult
   }
 }
 
-/// The units of a change of the map in µT: its scale times the usual field.
+/// Converts a change of the map to µT: the scale is multiplied by the usual field.
 Eigen::Vector4d to_microtesla(const CalibrationProblem& problem, const FieldProcess& process) {
   return problem.map_change_sigma(process).cwiseInverse() * process.map_change_ut;
 }
 
-/// What the log tells about a change of the map, in µT, at a solution with process.map_change_ut.
+/// Evidence of the log about a change of the map, in µT, at a solution with process.map_change_ut.
 struct ChangeEvidence {
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  ///< without a prior of the change
   ChangeSize size;
@@ -163,7 +164,7 @@ ChangeEvidence change_evidence(CalibrationProblem& problem, const FieldProcess& 
   return evidence;
 }
 
-/// Solves and weighs anew until the weights stay.
+/// Solves and recomputes the weights until the weights converge.
 void settle(const CalibrationLog& log, const CalibrationOptions& options, const Eigen::MatrixXd& held,
             CalibrationProblem& problem, FieldProcess& process, std::vector<ReadingWeights>& weights, int& rounds) {
   rounds = 0;
@@ -185,8 +186,8 @@ void settle(const CalibrationLog& log, const CalibrationOptions& options, const 
   problem.solve(process, weights, held, kWell);
 }
 
-/// The information of a log that shows of each magnetometer but what it reads beside the usual field, b + (D − I) h:
-/// that of its offset, given to this sum.
+/// The information of a log that determines only the error in the usual field of each magnetometer, b + (D − I) h: the
+/// information about its offset is attributed to this sum.
 Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProblem& problem,
                                const Eigen::MatrixXd& information) {
   std::vector<Vector3> usual(log.magnetometers.size(), Vector3::Zero());
@@ -210,21 +211,21 @@ Eigen::MatrixXd of_usual_error(const CalibrationLog& log, const CalibrationProbl
   return sum.transpose() * of_offsets * sum;
 }
 
-/// By how much the mean field has changed along the axes of the map on which the log can tell, a component. A scale and
-/// an offset that cancel there describe errors of the map that go with its variation, and no change of the field.
-double mean_change_ut(const CalibrationProblem& problem, const std::vector<int>& untold) {
+/// Change of the mean field along the map's axes that the log determines, per component. A scale and an offset that
+/// cancel there are errors of the map that are proportional to its variation, not a change of the field.
+double mean_change_ut(const CalibrationProblem& problem, const std::vector<int>& undetermined) {
   const MapChange& change = problem.map_change();
   const Vector3 mean = change[0] * problem.mean_field_ut() + change.tail<3>();
   double squares = 0.0, axes = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    if (std::find(untold.begin(), untold.end(), axis) != untold.end()) continue;
+    if (std::find(undetermined.begin(), undetermined.end(), axis) != undetermined.end()) continue;
     squares += mean[axis] * mean[axis];
     axes += 1.0;
   }
   return axes > 0.0 ? std::sqrt(squares / axes) : 0.0;
 }
 
-/// Decides whether the map as a whole has changed; else nothing of that kind is in the problem any more.
+/// Decides whether the whole map has changed; if not, removes the change from the problem.
 FieldChange settle_map_change(CalibrationProblem& problem, FieldProcess& process,
                               const std::vector<ReadingWeights>& weights, const CalibrationOptions& options) {
   FieldChange change;
@@ -233,7 +234,7 @@ FieldChange settle_map_change(CalibrationProblem& problem, FieldProcess& process
   const ChangeEvidence evidence = change_evidence(problem, process, weights);
   const double alike_ut = options.hard_iron_sigma_ut / std::sqrt(static_cast<double>(problem.active().size()));
   for (int axis = 0; axis < 3; ++axis) {
-    // Information about the axis if the other components were known: an upper bound.
+    // Information about the axis with all other components known: an upper bound.
     const double sigma_ut = 1.0 / std::sqrt(std::max(evidence.information(1 + axis, 1 + axis), 1e-12));
     if (sigma_ut > 0.5 * alike_ut) change.like_sensors.push_back(axis);
   }
@@ -271,8 +272,8 @@ void add_field_change(const CalibrationLog& log, const CalibrationProblem& probl
 
 MagnetometerCalibrationResult calibrate_magnetometers(const CalibrationLog& log, const CalibrationOptions& options) {
   if (log.moments.size() < kFewestMoments) {
-    throw InputError("a calibration takes at least " + std::to_string(kFewestMoments) +
-                     " moments, about a second of log; found " + std::to_string(log.moments.size()));
+    throw InputError("a calibration requires at least " + std::to_string(kFewestMoments) +
+                     " moments, about one second of log; found " + std::to_string(log.moments.size()));
   }
   MagnetometerCalibrationResult result;
   result.magnetometers.resize(log.magnetometers.size());
@@ -281,7 +282,7 @@ MagnetometerCalibrationResult calibrate_magnetometers(const CalibrationLog& log,
   FieldProcess process;
   if (!log.mapped) {
     const FieldProcess seen = observed_process(log, problem.states(), Vector3::Zero(), Matrix3::Identity());
-    process.step_ut_sqrt_s = seen.step_ut_sqrt_s;  // the slope's states are zero yet
+    process.step_ut_sqrt_s = seen.step_ut_sqrt_s;  // the states of the gradient are still zero
   }
   if (problem.with_map_change()) process.map_change_ut = kAnyChange_ut;
   const Eigen::MatrixXd nothing_held;

@@ -1,4 +1,4 @@
-// What a calibration problem believes of a map's change and of its errors, and what the log tells about the change.
+// Priors of the map's change and of its errors in a calibration problem, and the log's information about the change.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLeastVariation = 1e-3;  // sigma of v: the solver's numbers stay in range
+constexpr double kLeastVariation = 1e-3;  // sigma of v, for the conditioning of the solver
 
 }  // namespace
 
@@ -20,13 +20,13 @@ double CalibrationProblem::map_error_ut(const FieldProcess& process) const {
   return std::sqrt(squares / static_cast<double>(log_.moments.size()));
 }
 
-/// Errors of the map make its variation larger than the field's, by their share of its variance (regression dilution).
+/// The map's errors increase its variation above the field's, by their share of its variance (regression dilution).
 double CalibrationProblem::variation_sigma(const FieldProcess& process) const {
   const double error = std::pow(map_error_ut(process), 2);
   return std::clamp(error / std::max(map_variance_ut2_, 1e-12), kLeastVariation, 1.0);
 }
 
-/// The slope does not describe a field that changes over the map's correlation length: the next term of the series.
+/// The gradient does not model changes of the field within the map's correlation length: the next term of the series.
 double CalibrationProblem::reading_sigma(std::size_t k, const MomentReading& reading) const {
   if (place_excess_.empty()) return reading.sigma_ut;
   const CalibrationMoment& moment = log_.moments[k];

@@ -9,7 +9,6 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/observability/robust_weight.h"
-#include "estimators/health.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/ieskf/swept_evidence.h"
 #include "estimators/initialization/initialization.h"
@@ -27,9 +26,9 @@ constexpr double kConverged_deg = 1e-2;
 
 struct IteratedFilter::Scan {
   std::vector<Eigen::Vector3f> points;          // imu frame at the scan's end
-  ScanLidars lidars{LidarModel{}};              // that measured them
-  std::shared_ptr<const PlaneMap> planes;       // that correspondences point into
-  std::vector<float> ages_s;                    // of the points, at the scan's end; only with deskewing errors
+  ScanLidars lidars{LidarModel{}};              // of these points
+  std::shared_ptr<const PlaneMap> planes;       // that correspondences refer to
+  std::vector<float> ages_s;                    // of the points at the scan's end; only with deskewing errors
   std::vector<Correspondence> correspondences;  // at the prediction
   CondensedCost cost;
   Pose predicted;
@@ -84,7 +83,6 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
 
   estimate.state = state_;
   estimate.covariance = covariance_.topLeftCorner<6, 6>();
-  estimate.health = judge(estimate);
   diagnostics.step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   sink.causal(estimate);
   sink.best(estimate);
@@ -106,7 +104,7 @@ Degeneracy IteratedFilter::analyse(const Scan& scan) const {
     case DegeneracyRule::marginal:
       break;
   }
-  // A filter has no window: the scan's own information takes its place, here and above.
+  // A filter has no window: the information of the single scan is used, here and above.
   return analyse_by_sigma(scan.cost.hessian(scan.predicted) - kNormalNoiseMargin * scan.cost.spurious_information,
                           std::max(scan.cost.range_rms_m, 1.0), options);
 }
@@ -122,14 +120,14 @@ void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy&
   diagnostics.magnetic_samples = static_cast<int>(localized.poses.size());
   if (localized.poses.empty()) return;
 
-  // Huber's weight of each: s = √(rᵀ (P + R)⁻¹ r) of the pose against the prediction, weight c / s.
+  // Huber weight c / s of each pose, with s = √(rᵀ (P + R)⁻¹ r), r against the prediction.
   const Pose predicted = state_.T_map_imu;
   const double threshold = mahalanobis_quantile(6, options.magnetic.huber_probability);
   std::vector<double> weights;
   for (const MagneticPose& pose : localized.poses) {
     double weight = 1.0;
     if (options.magnetic.huber) {
-      // (P + R)⁻¹ = I_n (Id + P I_n)⁻¹ holds where the information I_n = R⁻¹ is singular, too.
+      // (P + R)⁻¹ = I_n (Id + P I_n)⁻¹ also holds for a singular information I_n = R⁻¹.
       const Vector6 residual = pose.T_map_imu.boxminus(predicted);
       const Matrix6 inverse_innovation =
           pose.information * (Matrix6::Identity() + pose_covariance * pose.information).inverse();
@@ -140,7 +138,7 @@ void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy&
     if (weight < 0.5) ++diagnostics.magnetic_rejected;
   }
 
-  // H_u = H V (I − D) Vᵀ where LiDAR misses a direction; else β.
+  // H_u = H V (I − D) Vᵀ if a direction is degenerate; else β.
   const bool degenerate = degeneracy.degenerate_directions > 0;
   const bool guarded = options.ieskf.degeneracy.rule != DegeneracyRule::none && input_.planes != nullptr;
   const Matrix6 mask = degenerate && guarded ? degeneracy.magnetic_projector() : Matrix6::Identity();
@@ -175,7 +173,7 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
   const Matrix6 mask = degeneracy.lidar_projector();  // H_g = H V D Vᵀ
   CondensedCost cost = scan.cost;
   Pose condensed_at = scan.predicted;
-  std::shared_ptr<const PlaneMap> planes;  // that renewed correspondences point into
+  std::shared_ptr<const PlaneMap> planes;  // that renewed correspondences refer to
   std::vector<Correspondence> renewed;
   const std::vector<Correspondence>* correspondences = &scan.correspondences;
   bool first = scan.predicted.boxminus(state_.T_map_imu).isZero(0.0);

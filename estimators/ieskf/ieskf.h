@@ -10,9 +10,9 @@
 namespace lodestone {
 
 /// The paper's filter (MIL-LC), complete: undistortion of points and magnetometer samples, Gauss-Newton magnetic
-/// localization per sample, two-step update with H_u and H_g, β, Huber on the Mahalanobis distance, R from the spread
-/// of the samples, gravity in the state. Order within a scan: docs/design/architecture.md Without a field map it is the
-/// LiDAR-inertial filter.
+/// localization per sample, two-step update with H_u and H_g, β, Huber weights on the Mahalanobis distance, R from the
+/// spread of the samples, gravity in the state. Order within a scan: docs/design/architecture.md. Without a field map:
+/// the LiDAR-inertial filter.
 class IteratedFilter final : public Estimator {
  public:
   explicit IteratedFilter(EstimatorInput input);

@@ -6,13 +6,13 @@
 
 namespace lodestone {
 
-/// What measurements say of the pose at one linearization: Σ Jᵀ R⁻¹ J and Σ Jᵀ R⁻¹ r, tangent order φ, p.
+/// Information of measurements about the pose at one linearization: Σ Jᵀ R⁻¹ J and Σ Jᵀ R⁻¹ r, tangent order φ, p.
 struct PoseEvidence {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
 };
 
-/// What measurements say of the whole state, in the order of namespace tangent.
+/// Information of measurements about the whole state, in the order of namespace tangent.
 struct StateEvidence {
   Matrix17 information = Matrix17::Zero();
   Vector17 gradient = Vector17::Zero();

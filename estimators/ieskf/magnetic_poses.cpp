@@ -18,11 +18,11 @@ Matrix6 carry_jacobian(const Pose& T_map_end, const Pose& T_end_t) {
 }
 
 struct FieldAlone {
-  Vector6 step = Vector6::Zero();         // from the prediction to what the field alone says
-  Matrix6 information = Matrix6::Zero();  // none in the directions it does not see
+  Vector6 step = Vector6::Zero();         // from the prediction to the pose from the field alone
+  Matrix6 information = Matrix6::Zero();  // zero in unobservable directions
 };
 
-/// Takes the prior out of a localization again, so that the filter does not count its own prediction twice.
+/// Subtracts the prior from a localization, so that the filter does not use its own prediction twice.
 FieldAlone without_prior(const MagneticLocalization& found, const Pose& predicted, double unseen_gain) {
   const Matrix6 to_directions = found.directions.inverse();
   Vector6 step = to_directions * found.T_map_imu.boxminus(predicted);

@@ -13,19 +13,18 @@ namespace lodestone {
 /// One array sample's localization, brought to the scan's end: the first step of the paper's two-step magnetic update.
 struct MagneticPose {
   Pose T_map_imu;                         ///< at t_k
-  Matrix6 information = Matrix6::Zero();  ///< R_n⁻¹, order φ, p; singular where the field says nothing
+  Matrix6 information = Matrix6::Zero();  ///< R_n⁻¹, order φ, p; singular if the field does not observe all directions
 };
 
 struct MagneticPoses {
   std::vector<MagneticPose> poses;
-  int off_map = 0;               ///< single readings without field
+  int off_map = 0;               ///< single readings off the map
   double residual_rms_ut = 0.0;  ///< of measured minus map at the localized poses
 };
 
-/// Localizes every array sample by itself (Gauss-Newton from the propagated pose with `covariance` as trust in it),
-/// carries each result to the scan's end by the IMU's relative motion, and takes R from the spread of the results on
-/// top of what the field alone says of each (paper, section "Magnetometer Synchronization";
-/// docs/design/architecture.md).
+/// Localizes every array sample alone (Gauss-Newton from the propagated pose, with `covariance` as prior), moves each
+/// result to the scan's end by the IMU's relative motion, and computes R from the spread of the results plus the
+/// covariance from the field alone (paper, section "Magnetometer Synchronization"; docs/design/architecture.md).
 MagneticPoses localize_samples(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
                                const Matrix6& covariance, const SensorSuite& suite, const MagneticMap& map,
                                FieldInterpolation interpolation, bool map_sigma);

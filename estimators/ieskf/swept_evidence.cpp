@@ -11,14 +11,14 @@ namespace {
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Matrix22 = Eigen::Matrix<double, 22, 22>;
 
-// Of what the state explains: [ξ; slope at the end; error of the rate; error of the acceleration].
+// Order of what the state explains: [ξ; slope at the end; error of the rate; error of the acceleration].
 constexpr int kSlope = 13;
 constexpr int kRate = 16;
 constexpr int kAcceleration = 19;
 constexpr int kExplained = 22;
 
-/// The moment of what the state explains. The departure at the begin of the step follows from it, up to the noise of
-/// the IMU back from the end, which is marginalized.
+/// The quadratic form (moment matrix) of what the state explains. The departure at the begin of the step follows from
+/// it, up to the IMU's noise over the step, which is marginalized.
 Matrix22 explained_moment(const Matrix25& given_both, const Deskewing& deskewing) {
   constexpr int turn = 13, end_slope = 16, shift = 19, begin_slope = 22;  // of given_both
   const double step_s = deskewing.step_s;
@@ -61,7 +61,7 @@ StateEvidence swept_evidence(const CondensedCost& cost, std::span<const Correspo
   explained << cost.coordinates(state.T_map_imu), departure.segment<3>(3),
       state.gyroscope_bias - deskewed.gyroscope_bias, state.gravity - deskewed.gravity - to_map * bias_change;
 
-  // Slopes and accelerations are shifts, rates are turns: each is seen in the directions that the pose is seen in.
+  // Slopes and accelerations are shifts, rates are rotations: each uses the pose's observable directions.
   const Matrix3 seen_turns = mask.topLeftCorner<3, 3>();
   const Matrix3 seen_shifts = mask.bottomRightCorner<3, 3>();
   Eigen::Matrix<double, kExplained, 17> jacobian = Eigen::Matrix<double, kExplained, 17>::Zero();

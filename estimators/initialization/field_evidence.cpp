@@ -24,7 +24,7 @@ double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covari
          0.5 * std::log(2.0 * std::numbers::pi) * static_cast<double>(residual.size());
 }
 
-/// Sums over components, whose errors are independent of each other: one matrix serves all three.
+/// Sums over the components. Their errors are independent, so one covariance matrix serves all three.
 double log_likelihood(const Eigen::MatrixX3d& residuals, const Eigen::MatrixXd& covariance) {
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) sum += log_normal(residuals.col(axis), covariance);
@@ -95,7 +95,7 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
   }
   const double by_background = log_likelihood(background_residuals, background_covariance);
   const double by_map = result.on_map > 0 ? log_likelihood(residuals, covariance) : by_background;
-  // ln((1 − ε) exp(a) + ε exp(b)), from the larger
+  // ln((1 − ε) exp(a) + ε exp(b)), computed from the larger term
   const double a = std::log1p(-kStaleShare) + by_map;
   const double b = std::log(kStaleShare) + by_background;
   result.log_likelihood = kFieldTrust * (std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))));

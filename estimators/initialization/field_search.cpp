@@ -12,23 +12,23 @@ namespace lodestone {
 namespace {
 
 constexpr double kStep_m = 0.15;
-constexpr double kSigma_ut = 4.0;      // within half a step the field changes by so much
-constexpr double kWorstSquare = 16.0;  // of a reading, in sigmas: one broken sensor decides nothing
-constexpr double kCrowding = 3.0;      // readings that share one error of the map
-constexpr std::size_t kScored = 3000;  // of the places that fit the field best, so many are held against the cloud map
-constexpr std::size_t kCandidates = 100;  // that are registered
+constexpr double kSigma_ut = 4.0;      // change of the field within half a step
+constexpr double kWorstSquare = 16.0;  // limit of a reading's squared residual, sigmas²: one broken sensor must not win
+constexpr double kCrowding = 3.0;      // number of readings that share one error of the map
+constexpr std::size_t kScored = 3000;     // places with the best fit to the field that are also scored by the cloud map
+constexpr std::size_t kCandidates = 100;  // largest number of places that are registered
 constexpr double kPlacesApart_m = 0.3;
 constexpr double kPlacesApart_rad = 10.0 * std::numbers::pi / 180.0;
 
 struct FieldFit {
   Place place;
-  double field = 0.0;  ///< log-likelihood but for a constant
+  double field = 0.0;  ///< log-likelihood up to a constant
 };
 
-/// Heading and log-likelihood at one place; false where most readings are off the map.
+/// Heading and log-likelihood at one place. Returns false if most readings are off the map.
 bool fit(const ArrayReading& array, const Quaternion& attitude, const Vector3& position, const MagneticMap& map,
          double& yaw, double& log_likelihood) {
-  std::vector<Vector3> places;  // level axes, yaw 0, from the imu
+  std::vector<Vector3> places;  // relative to the imu, level axes, yaw 0
   std::vector<Vector3> measured;
   for (const MeanReading& reading : array.readings) {
     places.push_back(attitude * reading.T_end_mag.position);
@@ -112,7 +112,7 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
   std::vector<Place> places;
   for (const FieldFit& one : fits) places.push_back(one.place);
   search.score(points, places);
-  // A scan is worth so many independent points, however many there are.
+  // A scan counts as this number of independent points, however many it has.
   const double weight = points.empty() ? 0.0 : std::min(1.0, kIndependentPoints / static_cast<double>(points.size()));
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < fits.size(); ++i) order.emplace_back(-(fits[i].field + weight * places[i].score), i);

@@ -10,8 +10,8 @@ struct InitialState {
   Matrix17 covariance;
 };
 
-/// The state at the log's beginning: the given pose and velocity (map axes, m/s), without biases, gravity along the
-/// map's −z, with the uncertainty of `options`.
+/// The initial state: the given pose and velocity (map axes, m/s), zero biases, gravity along the map's −z, and the
+/// uncertainty of `options`.
 InitialState initial_state(const Pose& T_map_imu, const Vector3& velocity, double gravity_m_s2,
                            const InitialOptions& options);
 

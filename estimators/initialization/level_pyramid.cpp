@@ -6,7 +6,7 @@ namespace lodestone {
 
 namespace {
 
-/// Each value or-ed with that `step` columns and then `step` rows further.
+/// The or of each value with those `step` columns and then `step` rows further.
 std::vector<std::uint32_t> or_shifted(const std::vector<std::uint32_t>& bits, int columns, int rows, int step) {
   std::vector<std::uint32_t> result = bits;
   const auto width = static_cast<std::size_t>(columns);
@@ -33,7 +33,7 @@ LevelPyramid::LevelPyramid(const SiteLevel& level, int depth) {
     const int step = 1 << layer.shift;
     layer.columns = (level.columns + step - 1) / step;
     layer.rows = (level.rows + step - 1) / step;
-    // A window may begin anywhere between two that are kept: those are wider by as much.
+    // A window may begin anywhere between two stored ones, so stored windows are wider by that distance.
     const std::vector<std::uint32_t> wide =
         step > 1 ? or_shifted(full, level.columns, level.rows, step - 1) : std::vector<std::uint32_t>{};
     const std::vector<std::uint32_t>& source = step > 1 ? wide : full;

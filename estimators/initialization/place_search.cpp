@@ -13,12 +13,12 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kHitAtPlace = 0.8;       // share of a scan that its true place explains
-constexpr double kLeastShare = 0.6;       // of the best score: worse places are not handed on
-constexpr std::size_t kCandidates = 250;  // that are registered
+constexpr double kHitAtPlace = 0.8;       // share of a scan that is explained at its true place
+constexpr double kLeastShare = 0.6;       // of the best score: worse places are discarded
+constexpr std::size_t kCandidates = 250;  // largest number of places that are registered
 constexpr double kApart_m = 0.5;
 constexpr double kApart_rad = 5.0 * std::numbers::pi / 180.0;
-constexpr std::size_t kBatch = 256;  // blocks divided together
+constexpr std::size_t kBatch = 256;  // number of blocks divided together
 
 struct Offset {
   std::int32_t column;
@@ -40,9 +40,9 @@ std::vector<Offset> turned(std::span<const SearchPoint> points, double yaw, doub
   return result;
 }
 
-/// What hits are worth on one level: rare heights tell more than a ceiling that is everywhere.
+/// Weights of hits on one level: rare heights count more than a ceiling that is everywhere.
 struct Weights {
-  std::vector<float> hit;  ///< of each point, over a miss
+  std::vector<float> hit;  ///< of each point, relative to a miss
   float all_missed = 0.0F;
 };
 
@@ -79,13 +79,13 @@ float bound_of(std::span<const SearchPoint> points, std::span<const Offset> offs
 
 struct Block {
   float bound;
-  int k;  ///< 2^k cells a side
+  int k;  ///< 2^k cells per side
   int level;
   int yaw;
   int row;
   int column;
 
-  bool operator<(const Block& other) const {  // of two equal ones the smaller block is on top
+  bool operator<(const Block& other) const {  // of two equal blocks, the smaller is on top
     return std::tie(bound, other.k, other.level, other.yaw, other.row, other.column) <
            std::tie(other.bound, k, level, yaw, row, column);
   }

@@ -4,7 +4,7 @@
 
 namespace lodestone {
 
-/// How a start anywhere on the map is looked for, and when it counts as found.
+/// Options of the search of the initial pose on the whole map, and of its acceptance.
 struct PlaceSearchOptions {
   double data_s = 5.0;
   double min_probability = 0.99;
@@ -12,13 +12,13 @@ struct PlaceSearchOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("data_s", data_s, "at most so much of the log's beginning is looked at");
+    visitor.field("data_s", data_s, "length of the log that is used, from its begin, at most");
     visitor.field(
         "min_probability", min_probability,
-        "a place less probable than this, among all candidates and 'nowhere on the map', is refused; lower it to "
-        "go on with the best");
+        "the best place is rejected if its probability, among all candidates and 'nowhere on the map', is smaller; "
+        "lower it to accept the best place");
     visitor.field("max_nodes", max_nodes,
-                  "the search ends after so many blocks of places; what it leaves out counts as doubt");
+                  "the search stops after this number of blocks of places; its result is then not accepted");
   }
 
   void check() const {

@@ -14,13 +14,13 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kPoints = 400;     // of a scan: a grid has thousands of poses
-constexpr double kPlaneSlack_m = 0.2;    // how far from its plane a point still counts for something
-constexpr double kFieldSlack_ut = 4.0;   // what the field changes by within a step of the grid
-constexpr double kClearlyBetter = 0.12;  // shares that fit
+constexpr std::size_t kPoints = 400;     // of a scan, since a grid has thousands of poses
+constexpr double kPlaneSlack_m = 0.2;    // distance from the plane at which a point still counts
+constexpr double kFieldSlack_ut = 4.0;   // change of the field within a step of the grid
+constexpr double kClearlyBetter = 0.12;  // difference of the shares that fit
 constexpr double kAsGood = 0.04;
 
-/// All poses of a grid: the place of each along each direction.
+/// All poses of a grid, as steps along each direction.
 std::vector<std::vector<int>> places(const std::vector<SearchDirection>& directions) {
   std::vector<std::vector<int>> result{{}};
   for (const SearchDirection& direction : directions) {
@@ -57,7 +57,7 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
     for (std::size_t i = 0; i < all.size(); i += every) points_.push_back(all[i]);
   }
   if (field_ == nullptr || keyframe.magnetic.empty()) return;
-  // The last tenth of a second at most: one mean reading a magnetometer.
+  // One mean reading per magnetometer, over at most the last tenth of a second.
   for (ArrayReading& array :
        average_array(keyframe.magnetic, motion, input.suite, input.options.magnetic.samples_per_reading)) {
     for (MeanReading& reading : array.readings) {
@@ -131,8 +131,8 @@ std::optional<Pose> PoseSearch::best_fit(const Pose& about, const std::vector<Se
                [&](std::size_t i) { fits[i] = fit(pose_at(about, directions, grid[i], 1.0), 1.0); });
   const double most = *std::max_element(fits.begin(), fits.end());
   if (most < fit(about, 1.0) + kClearlyBetter) return std::nullopt;
-  // Of those that fit as well, the nearest: along a direction that nothing tells it stays where it was, among
-  // repetitions with the closest.
+  // Of the poses that fit equally well, the nearest: along an unobservable direction the pose does not move, and among
+  // repetitions of the structure the closest is chosen.
   std::size_t best = grid.size();
   double nearest = 0.0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
@@ -144,7 +144,7 @@ std::optional<Pose> PoseSearch::best_fit(const Pose& about, const std::vector<Se
     best = i;
     nearest = far;
   }
-  // Finer and finer about the best, with less and less slack.
+  // Refines about the best pose, with decreasing steps and slack.
   Pose found = pose_at(about, directions, grid[best], 1.0);
   std::vector<SearchDirection> fine = directions;
   for (SearchDirection& direction : fine) direction.steps = std::min(direction.steps, 2);

@@ -10,34 +10,33 @@
 
 namespace lodestone {
 
-/// A direction to look along: the pose moves by `axis` (φ right, p map) in `steps` steps to either side.
+/// A direction of the search: the pose moves by `axis` (φ right, p map) in `steps` steps to either side.
 struct SearchDirection {
   Vector6 axis = Vector6::Zero();  ///< one step
   int steps = 0;
 };
 
-/// Looks on a grid of poses for the one that a keyframe's scan and readings of the field fit best: for where a
-/// linearization reaches too short, at a start that is off by more than a wall's thickness or after seconds without a
-/// sight of one direction.
+/// Searches a grid of poses for the best fit of a keyframe's scan and field readings. Used where the error exceeds the
+/// reach of a linearization: an initial pose that is off by more than a wall's thickness, or seconds with an
+/// unobservable direction.
 class PoseSearch {
  public:
-  /// `state`: the keyframe's, which its scan is deskewed with. `bias_ut`: of each magnetometer.
+  /// `state`: of the keyframe, to deskew its scan. `bias_ut`: of each magnetometer.
   PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, const NavState& state,
              const std::function<Vector3(int)>& bias_ut);
 
-  /// The pose within the grid about `about` that fits clearly better than `about` itself; of several that fit as well
-  /// the nearest. Nothing where there is none, or where scan and readings do not outweigh what was known before: that
-  /// the pose is `about`, with `covariance` (φ right, p map). `background`: of the whole field map, asked for only
-  /// where a pose was found.
+  /// The pose in the grid around `about` that fits clearly better than `about`; of several equally good poses the
+  /// nearest. Empty if there is none, or if scan and readings do not outweigh the prior `about` with `covariance` (φ
+  /// right, p map). `background`: of the whole field map, called only if a pose is found.
   std::optional<Pose> find(const Pose& about, const std::vector<SearchDirection>& directions, const Matrix6& covariance,
                            const std::function<FieldBackground()>& background) const;
 
-  /// How well the pose fits: the share of points that lie on their planes plus the share of readings that are those of
-  /// the map, each from 0 to 1, both falling off smoothly over `slack` (1: coarse).
+  /// Quality of the fit: the share of points on their planes plus the share of readings that agree with the map, each
+  /// from 0 to 1. Both decrease smoothly over `slack` (1: coarse).
   double fit(const Pose& T_map_imu, double slack) const;
 
-  /// ln p(scan, readings | pose) but for a constant, by the rules of the search of the whole map: a scan says no more
-  /// than kIndependentPoints do, and an array no more than one whose errors the map shares.
+  /// ln p(scan, readings | pose) up to a constant, as in the search of the whole map: a scan counts as at most
+  /// kIndependentPoints points, and an array's readings share the errors of the map.
   double log_likelihood(const Pose& T_map_imu, const FieldBackground& background) const;
 
  private:
@@ -52,7 +51,7 @@ class PoseSearch {
     double sigma_ut;
   };
   std::vector<Reading> readings_;
-  ArrayReading newest_array_;  // without the biases
+  ArrayReading newest_array_;  // biases subtracted
   std::shared_ptr<const MagneticMap> field_;
 };
 

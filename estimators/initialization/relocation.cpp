@@ -7,11 +7,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kPlaceStep_m = 0.1;  // well within what a field or a wall changes over
-constexpr double kStep_rad = 0.0175;  // a degree
-constexpr double kKnown_m = 0.12;     // one sigma: a linearization reaches that far
+constexpr double kPlaceStep_m = 0.1;  // far below the distances over which a field or a wall changes
+constexpr double kStep_rad = 0.0175;  // 1°
+constexpr double kKnown_m = 0.12;     // one sigma, within reach of a linearization
 constexpr double kFarthest_m = 6.0;
-constexpr int kMostSteps = 7;  // along the second direction, and of heading: a grid must stay small
+constexpr int kMostSteps = 7;  // along the second direction and of the heading, which limits the size of the grid
 
 SearchDirection shift(const Vector3& direction, double reach_m) {
   SearchDirection result;
@@ -20,7 +20,7 @@ SearchDirection shift(const Vector3& direction, double reach_m) {
   return result;
 }
 
-/// A turn about the vertical, which is opposite to gravity.
+/// A rotation about the vertical, which is opposite to gravity.
 SearchDirection turn(const NavState& state, double reach_rad) {
   SearchDirection result;
   result.axis.head<3>() = kStep_rad * (state.T_map_imu.rotation.conjugate() * -state.gravity.normalized());

@@ -4,20 +4,20 @@
 
 namespace lodestone {
 
-/// Looks for another pose where scan and readings fit badly: the prior and what is measured are weighed against each
-/// other (PoseSearch::find), so that few readings do not outvote a start that is known well.
+/// Searches another pose if scan and readings fit badly. The prior is weighed against the measurements
+/// (PoseSearch::find), so that few readings cannot overrule a well-known initial pose (docs/design/024).
 class Relocation {
  public:
   /// `input` must outlive this.
   explicit Relocation(const EstimatorInput& input) : input_(input) {}
 
-  /// A better start than the given one, where the first scan and its readings say so: horizontally within
-  /// initial.search_m and in heading within initial.search_deg. `state`: that of the given start; `covariance`: of its
-  /// pose (φ right, p map).
+  /// A better initial pose than the given one, if the first scan and its readings support it: horizontally within
+  /// initial.search_m and in heading within initial.search_deg. `state`: at the given initial pose; `covariance`: of
+  /// its pose (φ right, p map).
   std::optional<Pose> better_start(const Keyframe& keyframe, const NavState& state, const Matrix6& covariance);
 
-  /// Where the robot is along directions of which the prediction knows too little for a linearization: within three
-  /// sigmas of `keyframe.predicted`. Nothing where all are known well enough, or where nothing fits clearly better.
+  /// The pose along directions in which the prediction is too uncertain for a linearization, within three sigmas of
+  /// `keyframe.predicted`. Empty if all directions are certain enough, or if no pose fits clearly better.
   std::optional<Pose> better_place(const Keyframe& keyframe, const NavState& state,
                                    const std::function<Vector3(int)>& bias_ut);
 
@@ -25,7 +25,7 @@ class Relocation {
   FieldBackground background();
 
   const EstimatorInput& input_;
-  std::optional<FieldBackground> background_;  // read from the whole map once it is needed
+  std::optional<FieldBackground> background_;  // computed from the whole map on first use
 };
 
 }  // namespace lodestone

@@ -13,10 +13,10 @@ namespace lodestone {
 
 namespace {
 
-/// Near points first: they stay within reach of their planes while the heading is yet rough.
+/// Near points first: they remain close to their planes while the heading is inaccurate.
 struct Stage {
   double range_m;
-  double sigma_m;  ///< how far off the pose may be: what residuals are held to
+  double sigma_m;  ///< assumed error of the pose, for the gate of residuals
   double sigma_rad;
   int iterations;
 };

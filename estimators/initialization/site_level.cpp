@@ -14,15 +14,15 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kFloorCosine = 0.97;  // 14°: steeper is no floor
-constexpr double kJoin_m = 0.5;        // floor cells so far apart belong together
+constexpr double kFloorCosine = 0.97;  // 14°: steeper surfaces are no floor
+constexpr double kJoin_m = 0.5;        // largest gap between connected floor cells
 constexpr double kJoinSlope = 0.3;
 constexpr double kJoinStep_m = 0.06;
 constexpr double kStandBeyond_m = 1.0;  // holes in a survey's floor
 constexpr double kLeastArea_m2 = 4.0;
 constexpr double kLeastLevelShare = 0.1;
 
-/// A level piece of surface.
+/// A horizontal piece of surface.
 struct FloorPiece {
   int column;
   int row;
@@ -57,7 +57,7 @@ std::vector<FloorPiece> find_pieces(const PlaneMapSource& map, const CellOfVoxel
   std::sort(pieces.begin(), pieces.end(), [](const FloorPiece& a, const FloorPiece& b) {
     return std::tie(a.row, a.column, a.height_m) < std::tie(b.row, b.column, b.height_m);
   });
-  // A floor that lies in a voxel's face is a plane of both voxels.
+  // A floor in the face between two voxels is a plane of both.
   const float same_m = static_cast<float>(0.5 * cell_of.voxel_m);
   const auto same = [same_m](const FloorPiece& a, const FloorPiece& b) {
     return a.row == b.row && a.column == b.column && b.height_m - a.height_m < same_m;
@@ -66,7 +66,7 @@ std::vector<FloorPiece> find_pieces(const PlaneMapSource& map, const CellOfVoxel
   return pieces;
 }
 
-/// Sets of pieces that a robot could roll between.
+/// Sets of pieces that a robot could drive between.
 class Surfaces {
  public:
   Surfaces(const std::vector<FloorPiece>& pieces, const Extent& extent, double cell_m) : parent_(pieces.size()) {
@@ -116,8 +116,8 @@ class Surfaces {
 
 /// Pieces of each level, the largest first.
 std::vector<std::vector<FloorPiece>> part(const std::vector<FloorPiece>& pieces, Surfaces& surfaces, double cell_m) {
-  std::map<std::pair<std::int32_t, int>, std::vector<FloorPiece>> levels;  // by surface, and by which one above another
-  std::vector<std::int32_t> here;                                          // surfaces met in this cell so far
+  std::map<std::pair<std::int32_t, int>, std::vector<FloorPiece>> levels;  // by surface and storey
+  std::vector<std::int32_t> here;                                          // surfaces in this cell so far
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (i > 0 && (pieces[i].column != pieces[i - 1].column || pieces[i].row != pieces[i - 1].row)) here.clear();
     const std::int32_t root = surfaces.root(static_cast<std::int32_t>(i));
@@ -135,7 +135,7 @@ std::vector<std::vector<FloorPiece>> part(const std::vector<FloorPiece>& pieces,
   return result;
 }
 
-/// Carries the floor's height outwards over the whole grid; the cells next to it can be stood on.
+/// Extends the floor's height outwards over the whole grid. A robot can stand on the cells next to the floor.
 void spread_floor(SiteLevel& level) {
   const int stand = std::max(1, static_cast<int>(std::lround(kStandBeyond_m / level.cell_m)));
   std::vector<std::size_t> ring;
@@ -160,7 +160,7 @@ void spread_floor(SiteLevel& level) {
   }
 }
 
-/// A place is known to a cell, a point of the scan to another half: bits spread to the neighbours.
+/// The place is known to one cell, a scan point to half a cell more; bits therefore extend to the neighbours.
 void widen(SiteLevel& level) {
   const std::vector<std::uint32_t> before = level.cells;
   constexpr std::uint32_t kBands = ~SiteLevel::standable;

@@ -15,14 +15,14 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kLeastPoints = 100;  // of a scan that can be searched for
+constexpr std::size_t kLeastPoints = 100;  // least points of a scan for the search
 constexpr double kReadingSpan_s = 0.05;
-constexpr double kFinalistMargin = 14.0;  // in log-likelihood below the best
+constexpr double kFinalistMargin = 14.0;  // log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
-constexpr double kFirstLook_s = 1.0;      // of tracking, before it is decided whether more is needed
-constexpr double kSettled_s = 0.5;        // of tracking, after which the pose is right and the begin yet near
-constexpr double kLeastLag_s = 0.2;       // between two poses that a velocity is taken from
-constexpr double kStationsApart_m = 1.0;  // the next scan says something new after such a way
+constexpr double kFirstLook_s = 1.0;      // of tracking, before deciding whether more data is required
+constexpr double kSettled_s = 0.5;        // of tracking, after which the pose has converged
+constexpr double kLeastLag_s = 0.2;       // between the two poses that a velocity is computed from
+constexpr double kStationsApart_m = 1.0;  // scans at this distance from each other count as independent
 constexpr double kSame_m = 0.3;
 constexpr double kSame_rad = 3.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kReported = 5;
@@ -31,13 +31,13 @@ std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
   std::vector<ImuSample> samples;
   for (const ScanBundle& bundle : bundles) {
     for (const ImuSample& sample : bundle.imu) {
-      if (samples.empty() || sample.time > samples.back().time) samples.push_back(sample);  // ends are in both bundles
+      if (samples.empty() || sample.time > samples.back().time) samples.push_back(sample);  // bundles share end samples
     }
   }
   return samples;
 }
 
-/// What a hypothesis says of one scan: LiDAR and field at the state of its track there.
+/// Evidence of one scan for a hypothesis: LiDAR and field at the state of its track.
 StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const EstimatorInput& input,
                           const StartEvidence& evidence, double& nowhere) {
   const Quaternion to_imu = state.T_map_imu.rotation.conjugate();
@@ -52,7 +52,7 @@ StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const
   return candidate;
 }
 
-/// Scans that say something new: the last one, and before it one after each further way of kStationsApart_m.
+/// Scans that count as independent: the last one, and before it one after each further kStationsApart_m.
 std::vector<std::size_t> stations_of(const std::vector<NavState>& states) {
   std::vector<std::size_t> stations{states.size() - 1};
   for (std::size_t k = states.size(); k-- > 0;) {
@@ -62,18 +62,18 @@ std::vector<std::size_t> stations_of(const std::vector<NavState>& states) {
   return stations;
 }
 
-/// From a tracked state back through the IMU to the log's begin. There the first scan with points is laid on the map
-/// once more, deskewed now; by how much that moves it, the velocity was wrong on the way back.
+/// Propagates a tracked state back through the IMU to the log's begin. There the first scan with points is registered
+/// again, now deskewed; the resulting shift corrects the velocity.
 StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled, const NavState& state,
                               std::span<const ImuSample> imu, const EstimatorInput& input) {
   NavState tracked = state;
-  // In half a second the filter takes what its open velocity got wrong for a bias of the accelerometer.
+  // Within half a second, the filter mistakes errors of the unknown velocity for an accelerometer bias.
   tracked.accelerometer_bias.setZero();
   tracked.gravity = Vector3(0.0, 0.0, -input.suite.gravity_m_s2);
   const ScanMotion back(tracked, imu);
   const Pose start = back.pose(begin);
   const Pose end = back.pose(bundle.scan.end);
-  // A deskewed scan lasts no time: the velocity is then that of the last millisecond.
+  // A deskewed scan has no duration; the velocity is then taken over the last millisecond.
   const Time scan_time = std::max<Time>(1'000'000, bundle.scan.end - bundle.scan.start);
   const double lag_s = to_seconds(settled - bundle.scan.end);
   const Vector3 velocity = (end.position - back.pose(bundle.scan.end - scan_time).position) / to_seconds(scan_time);
@@ -94,7 +94,7 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
   return result;
 }
 
-/// A finalist with what all scans so far say of it.
+/// A finalist with the evidence of all scans so far.
 struct Finalist {
   Finalist(const EstimatorInput& input, const Pose& pose_at_start) : track(input, pose_at_start) {}
   StartTrack track;
@@ -122,8 +122,8 @@ std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavSt
 StartFinder::StartFinder(const EstimatorInput& input) : input_(input), options_(input.options.search) {
   if (input_.planes == nullptr) {
     throw InputError(
-        "--initial-pose auto: expected a cloud map, found the magnetic map alone, in which places repeat; give "
-        "--cloud MAP.pcd too, or the start's pose");
+        "--initial-pose auto: expected a cloud map, found only a magnetic map, in which places repeat; pass --cloud "
+        "MAP.pcd too, or give the initial pose");
   }
   search_ = std::make_unique<StartSearch>(*input_.planes, input_.field.get(), input_.suite,
                                           input_.options.lidar.association, options_);
@@ -135,15 +135,15 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
                                    [](const ScanBundle& bundle) { return bundle.scan.points.size() >= kLeastPoints; });
   if (usable == bundles.end()) {
     throw InputError(
-        fmt::format("--initial-pose auto: expected a scan of at least {} points in the log's first {} s, found "
-                    "none; give the start's pose",
+        fmt::format("--initial-pose auto: expected a scan of at least {} points in the log's first {} s, found none; "
+                    "give the initial pose",
                     kLeastPoints, options_.data_s));
   }
   const auto first = static_cast<std::size_t>(usable - bundles.begin());
   const std::span<const ScanBundle> rest = bundles.subspan(first);
   const ScanBundle& bundle = rest.front();
 
-  // The first scan, as if the robot stood.
+  // The first scan, as if the robot were at rest.
   const std::vector<ImuSample> imu = imu_of(rest.size() > 1 ? rest.subspan(1) : rest);
   NavState still;
   still.T_map_imu.rotation = level_attitude(mean_up(imu));
@@ -155,11 +155,11 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   const StartCandidates candidates = search_->find(scan, array ? &*array : nullptr);
   result.candidates = candidates.found.size();
   if (candidates.found.empty()) {
-    result.doubt = "no place of the map fits the first scan";
+    result.doubt = "the first scan fits no place of the map";
     return result;
   }
 
-  // What fits about as well as the best is tracked.
+  // Candidates that fit about as well as the best are tracked.
   const Pose T_end_start = ScanMotion(still, bundle.imu).relative_pose(bundle.scan.start);
   std::vector<Finalist> finalists;
   for (const StartCandidate& candidate : candidates.found) {
@@ -167,7 +167,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
     if (candidate.log_likelihood < candidates.found.front().log_likelihood - kFinalistMargin) break;
     finalists.emplace_back(input_, candidate.T_map_imu * T_end_start);
   }
-  // Candidates beyond are as improbable as the first scan says.
+  // The other candidates keep the probability from the first scan.
   double others = 0.0;
   for (std::size_t i = finalists.size(); i < candidates.found.size(); ++i) {
     others += std::exp(candidates.found[i].log_likelihood - candidates.found.front().log_likelihood);
@@ -200,7 +200,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
         finalist.nowhere += nowhere;
       }
     });
-    // Two that have run together are one.
+    // Finalists that have converged to the same pose are merged.
     std::vector<std::size_t> order(finalists.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -249,7 +249,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   if (finalists[best].track.lost()) {
     result.doubt = "the filter lost track of the most probable place";
   } else if (!candidates.complete) {
-    result.doubt = "the search ended early, at search.max_nodes";
+    result.doubt = "the search stopped early, at search.max_nodes";
   } else if (!(probabilities[best] >= options_.min_probability)) {
     result.doubt = fmt::format("the most probable place has {:.1f} %", 100.0 * probabilities[best]);
   } else {

@@ -21,7 +21,7 @@ constexpr int kTriples = 600;
 constexpr double kRampCosine = 0.9986;  // 3°
 constexpr double kSearchVoxel_m = 0.5;
 
-/// A fixed sequence of numbers, the finalizer of SplitMix64 over a counter.
+/// A fixed pseudo-random sequence: the finalizer of SplitMix64 over a counter.
 std::uint64_t scrambled(std::uint64_t counter) {
   std::uint64_t value = counter * 0x9e3779b97f4a7c15ULL;
   value = (value ^ (value >> 30U)) * 0xbf58476d1ce4e5b9ULL;
@@ -33,7 +33,7 @@ std::uint64_t scrambled(std::uint64_t counter) {
 
 Vector3 mean_up(std::span<const ImuSample> samples) {
   Vector3 sum = Vector3::Zero();
-  Quaternion turn = Quaternion::Identity();  // takes vectors of the imu now to those at the first sample
+  Quaternion turn = Quaternion::Identity();  // rotates vectors from the present imu frame to that at the first sample
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (i > 0) {
       const ImuInterval interval = make_interval(samples[i - 1], samples[i], Vector3::Zero(), Vector3::Zero());
@@ -45,7 +45,7 @@ Vector3 mean_up(std::span<const ImuSample> samples) {
 }
 
 Quaternion level_attitude(const Vector3& up) {
-  // The shortest turn has a little yaw of its own where roll meets pitch: the forward axis decides what yaw 0 is.
+  // If roll and pitch combine, the shortest rotation has a small yaw; yaw 0 is therefore defined by the forward axis.
   const Quaternion turn = Quaternion::FromTwoVectors(up, Vector3::UnitZ());
   const Vector3 forward = turn * Vector3::UnitX();
   return (Eigen::AngleAxisd(-std::atan2(forward.y(), forward.x()), Vector3::UnitZ()) * turn).normalized();
@@ -77,7 +77,7 @@ std::optional<GroundPlane> find_ground(std::span<const Eigen::Vector3f> points, 
     if (found > best.points) best = {normal, -normal.dot(a), found};
   }
   if (best.points < kLeastGroundPoints) return std::nullopt;
-  for (int round = 0; round < 2; ++round) {  // least squares through what lies on it
+  for (int round = 0; round < 2; ++round) {  // least squares over the points on the plane
     Vector3 sum = Vector3::Zero();
     Matrix3 outer = Matrix3::Zero();
     int used = 0;
@@ -137,7 +137,7 @@ std::vector<SearchPoint> search_points(const StartScan& scan, double range_m, in
     const Vector3 p = level * point.cast<double>();
     const double range = p.head<2>().norm();
     const double above_m = p.z() + height_m;
-    // Farther off an error of the tilt lifts points.
+    // The effect of a tilt error increases with the range.
     const double tolerance_m = 0.1 + (scan.ground ? 0.004 : 0.02) * range;
     if (range > range_m || above_m < SiteLevel::clearance_m + tolerance_m) continue;
     const std::uint32_t bands = SiteLevel::band_mask(above_m - tolerance_m, above_m + tolerance_m);

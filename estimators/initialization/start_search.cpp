@@ -15,22 +15,21 @@ namespace lodestone {
 namespace {
 
 constexpr double kFloorThickness_m = 0.15;
-constexpr double kSearchRange_m = 40.0;  // points farther from the robot do not take part in the search
-constexpr int kSearchPoints = 500;       // of the scan that take part in the search, spread evenly
-constexpr double kNowhereShare = 0.5;    // of the scan that fits by chance where it was not taken
+constexpr double kSearchRange_m = 40.0;  // points farther from the robot are ignored by the search
+constexpr int kSearchPoints = 500;       // number of points of the scan that the search uses, evenly distributed
+constexpr double kNowhereShare = 0.5;    // of a scan that fits by chance at a wrong place
 constexpr std::size_t kJudgedPoints = 1500;
-constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, on each of some hundred places
+constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, at each of some hundred places
 constexpr double kTilesTogether_m = 32.0;
 constexpr double kSamePlace_m = 0.25;
 constexpr double kSameHeading_rad = 3.0 * degree;
-constexpr double kArrayCrowding = 3.0;  // readings that share one error of the map
+constexpr double kArrayCrowding = 3.0;  // number of readings that share one error of the map
 constexpr double kMapError_ut = 0.5;
 
 std::vector<SiteLevel> levels_of(const PlaneMapSource& planes) {
   std::vector<SiteLevel> levels = find_levels(planes, PlaceSearch::margin_cells);
   if (levels.empty()) {
-    throw InputError(
-        "--initial-pose auto: the cloud map shows no level floor to stand on; give the start's pose instead");
+    throw InputError("--initial-pose auto: the cloud map has no level floor; give the initial pose instead");
   }
   return levels;
 }
@@ -67,7 +66,7 @@ double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const Arr
                               const Quaternion& attitude) const {
   double result = -independent_points(points.size()) * (1.0 - kNowhereShare) * ScanAgreement::most;
   if (field_ != nullptr && array != nullptr) {
-    // Far from any map, whatever the heading.
+    // Far from any map, with any heading.
     const Pose far{attitude, Vector3::Constant(1e7)};
     result += field_evidence(*array, far, suite_, *field_, background_).log_likelihood;
   }
@@ -121,7 +120,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
     const std::vector<Place> by_field = search_field(*array, attitude, height_m, *field_, search_, points);
     places.insert(places.end(), by_field.begin(), by_field.end());
   }
-  // Neighbours one after the other, so that tiles of a large map are loaded once.
+  // Sorted by neighbourhood, so that each tile of a large map is loaded once.
   const auto tile = [](const Place& place) {
     const Eigen::Vector2d scaled = place.position_m / kTilesTogether_m;
     return std::pair{std::floor(scaled.x()), std::floor(scaled.y())};
@@ -144,7 +143,7 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
       }
       Vector6 trust;
       trust << Vector3::Constant(std::pow(3.0 * degree, -2)), Vector3::Constant(std::pow(0.25, -2));
-      // What the scan's many points know of the pose is known less well than they say.
+      // The errors of a scan's many points are correlated, so its information is reduced.
       const Matrix6 information = 0.1 * registered.information + Matrix6(trust.asDiagonal());
       const Matrix6 covariance = information.ldlt().solve(Matrix6::Identity());
       const Matrix6 symmetric = 0.5 * (covariance + covariance.transpose());

@@ -12,33 +12,34 @@
 
 namespace lodestone {
 
-/// A pose at which the first scan may have been taken, and what speaks for it.
+/// A candidate pose of the first scan, with its evidence.
 struct StartCandidate {
   Pose T_map_imu;       ///< at the scan's end
-  ScanAgreement lidar;  ///< of what stands above the floor
+  ScanAgreement lidar;  ///< of the points above the floor
   FieldEvidence field;
   double log_likelihood = 0.0;  ///< LiDAR and field together
 };
 
-/// All of them, best first, and what the scan says if it was taken nowhere on the map.
+/// All candidates, best first, and the likelihood that the scan was taken nowhere on the map.
 struct StartCandidates {
   std::vector<StartCandidate> found;
   double nowhere_log_likelihood = 0.0;
-  int search_points = 0;  ///< of the scan that stand above the floor
-  bool complete = true;   ///< false: the search over the cloud map ended early
+  int search_points = 0;  ///< points of the scan above the floor
+  bool complete = true;   ///< false: the search over the cloud map stopped early
 };
 
-/// Weighs LiDAR and field for one scan at one pose.
+/// Evaluates LiDAR and field likelihood of one scan at one pose.
 class StartEvidence {
  public:
   /// `field` may be null. Both must outlive this.
   StartEvidence(const SensorSuite& suite, const MagneticMap* field);
 
-  /// `points`: of the scan above the floor, imu frame. `array`: null where there is none.
+  /// `points`: of the scan above the floor, imu frame. `array`: null if there are no readings.
   void weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
              StartCandidate& candidate) const;
 
-  /// The same data of a place that is not on the map: half of what is seen fits by chance, the field is any.
+  /// Log-likelihood of the same data at a place off the map: half of the points fit by chance, and the field is the
+  /// background's.
   double nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const Quaternion& attitude) const;
 
  private:
@@ -47,16 +48,16 @@ class StartEvidence {
   FieldBackground background_;
 };
 
-/// The points of a scan that stand above its floor: all floors look alike.
+/// The points of a scan above its floor, since all floors look alike.
 std::vector<Eigen::Vector3f> above_floor(const StartScan& scan);
 
-/// Finds where a scan may have been taken, anywhere on the maps: search over the cloud map by branch and bound, and
-/// over the magnetic map; registration of each candidate; the field's correction along what LiDAR does not see;
-/// evidence of both.
+/// Finds candidate poses of a scan anywhere on the maps: branch and bound over the cloud map, search over the magnetic
+/// map, registration of each candidate, correction by the field along directions that LiDAR does not observe, and
+/// evaluation of both likelihoods.
 class StartSearch {
  public:
-  /// Builds the pyramids: once a map. `field` may be null. All must outlive this. Throws InputError where the cloud map
-  /// shows no floor.
+  /// Builds the pyramids, once per map. `field` may be null. All must outlive this. Throws InputError if the cloud map
+  /// has no floor.
   StartSearch(const PlaneMapSource& planes, const MagneticMap* field, const SensorSuite& suite,
               const AssociationOptions& association, const PlaceSearchOptions& options);
 

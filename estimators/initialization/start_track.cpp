@@ -1,5 +1,6 @@
 #include "estimators/initialization/start_track.h"
 
+#include "estimators/health/health_monitor.h"
 #include "estimators/ieskf/ieskf.h"
 
 namespace lodestone {
@@ -13,7 +14,7 @@ constexpr double kVelocitySigma_m_s = 1.5;
 EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start) {
   input.initial_pose = pose_at_start;
   input.initial_velocity = Vector3::Zero();
-  input.warnings = nullptr;  // what a wrong hypothesis runs into is no warning of the run
+  input.warnings = nullptr;  // problems of a wrong hypothesis are no warnings of the run
   InitialOptions& initial = input.options.initial;
   initial.position_sigma_m = kPositionSigma_m;
   initial.rotation_sigma_deg = kRotationSigma_deg;
@@ -21,13 +22,13 @@ EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start) {
   return input;
 }
 
-/// Keeps the states of a run.
+/// Stores the states of a run.
 class StateSink : public EstimateSink {
  public:
   StateSink(std::vector<NavState>& states, bool& lost) : states_(states), lost_(lost) {}
   void causal(const Estimate& estimate) override {
     states_.push_back(estimate.state);
-    lost_ = lost_ || estimate.health == Health::lost;
+    lost_ = lost_ || judge_covariance(estimate).health == Health::lost;
   }
   void best(const Estimate&) override {}
 

@@ -7,13 +7,13 @@
 
 namespace lodestone {
 
-/// A hypothesis of a start, followed by the filter.
+/// A hypothesis of the initial pose, tracked by the filter.
 class StartTrack {
  public:
-  /// `pose_at_start`: T_map_imu at the first bundle's scan start, right to about 0.2 m; the velocity is open.
+  /// `pose_at_start`: T_map_imu at the first bundle's scan start, accurate to about 0.2 m; the velocity is unknown.
   StartTrack(const EstimatorInput& input, const Pose& pose_at_start);
 
-  /// Follows through further bundles, in order of time.
+  /// Processes further bundles, in order of time.
   void follow(std::span<const ScanBundle> bundles);
 
   /// State at the end of each scan so far.

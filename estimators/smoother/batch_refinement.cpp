@@ -5,16 +5,15 @@
 #include <numeric>
 
 #include "core/parallel.h"
-#include "estimators/health.h"
 
 namespace lodestone {
 
 namespace {
 
-/// Scans are registered by so many at a time: neighbours in time, which meet the same part of the map.
+/// Number of scans that are registered at the same time: neighbours in time use the same tiles of the map.
 constexpr std::size_t kScans = 64;
 
-/// Enough for Gauss-Newton to end by itself.
+/// Gauss-Newton converges in fewer.
 constexpr int kIterations = 20;
 
 /// Most rounds of association and solution (docs/design/029-batch-by-cholmod.md).
@@ -37,7 +36,7 @@ BatchRefinement::BatchRefinement(const EstimatorInput& input, const KeyframeMeas
 
 void BatchRefinement::add(std::unique_ptr<Keyframe> keyframe, std::vector<Vector3> biases_ut) {
   release(*keyframe);
-  // Readings are judged at the state that is refined, known as well as the window knew it.
+  // Readings are weighted at the refined state, with the covariance from the window.
   keyframe->predicted_covariance = keyframe->estimate.covariance;
   keyframe->gate_covariance = keyframe->estimate.covariance;
   keyframes_.push_back(std::move(keyframe));
@@ -55,7 +54,7 @@ void BatchRefinement::build(SlidingWindow& window) const {
     window.set_imu_noise(keyframes_[k]->imu_noise);
     window.add_keyframe(keyframes_[k]->estimate.time, keyframes_[k]->estimate.state, keyframes_[k]->imu);
   }
-  // The start's prior stays where the start was; the states begin where the window left them.
+  // The initial pose's prior stays at the initial pose; the states begin at the window's estimates.
   window.set_state(0, keyframes_.front()->estimate.state);
   window.set_state(keyframes_.size() - 1, keyframes_.back()->estimate.state);
 }
@@ -85,8 +84,8 @@ void BatchRefinement::renew_factors(SlidingWindow& window) {
   parallel_for(std::size_t{0}, keyframes_.size(), [&](std::size_t k) {
     Keyframe& keyframe = *keyframes_[k];
     const NavState state = window.state(k);
-    // What LiDAR sees is a matter of the place, and the window has settled it: over a whole log the IMU would carry
-    // what little LiDAR knows of a hidden direction from keyframe to keyframe until it seemed known.
+    // The window's masks are kept: over a whole log, IMU factors carry the little that LiDAR knows of a masked
+    // direction from keyframe to keyframe until the direction seems known (docs/design/009-degeneracy-rule.md).
     const Degeneracy seen = keyframe.degeneracy;
     measurements_.decide(keyframe, seen, nullptr, {});
     keyframe.predicted = state.T_map_imu;
@@ -142,7 +141,6 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
   for (std::size_t k = 0; k < result.size(); ++k) {
     result[k].state = window.state(k);
     result[k].covariance = covariances[k];
-    result[k].health = keyframes_[k]->field_disagrees ? Health::lost : judge(result[k]);
   }
   return result;
 }

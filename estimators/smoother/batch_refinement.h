@@ -9,33 +9,33 @@
 
 namespace lodestone {
 
-/// The whole log as one problem, once the window has passed over it: every keyframe's condensed LiDAR factor, IMU and
-/// field factors, and the start, with scans deskewed and associated anew, weights, masks and IMU integrals renewed at
-/// the refined states, until nothing moves. Linear in the log's length in time and memory: it keeps the sampled points
-/// of each scan.
+/// Solves the whole log as one problem after the window has processed it: condensed LiDAR factors, IMU and field
+/// factors of all keyframes, and the initial prior. Scans are deskewed and associated again at the refined states, and
+/// weights, masks and IMU integrals are recomputed, until no keyframe moves. Time and memory are linear in the length
+/// of the log: the sampled points of each scan are kept (docs/design/029-batch-by-cholmod.md).
 class BatchRefinement {
  public:
-  /// Told how much of the work is done (0 to 1); false ends it.
+  /// Called with the finished share of the work (0 to 1); false stops the refinement.
   using Progress = std::function<bool(double share)>;
 
-  /// `start`: what was known at the first keyframe before its measurements. `input` and `measurements` must outlive
-  /// this.
+  /// `start`: prior of the first keyframe, without its measurements. `input` and `measurements` must outlive this.
   BatchRefinement(const EstimatorInput& input, const KeyframeMeasurements& measurements, const InitialState& start);
 
-  /// The next keyframe as it leaves the window; `keyframe->estimate` is the window's, `biases_ut` the magnetometers'.
+  /// Adds the next keyframe as it leaves the window; `keyframe->estimate` is the window's, `biases_ut` the
+  /// magnetometers'.
   void add(std::unique_ptr<Keyframe> keyframe, std::vector<Vector3> biases_ut);
 
-  /// Where the calibration begins: the window's last word.
+  /// Sets the initial calibration: the window's final estimate.
   void set_calibration(const CalibrationEstimate& calibration) { calibration_ = calibration; }
 
-  /// What the last refinement found.
+  /// The calibration estimated by the last refinement.
   const CalibrationEstimate& calibration() const { return calibration_; }
 
-  /// Estimates of all keyframes in order of time, with covariances from one factorization. The window's where
-  /// `progress` ended it.
+  /// Refines, and returns the estimates of all keyframes in order of time, with covariances from one factorization. If
+  /// `progress` stops the refinement, returns the window's estimates.
   std::vector<Estimate> refine(const Progress& progress);
 
-  /// Rounds that the last refinement took, and the largest move of its last one, metres.
+  /// Number of rounds of the last refinement, and the largest move in its last round, metres.
   int rounds() const { return rounds_; }
   double last_move_m() const { return last_move_m_; }
 

@@ -5,7 +5,7 @@ namespace lodestone {
 namespace {
 
 constexpr Time kLongestGap = 200'000'000;
-constexpr Time kHalfSpan = 20'000'000;  // over which the velocity is taken
+constexpr Time kHalfSpan = 20'000'000;  // of the differences that give the velocity
 
 }  // namespace
 

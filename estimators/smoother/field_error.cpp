@@ -13,7 +13,7 @@ constexpr double kStretch_m = 1.0;
 
 constexpr std::size_t kMetres = 50;
 
-/// Median of χ² with three degrees of freedom, over its mean.
+/// Median over mean of a χ² variable with three degrees of freedom.
 constexpr double kMedianShare = 0.789;
 
 }  // namespace

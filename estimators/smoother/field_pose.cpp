@@ -13,14 +13,14 @@ MeasuredPose field_pose(std::span<const std::vector<FieldReading>> arrays, const
                         double unseen_gain) {
   MagneticLocalizationOptions options;
   options.interpolation = interpolation;
-  options.map_sigma = false;  // is in the readings' sigmas already
-  // Each sample's field alone is a parabola about the pose that fits it; their sum about the prediction.
+  options.map_sigma = false;  // already contained in the readings' sigmas
+  // Each sample alone gives a quadratic cost about its own best pose; their sum is expressed about the prediction.
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   for (const std::vector<FieldReading>& array : arrays) {
     if (array.empty()) continue;
     std::vector<LocalizationReading> readings;
-    double weight = 0.0;  // of the array; zero of what is set aside
+    double weight = 0.0;  // of the array; rejected readings have weight zero
     for (const FieldReading& reading : array) {
       if (reading.weight == 0.0) continue;
       weight = reading.weight;
@@ -31,7 +31,7 @@ MeasuredPose field_pose(std::span<const std::vector<FieldReading>> arrays, const
     information += weight * found.information;
     gradient += weight * (found.gradient - found.information * found.T_map_imu.boxminus(T_map_imu));
   }
-  // In directions of one prior sigma each, so that radians and metres compare.
+  // Scaled by the prior sigmas, so that radians and metres are comparable.
   const Matrix6 prior_root = covariance.llt().matrixL();
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(prior_root.transpose() * information * prior_root);
   const Matrix6 directions = prior_root * solver.eigenvectors();

@@ -9,12 +9,11 @@
 
 namespace lodestone {
 
-/// The paper's first step for one scan: each array sample's readings are localized by Gauss-Newton from the predicted
-/// pose at t_k, with `covariance` (φ, p) as trust in it, and the results are put together into one pose with what the
-/// field alone says of it: the prediction is taken out again, for the window has it already. A direction of which all
-/// samples together know less than `unseen_gain` times what the prediction knows (information) gets none, instead of
-/// noise. `arrays`: weighed readings of one array sample each; `weight` multiplies the information. Nothing is known (a
-/// root of zero) where no reading meets the map.
+/// The paper's first step for one scan: localizes each array sample by Gauss-Newton from the predicted pose at t_k,
+/// with `covariance` (φ, p) as prior, and combines the results to one pose with the information of the field alone. The
+/// prior is subtracted again, because the window already contains it. A direction whose information from all samples is
+/// below `unseen_gain` times that of the prediction gets no information. `arrays`: weighted readings, one array sample
+/// each; `weight` scales the information. If no reading is on the map, the information root is zero.
 MeasuredPose field_pose(std::span<const std::vector<FieldReading>> arrays, const Pose& T_map_imu,
                         const Matrix6& covariance, const MagneticMap& map, FieldInterpolation interpolation,
                         double unseen_gain);

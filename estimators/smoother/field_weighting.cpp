@@ -36,13 +36,12 @@ std::vector<double> array_crowding(const SensorSuite& suite, double correlation_
 
 namespace {
 
-/// Largest factor on the map's variance: at a standstill the map's error stays one bias
+/// Largest factor on the map's variance: at a standstill the map's error remains a bias
 /// (docs/design/013-correlated-field-map-error.md).
 constexpr double kMostInflation = 40.0;
 
-/// What an array's readings say of each other. The innovations of all, S = J P Jᵀ + R, tell what each magnetometer
-/// should have read given the others: with u = S⁻¹ r, its residual given the others is S⁻¹_jj⁻¹ u_j, with the
-/// covariance S⁻¹_jj⁻¹.
+/// Mutual consistency of an array's readings. From the innovations of all, with S = J P Jᵀ + R and u = S⁻¹ r, the
+/// residual of magnetometer j given the others is S⁻¹_jj⁻¹ u_j, with the covariance S⁻¹_jj⁻¹.
 class ArrayJudgement {
  public:
   ArrayJudgement(const Eigen::VectorXd& residual, const Eigen::MatrixXd& innovation)
@@ -50,8 +49,8 @@ class ArrayJudgement {
     for (Eigen::Index i = 0; i < residual.size() / 3; ++i) kept_.push_back(i);
   }
 
-  /// Sets aside, one by one, the magnetometer that the others contradict most, while its distance from what they say is
-  /// beyond `gate` and more than half of them are left to say so. Returns those set aside.
+  /// Rejects the magnetometer that deviates most from its prediction by the others, one at a time, while its distance
+  /// is beyond `gate` and more than half of the array remains. Returns the rejected ones.
   std::vector<Eigen::Index> set_aside(double gate) {
     std::vector<Eigen::Index> result;
     const std::size_t least = kept_.size() / 2 + 1;
@@ -77,7 +76,7 @@ class ArrayJudgement {
     return result;
   }
 
-  /// s = √(rᵀ S⁻¹ r) of those that are left.
+  /// s = √(rᵀ S⁻¹ r) of the remaining magnetometers.
   double distance() const {
     const Eigen::VectorXd residual = kept_residual();
     return std::sqrt(residual.dot(kept_innovation().llt().solve(residual)));
@@ -141,8 +140,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
       const double noise = weighting.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
       const double sensor_variance = noise * noise / reading.samples;
       const double crowding = weighting.crowding[static_cast<std::size_t>(reading.magnetometer)];
-      // Where the field changes, a magnetometer that sits elsewhere than the platform file says reads another field:
-      // an error of the place, as the map's.
+      // An error of the magnetometer's mounting position, times the gradient, is an error of the field, like the map's.
       const double by_place = weighting.suite.calibration.magnetometers.translation_sigma_m *
                               part.jacobian.rightCols<3>().norm() / std::sqrt(3.0);
       const double map_sigma =

@@ -15,38 +15,37 @@
 
 namespace lodestone {
 
-/// What a keyframe keeps beside its variables, for as long as its measurements are looked at.
+/// Measurements and intermediate results of a keyframe, beside its variables.
 struct Keyframe {
   Time scan_start = 0;
   std::vector<ImuSample> imu;      ///< over this scan's bundle
   ImuNoise imu_noise;              ///< of these samples
   std::vector<LidarPoint> points;  ///< sampled, frame of the first LiDAR, own times
   std::vector<MagneticArraySample> magnetic;
-  Pose predicted;                                      ///< that readings of the field are judged at
-  Matrix6 predicted_covariance = Matrix6::Identity();  ///< of it, before this scan's measurements (φ, p)
-  Matrix6 gate_covariance = Matrix6::Identity();       ///< of the pose, where correspondences are looked for
-  ScanAveraging averaging;                 ///< that planes' errors are counted by: what the causal estimate averaged
-  double variance_scale = 1.0;             ///< by which residuals of the log exceed what sensor and plane explain
-  std::shared_ptr<const PlaneMap> planes;  ///< that correspondences point into
+  Pose predicted;                                      ///< pose at which field readings are weighted
+  Matrix6 predicted_covariance = Matrix6::Identity();  ///< of `predicted`, before this scan's measurements (φ, p)
+  Matrix6 gate_covariance = Matrix6::Identity();       ///< pose covariance of the association gate
+  ScanAveraging averaging;      ///< of the causal estimate; determines how often the planes' errors are counted
+  double variance_scale = 1.0;  ///< residual variance of the log over the modelled variance of sensor and plane
+  std::shared_ptr<const PlaneMap> planes;  ///< that correspondences refer to
   std::vector<Correspondence> correspondences;
-  bool motion_waits = false;            ///< correspondences are rough: they say nothing of motion within the scan
-  LidarCorrection lidar_correction;     ///< with which the scan is brought to the imu frame
-  Vector6 map_error = Vector6::Zero();  ///< the map's error where the scan is looked for (φ in map axes, p)
+  bool motion_waits = false;  ///< correspondences are rough: no information about motion within the scan is used yet
+  LidarCorrection lidar_correction;     ///< correction of the LiDAR calibration that the scan is transformed with
+  Vector6 map_error = Vector6::Zero();  ///< error of the cloud map at this keyframe (φ in map axes, p)
   double map_error_variance_m2 = 0.0;   ///< of a cube of the map
   MapErrorVariances long_map_error_variances_m2 = MapErrorVariances::Zero();  ///< of displacements over tens of metres
   CondensedScan lidar;
-  Matrix6 lidar_information = Matrix6::Zero();  ///< without what noisy normals pretend
-  Matrix6 seen_share = Matrix6::Identity();     ///< what the scan sees of a motion, of what it pretends to see
-  Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with weight one on metres; only of the paper's rule
-  std::vector<FieldReading> field_readings;     ///< as they were weighed last
-  double field_variance_ut2 = 0.0;              ///< of the field's error, a reading (FieldError)
+  Matrix6 lidar_information = Matrix6::Zero();  ///< without spurious information from noisy normals
+  Matrix6 seen_share = Matrix6::Identity();     ///< share of the scan's information about a motion that is not spurious
+  Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with unit weight on metres; only for the paper's rule
+  std::vector<FieldReading> field_readings;     ///< with their last weights
+  double field_variance_ut2 = 0.0;              ///< of the shared field error, per reading (FieldError)
   Degeneracy degeneracy;
-  Pose associated;               ///< where the scan was seen in the map when correspondences were looked for
-  Pose analysed;                 ///< where the degeneracy was analysed
-  Estimate estimate;             ///< diagnostics, filled as the scan is worked on
-  bool field_disagrees = false;  ///< of a run without LiDAR: the field's verdict at this scan
+  Pose associated;               ///< pose of the scan in the map at the last association
+  Pose analysed;                 ///< pose at which the degeneracy was analysed
+  Estimate estimate;             ///< diagnostics are filled while the scan is processed
 
-  /// Whether the scan is seen further than `distance_m` or `angle_deg` from where correspondences were looked for.
+  /// Whether `seen` is further than `distance_m` or `angle_deg` from the pose of the last association.
   bool moved(const Pose& seen, double distance_m, double angle_deg) const {
     const Vector6 step = seen.boxminus(associated);
     return step.tail<3>().norm() > distance_m || step.head<3>().norm() > angle_deg * M_PI / 180.0;

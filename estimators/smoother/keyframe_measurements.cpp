@@ -15,8 +15,8 @@ namespace lodestone {
 
 namespace {
 
-/// The field of one scan does not see a direction of which it knows less than this share of what the prediction knows.
-/// Well below what a window of scans adds up to, so that no information worth having is lost.
+/// The field of one scan does not observe a direction if its information is below this share of the prediction's. The
+/// share is far below what the scans of a window add up to.
 constexpr double kUnseenGain = 1e-3;
 
 /// Share by which a hard mask follows each new analysis: a larger share adds up noise of degenerate directions to
@@ -36,7 +36,7 @@ KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
                     ? std::vector<double>{}
                     : array_crowding(input_.suite, map_correlation_m(input_.options.magnetic, *input_.field))),
       sensor_gate_(mahalanobis_quantile(3, input_.options.magnetic.sensor_probability)) {
-  // Without LiDAR nothing tells the height; but a field map of one layer holds at that layer alone.
+  // Without LiDAR the height is unobservable, and a map of one layer holds at its height only (docs/design/017).
   if (input_.field != nullptr && input_.field->grid().heights_m.size() == 1) {
     level_ = std::make_unique<Plane>();
     level_->normal = Eigen::Vector3f::UnitZ();
@@ -55,7 +55,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   }
   const ScanMotion motion =
       before == nullptr ? ScanMotion(state, keyframe.imu) : ScanMotion(*before, state, keyframe.imu);
-  // The scan's start by the clock of the imu.
+  // In the IMU's clock.
   const Time scan_start = keyframe.scan_start - keyframe.lidar_correction.clock();
   const ScanLidars lidars(keyframe.lidar_correction.corrected(input_.suite.lidars()), keyframe.points);
   const Pose& T_imu_lidar = lidars.models.front().T_imu_lidar;
@@ -66,7 +66,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
                                        options.lidar.association, ages_s, keyframe.averaging, keyframe.variance_scale);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
-  // An outage, of a robot that was at the layer's height before.
+  // LiDAR outage of a robot that was at the height of the map's layer.
   if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
   if (matched == 0) {
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
@@ -124,7 +124,7 @@ void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
 }
 
 Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavState& state,
-                                         const std::function<Matrix6(double noise_taken)>& known) const {
+                                         const std::function<Matrix6(double noise_subtracted)>& known) const {
   const DegeneracyOptions& options = input_.options.degeneracy;
   if (input_.planes == nullptr || options.rule == DegeneracyRule::none) return no_degeneracy();
   if (options.rule == DegeneracyRule::paper) {
@@ -180,8 +180,8 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   KeyframeField result;
   if (input_.planes != nullptr && options.degeneracy.rule != DegeneracyRule::none) {
     if (keyframe.degeneracy.degenerate_directions > 0) {
-      // The paper's: the field sees nothing but what LiDAR does not. Where calibrations are estimated the pose's other
-      // directions are not exact either, and a masked field would explain its residuals by them (docs/design/043).
+      // Only the paper's rule masks the field. If the calibration is estimated, a masked field would explain its
+      // residuals by errors of the other directions (docs/design/043).
       if (options.degeneracy.rule == DegeneracyRule::paper) {
         result.mask = PoseMask(keyframe.degeneracy.magnetic_projector(), state.T_map_imu);
       }
@@ -201,7 +201,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
                                  crowding_,    sensor_gate_,  bias_ut,
                                  matrix,       clock,         keyframe.field_variance_ut2};
   FieldStatistics statistics;
-  // Huber's weight judges the readings against the prediction, before they had a say.
+  // Huber weights are computed at the prediction, which does not depend on these readings.
   const auto weighed = [&](std::span<const ArrayReading> some) {
     return weigh_field(some, keyframe.predicted, keyframe.predicted_covariance, spacing_m, factor, weighting,
                        statistics);

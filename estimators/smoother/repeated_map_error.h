@@ -7,11 +7,11 @@
 
 namespace lodestone {
 
-/// The variance of the errors that the cloud map repeats, from the log: scans from places some metres apart are
-/// compared (compare_map_errors).
+/// Estimates the variance of repeated errors of the cloud map from the log, by comparing scans that are some metres
+/// apart (compare_map_errors, docs/design/042-repeated-map-error.md).
 class RepeatedMapError {
  public:
-  /// The next scan's, and where it was taken.
+  /// Adds the errors of the next scan and its position (map).
   void add(MapError error, const Vector3& position) {
     if (!kept_.empty() && (kept_.back().position - position).norm() < kStep_m) return;
     while (kept_.size() > 1 && (kept_[1].position - position).norm() >= kApart_m) kept_.pop_front();
@@ -25,15 +25,15 @@ class RepeatedMapError {
     kept_.push_back({position, std::move(error)});
   }
 
-  /// As displacements of cubes alone: an error that scans share over some metres, which is estimated.
+  /// Variance of cubes' displacements: an error that scans share over some metres, which is estimated as a state.
   double cube_variance_m2() const { return pairs_ == 0 ? kAtFirst_m * kAtFirst_m : moments_.cube_variance_m2(); }
 
-  /// Of the smooth parts: errors over tens of metres, which no estimate can tell from the trajectory.
+  /// Variances of the smooth parts: errors over tens of metres, which are considered, not estimated.
   const MapErrorVariances& variances_m2() const { return variances_m2_; }
 
  private:
-  /// The smooth parts by what may be unseen: the mean of an error over its variance's estimate, of ν values, has the
-  /// square ν / (ν - 2). Places ℓ apart twice are independent.
+  /// The smooth parts' variances are estimated from few values. An error of variance σ² over an estimate from ν values
+  /// has the mean square ν / (ν − 2). Places 2 ℓ apart count as independent.
   MapErrorVariances widened(MapErrorVariances variances_m2, const MapError& error) const {
     constexpr double kFewest = 3.0;
     double weighed_m = 0.0;
@@ -46,11 +46,11 @@ class RepeatedMapError {
     return variances_m2;
   }
 
-  // Far enough that the beams meet other planes, near enough that the cubes are the same.
+  // Far enough that beams meet other planes, near enough that cubes are the same.
   static constexpr double kApart_m = 2.0;
   static constexpr double kStep_m = 0.5;
-  static constexpr double kMemory = 400.0;    // pairs that the running mean is of: 200 m
-  static constexpr double kAtFirst_m = 0.01;  // before anything is known: a usual survey's
+  static constexpr double kMemory = 400.0;    // number of pairs of the running mean: 200 m
+  static constexpr double kAtFirst_m = 0.01;  // before anything is known: a typical survey
 
   struct Kept {
     Vector3 position;

@@ -16,7 +16,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr int kNarrowings = 3;  // of the gate for correspondences
+constexpr int kNarrowings = 3;  // rounds that narrow the association gate
 constexpr double kWideGate_m = 0.01;
 constexpr double kWideGate_rad = 0.003;
 
@@ -50,7 +50,7 @@ Smoother::~Smoother() = default;
 void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   const auto begin = std::chrono::steady_clock::now();
   const RunOptions& options = input_.options;
-  const bool solved = input_.linearize_at == nullptr;  // else only covariances are asked for
+  const bool solved = input_.linearize_at == nullptr;  // else only covariances are computed
   auto keyframe = std::make_unique<Keyframe>();
   take_measurements(*keyframe, bundle);
   imu_white_noise_.add(bundle.imu);
@@ -64,7 +64,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     const auto found =
         solved ? relocation_.better_start(*keyframe, state, start.covariance.topLeftCorner<6, 6>()) : std::nullopt;
     if (found) {
-      tell_of_move("smoother.start_moved", "scan and field do not fit at the given start, but", state.T_map_imu, *found,
+      warn_of_move("smoother.start_moved", "scan and field do not fit at the initial pose", state.T_map_imu, *found,
                    bundle.scan.end);
       state.T_map_imu = *found;
     }
@@ -87,7 +87,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
     keyframe->predicted_covariance = covariance.state.topLeftCorner<6, 6>();
     keyframe->gate_covariance = covariance.seen.topLeftCorner<6, 6>();
-    // Scans one after the other see much the same.
+    // Consecutive scans see nearly the same planes.
     keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->gate_covariance};
   }
   keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
@@ -100,7 +100,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   if (!solved) window_->set_state(newest, state_at(*input_.linearize_at, bundle.scan.end, window_->state(newest)));
   keyframes_.back()->predicted = window_->state(newest).T_map_imu;
 
-  if (solved) find_again();
+  if (solved) relocate();
   keyframes_[newest]->motion_waits = solved && gate_is_wide(newest);
   renew(newest);
   share_slide();
@@ -118,7 +118,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
 
   follow_residuals(*keyframes_.back());
   if (newest == 0 && solved) {
-    // What the first scan has told of the noise holds for itself, too.
+    // The first scan's noise estimate also applies to the first scan.
     keyframes_.back()->variance_scale = variance_scale_;
     keyframes_.back()->map_error_variance_m2 = map_error_.cube_variance_m2();
     renew(newest);
@@ -136,11 +136,9 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.diagnostics.iterations = iterations;
   estimate.diagnostics.clock_offset_s = window_->clock_offset().offset_s;
   estimate.diagnostics.clock_sigma_s = window_->clock_offset().sigma_s;
-  estimate.health = judge(estimate);
-  judge_field(*keyframes_.back());
   Estimate causal = estimate;
   if (leaves) {
-    hand_out(0, covariances[1], sink);
+    report(0, covariances[1], sink);
     window_->marginalize_oldest();
     keyframes_.pop_front();
   }
@@ -158,37 +156,19 @@ void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) c
   }
 }
 
-/// Where LiDAR misses a direction the field alone holds it, and a wrong place keeps a small covariance.
-void Smoother::judge_field(Keyframe& keyframe) {
-  if (input_.planes != nullptr && keyframe.degeneracy.degenerate_directions == 0) {
-    agreement_ = {};
-    return;
-  }
-  agreement_.add(keyframe.estimate.diagnostics, to_seconds(keyframe.imu.back().time - keyframe.imu.front().time));
-  keyframe.field_disagrees = agreement_.lost();
-  if (!agreement_.lost()) return;
-  keyframe.estimate.health = Health::lost;
-  if (input_.warnings != nullptr && input_.planes != nullptr) {
-    input_.warnings->add(
-        "smoother.field_disagrees",
-        fmt::format("where LiDAR misses a direction, the field has not agreed with its map for seconds at "
-                    "{:.3f} s: the pose is not to be trusted, or the map is stale",
-                    to_seconds(keyframe.estimate.time)),
-        keyframe.estimate.time);
-  }
-}
-
-void Smoother::tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time) {
+void Smoother::warn_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time) {
   if (input_.warnings == nullptr) return;
   const Vector6 step = to.boxminus(from);
-  input_.warnings->add(kind,
-                       fmt::format("{} {:.2f} m and {:.1f} deg from it they do, at {:.3f} s", detail,
-                                   step.tail<3>().norm(), step.head<3>().norm() * 180.0 / M_PI, to_seconds(time)),
-                       time);
+  input_.warnings->add(
+      kind,
+      fmt::format("{}; the pose was moved by {:.2f} m and {:.1f} deg to the best fit, at {:.3f} s", detail,
+                  step.tail<3>().norm(), step.head<3>().norm() * 180.0 / M_PI, to_seconds(time)),
+      time);
 }
 
-/// After seconds in which a direction was not seen: where along it scan and field fit, for all keyframes together.
-void Smoother::find_again() {
+/// After seconds with an unobservable direction, searches along it for the best fit of scan and field, and moves all
+/// keyframes there.
+void Smoother::relocate() {
   Keyframe& keyframe = *keyframes_.back();
   const std::size_t newest = window_->size() - 1;
   if (newest == 0) return;
@@ -196,14 +176,14 @@ void Smoother::find_again() {
     return window_->magnetometer_bias(newest, magnetometer);
   });
   if (!found) return;
-  tell_of_move("smoother.found_again", "scan and field do not fit where the IMU led to, but", keyframe.predicted,
+  warn_of_move("smoother.found_again", "scan and field do not fit at the pose predicted by the IMU", keyframe.predicted,
                *found, keyframe.estimate.time);
   window_->move(*found * keyframe.predicted.inverse());
   keyframe.predicted = window_->state(newest).T_map_imu;
 }
 
-/// Sensor, surface and map are never quite as noisy as their data sheets say: variances follow the residuals of the
-/// log, upwards at once and downwards over some ten scans.
+/// Sensor, surface and map noise differ from the data sheets: variance scales follow the residuals of the log, upwards
+/// at once and downwards over about ten scans (docs/design/040-variance-from-residuals.md).
 void Smoother::follow_residuals(const Keyframe& keyframe) {
   const std::size_t newest = window_->size() - 1;
   if (input_.field != nullptr) {
@@ -213,7 +193,7 @@ void Smoother::follow_residuals(const Keyframe& keyframe) {
         [&](int magnetometer) { return window_->magnetometer_matrix(magnetometer); }, window_->clock_offset(),
         field_error_);
   }
-  constexpr int kFewest = 100;  // correspondences that a median is taken of
+  constexpr int kFewest = 100;  // least correspondences for a median
   constexpr double kGain = 0.1;
   if (static_cast<int>(keyframe.correspondences.size()) < kFewest) return;
   const Pose seen = window_->seen_pose(newest);
@@ -223,12 +203,12 @@ void Smoother::follow_residuals(const Keyframe& keyframe) {
   variance_scale_ = std::max(1.0, variance_scale_ + gain * (found - variance_scale_));
 }
 
-Matrix6 Smoother::known_of(std::size_t k, double noise_taken) const {
+Matrix6 Smoother::marginal_information(std::size_t k, double noise_subtracted) const {
   std::vector<Matrix6> information;
   std::vector<ChainLink> links;
-  const double put_back = kNormalNoiseMargin - noise_taken;
+  const double added_back = kNormalNoiseMargin - noise_subtracted;
   for (const auto& keyframe : keyframes_) {
-    information.push_back(keyframe->lidar_information + put_back * keyframe->lidar.cost.spurious_information);
+    information.push_back(keyframe->lidar_information + added_back * keyframe->lidar.cost.spurious_information);
   }
   for (std::size_t i = 0; i + 1 < keyframes_.size(); ++i) links.push_back(window_->link(i));
   return k + 1 == keyframes_.size() ? newest_pose_information(information, links)
@@ -242,9 +222,10 @@ void Smoother::renew(std::size_t k) {
   keyframe.lidar_correction = window_->lidar_correction();
   keyframe.map_error = window_->map_error(k);
   measurements_.register_scan(keyframe, state, state_before ? &*state_before : nullptr);
-  // Hidden directions follow those of the keyframe before; a keyframe analysed again follows itself.
+  // Degenerate directions follow those of the previous keyframe; a keyframe analysed again follows itself.
   const Keyframe* before = k + 1 < keyframes_.size() ? &keyframe : k > 0 ? keyframes_[k - 1].get() : nullptr;
-  const Degeneracy analysed = measurements_.analyse(keyframe, state, [&](double taken) { return known_of(k, taken); });
+  const Degeneracy analysed =
+      measurements_.analyse(keyframe, state, [&](double taken) { return marginal_information(k, taken); });
   measurements_.decide(keyframe, analysed, before == nullptr ? nullptr : &before->degeneracy,
                        before == nullptr ? Pose{} : before->analysed);
   measurements_.set_lidar(keyframe, k, *window_);
@@ -254,27 +235,27 @@ void Smoother::renew(std::size_t k) {
   measurements_.set_field(field, k, *window_);
 }
 
-/// The gate for correspondences, ten times as narrow, but no narrower than what is known of the pose by now.
+/// The association gate, scaled to a tenth, but at least the present covariance of the pose.
 Matrix6 Smoother::narrower_gate(std::size_t k) const {
   return 0.01 * keyframes_[k]->gate_covariance + window_->seen_covariance(k);
 }
 
-/// Residuals of wrong correspondences look like motion within the scan: a robot at rest began with 0.7 m/s, and was
-/// lost in a second. Motion is asked for once the gate is as narrow as it gets.
+/// Residuals of wrong correspondences look like motion within the scan, so this motion is estimated only once the gate
+/// no longer narrows. Without this, a robot at rest began with 0.7 m/s and was lost within a second.
 bool Smoother::gate_is_wide(std::size_t k) const {
   const Matrix6& gate = keyframes_[k]->gate_covariance;
   return shifts_far(gate) || turns_far(gate);
 }
 
-/// Within a wide gate the points of neighbouring surfaces count as much as those of the right one: the first scan of a
-/// car park was laid 5 mm too low at a sigma of 0.2 mm. Where a pose is predicted roughly, at a start or after an
-/// outage, the gate narrows from round to round of the step. Narrows it once and says so, where it is wide and more is
-/// known by now.
+/// Within a wide gate, points on neighbouring surfaces count as much as those on the right one. After a rough
+/// prediction (initialization, outage) the gate is therefore narrowed in each round of the step. Narrows it once and
+/// returns true if the gate is wide and the covariance is smaller by now. Without this, the first scan of a car park
+/// was 5 mm too low at a sigma of 0.2 mm.
 bool Smoother::begins_to_narrow(std::size_t k) {
   Matrix6& gate = keyframes_[k]->gate_covariance;
   if (!gate_is_wide(k)) return false;
   const Matrix6 narrower = narrower_gate(k);
-  // What is still as unknown as it was stays as wide: the axis of a tunnel.
+  // A direction that is still unknown keeps its wide gate: the axis of a tunnel.
   const bool narrows = (shifts_far(gate) && shift_variance(narrower) < 0.5 * shift_variance(gate)) ||
                        (turns_far(gate) && turn_variance(narrower) < 0.5 * turn_variance(gate));
   if (narrows) gate = narrower;
@@ -284,15 +265,15 @@ bool Smoother::begins_to_narrow(std::size_t k) {
 void Smoother::renew_moved(bool newest_only) {
   const std::size_t newest = window_->size() - 1;
   for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
-    // The newest always: its first correspondences came from a prediction.
+    // The newest keyframe always: its first association was at the prediction.
     if (k == newest || keyframes_[k]->moved(window_->seen_pose(k), kReassociateMoved_m, kReassociateTurned_deg)) {
       renew(k);
     }
   }
 }
 
-/// Where LiDAR lets the trajectory slide, all keyframes and the prior let it slide the same way, the newest's: what is
-/// hidden at one of them but not quite at the next tells of the slide, and scans that know 0.1 mm tell much of it.
+/// All keyframes and the prior use the newest keyframe's degenerate direction. If the directions differed, their
+/// difference would be spurious information about the slide (docs/design/010-unobservable-rigid-motion.md).
 void Smoother::share_slide() {
   const Keyframe& newest = *keyframes_.back();
   const Slide slide = newest.degeneracy.slide(newest.analysed);
@@ -306,11 +287,10 @@ void Smoother::share_slide() {
   window_->follow_slide(slide);
 }
 
-void Smoother::hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink) {
+void Smoother::report(std::size_t k, const Matrix6& covariance, EstimateSink& sink) {
   Estimate& estimate = keyframes_[k]->estimate;
   estimate.state = window_->state(k);
   estimate.covariance = covariance;
-  estimate.health = keyframes_[k]->field_disagrees ? Health::lost : judge(estimate);
   if (batch_ == nullptr) {
     sink.best(estimate);
     return;
@@ -328,7 +308,7 @@ void Smoother::finish(EstimateSink& sink) {
   std::vector<std::size_t> all(window_->size());
   for (std::size_t k = 0; k < all.size(); ++k) all[k] = k;
   const std::vector<Matrix6> covariances = window_->pose_covariances(all);
-  for (std::size_t k = 0; k < all.size(); ++k) hand_out(k, covariances[k], sink);
+  for (std::size_t k = 0; k < all.size(); ++k) report(k, covariances[k], sink);
   calibration_ = window_->calibration_estimate();
   keyframes_.clear();
   window_.reset();

@@ -5,7 +5,6 @@
 
 #include "core/imu/white_noise.h"
 #include "estimators/factory.h"
-#include "estimators/health.h"
 #include "estimators/initialization/relocation.h"
 #include "estimators/smoother/batch_refinement.h"
 #include "estimators/smoother/keyframe_measurements.h"
@@ -15,7 +14,7 @@
 namespace lodestone {
 
 /// The sliding-window smoother (docs/design/architecture.md). Per scan: predict by preintegration, deskew, associate,
-/// condense, analyse, weigh, solve, associate again what moved, marginalize the oldest.
+/// condense, analyse degeneracy, weight, solve, associate moved keyframes again, marginalize the oldest.
 class Smoother final : public Estimator {
  public:
   explicit Smoother(EstimatorInput input);
@@ -28,31 +27,29 @@ class Smoother final : public Estimator {
 
  private:
   void take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const;
-  void find_again();
-  void judge_field(Keyframe& keyframe);
-  void tell_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
+  void relocate();
+  void warn_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
   void follow_residuals(const Keyframe& keyframe);
   void renew(std::size_t k);
-  Matrix6 known_of(std::size_t k, double noise_taken) const;
+  Matrix6 marginal_information(std::size_t k, double noise_subtracted) const;
   Matrix6 narrower_gate(std::size_t k) const;
   bool gate_is_wide(std::size_t k) const;
   bool begins_to_narrow(std::size_t k);
   void renew_moved(bool newest_only);
   void share_slide();
-  void hand_out(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
+  void report(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
 
   EstimatorInput input_;
   KeyframeMeasurements measurements_;
   Relocation relocation_;
-  FieldAgreement agreement_;  // judged only where LiDAR does not see all directions
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   ImuWhiteNoise imu_white_noise_;
   double variance_scale_ = 1.0;             // of LiDAR residuals
-  RepeatedMapError map_error_;              // of the map's cubes, as residuals show it
-  FieldError field_error_;                  // of the field and its map, as residuals show it
-  CalibrationEstimate calibration_;         // the last word, once finished
-  std::unique_ptr<BatchRefinement> batch_;  // null: none was asked for
+  RepeatedMapError map_error_;              // of the map's cubes, from residuals
+  FieldError field_error_;                  // of the field and its map, from residuals
+  CalibrationEstimate calibration_;         // the final estimate, valid after finish
+  std::unique_ptr<BatchRefinement> batch_;  // null: no refinement
 };
 
 }  // namespace lodestone

@@ -4,11 +4,11 @@
 
 namespace lodestone {
 
-/// Where a file is written until it is whole and renamed: beside it, `NAME.partial-PID`, so that two processes do not
-/// meet there and leftovers of a killed one can be told.
+/// Name of the temporary file that is written before the rename: `NAME.partial-PID` in the same folder, so that two
+/// processes do not conflict and leftovers of a killed one are recognized.
 std::string aside_name(const std::string& path);
 
-/// Whether a file of this name was written aside, by whichever process.
+/// Whether this is the name of such a temporary file, of any process.
 bool is_aside_name(const std::string& name);
 
 }  // namespace lodestone

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kLookedAt = 1 << 16;  // bytes
 
-/// The next line, taken off the text.
+/// Removes and returns the first line of the text.
 std::string_view take_line(std::string_view& text) {
   const std::size_t end = std::min(text.find('\n'), text.size());
   const std::string_view line = text.substr(0, end);
@@ -34,7 +34,7 @@ SeemingKind kind_of_bytes(std::string_view begin) {
   return SeemingKind::unknown;
 }
 
-/// Eight numbers between spaces: a stamp and a pose.
+/// Whether a line has eight numbers: a stamp and a pose.
 bool is_tum_line(std::string_view line) {
   int numbers = 0;
   while (true) {
@@ -48,7 +48,7 @@ bool is_tum_line(std::string_view line) {
   }
 }
 
-/// By the keys that stand at the beginning of a line.
+/// From the keys at the beginning of lines.
 SeemingKind kind_of_yaml(std::string_view text) {
   std::set<std::string_view> keys;
   while (!text.empty()) {

@@ -5,24 +5,23 @@
 
 namespace lodestone {
 
-/// What a file seems to be, told by how it begins.
+/// The probable kind of a file, from its first bytes.
 enum class SeemingKind { unknown, platform, magnetic_map, world, trajectory, point_cloud, log, raster };
 
-/// Of the text or bytes with which a file begins.
+/// The kind from the first text or bytes of a file.
 SeemingKind seeming_kind(std::string_view begin);
 
 /// "a platform file"; empty for unknown.
 std::string_view kind_name(SeemingKind kind);
 
-/// Of the file's first bytes; unknown where it cannot be read.
+/// The kind from a file's first bytes; unknown if it cannot be read.
 SeemingKind seeming_kind_of_file(const std::string& path);
 
-/// Throws InputError where the file seems to be of another of our kinds: "FILE: expected a platform file; this looks
-/// like a magnetic map". What is unknown, or missing, is the reader's to refuse.
+/// Throws InputError if the file is probably of another kind: "FILE: expected a platform file; this looks like a
+/// magnetic map". Unknown and missing files are left to the reader.
 void require_kind(const std::string& path, SeemingKind expected, std::string_view expected_name);
 
-/// "; this looks like a PCD or PLY file", to be added to a reader's refusal; empty where the file seems to be nothing
-/// of ours.
+/// "; this looks like a PCD or PLY file", to be appended to a reader's message; empty if the kind is unknown.
 std::string looks_like(const std::string& path);
 
 }  // namespace lodestone

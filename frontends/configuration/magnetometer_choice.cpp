@@ -15,7 +15,7 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kKey = "magnetic.magnetometers";
-constexpr double kSame_m = 1e-9;  // distances that differ by rounding alone: the platform's order decides
+constexpr double kSame_m = 1e-9;  // smaller differences of distances are rounding errors: the platform's order decides
 
 std::string origin(const Platform& platform) {
   return platform.file.empty() ? "the platform" : platform.file;
@@ -31,7 +31,7 @@ std::vector<bool> spread_out(int count, const Platform& platform) {
   for (const MagnetometerModel& one : magnetometers)
     center += one.T_imu_mag.position / static_cast<double>(magnetometers.size());
   std::vector<bool> taken(magnetometers.size(), false);
-  std::vector<double> distance;  // from the centre at first, then from the nearest that is taken
+  std::vector<double> distance;  // from the centre at first, then from the nearest chosen one
   for (const MagnetometerModel& one : magnetometers) distance.push_back((one.T_imu_mag.position - center).norm());
   for (int step = 0; step < count; ++step) {
     std::size_t next = magnetometers.size();
@@ -61,7 +61,7 @@ std::vector<bool> named(const std::string& choice, const Platform& platform) {
                                    origin(platform), name, suggestion(name, known), join_names(known)));
     }
     const auto index = static_cast<std::size_t>(found - known.begin());
-    if (taken[index]) throw InputError(fmt::format("{}: '{}' is there twice", kKey, name));
+    if (taken[index]) throw InputError(fmt::format("{}: '{}' is given twice", kKey, name));
     taken[index] = true;
   }
   return taken;

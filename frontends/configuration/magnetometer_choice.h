@@ -6,11 +6,10 @@
 
 namespace lodestone {
 
-/// Leaves in `platform` only the magnetometers that `choice` means; the log's other readings are then not read.
-/// `choice` is "all", a number N (that many, as far from each other as they come: first the one farthest from the
-/// array's centre, then always the one farthest from those that are in; what N - 1 takes is among what N takes), or
-/// names with commas. Their order stays that of the platform. Throws InputError for a name that the platform does not
-/// have, or a wrong number.
+/// Removes all magnetometers from `platform` but those of `choice`; readings of the others are ignored. `choice` is
+/// "all", names separated by commas, or a number N: N magnetometers as far apart as possible, first the one farthest
+/// from the array's centre, then always the one farthest from those chosen (the choice for N contains that for N − 1).
+/// The order of the platform is kept. Throws InputError for an unknown name or a wrong number.
 void choose_magnetometers(const std::string& choice, Platform& platform);
 
 }  // namespace lodestone

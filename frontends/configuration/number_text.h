@@ -6,8 +6,8 @@
 
 namespace lodestone {
 
-/// Reads the whole text as a number: "12", "+7", "-3.5e2", "nan", "inf". Independent of the locale. Returns false,
-/// without a change of `number`, if the text is empty, has anything else in it, or if the number does not fit.
+/// Parses the whole text as a number: "12", "+7", "-3.5e2", "nan", "inf". Independent of the locale. Returns false and
+/// keeps `number` if the text is empty, has other characters, or if the number is out of range.
 template <class Number>
 bool parse_number(std::string_view text, Number& number) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);

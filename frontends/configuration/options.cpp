@@ -20,7 +20,7 @@ std::string write_value(int value) {
 
 std::string write_value(double value) {
   if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
-  const std::string text = fmt::format("{}", value);  // the shortest that reads back to the same bits
+  const std::string text = fmt::format("{}", value);  // the shortest text that is parsed to the same bits
   return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
 }
 
@@ -67,7 +67,7 @@ ConfigurationNode load_configuration(const std::vector<std::string>& files,
   for (const std::string& file : files) {
     require_kind(file, SeemingKind::unknown, "a file of options");
     const ConfigurationNode node = ConfigurationNode::load(file);
-    if (node.kind() != ConfigurationNode::Kind::empty) node.keys();  // refuses what is no map, while its file is known
+    if (node.kind() != ConfigurationNode::Kind::empty) node.keys();  // throws, with the file, if it is not a map
     configuration.merge(node);
   }
   for (const std::string& assignment : assignments) configuration.set(assignment);

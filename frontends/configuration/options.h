@@ -10,7 +10,7 @@
 #include "core/options.h"
 #include "frontends/configuration/configuration_node.h"
 
-/// Readers and writers of option structs (core/options.h): none of them knows the structs.
+/// Readers and writers of option structs (core/options.h), independent of the structs.
 namespace lodestone {
 
 namespace options_detail {
@@ -51,7 +51,7 @@ void read_value(const ConfigurationNode& node, Enum& value) {
   node.fail("expected one of " + join_names(names) + ", found '" + text + "'" + suggestion(text, names));
 }
 
-/// Values as YAML that reads back to the same bits.
+/// Values as YAML that is parsed to the same bits.
 std::string write_value(bool value);
 std::string write_value(int value);
 std::string write_value(double value);
@@ -169,15 +169,15 @@ void load(const ConfigurationNode& node, Options& options) {
 
 }  // namespace options_detail
 
-/// Sets the fields that `node` names and leaves the others as they are; then asks the structs to check themselves.
-/// Throws InputError, with file and line, for an unknown key (and suggests the nearest), a value of the wrong type, or
-/// one that the check refuses.
+/// Sets the fields that `node` contains and keeps the others; then calls the structs' checks. Throws InputError, with
+/// file and line, for an unknown key (with the closest known one), a value of the wrong type, or a value that a check
+/// rejects.
 template <class Options>
 void load_options(const ConfigurationNode& node, Options& options) {
   options_detail::load(node, options);
 }
 
-/// All fields and their values as YAML text, which load_options reads back to the same bits.
+/// All fields and their values as YAML text, which load_options parses to the same bits.
 template <class Options>
 std::string save_options(Options options) {
   options_detail::Writer writer(0);
@@ -185,7 +185,7 @@ std::string save_options(Options options) {
   return writer.text;
 }
 
-/// One line a field: its path as --set takes it, its value, its type and what it does.
+/// One line per field: its path for --set, its value, its type and its help text.
 template <class Options>
 std::string list_options(Options options) {
   options_detail::Lister lister("");
@@ -193,7 +193,7 @@ std::string list_options(Options options) {
   return lister.text;
 }
 
-/// The configuration files laid over each other in order, then the assignments of --set. Throws InputError.
+/// Merges the configuration files in order, then the assignments of --set. Throws InputError.
 ConfigurationNode load_configuration(const std::vector<std::string>& files,
                                      const std::vector<std::string>& assignments);
 

@@ -13,7 +13,7 @@
 namespace lodestone {
 namespace {
 
-/// A platform file has its own shape (lists, poses), yet its values are written and read as those of options are.
+/// A platform file has its own structure (lists, poses), but values are parsed and written as those of options.
 using options_detail::read_value;
 using options_detail::write_value;
 
@@ -33,7 +33,7 @@ void read_positive(const ConfigurationNode& node, const std::string& key, double
   if (!(value > 0.0) || std::isinf(value)) node.at(key).fail("expected a number above 0");
 }
 
-// Larger than any offset of one time scale against another: beyond this a value has the wrong unit or is a stamp.
+// Larger than any offset between clocks; a larger value has the wrong unit or is a stamp.
 constexpr double largest_clock_offset_s = 3600.0;
 
 void read_clock_offset(const ConfigurationNode& node, const std::string& key, double& offset_s) {
@@ -54,21 +54,21 @@ Pose read_pose(const ConfigurationNode& node) {
   if (!(std::abs(length - 1.0) < 1e-3)) {
     node.at("quaternion_xyzw").fail("the quaternion's length is " + write_value(length) + "; expected 1");
   }
-  // A quaternion that is as near to unit length as doubles go keeps its bits.
+  // A quaternion of unit length within double precision keeps its bits.
   if (std::abs(length - 1.0) > 1e-15) pose.rotation.normalize();
   return pose;
 }
 
-/// The keys that the first LiDAR and further ones share.
+/// Keys common to the first LiDAR and further ones.
 const std::vector<std::string> lidar_keys{
     "topic",         "stamp",       "fields",        "point_times",   "time_unit",           "time_zero",
     "min_range_m",   "max_range_m", "scan_period_s", "range_noise_m", "direction_noise_rad", "T_imu_lidar",
     "clock_offset_s"};
 
-/// Deskewed scans have no times of points: a key that describes them contradicts.
+/// Deskewed scans have no point times, so keys that describe point times are errors.
 void refuse_times_of_points(const ConfigurationNode& node) {
   const auto refuse = [](const ConfigurationNode* key) {
-    if (key != nullptr) key->fail("point_times: none reads no times of points; remove this key, or point_times");
+    if (key != nullptr) key->fail("point_times: none ignores point times; remove this key, or point_times");
   };
   if (const ConfigurationNode* fields = node.find("fields")) refuse(fields->find("time"));
   refuse(node.find("time_unit"));
@@ -111,7 +111,7 @@ void read_first_lidar(const ConfigurationNode& node, Platform& platform) {
   read_calibration_sigmas(node, "calibration", platform.suite.calibration.lidar);
 }
 
-/// Of the first one's kind, unless its file says otherwise.
+/// A further LiDAR has the model of the first one, unless the file states otherwise.
 void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
   node.refuse_keys_other_than(lidar_keys);
   if (1 + platform.further_lidars.size() == kMostLidars) {
@@ -166,15 +166,15 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
   read_value(node.at("name"), model.name);
   for (const MagnetometerModel& other : platform.suite.magnetometers) {
     if (&other != &model && other.name == model.name)
-      node.at("name").fail("another magnetometer is called " + model.name + " already");
+      node.at("name").fail("another magnetometer already has the name " + model.name);
   }
   MagnetometerMessageLayout layout;
   read_value(node.at("topic"), layout.topic);
   read_if_there(node, "values", layout.path);
   for (const MagnetometerMessageLayout& other : platform.magnetometers) {
     if (other.topic == layout.topic && other.path == layout.path) {
-      node.at("topic").fail("another magnetometer has the topic " + layout.topic + " already" +
-                            (layout.path.empty() ? "; where one message holds several, say by 'values' which is which"
+      node.at("topic").fail("another magnetometer already has the topic " + layout.topic +
+                            (layout.path.empty() ? "; if one message contains several, set 'values' for each"
                                                  : ", with the same values"));
     }
   }
@@ -236,7 +236,7 @@ std::string lidar_lines(int depth, const LidarMessageLayout& layout, const Lidar
          pose_lines(depth, "T_imu_lidar", model.T_imu_lidar);
 }
 
-/// Nothing for a magnetometer that needs none.
+/// Empty for a magnetometer without calibration.
 std::string calibration_lines(int depth, const MagnetometerMessageLayout& layout) {
   if (!layout.calibrated()) return {};
   const Vector3& b = layout.hard_iron_ut;

@@ -9,7 +9,7 @@
 
 namespace lodestone {
 
-/// Which instant of a scan its message's stamp names.
+/// The time within a scan that the stamp of its message refers to.
 enum class ScanStamp { start, middle, end };
 
 constexpr auto enum_names(ScanStamp) {
@@ -26,12 +26,13 @@ constexpr auto enum_names(PointTimeUnit) {
                                       {PointTimeUnit::nanoseconds, "ns"}}};
 }
 
-/// What a per-point time of 0 means.
+/// The time that a per-point time of 0 refers to.
 enum class PointTimeZero {
-  scan_start,  ///< the scan's first firing; the stamp says when that was
-  stamp,       ///< the stamp: times before it are negative
-  epoch,       ///< that of the stamps (1970): times are absolute, by the same clock
-  lidar_clock  ///< anything: the LiDAR's own clock, of which only differences count; the stamp places the scan
+  scan_start,  ///< the scan's first point, whose time follows from the stamp
+  stamp,       ///< the stamp; earlier points have negative times
+  epoch,       ///< the epoch of the stamps (1970): absolute times of the same clock
+  lidar_clock  ///< arbitrary: the LiDAR's own clock, of which only differences are used; the stamp defines the scan's
+               ///< time
 };
 
 constexpr auto enum_names(PointTimeZero) {
@@ -41,31 +42,31 @@ constexpr auto enum_names(PointTimeZero) {
                                       {PointTimeZero::lidar_clock, "lidar_clock"}}};
 }
 
-/// Where each point's own time comes from.
+/// Source of the points' times.
 enum class PointTimes {
-  field,  ///< a field of the message, named or inferred
-  none    ///< the driver has deskewed the scan: all points are those of the stamp's instant, no field is read
+  field,  ///< a field of the message, named in the file or inferred
+  none    ///< the driver deskews the scan: all points have the time of the stamp; no field is used
 };
 
 constexpr auto enum_names(PointTimes) {
   return EnumNames<PointTimes, 2>{{{PointTimes::field, "field"}, {PointTimes::none, "none"}}};
 }
 
-/// How a LiDAR's PointCloud2 is to be read; of Livox' CustomMsg only topic and stamp count. x, y, z are metres in the
-/// lidar frame. What is left out is told from the first scan (point_times.h).
+/// Layout of a LiDAR's PointCloud2; of Livox' CustomMsg only topic and stamp apply. x, y, z are metres in the lidar
+/// frame. Missing entries are inferred from the first scan (point_times.h).
 struct LidarMessageLayout {
   std::string topic = "/ouster/points";
   std::optional<ScanStamp> stamp = ScanStamp::start;
-  std::string intensity_field = "intensity";  ///< empty: the message has none, or is without a named time field
+  std::string intensity_field = "intensity";  ///< empty: the message has none, or has no named time field
   std::string ring_field = "ring";            ///< the same
   std::string time_field = "t";
   std::optional<PointTimeUnit> time_unit = PointTimeUnit::nanoseconds;
   std::optional<PointTimeZero> time_zero;
-  PointTimes point_times = PointTimes::field;  ///< none: time_field, time_unit and time_zero are not used
-  double clock_offset_s = 0.0;  ///< stamp less the IMU's time of the same instant; StreamDecoder subtracts it
+  PointTimes point_times = PointTimes::field;  ///< none: time_field, time_unit and time_zero are ignored
+  double clock_offset_s = 0.0;                 ///< stamp minus IMU time of the same instant; StreamDecoder subtracts it
 };
 
-/// Unit of an Imu message's acceleration. The message's definition says m/s²; not every driver does.
+/// Unit of an Imu message's acceleration. The standard is m/s², but some drivers use others.
 enum class AccelerationUnit { metres_per_second_squared, standard_gravity };
 
 constexpr auto enum_names(AccelerationUnit) {
@@ -73,7 +74,7 @@ constexpr auto enum_names(AccelerationUnit) {
       {{AccelerationUnit::metres_per_second_squared, "m/s2"}, {AccelerationUnit::standard_gravity, "g"}}};
 }
 
-/// Unit of a magnetometer's message. MagneticField's definition says tesla; not every driver does.
+/// Unit of a magnetometer's message. The standard of MagneticField is tesla, but some drivers use others.
 enum class FieldUnit { tesla, microtesla, nanotesla, gauss, milligauss };
 
 constexpr auto enum_names(FieldUnit) {
@@ -84,52 +85,52 @@ constexpr auto enum_names(FieldUnit) {
                                   {FieldUnit::milligauss, "milligauss"}}};
 }
 
-/// Factor that brings values of this unit to µT.
+/// Factor from this unit to µT.
 double microtesla_per(FieldUnit unit);
 
 struct ImuMessageLayout {
   std::string topic = "/imu/data";
   AccelerationUnit acceleration_unit = AccelerationUnit::metres_per_second_squared;
-  /// Of a message that is no sensor_msgs/Imu: paths of its vectors (logs/message_paths.h), rad/s and acceleration_unit.
+  /// For messages other than sensor_msgs/Imu: paths of the vectors (logs/message_paths.h), rad/s and acceleration_unit.
   std::string angular_velocity_path, linear_acceleration_path;
 };
 
-/// Where a log keeps a magnetometer, and what makes its readings the field: field = soft_iron_correction (reading −
-/// hard_iron_ut), in its own axes. `lodestone calibrate magnetometers` finds both; the log's reader takes them off.
+/// Location of a magnetometer in the log, and the calibration of its readings: field = soft_iron_correction (reading −
+/// hard_iron_ut), in its own axes. `lodestone calibrate magnetometers` estimates both; the log reader applies them.
 struct MagnetometerMessageLayout {
   std::string topic;
   FieldUnit unit = FieldUnit::tesla;
-  std::string path{};  ///< of the vector in a message that is no sensor_msgs/MagneticField (logs/message_paths.h)
+  std::string path{};  ///< of the vector in messages other than sensor_msgs/MagneticField (logs/message_paths.h)
   Vector3 hard_iron_ut = Vector3::Zero();
   Matrix3 soft_iron_correction = Matrix3::Identity();
 
   bool calibrated() const { return hard_iron_ut != Vector3::Zero() || soft_iron_correction != Matrix3::Identity(); }
 };
 
-/// A robot: where its log keeps each sensor, and what the sensors are.
+/// A robot: the location of each sensor in its log, and the sensor models.
 struct Platform {
   std::string name;
-  std::string file;  ///< where it was read from, for messages; may be empty
+  std::string file;  ///< source file, for messages; may be empty
   LidarMessageLayout lidar;
   ImuMessageLayout imu;
-  std::vector<MagnetometerMessageLayout> magnetometers;  ///< one a magnetometer of the suite, in its order
-  std::vector<LidarMessageLayout> further_lidars;        ///< mostly none; one for each of the suite, in its order
+  std::vector<MagnetometerMessageLayout> magnetometers;  ///< one per magnetometer of the suite, in its order
+  std::vector<LidarMessageLayout> further_lidars;        ///< usually empty; one for each of the suite, in its order
   double magnetometer_clock_offset_s = 0.0;  ///< of all magnetometers; sign as LidarMessageLayout::clock_offset_s
   SensorSuite suite;
 
-  /// For messages.
+  /// Name for messages.
   std::string file_name() const { return file.empty() ? "the platform file" : file; }
 };
 
-/// Reads a platform file (config/platforms/). Throws InputError, with file and line, for whatever is missing, misspelt,
-/// of the wrong type or out of range.
+/// Reads a platform file (config/platforms/). Throws InputError, with file and line, for missing or unknown keys,
+/// values of the wrong type and values out of range.
 Platform load_platform(const std::string& path);
 
-/// Throws InputError as load_platform does; `name` stands for the file in messages.
+/// Throws InputError as load_platform does; `name` replaces the file name in messages.
 Platform parse_platform(const std::string& text, const std::string& name);
 
-/// Writes a file that load_platform reads back to the same bits; aside, then renamed. Each line of `comment` becomes a
-/// comment at the file's begin. Throws InputError.
+/// Writes a file that load_platform reads back to the same bits (temporary file, then rename). Each line of `comment`
+/// becomes a comment at the begin of the file. Throws InputError.
 void save_platform(const Platform& platform, const std::string& path, const std::string& comment = {});
 
 }  // namespace lodestone

@@ -5,7 +5,7 @@
 namespace lodestone {
 namespace {
 
-// Larger than any calibration: beyond these a value has the wrong unit.
+// Larger than any calibration; a larger value has the wrong unit.
 constexpr double largest_translation_m = 1.0;
 constexpr double largest_rotation_deg = 45.0;
 constexpr double largest_clock_s = 1.0;

@@ -7,14 +7,14 @@
 
 namespace lodestone {
 
-/// Each reads the map of calibration sigmas under `key` of `parent`. A sigma that the file does not state keeps its
-/// default (grade `field`). Throws InputError, with file and line, for an unknown key or a sigma out of range.
+/// Each reads the map of calibration sigmas under `key` of `parent`. Missing sigmas keep their default (grade `field`).
+/// Throws InputError, with file and line, for an unknown key or a sigma out of range.
 void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, LidarCalibrationSigmas& sigmas);
 void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key,
                              MagnetometerCalibrationSigmas& sigmas);
 void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, ImuCalibrationSigmas& sigmas);
 
-/// Each as YAML lines under `key`, `depth` levels deep, that read back to the same bits.
+/// Each writes YAML lines under `key`, `depth` levels deep, that are parsed to the same bits.
 std::string calibration_sigma_lines(int depth, const std::string& key, const LidarCalibrationSigmas& sigmas);
 std::string calibration_sigma_lines(int depth, const std::string& key, const MagnetometerCalibrationSigmas& sigmas);
 std::string calibration_sigma_lines(int depth, const std::string& key, const ImuCalibrationSigmas& sigmas);

@@ -4,7 +4,7 @@
 
 #include "frontends/configuration/platform.h"
 
-/// A platform's LiDARs by their index: 0 is the first, then come the further ones.
+/// A platform's LiDARs by index: 0 is the first, followed by the further ones.
 namespace lodestone {
 
 inline std::size_t lidar_count(const Platform& platform) {
@@ -22,7 +22,7 @@ inline const LidarModel& model_of(const Platform& platform, std::size_t lidar) {
   return lidar == 0 ? platform.suite.lidar : platform.suite.further_lidars.at(lidar - 1);
 }
 
-/// Where the platform file describes it.
+/// Key of the LiDAR in the platform file.
 inline std::string lidar_key(std::size_t lidar) {
   return lidar == 0 ? "lidar" : "further_lidars[" + std::to_string(lidar - 1) + "]";
 }

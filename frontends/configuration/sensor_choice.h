@@ -2,7 +2,7 @@
 
 namespace lodestone {
 
-/// Which sensors a run needs. A log may lack those that it does not.
+/// Sensors that a run requires. Others may be missing in the log.
 struct SensorChoice {
   bool lidar = true;
   bool imu = true;

@@ -14,11 +14,10 @@ namespace lodestone {
 
 namespace {
 
-/// Larger texts are none of ours.
+/// No text file of this program is larger.
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 32;
 
-/// A pipe that the shell handed over, as in `--truth <(zcat truth.tum.gz)`, has an end; one that somebody made in a
-/// folder need not.
+/// A pipe passed by the shell, as in `--truth <(zcat truth.tum.gz)`, has an end; a named pipe may block forever.
 bool is_handed_over(const std::string& path) {
   return path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/self/fd/", 0) == 0 || path == "/dev/stdin";
 }

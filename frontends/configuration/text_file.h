@@ -4,11 +4,11 @@
 
 namespace lodestone {
 
-/// The whole file. Throws InputError, naming it, where it is missing or cannot be read.
+/// The whole file. Throws InputError, with the path, if it is missing or cannot be read.
 std::string read_text_file(const std::string& path);
 
-/// Writes the file aside in its folder and renames it, so that no reader ever sees half of it. Throws InputError,
-/// naming it, where that fails.
+/// Writes a temporary file in the same folder and renames it, so that no reader sees a partial file. Throws InputError,
+/// with the path, if this fails.
 void write_text_file(const std::string& path, const std::string& text);
 
 }  // namespace lodestone

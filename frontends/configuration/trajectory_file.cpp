@@ -17,7 +17,7 @@ namespace {
 
 constexpr Time nanoseconds_per_second = 1'000'000'000;
 
-/// Of a stamp within `farthest_time`, however it is written; sums with it stay far from an int's ends.
+/// Exponents of stamps within `farthest_time` are far smaller; the limit avoids overflow of sums.
 constexpr int largest_exponent = 1000;
 
 bool is_digit(char character) {
@@ -28,7 +28,7 @@ bool parse_finite(std::string_view text, double& value) {
   return parse_number(text, value) && std::isfinite(value);
 }
 
-/// One line of a table of poses, told by its file and number in every complaint.
+/// One line of a table of poses, with its file and number for messages.
 struct Line {
   const std::string& path;
   int number;
@@ -39,7 +39,7 @@ struct Line {
   }
 };
 
-/// The line's values between any of `separators`; empty ones between two commas are kept out.
+/// The line's values between any of `separators`, without empty ones.
 std::vector<std::string_view> split(std::string_view text, std::string_view separators) {
   std::vector<std::string_view> parts;
   for (std::size_t begin = text.find_first_not_of(separators); begin != std::string_view::npos;) {
@@ -63,7 +63,7 @@ Pose make_pose(const Line& line, const std::array<double, 7>& values, bool scala
   return pose;
 }
 
-/// Calls `parse` for each line that is no comment and collects what it gives.
+/// Calls `parse` for each line that is no comment, and collects the results.
 template <class Parse>
 Trajectory read_lines(const std::string& path, const std::string& text, const Parse& parse) {
   Trajectory trajectory;
@@ -86,7 +86,7 @@ Trajectory read_lines(const std::string& path, const std::string& text, const Pa
   return trajectory;
 }
 
-/// Further apart, the difference of two stamps is no Time.
+/// Differences of larger stamps overflow Time.
 constexpr const char* kStampsWithin = " within 127 years (4e9 s) of zero";
 
 Trajectory parse_tum(const std::string& path, const std::string& text) {
@@ -137,7 +137,7 @@ bool parse_stamp(std::string_view text, Time& time) {
     if (exponent > largest_exponent || exponent < -largest_exponent) return false;
     text = text.substr(0, e);
   }
-  // Walk the digits; the place of each is known from the point, so that ns are collected exactly.
+  // The decimal place of each digit follows from the point, so that nanoseconds are summed exactly.
   const std::size_t point = std::min(text.find('.'), text.size());
   Time sum = 0;
   int half = 0;  // the first digit below 1 ns rounds
@@ -183,7 +183,7 @@ Trajectory read_euroc(const std::string& path) {
 Trajectory read_trajectory(const std::string& path) {
   require_kind(path, SeemingKind::trajectory, "a trajectory (TUM or EuRoC csv)");
   const std::string text = read_text_file(path);
-  // Comments may hold commas in either format: the first line of values tells.
+  // Comments may contain commas in either format, so the first line of values decides.
   std::size_t begin = 0;
   while (begin < text.size() && (text[begin] == '#' || text[begin] == '\n' || text[begin] == '\r')) {
     begin = std::min(text.find('\n', begin), text.size() - 1) + 1;

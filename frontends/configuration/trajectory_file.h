@@ -7,31 +7,31 @@
 
 namespace lodestone {
 
-/// A stamp in decimal seconds as exact nanoseconds: digits are never sent through a double. An exponent ("1.4e+09", as
-/// numpy writes it) is understood too. False where the text is no number, or further than `farthest_time`.
+/// Parses a stamp in decimal seconds to exact nanoseconds, without conversion to double. Exponents ("1.4e+09", as numpy
+/// writes) are supported. Returns false if the text is no number, or further than `farthest_time`.
 bool parse_stamp(std::string_view text, Time& time);
 
 /// Seconds with nine decimals, exact: "1403715529.112143517".
 std::string format_stamp(Time time);
 
 /// Reads a trajectory in TUM order (t x y z qx qy qz qw, seconds and metres); '#' starts a comment line. Quaternions
-/// are normalized. Equal stamps are kept as they stand: real files hold some. Throws InputError, with file and line,
-/// for a malformed line, a quaternion far from unit length, or a stamp that goes back; and for a file without poses.
+/// are normalized. Equal stamps are kept, since real files contain some. Throws InputError, with file and line, for a
+/// malformed line, a quaternion far from unit length, or a decreasing stamp; and for a file without poses.
 Trajectory read_tum(const std::string& path);
 
 /// Reads a EuRoC ground-truth csv (t in integer ns, p x y z, q w x y z, further columns ignored). Throws as read_tum.
 Trajectory read_euroc(const std::string& path);
 
-/// Either of these, told apart by the commas.
+/// Reads either of these formats; commas distinguish them.
 Trajectory read_trajectory(const std::string& path);
 
-/// "x y z qx qy qz qw" as --initial-pose takes it.
+/// "x y z qx qy qz qw", the format of --initial-pose.
 std::string pose_text(const Pose& pose);
 
-/// One line of a TUM file, without its end: stamp with nine decimals, nine significant digits.
+/// One line of a TUM file, without line end: stamp with nine decimals, nine significant digits.
 std::string format_tum(const StampedPose& pose);
 
-/// Writes a TUM file aside and renames it. `comment`, if any, becomes its first lines. Throws InputError.
+/// Writes a TUM file (temporary file, then rename). `comment`, if any, becomes its first lines. Throws InputError.
 void write_tum(const std::string& path, const Trajectory& trajectory, const std::string& comment = {});
 
 }  // namespace lodestone

@@ -8,7 +8,7 @@
 
 namespace lodestone {
 
-/// Turns yaml-cpp's tree into ours, which keeps its origin through merging.
+/// Converts yaml-cpp's tree to ConfigurationNode, which keeps file and line through merging.
 class YamlReader {
  public:
   explicit YamlReader(std::string file) : file_(std::move(file)) {}
@@ -34,7 +34,7 @@ class YamlReader {
     return node;
   }
 
-  /// A map of maps along `keys`, with `value` at its end.
+  /// Nested maps along `keys`, with `value` at the end.
   static ConfigurationNode nest(const std::vector<std::string>& keys, ConfigurationNode value) {
     for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
       ConfigurationNode outer;
@@ -53,9 +53,9 @@ class YamlReader {
     const std::string& name = key.Scalar();
     const std::string path = map.key_path_.empty() ? name : map.key_path_ + "." + name;
     ConfigurationNode node = read(value, path);
-    // The value of a map starts on the next line: a mistake in the key is on the key's.
+    // The value of a map starts on the next line; errors of the key refer to the key's line.
     if (!key.Mark().is_null()) node.line_ = key.Mark().line + 1;
-    if (map.has(name)) node.fail("the key is there twice");
+    if (map.has(name)) node.fail("the key is given twice");
     map.keys_.push_back(name);
     map.elements_.push_back(std::move(node));
   }
@@ -65,9 +65,8 @@ class YamlReader {
 
 ConfigurationNode ConfigurationNode::load(const std::string& path) {
   const std::string text = read_text_file(path);
-  // Of such a file YAML's complaint would quote bytes that nobody can read.
-  if (text.find('\0') != std::string::npos)
-    throw InputError(path + ": expected YAML, found a file of bytes that are no text");
+  // For binary files, YAML's message would quote unreadable bytes.
+  if (text.find('\0') != std::string::npos) throw InputError(path + ": expected YAML, found a binary file");
   return parse(text, path);
 }
 
@@ -76,7 +75,7 @@ ConfigurationNode ConfigurationNode::parse(const std::string& text, const std::s
     return YamlReader(name).read(YAML::Load(text), "");
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
-    std::string what = error.msg;  // may quote a line's end
+    std::string what = error.msg;  // may contain a line end
     std::replace_if(
         what.begin(), what.end(), [](unsigned char letter) { return letter < ' '; }, ' ');
     throw InputError(name + line + ": is no valid YAML (" + what + ")");

@@ -14,7 +14,7 @@ bool ArrayGrouping::add(const MagneticSample& sample) {
   return true;
 }
 
-/// From the readings that wait: the shortest of the first intervals, since a lost reading only makes one longer.
+/// The shortest of the first intervals of the queued readings, since lost readings only lengthen intervals.
 Time ArrayGrouping::half_period() const {
   Time shortest = std::numeric_limits<Time>::max();
   for (const auto& queue : queues_) {

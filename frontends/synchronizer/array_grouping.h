@@ -8,29 +8,30 @@
 
 namespace lodestone {
 
-/// Brings the readings of single magnetometers together to samples of the array: readings whose stamps lie within half
-/// a sampling period of the earliest are one sample; a magnetometer that has none there is left empty.
+/// Groups the readings of single magnetometers to samples of the array: readings with stamps within half a sampling
+/// period of the earliest form one sample. A magnetometer without such a reading is empty in the sample.
 class ArrayGrouping {
  public:
   explicit ArrayGrouping(std::size_t magnetometers) : queues_(magnetometers) {}
 
-  /// False where the reading is of no magnetometer of the suite, or not later than the last one of its magnetometer.
+  /// Returns false if the magnetometer is not in the suite, or if the reading is not later than the magnetometer's last
+  /// one.
   bool add(const MagneticSample& sample);
 
-  /// Whether every magnetometer has passed `time` so far that no group at or before it can change any more.
+  /// Whether the readings of all magnetometers are late enough that groups up to `time` are complete.
   bool passed(Time time) const;
 
   /// The next group with a time up to `end`, if any; its time is the mean of its readings' stamps.
   std::optional<MagneticArraySample> take(Time end);
 
-  /// Forgets readings at or before `time`; returns how many.
+  /// Discards readings at or before `time`; returns their number.
   int forget(Time time);
 
  private:
   Time half_period() const;
 
   std::vector<std::deque<MagneticSample>> queues_;
-  mutable Time last_half_period_ = 0;  ///< while too few readings wait to tell
+  mutable Time last_half_period_ = 0;  ///< used while too few readings are queued
 };
 
 }  // namespace lodestone

@@ -18,17 +18,17 @@
 namespace lodestone {
 namespace {
 
-/// A gap is longer than this many IMU periods: a lost packet or two are none.
+/// A gap is longer than this number of IMU periods; one or two lost packets are no gap.
 constexpr double imu_gap_periods = 5.0;
 
-/// No sensor is silent for so long but in a log that was stopped, or in two that were joined. Nothing bridges that.
+/// A longer silence of all sensors occurs only in logs that were stopped or joined. The log ends there.
 constexpr Time longest_silence = 60'000'000'000;
 
-/// Scans that are decoded to see how far the recorder's clock is from the stamps': one may be odd.
+/// Number of scans that are decoded to estimate the lag of the recorder's clock; a single one may be an outlier.
 constexpr std::int64_t first_scans = 3;
 
-/// The first readings of a stream's sensor in the unit of the measurement; of scans, which are decoded to see whether
-/// they can be, their starts alone. Returns the stamp.
+/// Adds the first readings of a stream's sensor, in the unit of the measurement; of scans, which are decoded as a
+/// check, only the start times. Returns the stamp.
 Time add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings& readings) {
   if (stream.sensor == Sensor::imu) {
     const ImuSample sample = decoder.imu(stream);
@@ -67,16 +67,16 @@ struct BagSource::Implementation {
   WarningLog& warnings;
   std::unique_ptr<MessageSource> reader;
   StreamDecoder decoder;
-  std::optional<ScanMerger> merger;  ///< of several LiDARs
+  std::optional<ScanMerger> merger;  ///< only with several LiDARs
   std::vector<SensorStream> streams;
-  std::vector<StampOrder> orders;   ///< one a stream
-  std::vector<std::string> topics;  ///< that are chosen
-  Time record_time = 0;             ///< of the message that was read last
-  Time first_recorded = 0;          ///< when the first message of any topic was
+  std::vector<StampOrder> orders;   ///< one per stream
+  std::vector<std::string> topics;  ///< chosen topics
+  Time record_time = 0;             ///< of the last message
+  Time first_recorded = 0;          ///< time of the first message of all topics
   std::deque<Measurement> ready;
   Time begin = 0;
   Time end = 0;
-  std::optional<Time> newest;  ///< when the newest measurement was complete
+  std::optional<Time> newest;  ///< completion time of the newest measurement
   bool broken_off = false;
 
   void choose();
@@ -119,7 +119,7 @@ void BagSource::Implementation::inspect() {
   }
   std::vector<std::vector<Time>> lags(streams.size());
   WarningLog counted_later;
-  StreamDecoder first(path, platform, counted_later);  // what it tells of the scans is told again when they are read
+  StreamDecoder first(path, platform, counted_later);  // its warnings are repeated when the scans are read
   reader->select(topics);
   for (RawMessage raw; unsatisfied > 0 && read_message(raw);) {
     first.set(raw);
@@ -141,32 +141,32 @@ void BagSource::Implementation::inspect() {
     first_stamp = std::min(first_stamp, readings[i].first_stamp);
   }
   for (std::size_t i = 0; i < streams.size(); ++i) orders[i] = StampOrder(lags[i]);
-  const Time lag = orders.front().usual_lag();  // from the recorder's clock to the stamps'
+  const Time lag = orders.front().usual_lag();  // recorder's clock minus stamps
   if (std::abs(lag) <= farthest_time) end -= lag;
   begin = first_stamp;
 }
 
-/// Stamps of one topic must increase: what does not is dropped and counted.
+/// Stamps of one topic must increase; messages with other stamps are discarded and counted.
 bool BagSource::Implementation::accept(const SensorStream& stream, StampOrder& order, Time stamp) {
   const StampOrder::Verdict verdict = order.judge(record_time, stamp);
   if (verdict.what == StampOrder::Verdict::broken) {
     warnings.add(std::string(part_of(stream.sensor)) + ".stamp_jump",
-                 fmt::format("{}: a stamp is {:.3f} s off the recorder's clock; such messages are dropped",
+                 fmt::format("{}: a stamp is {:.3f} s off the recorder's clock; such messages are discarded",
                              stream.topic, verdict.off_s),
                  record_time);
     return false;
   }
   if (verdict.what == StampOrder::Verdict::recorder_leapt) {
     warnings.add("log.recorder_clock",
-                 fmt::format("{}: the recorder's clock leaps by {:.3f} s; the stamps go on, and are taken",
+                 fmt::format("{}: the recorder's clock jumps by {:.3f} s; the stamps are continuous and are used",
                              stream.topic, verdict.off_s),
                  stamp);
   }
   if (order.any() && stamp <= order.last_stamp()) {
     const bool repeated = stamp == order.last_stamp();
     warnings.add(fmt::format("{}.{}", part_of(stream.sensor), repeated ? "stamp_repeated" : "stamp_back"),
-                 fmt::format("{}: a stamp {} {:.6f} s; such messages are dropped", stream.topic,
-                             repeated ? "is there twice:" : "goes back by",
+                 fmt::format("{}: a stamp {} {:.6f} s; such messages are discarded", stream.topic,
+                             repeated ? "is repeated:" : "goes back by",
                              repeated ? to_seconds(stamp) : to_seconds(order.last_stamp() - stamp)),
                  stamp);
     return false;
@@ -178,7 +178,7 @@ bool BagSource::Implementation::accept(const SensorStream& stream, StampOrder& o
 void BagSource::Implementation::take_imu(const SensorStream& stream, StampOrder& order) {
   const ImuSample sample = decoder.imu(stream);
   if (!sample.angular_velocity.allFinite() || !sample.linear_acceleration.allFinite()) {
-    warnings.add("imu.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
+    warnings.add("imu.not_finite", stream.topic + ": samples that are not finite were discarded", sample.time);
     return;
   }
   const Time previous = order.last_stamp();
@@ -197,7 +197,7 @@ void BagSource::Implementation::take_imu(const SensorStream& stream, StampOrder&
 void BagSource::Implementation::take_field(const SensorStream& stream, StampOrder& order) {
   MagneticSample sample = decoder.field(stream);
   if (!sample.field_ut.allFinite()) {
-    warnings.add("magnetometer.not_finite", stream.topic + ": samples that are not finite were dropped", sample.time);
+    warnings.add("magnetometer.not_finite", stream.topic + ": samples that are not finite were discarded", sample.time);
     return;
   }
   sample.field_ut = calibrated(platform.magnetometers[stream.index], sample.field_ut);
@@ -216,7 +216,7 @@ void BagSource::Implementation::take_scan(const SensorStream& stream, StampOrder
   for (LidarScan merged; merger->take(merged);) ready.emplace_back(std::move(merged));
 }
 
-/// Gives the message to all sensors of its topic.
+/// Passes the message to all sensors of its topic.
 void BagSource::Implementation::take_message(const RawMessage& raw) {
   decoder.set(raw);
   for (std::size_t i = 0; i < streams.size(); ++i) {
@@ -237,17 +237,16 @@ BagSource::BagSource(const std::string& path, const Platform& platform, WarningL
 
 BagSource::~BagSource() = default;
 
-/// False from the first measurement on that comes too long after all others: there the log is at its end.
+/// Returns false from the first measurement that follows a too long silence of all sensors: the log ends there.
 bool BagSource::Implementation::goes_on(const Measurement& measurement) {
   const Time complete = completion_time(measurement);
   if (newest && complete - *newest > longest_silence) {
     broken_off = true;
     const double cut_s = std::floor(to_seconds(record_time) - to_seconds(first_recorded));
     warnings.add("log.broken_off",
-                 fmt::format("{}: no sensor says anything for {:.0f} s; the log is read up to there, for nobody knows "
-                             "how the robot moved "
-                             "meanwhile; cut it (lodestone convert --to {:.0f}, and --from {:.0f}) and give each part "
-                             "a start of its own",
+                 fmt::format("{}: no sensor has data for {:.0f} s; the log is read up to this gap, because the motion "
+                             "within it is unknown; cut the log (lodestone convert --to {:.0f}, and --from {:.0f}) and "
+                             "give each part its own initial pose",
                              path, to_seconds(complete - *newest), cut_s, cut_s),
                  *newest);
     return false;

@@ -10,16 +10,16 @@
 
 namespace lodestone {
 
-/// Measurements of a log of any kind that open_log() knows, in the order of recording; one message in memory at a time.
-/// Scans come as PointCloud2 or as Livox' CustomMsg; those of several LiDARs are merged (scan_merger.h). IMU and
-/// magnetometers may lie in messages of any type, several in one (logs/message_paths.h).
+/// Measurements of a log in any format of open_log(), in the order of recording; only one message is in memory at a
+/// time. Scans are PointCloud2 or Livox' CustomMsg; those of several LiDARs are merged (scan_merger.h). Data of IMU and
+/// magnetometers may be in messages of any type, several in one message (logs/message_paths.h).
 ///
-/// Wrong input that spoils a run is an InputError at construction: a missing or truncated file, a topic that is not
-/// there (with those that are), a cloud without per-point time, an IMU in g, a magnetometer in another unit than
-/// the platform says, sensors whose clocks differ. What a run survives is dropped or passed on, and counted in
-/// `warnings`: lidar.nan_points, lidar.empty_scan, lidar.packed_points, lidar.told_from_content, lidar.clock_jump,
-/// lidar.unmerged_points, magnetometer.magnitude, and for lidar, imu and magnetometer
-/// PART.stamp_back, PART.stamp_repeated, PART.stamp_jump and PART.not_finite (all dropped), and imu.gap.
+/// Errors that spoil a run throw InputError at construction: a missing or truncated file, a missing topic (the message
+/// lists the topics), a cloud without per-point time, an IMU in g, a magnetometer in another unit than in the platform
+/// file, sensors with different clocks. Other errors are counted in `warnings`: lidar.nan_points, lidar.empty_scan,
+/// lidar.packed_points, lidar.told_from_content, lidar.clock_jump, lidar.unmerged_points, magnetometer.magnitude,
+/// imu.gap; and for lidar, imu and magnetometer PART.stamp_back, PART.stamp_repeated, PART.stamp_jump and
+/// PART.not_finite, whose data are discarded.
 class BagSource : public MeasurementSource {
  public:
   /// `warnings` must outlive this.

@@ -9,8 +9,8 @@ namespace lodestone {
 
 namespace {
 
-constexpr Time kBundle = from_seconds(0.5);    // a whole number of ArrayLog's spans
-constexpr Time kPatience = from_seconds(0.5);  // how much later than others a magnetometer's messages may be recorded
+constexpr Time kBundle = from_seconds(0.5);    // a multiple of ArrayLog's span
+constexpr Time kPatience = from_seconds(0.5);  // largest delay of a magnetometer's messages after those of others
 
 }  // namespace
 
@@ -26,7 +26,7 @@ RecordedArray record_array(MeasurementSource& source, const SensorSuite& suite, 
     result.readings.add(samples);
     grouping.forget(end);
   };
-  std::optional<Time> end;  // of the bundle that is being gathered
+  std::optional<Time> end;  // of the current bundle
   Time latest = 0;
   Measurement measurement;
   while (source.next(measurement)) {

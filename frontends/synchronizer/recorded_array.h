@@ -10,14 +10,14 @@
 
 namespace lodestone {
 
-/// A log's magnetometers, thinned, and its IMU in full.
+/// The magnetometer readings of a log, thinned, and all IMU samples.
 struct RecordedArray {
   ArrayLog readings;
-  std::vector<ImuSample> imu;  ///< in order of time; empty where the source has none
+  std::vector<ImuSample> imu;  ///< in order of time; empty if the source has none
 };
 
-/// Reads `source` to its end. Readings that cannot be measurements (stuck, at a limit, spikes) are left out and counted
-/// in `warnings` (MagnetometerMonitor). `progress` is called with each measurement's time.
+/// Reads `source` to its end. Invalid readings (stuck, at a limit, spikes) are rejected and counted in `warnings`
+/// (MagnetometerMonitor). `progress` is called with each measurement's time.
 RecordedArray record_array(MeasurementSource& source, const SensorSuite& suite, WarningLog& warnings,
                            const std::function<void(Time)>& progress = {});
 

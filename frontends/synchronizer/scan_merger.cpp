@@ -5,10 +5,10 @@
 namespace lodestone {
 namespace {
 
-/// So many scans of the first LiDAR are waited for another that is silent; memory stays small.
+/// A silent LiDAR is waited for over this number of scans of the first LiDAR, which limits memory.
 constexpr std::size_t scans_of_patience = 3;
 
-/// More scans of another LiDAR than this have no scan of the first to go to.
+/// More queued scans of another LiDAR than this have no corresponding scan of the first.
 constexpr std::size_t most_waiting_scans = 10;
 
 }  // namespace
@@ -35,12 +35,13 @@ void ScanMerger::add(std::size_t lidar, LidarScan&& scan) {
   other.any = true;
   other.scans.push_back(std::move(scan));
   if (other.scans.size() <= most_waiting_scans) return;
-  warnings_.add("lidar.unmerged_points", "points of a further LiDAR came while the first was silent, and were dropped",
+  warnings_.add("lidar.unmerged_points",
+                "points of a further LiDAR arrived while the first was silent, and were discarded",
                 other.scans.front().start, static_cast<std::int64_t>(other.scans.front().points.size()));
   other.scans.pop_front();
 }
 
-/// Adds the points of (after, merged.end]; drops earlier ones, leaves later ones.
+/// Adds the points within (after, merged.end]; discards earlier ones and keeps later ones in the queue.
 void ScanMerger::join(Other& other, Time after, LidarScan& merged, std::vector<Time>& times) {
   std::int64_t dropped = 0;
   for (LidarScan& scan : other.scans) {
@@ -60,10 +61,11 @@ void ScanMerger::join(Other& other, Time after, LidarScan& merged, std::vector<T
     scan.points.resize(later);
   }
   while (!other.scans.empty() && other.scans.front().points.empty()) other.scans.pop_front();
-  // Before the log's first scan there is nothing that they could have joined.
+  // Before the log's first scan, points have no scan to join.
   if (dropped > 0 && started_) {
-    warnings_.add("lidar.unmerged_points", "points of a further LiDAR came after their scan was made, and were dropped",
-                  merged.start, dropped);
+    warnings_.add("lidar.unmerged_points",
+                  "points of a further LiDAR arrived after their scan was complete, and were discarded", merged.start,
+                  dropped);
   }
 }
 
@@ -75,14 +77,14 @@ bool ScanMerger::take(LidarScan& merged) {
   if (waits && !ended_ && first_.size() < scans_of_patience) return false;
   merged = std::move(first_.front());
   first_.pop_front();
-  // What was seen in a gap of the first LiDAR's goes back one scan at most. A deskewed scan lasts no time, and stands
-  // for its period.
+  // Points within a gap of the first LiDAR go back one scan at most. A deskewed scan has no duration and stands for one
+  // period.
   const Time earliest = merged.start - (merged.end > merged.start ? merged.end - merged.start : period_);
   const Time after = started_ ? std::max(earliest, std::min(previous_end_, merged.start)) : merged.start - 1;
   const std::size_t own = merged.points.size();
   std::vector<Time> times;
   for (Other& other : others_) join(other, after, merged, times);
-  // The scan begins with its first point, whoever saw it.
+  // The scan begins with its first point, of any LiDAR.
   Time start = merged.start;
   for (const Time time : times) start = std::min(start, time);
   for (std::size_t i = 0; i < own; ++i) merged.points[i].offset_ns += static_cast<std::int32_t>(merged.start - start);

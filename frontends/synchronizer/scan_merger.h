@@ -11,39 +11,40 @@
 
 namespace lodestone {
 
-/// Makes one scan of what several LiDARs saw: the scans of the first set the pace, and every point of the others joins
-/// the one within whose time it lies, (end of the scan before, end]. Points are brought to the first LiDAR's frame by
-/// the extrinsics, which is exact, for each keeps its own time: deskewing moves it with the body. Each names the LiDAR
-/// that measured it: limits of range, incidence and noise are those of its own.
+/// Merges the scans of several LiDARs. The scans of the first LiDAR set the period; every point of the others joins the
+/// scan in whose interval (end of the previous scan, end] it lies. Points are transformed to the first LiDAR's frame by
+/// the extrinsics. This is exact, because each point keeps its own time and deskewing moves it with the body. Each
+/// point has the index of its LiDAR, whose limits of range, incidence and noise apply.
 ///
-/// A scan is held until the others have come to its end; where one stays silent, until two more of the first are there.
-/// Counted in `warnings`: lidar.unmerged_points (came too late, or with no scan of the first around them; dropped).
+/// A scan is complete when all others have reached its end, or, if one is silent, after two more scans of the first.
+/// Counted in `warnings`: lidar.unmerged_points (discarded: too late, or without a scan of the first LiDAR at their
+/// time).
 class ScanMerger {
  public:
-  /// `first`: of whose frame the result is; `others`: further LiDARs. `warnings` must outlive this.
+  /// `first`: the LiDAR that defines the frame of the result; `others`: further LiDARs. `warnings` must outlive this.
   ScanMerger(const LidarModel& first, const std::vector<LidarModel>& others, WarningLog& warnings);
 
-  /// A scan of LiDAR `lidar` (0: the first); scans of one LiDAR come in order.
+  /// Adds a scan of LiDAR `lidar` (0: the first). Scans of one LiDAR must be in order of time.
   void add(std::size_t lidar, LidarScan&& scan);
 
-  /// No scan will come any more: what is held is given as it is.
+  /// Signals the end of the log: queued scans are returned as they are.
   void finish() { ended_ = true; }
 
-  /// The next scan that is complete: the first LiDAR's points in their order, then those of the others. False where
-  /// more must be added before.
+  /// The next complete scan: the first LiDAR's points in their order, then those of the others. Returns false if more
+  /// scans are required.
   bool take(LidarScan& merged);
 
  private:
   struct Other {
     Pose T_first_other;
     std::deque<LidarScan> scans;  ///< positions in the first LiDAR's frame
-    Time reached = 0;             ///< end of the last
+    Time reached = 0;             ///< end of the last scan
     bool any = false;
   };
   void join(Other& other, Time after, LidarScan& merged, std::vector<Time>& times);
 
   WarningLog& warnings_;
-  Time period_;  ///< of the first
+  Time period_;  ///< of the first LiDAR
   std::deque<LidarScan> first_;
   std::vector<Other> others_;
   Time previous_end_ = 0;

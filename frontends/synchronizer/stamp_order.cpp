@@ -9,7 +9,7 @@ namespace {
 
 constexpr double largest_jump_s = 10.0;
 
-/// Of a clock that leaps without an end the last ones are kept.
+/// If a clock keeps jumping, only the last lags are kept.
 constexpr std::size_t most_lags = 16;
 
 }  // namespace
@@ -25,7 +25,7 @@ StampOrder::StampOrder(std::vector<Time> first_lags) {
     const Time median = first_lags[begin + count / 2];
     if (count > most) {
       if (most > 0 && most < worth) lags_.clear();
-      lags_.insert(lags_.begin(), median);  // the usual one comes first
+      lags_.insert(lags_.begin(), median);  // the usual lag is the first
       most = count;
     } else if (count >= worth && lags_.size() < most_lags) {
       lags_.push_back(median);
@@ -35,7 +35,7 @@ StampOrder::StampOrder(std::vector<Time> first_lags) {
 
 StampOrder::Verdict StampOrder::judge(Time record_time, Time stamp) {
   if (lags_.empty()) lags_.push_back(record_time - stamp);
-  // In seconds: of times at both ends of what a Time can hold, a sum of three is beyond it.
+  // In seconds, since sums of extreme values of Time would overflow.
   const auto off_s = [&](Time lag) { return to_seconds(stamp) - (to_seconds(record_time) - to_seconds(lag)); };
   for (const Time lag : lags_) {
     if (std::abs(off_s(lag)) <= largest_jump_s) return {};

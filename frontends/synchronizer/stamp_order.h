@@ -6,8 +6,8 @@
 
 namespace lodestone {
 
-/// Whether the stamps of one stream can be believed, beside the recorder's clock. Taken at its word, one stamp in the
-/// far future would make all that follow look late.
+/// Checks the stamps of one stream against the recorder's clock. Without this check, a single stamp in the far future
+/// would make all later messages seem late.
 class StampOrder {
  public:
   struct Verdict {
@@ -18,17 +18,16 @@ class StampOrder {
 
   StampOrder() = default;
 
-  /// `first_lags`: record time less stamp of the stream's first messages, of which some may be odd. Lags that a tenth
-  /// of them have, and two at least, are good ones, that which most have is the usual one; without any the first
-  /// message that is judged gives it.
+  /// `first_lags`: record time minus stamp of the stream's first messages, which may contain outliers. Lags that a
+  /// tenth of them have, but at least two, are valid; the most frequent is the usual one. If empty, the first message
+  /// that is checked defines the lag.
   explicit StampOrder(std::vector<Time> first_lags);
 
-  /// A stamp is broken where it is more than 10 s off the recorder's clock, unless it goes on from the last one that
-  /// was taken while that clock alone leaps (it was set, or the recorder stood still): from there on both of its
-  /// readings are good.
+  /// A stamp is broken if it is more than 10 s off the recorder's clock. Exception: the stamps are continuous and only
+  /// the recorder's clock jumps (it was set, or the recorder was suspended); from then on both lags are valid.
   Verdict judge(Time record_time, Time stamp);
 
-  /// This one counts as the last.
+  /// Stores this message as the last valid one.
   void take(Time record_time, Time stamp);
 
   bool any() const { return any_; }
@@ -36,7 +35,7 @@ class StampOrder {
   Time usual_lag() const { return lags_.empty() ? 0 : lags_.front(); }
 
  private:
-  std::vector<Time> lags_;  ///< of the recorder's clock behind the stamps: the usual one, and those after leaps
+  std::vector<Time> lags_;  ///< valid lags of the recorder's clock: the usual one, then those after jumps
   Time last_stamp_ = 0;
   Time last_record_time_ = 0;
   bool any_ = false;

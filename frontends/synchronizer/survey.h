@@ -9,15 +9,15 @@
 
 namespace lodestone {
 
-/// A survey drive as the field's regression needs it.
+/// Observations of a survey, as input of the field regression.
 struct FieldSurvey {
   std::vector<FieldObservation> observations;  ///< in order of the log
-  std::int64_t without_pose = 0;               ///< readings outside the trajectory or in a gap of it, left out
+  std::int64_t without_pose = 0;               ///< discarded readings outside the trajectory or in one of its gaps
 };
 
-/// Turns every magnetometer reading of `source` to the map frame, B_map = R R_IMj B_j, and places it at p + R ℓ_j, by
-/// the trajectory (T_map_imu) interpolated at the reading's time. Readings where the trajectory's neighbours are more
-/// than `max_gap` (ns) apart are left out and counted. `progress` is called with each measurement's time.
+/// Rotates every magnetometer reading of `source` to the map frame, B_map = R R_IMj B_j, with the position p + R ℓ_j,
+/// by the trajectory (T_map_imu) interpolated at the reading's time. If the neighbouring poses are more than `max_gap`
+/// (ns) apart, the reading is discarded and counted. `progress` is called with each measurement's time.
 FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory, const SensorSuite& suite, Time max_gap,
                         const std::function<void(Time)>& progress = {});
 

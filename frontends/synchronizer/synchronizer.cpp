@@ -7,10 +7,10 @@
 namespace lodestone {
 namespace {
 
-/// How far, in the log's time, the other sensors may run ahead before one is taken as silent.
+/// A sensor is silent if the others are this far ahead in log time.
 constexpr Time patience = 1'000'000'000;
 
-/// Up to this many IMU periods a missing sample at a log's start or end is nothing to speak of.
+/// Up to this number of IMU periods, missing samples at a log's begin or end cause no warning.
 constexpr Time tolerated_imu_periods = 2;
 
 ImuSample interpolate(const ImuSample& before, const ImuSample& after, Time time) {
@@ -65,19 +65,21 @@ void Synchronizer::add(LidarScan&& scan) {
 
 void Synchronizer::add(const ImuSample& sample) {
   if (!imu_.empty() && sample.time <= imu_.back().time) {
-    warnings_.add("imu.late", "a sample came after its time had been bridged " + at(sample.time), sample.time);
+    warnings_.add("imu.late", "a sample arrived after its time had been bridged, and was discarded " + at(sample.time),
+                  sample.time);
     return;
   }
   imu_.push_back(sample);
   last_measured_imu_ = sample.time;
-  // Before the first scan nothing else empties the queues.
+  // Before the first scan nothing else empties the queue.
   while (!started_ && scans_.empty() && choice_.lidar && imu_.front().time < newest_ - patience) imu_.pop_front();
 }
 
 void Synchronizer::add(const MagneticSample& sample) {
   if (!choice_.magnetometers) return;
   if ((started_ && sample.time <= previous_end_) || !fields_.add(sample)) {
-    warnings_.add("magnetometer.late", "a sample came after its bundle was made " + at(sample.time), sample.time);
+    warnings_.add("magnetometer.late",
+                  "a sample arrived after its bundle was complete, and was discarded " + at(sample.time), sample.time);
   }
   if (!started_ && scans_.empty() && choice_.lidar) fields_.forget(newest_ - patience);
 }
@@ -89,12 +91,12 @@ bool Synchronizer::plan_empty(Time length, LidarScan& scan) const {
   return true;
 }
 
-/// When the stretch began that a scan stands for. A deskewed scan lasts no time, and stands for its period.
+/// Begin of the interval of a scan. A deskewed scan has no duration and stands for its period.
 Time Synchronizer::begin_of(const LidarScan& scan) const {
   return scan.end - scan.start < period_ / 2 ? scan.end - period_ : scan.start;
 }
 
-/// Decides on the next step: a scan, or an empty one over a stretch without LiDAR. False at the end of the log.
+/// Plans the next step: a scan, or an empty scan during a LiDAR outage. Returns false at the end of the log.
 bool Synchronizer::plan(LidarScan& scan) {
   if (!choice_.lidar) {
     while (imu_.empty() && pull()) {
@@ -109,23 +111,24 @@ bool Synchronizer::plan(LidarScan& scan) {
     while (scans_.empty() && !(started_ && imu_reaches(previous_end_ + one_and_a_half + patience)) && pull()) {
     }
     if (scans_.empty()) {
-      // Silent, or the end of the log: go on while there are IMU samples for a whole period, but put nothing in where
-      // only the usual rest of samples follows the last scan.
+      // LiDAR is silent, or the log ends. Empty scans follow while there are IMU samples for a whole period, but not
+      // for the usual remaining samples after the last scan.
       if (!started_ || !imu_reaches(previous_end_ + (silent_ ? period_ : one_and_a_half))) return false;
       silent_ = true;
-      warnings_.add("lidar.silent", "no scan " + at(previous_end_) + "; an empty one was put in", previous_end_);
+      warnings_.add("lidar.silent", "no scan " + at(previous_end_) + "; an empty one was inserted", previous_end_);
       return plan_empty(period_, scan);
     }
     if (started_ && scans_.front().end <= previous_end_) {
-      warnings_.add("lidar.late_scan",
-                    "a scan ends before the one before it, or came too late, and was dropped " + at(scans_.front().end),
-                    scans_.front().end);
+      warnings_.add(
+          "lidar.late_scan",
+          "a scan ends before the previous one, or arrived too late, and was discarded " + at(scans_.front().end),
+          scans_.front().end);
       scans_.pop_front();
       continue;
     }
     if (const Time hole = begin_of(scans_.front()) - previous_end_; started_ && hole > period_ / 2) {
       silent_ = true;
-      warnings_.add("lidar.silent", "no scan " + at(previous_end_) + "; an empty one was put in", previous_end_);
+      warnings_.add("lidar.silent", "no scan " + at(previous_end_) + "; an empty one was inserted", previous_end_);
       return plan_empty(hole > one_and_a_half ? period_ : hole, scan);
     }
     silent_ = false;
@@ -140,15 +143,15 @@ void Synchronizer::wait_for(Time time) {
   }
 }
 
-/// Lets the last IMU sample stand for those that are missing up to the scan's end. False where the log has none left.
+/// Repeats the last IMU sample up to the scan's end if samples are missing. Returns false if no sample is left.
 bool Synchronizer::hold_last_imu(const LidarScan& scan) {
   if (imu_.empty()) return false;
   const Time missing = scan.end - last_measured_imu_;
   if (ended_ && missing > period_) return false;
   if (missing > tolerated_imu_periods * imu_period_) {
     warnings_.add("imu.held",
-                  fmt::format("{:.3f} s without a sample before {:.3f} s; the last one was held", to_seconds(missing),
-                              to_seconds(scan.end)),
+                  fmt::format("{:.3f} s without a sample before {:.3f} s; the last one was repeated",
+                              to_seconds(missing), to_seconds(scan.end)),
                   scan.end);
   }
   ImuSample held = imu_.back();
@@ -160,16 +163,16 @@ bool Synchronizer::hold_last_imu(const LidarScan& scan) {
 bool Synchronizer::take_imu(const LidarScan& scan, std::vector<ImuSample>& samples) {
   const Time begin = started_ ? previous_end_ : scan.start;
   if (!imu_reaches(scan.end) && !hold_last_imu(scan)) {
-    // At the end of the log no IMU sample can follow for the scans that wait behind this one either.
+    // At the end of the log, queued scans after this one have no IMU samples either.
     const auto waiting = ended_ ? static_cast<std::int64_t>(scans_.size()) : 0;
-    warnings_.add("lidar.after_imu", "a scan has no IMU samples and was dropped " + at(scan.end), scan.end,
+    warnings_.add("lidar.after_imu", "a scan has no IMU samples and was discarded " + at(scan.end), scan.end,
                   waiting + (silent_ ? 0 : 1));
     if (ended_) scans_.clear();
     return false;
   }
   while (imu_.size() > 1 && imu_[1].time <= begin) imu_.pop_front();
   if (imu_.front().time > begin + tolerated_imu_periods * imu_period_) {
-    warnings_.add("lidar.before_imu", "a scan starts before the first IMU sample and was dropped " + at(scan.start),
+    warnings_.add("lidar.before_imu", "a scan starts before the first IMU sample and was discarded " + at(scan.start),
                   scan.start);
     return false;
   }
@@ -182,7 +185,7 @@ bool Synchronizer::take_imu(const LidarScan& scan, std::vector<ImuSample>& sampl
     if (last.time > begin) samples.push_back(last);
   }
   if (scan.end > begin) samples.push_back(interpolate(last, imu_.front(), scan.end));
-  // The next bundle starts from the same sample.
+  // The next bundle starts with the same sample.
   if (imu_.front().time > scan.end) imu_.push_front(samples.back());
   return true;
 }

@@ -11,20 +11,19 @@
 namespace lodestone {
 
 /// Makes one bundle of each scan: its points, and the IMU and field samples since the previous scan's end
-/// (core/measurements.h). Where the LiDAR is silent, and in a run without it, bundles with empty scans follow at the
-/// nominal period, so that IMU and field go on. A scan that lasts less than half its period, such as a deskewed one,
-/// stands for a whole period before its end. If the log's first scan lasts no time, its bundle has one IMU sample.
+/// (core/measurements.h). If LiDAR is silent, or not used, bundles with empty scans follow at the nominal period, so
+/// that IMU and field are still processed. A scan shorter than half its period, such as a deskewed one, stands for a
+/// whole period before its end. If the log's first scan has no duration, its bundle has one IMU sample.
 ///
-/// Deterministic, and of constant memory: it holds a scan or two, and about a second of samples.
-/// Counted in `warnings`: lidar.before_imu, lidar.after_imu, lidar.late_scan (scans dropped), lidar.silent (empty
-/// bundles put in), imu.held (the last sample stands for a missing one), imu.late and magnetometer.late (samples
-/// dropped).
+/// Deterministic, with constant memory: one or two scans and about a second of samples. Counted in `warnings`:
+/// lidar.before_imu, lidar.after_imu, lidar.late_scan (discarded scans), lidar.silent (inserted empty bundles),
+/// imu.held (the last sample is repeated for a missing one), imu.late and magnetometer.late (discarded samples).
 class Synchronizer {
  public:
-  /// `source` and `warnings` must outlive this. A sensor that is not chosen is not waited for.
+  /// `source` and `warnings` must outlive this. Sensors that are not chosen are not waited for.
   Synchronizer(MeasurementSource& source, const SensorSuite& suite, WarningLog& warnings, SensorChoice choice = {});
 
-  /// The next bundle; false at the end of the log. Throws what the source throws.
+  /// The next bundle; false at the end of the log. Rethrows the source's exceptions.
   bool next(ScanBundle& bundle);
 
  private:
@@ -44,17 +43,17 @@ class Synchronizer {
   MeasurementSource& source_;
   WarningLog& warnings_;
   SensorChoice choice_;
-  Time period_;  ///< of a scan
+  Time period_;  ///< nominal, of a scan
   Time imu_period_;
 
   std::deque<LidarScan> scans_;
-  std::deque<ImuSample> imu_;   ///< the first lies at or before the previous end
-  Time last_measured_imu_ = 0;  ///< held samples are later
+  std::deque<ImuSample> imu_;   ///< the first is at or before the previous end
+  Time last_measured_imu_ = 0;  ///< repeated samples are later
   ArrayGrouping fields_;
-  Time newest_ = 0;  ///< of all that was pulled
+  Time newest_ = 0;  ///< newest time of all measurements read
   bool ended_ = false;
   bool started_ = false;
-  bool silent_ = false;  ///< the bundle before was an empty one
+  bool silent_ = false;  ///< the previous bundle was empty
   Time previous_end_ = 0;
 };
 

@@ -12,7 +12,7 @@
 namespace lodestone {
 namespace {
 
-/// A site of 90 by 80 m with a node every 10 cm: the map does not fit the processor's caches.
+/// A site of 90 by 80 m with a node every 10 cm: the map is larger than the processor's caches.
 const MagneticMap& site() {
   static const MagneticMap map = [] {
     FieldGrid grid{0.1, {0.0, 0.0}, 901, 801, {0.12}};
@@ -29,7 +29,7 @@ const MagneticMap& site() {
   return map;
 }
 
-/// The same, of which a drive's tiles come and go.
+/// The same map, of which a drive's tiles are loaded on demand.
 const MagneticMap& site_in_tiles() {
   static const MagneticMap map = [] {
     const auto nodes = std::make_shared<SparseFieldNodes>();
@@ -42,7 +42,7 @@ const MagneticMap& site_in_tiles() {
   return map;
 }
 
-/// Positions along a drive, 5 mm apart as at 200 Hz and 1 m/s (`random` false), or anywhere.
+/// Positions along a drive, 5 mm apart as at 200 Hz and 1 m/s (`random` false), or random ones.
 std::vector<Vector3> positions(bool random) {
   std::vector<Vector3> result;
   std::mt19937_64 generator(1);
@@ -73,7 +73,7 @@ BENCHMARK_CAPTURE(map_query, bicubic_along_a_drive_in_tiles, FieldInterpolation:
 BENCHMARK_CAPTURE(map_query, bilinear_anywhere, FieldInterpolation::bilinear, true);
 BENCHMARK_CAPTURE(map_query, bicubic_anywhere, FieldInterpolation::bicubic, true);
 
-/// Gauss-Newton localization of one sample of eight magnetometers, 5 cm and 1° off.
+/// Gauss-Newton localization with one sample of eight magnetometers, from an initial error of 5 cm and 1°.
 void magnetic_localization(benchmark::State& state) {
   const MagneticMap& map = site();
   SensorSuite suite;
@@ -95,7 +95,7 @@ void magnetic_localization(benchmark::State& state) {
 }
 BENCHMARK(magnetic_localization);
 
-/// 25 nodes by the s-GPR: a few windows of 350 training cells each, three components.
+/// 25 nodes by s-GPR: a few windows of 350 training cells each, three components.
 void sliding_gpr_window(benchmark::State& state) {
   std::vector<FieldCell> cells;
   for (int row = 0; row < 19; ++row) {

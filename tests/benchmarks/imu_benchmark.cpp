@@ -1,4 +1,4 @@
-// IMU: preintegration and propagation, a sample.
+// IMU: preintegration and propagation, per sample.
 #include <benchmark/benchmark.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// What a scan costs from its points to a condensed factor, in a hall of 60 by 40 by 8 m: a map of 1.5 million points
-// and scans of 28,800 points, 32 rings by 900 columns.
+// Cost of a scan from its points to a condensed factor, in a hall of 60 by 40 by 8 m: a map of 1.5 million points and
+// scans of 28,800 points (32 rings by 900 columns).
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -15,13 +15,13 @@
 namespace lodestone {
 namespace {
 
-const Vector3 kHalf(30.0, 20.0, 4.0);  // of the hall, about the map's origin
+const Vector3 kHalf(30.0, 20.0, 4.0);  // half size of the hall, centred at the map's origin
 
 double uniform(std::mt19937_64& generator) {
   return static_cast<double>(generator() >> 11) * 0x1.0p-53;
 }
 
-/// Surfaces of the hall with 5 mm of noise, as densely everywhere.
+/// Surfaces of the hall with 5 mm of noise and uniform density.
 std::shared_ptr<const PlaneMap> hall() {
   static const std::shared_ptr<const PlaneMap> map = [] {
     std::mt19937_64 generator(1);

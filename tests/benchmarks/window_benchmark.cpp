@@ -1,5 +1,4 @@
-// What the smoother's back end costs: the window's solve, its marginalization, its covariances and the degeneracy
-// analysis.
+// Cost of the smoother's back end: the window's solve, marginalization, covariances and degeneracy analysis.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -16,7 +15,7 @@ namespace {
 constexpr int kKeyframes = 20;
 constexpr int kPlanes = 2000;
 
-/// A drive with its scans, accumulated where a prediction would have put them.
+/// A drive with its scans, accumulated at predicted poses.
 struct Log {
   explicit Log(int keyframes) {
     Random random(1);
@@ -27,7 +26,7 @@ struct Log {
       const std::size_t i = static_cast<std::size_t>(k);
       const Pose& pose = truth.truth[i].T_map_imu;
       scans.push_back(scan(pose, normals, kPlanes, 0.02, 5.0, 0.0, random));
-      // Off by some centimetres and a degree, a poor prediction.
+      // Errors of some centimetres and a degree: a poor prediction.
       guesses.push_back(truth.truth[i].boxplus(random.draw(start_covariance())));
       costs.push_back(condense_scan(scans.back().matches, guesses.back().T_map_imu));
     }
@@ -57,7 +56,7 @@ std::unique_ptr<SlidingWindow> full_window(const Log& log, bool condensed) {
   return window;
 }
 
-/// Every keyframe starts off its place: a whole solve, not an update.
+/// Every keyframe starts with an error: a full solve, not an update.
 void window_solve(benchmark::State& state, bool condensed) {
   static const Log log(kKeyframes);
   double iterations = 0.0;
@@ -75,8 +74,8 @@ void window_solve(benchmark::State& state, bool condensed) {
 BENCHMARK_CAPTURE(window_solve, condensed, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(window_solve, one_residual_a_point, false)->Unit(benchmark::kMillisecond);
 
-/// What a robot pays for a scan once its points are condensed: a keyframe comes, the window is solved, the oldest goes.
-/// With magnetometers: 32 readings a keyframe and biases of eight sensors.
+/// Cost of a scan after its points are condensed: a keyframe is added, the window is solved, the oldest keyframe is
+/// removed. With magnetometers: 32 readings per keyframe and biases of eight sensors.
 void window_update(benchmark::State& state, bool magnetometers) {
   static const Log log(400);
   static const std::shared_ptr<const MagneticMap> map = wavy_map();

@@ -1,4 +1,4 @@
-// Loops on all cores: every index once, on any number of threads, and what is thrown comes out.
+// Loops on all cores: every index once, on any number of threads, and exceptions are rethrown.
 #include "core/parallel.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// --refine batch and the bound: what a whole log's solution must be against the window's, and against what is possible.
+// --refine batch against the window's result, and both against the Cramér-Rao bound.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -9,7 +9,7 @@
 namespace lodestone::testing {
 namespace {
 
-/// Keeps what a batch began with, too.
+/// Also stores the estimates that the batch starts from.
 struct Stages final : EstimateSink {
   std::vector<Estimate> causal_estimates;
   std::vector<Estimate> smoothed_estimates;
@@ -47,13 +47,13 @@ TEST(BatchRefinement, EndsWithEveryKeyframeAndLosesNothing) {
   const Drive& drive = shared_drive();
   const Stages stages = run_stages(batch_input(), drive.bundles);
   ASSERT_EQ(stages.best_estimates.size(), drive.bundles.size());
-  // What the window handed out is what a run without a batch gives, bit by bit.
+  // The window's estimates are bit-identical to those of a run without a batch.
   expect_same(stages.smoothed_estimates, run("smoother", drive.input(), drive.bundles).best_estimates);
   const Accuracy smoothed = accuracy(stages.smoothed_estimates, drive.truth);
   const Accuracy batch = accuracy(stages.best_estimates, drive.truth);
   EXPECT_LT(batch.ate_m, 1.1 * smoothed.ate_m);
   EXPECT_LT(batch.nees, 2.0);
-  // More is known, never less: to the change of weights.
+  // Covariances do not increase, except by the change of weights.
   double window_trace = 0.0;
   double batch_trace = 0.0;
   for (std::size_t i = 0; i < stages.best_estimates.size(); ++i) {
@@ -126,7 +126,7 @@ TEST(Bound, FallsWithEveryStageAndIsMetByTheSmoother) {
   EXPECT_LT(rmse(bound.smoothed_estimates), rmse(bound.causal_estimates));
   EXPECT_LT(rmse(bound.best_estimates), 1.001 * rmse(bound.smoothed_estimates));
   for (std::size_t i = 0; i < drive.bundles.size(); ++i) {
-    // Nothing was solved: the states are the truth's.
+    // Nothing is solved: the states are the ground truth's.
     const auto pose = interpolate(drive.truth, bound.best_estimates[i].time, 200'000'000);
     if (!pose) continue;
     EXPECT_LT((bound.best_estimates[i].state.T_map_imu.position - pose->position).norm(), 1e-9);

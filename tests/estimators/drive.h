@@ -17,8 +17,8 @@
 
 namespace lodestone::testing {
 
-/// A short drive through a shipped world with a thinned LiDAR: bundles, truth and both maps. The field map is the true
-/// field at its nodes: these tests look at estimators, not at surveys.
+/// A short drive through a shipped world with a thinned LiDAR: bundles, ground truth and both maps. The field map is
+/// the true field at its nodes, since these tests examine estimators, not surveys.
 struct Drive {
   SensorSuite suite;
   std::vector<ScanBundle> bundles;
@@ -86,7 +86,7 @@ inline Drive tunnel_drive(double duration_s, std::uint64_t seed) {
   return world_drive("tunnel", "3", duration_s, seed);
 }
 
-/// The drive that most tests share: made once.
+/// The drive that most tests share, created once.
 inline const Drive& shared_drive() {
   static const Drive drive = tunnel_drive(22.0, 7);
   return drive;

@@ -30,7 +30,7 @@ TEST(Estimators, UnknownNamesAndMissingMapsAreOneClearLine) {
 
 TEST(Smoother, IsCloseToTheTruthInATunnelAndKnowsHowClose) {
   const Drive& drive = shared_drive();
-  // As the drive: errors of a usual calibration would make the covariance larger than the errors are.
+  // Exact calibration, as in the drive: the usual sigmas would make the covariance larger than the errors.
   EstimatorInput input = drive.input();
   input.suite.calibration = exact_calibration();
   const Collector result = run("smoother", input, drive.bundles);
@@ -56,8 +56,8 @@ TEST(Smoother, IsNoWorseThanTheFilterAndItsSmoothedOutputNoWorseThanItsCausal) {
   EXPECT_LT(accuracy(filter.best_estimates, drive.truth).max_m, 0.1);
 }
 
-// Cars stand where the map has none: within a wide gate their points count as floor's and walls'. With the gate of the
-// start's 0.1 m and 1 degree the first height was 26 sigmas off.
+// Cars stand where the map has none: within a wide gate their points are associated to floor and walls. With the gate
+// of the initial 0.1 m and 1°, the first height was 26 sigmas off.
 TEST(Smoother, ARoughStartAmongClutterEndsAsOneThatIsKnown) {
   const Drive drive = world_drive("carpark", "10", 1.0, 1);
   const Collector result = run("smoother", drive.input(), drive.bundles);
@@ -76,8 +76,8 @@ TEST(Smoother, WithoutMagnetometersATunnelsAxisStaysUnknown) {
   double largest_sigma_m = 0.0;
   for (std::size_t i = 30; i < result.causal_estimates.size(); i += 10) {
     const Estimate& estimate = result.causal_estimates[i];
-    // The bore runs along x here, slightly curved. Nothing but the IMU tells of it: its sigma grows, and the error
-    // stays within it; across it all is known as ever.
+    // The bore is along x here, slightly curved. Only the IMU observes the position along it: its sigma grows, and the
+    // error stays within it. All other directions stay well observed.
     const auto truth = interpolate(drive.truth, estimate.time, 20'000'000);
     const Matrix3 covariance = estimate.covariance.block<3, 3>(3, 3);
     const Eigen::SelfAdjointEigenSolver<Matrix3> axes(covariance);
@@ -133,7 +133,7 @@ TEST(Magnetic, SaysThatItIsLostWhereFieldAndMapDisagree) {
   for (const std::string name : {"magnetic", "smoother"}) {
     EstimatorInput input = drive.input();
     input.planes = nullptr;
-    // As a robot that was told a wrong heading: other steel is under it than the map has there.
+    // A wrong initial heading: the steel below the robot is not that of the map.
     input.initial_pose.rotation = input.initial_pose.rotation * so3::exp(Vector3(0.0, 0.0, 2.0));
     const Collector result = run(name, input, drive.bundles);
     EXPECT_EQ(result.causal_estimates.back().health, Health::lost) << name;
@@ -149,7 +149,7 @@ TEST(FieldAgreement, NeedsSecondsOfDisagreementAndComesBack) {
   int steps = 0;
   for (; !agreement.lost(); ++steps) agreement.add(diagnostics, 0.1);
   EXPECT_NEAR(steps, 25, 1);         // 3 s · ln(0.9 / 0.4)
-  diagnostics.magnetic_samples = 0;  // off the map: no verdict
+  diagnostics.magnetic_samples = 0;  // off the map: the verdict does not change
   for (int i = 0; i < 100; ++i) agreement.add(diagnostics, 0.1);
   EXPECT_TRUE(agreement.lost());
   diagnostics.magnetic_samples = 4;
@@ -213,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(
     Switches, AblationTest,
     ::testing::Values(
         Switch{"NoMask", [](RunOptions& options) { options.degeneracy.rule = DegeneracyRule::none; }},
-        // Seen with the field held back, for both rules mask the same direction here.
+        // With the field down-weighted, because both rules mask the same direction here.
         Switch{"PaperMask",
                [](RunOptions& options) {
                  options.degeneracy.rule = DegeneracyRule::paper;
@@ -228,7 +228,7 @@ INSTANTIATE_TEST_SUITE_P(
         Switch{"Huber", [](RunOptions& options) { options.magnetic.huber_probability = 0.2; }},
         Switch{"Beta",
                [](RunOptions& options) {
-                 options.degeneracy.max_sigma_m = 1e6;  // never degenerate: β decides
+                 options.degeneracy.max_sigma_m = 1e6;  // never degenerate: β applies
                  options.magnetic.beta = 0.5;
                }},
         Switch{"NoShrink",

@@ -7,8 +7,8 @@
 
 namespace lodestone::testing {
 
-/// A shipped world with its maps, ready for drives on which something goes wrong. The LiDAR is thinned; the field map
-/// is the true field along the sequence.
+/// A shipped world with its maps, for drives with faults. The LiDAR is thinned; the field map is the true field along
+/// the sequence.
 class Site {
  public:
   Site(const std::string& world, std::string sequence, double max_range_m, double most_s)
@@ -26,7 +26,7 @@ class Site {
     field_ = true_field(*environment_, truth, height_m);
   }
 
-  /// `faults`: entries of the list of a world's faults, as its YAML has them.
+  /// `faults`: entries of a world's list of faults, in its YAML format.
   Drive drive(double duration_s, const std::string& faults) const {
     const simulation::World world = load(faults);
     simulation::SimulationSource source(world, environment_, sequence_, simulation::SimulationSource::Drive::sequence,
@@ -58,13 +58,13 @@ class Site {
   std::shared_ptr<const MagneticMap> field_;
 };
 
-/// LiDAR sees nothing of the way along it.
+/// LiDAR does not observe the position along it.
 inline const Site& tunnel() {
   static const Site site("tunnel.yaml", "3", 10.0, 45.0);
   return site;
 }
 
-/// An aisle between racks, then an open floor, with a LiDAR that reaches 10 m.
+/// An aisle between racks, then an open floor, with a LiDAR range of 10 m.
 inline const Site& warehouse() {
   static const Site site("warehouse.yaml", "1", 10.0, 30.0);
   return site;

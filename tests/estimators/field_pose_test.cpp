@@ -13,7 +13,7 @@ Vector3 rich(const Vector3& p) {
           -3.0 + 7.0 * std::cos(1.4 * p.x() - 1.1 * p.y()), -42.0 + 6.0 * std::sin(2.1 * p.y() + 0.7 * p.x())};
 }
 
-/// Changes along y alone.
+/// A field that changes along y alone.
 Vector3 striped(const Vector3& p) {
   return {18.0, -3.0 + 8.0 * std::sin(2.0 * p.y()), -42.0 + 6.0 * std::cos(2.0 * p.y())};
 }
@@ -69,7 +69,7 @@ TEST(FieldPose, ErrsAsItsInformationSays) {
     std::normal_distribution<double> normal;
     Vector6 offset;
     for (int i = 0; i < 6; ++i) offset[i] = normal(generator) * (i < 3 ? 0.02 : 0.05);
-    offset[5] = 0.0;  // a map of one layer says nothing of the height
+    offset[5] = 0.0;  // a map of one layer does not observe the height
     const MeasuredPose found =
         field_pose(arrays, truth.boxplus(offset), covariance(1.2, 0.05), map, FieldInterpolation::bicubic, 1e-3);
     nees += (found.root * truth.boxminus(found.T_map_imu)).squaredNorm();
@@ -92,7 +92,7 @@ TEST(FieldPose, DoesNotCountThePrediction) {
   const Matrix6 a = tight.root.transpose() * tight.root;
   const Matrix6 b = loose.root.transpose() * loose.root;
   EXPECT_LT((a - b).norm(), 0.1 * b.norm());
-  // In sigmas of what the field knows.
+  // In sigmas of the field alone.
   EXPECT_LT((loose.root * tight.T_map_imu.boxminus(loose.T_map_imu)).norm(), 0.3);
 }
 

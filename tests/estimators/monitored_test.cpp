@@ -9,7 +9,7 @@ namespace {
 
 constexpr Time sample_period = 10'000'000;
 
-/// Notes where the cloud of each bundle lies in memory, and how many readings came with it.
+/// Records the address of each bundle's cloud, and its number of readings.
 class CloudWatcher final : public Estimator {
  public:
   struct Seen {
@@ -60,9 +60,9 @@ TEST(Monitored, AnUnhealthyReadingDoesNotCopyTheCloud) {
   ScanBundle bundle = bundle_with_a_spike();
   const LidarPoint* cloud = bundle.scan.points.data();
   static_cast<Estimator&>(monitored).process_in_place(bundle, sink);
-  ASSERT_EQ(seen.readings, std::vector<int>{9}) << "the spike is left out";
+  ASSERT_EQ(seen.readings, std::vector<int>{9}) << "the spike is rejected";
   EXPECT_EQ(seen.clouds.front(), cloud);
-  // The caller's bundle is as before: a report counts all readings.
+  // The caller's bundle is unchanged: a report counts all readings.
   EXPECT_EQ(bundle.scan.points.data(), cloud);
   ASSERT_EQ(bundle.magnetic.size(), 10U);
   for (const MagneticArraySample& sample : bundle.magnetic) EXPECT_TRUE(sample.field_ut.front().has_value());

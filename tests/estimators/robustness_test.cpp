@@ -1,5 +1,5 @@
-// What happens to robots. Each test drives through a shipped world with one fault and says what it may cost;
-// docs/results/robustness.md has the figures of whole drives.
+// Faults in practice. Each test drives through a shipped world with one fault and limits its effect;
+// docs/results/robustness.md has the results of whole drives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +39,7 @@ Outcome smooth(const Drive& drive, const Pose& off = {}, double clock_sigma_s = 
   input.initial_pose.rotation = input.initial_pose.rotation * off.rotation;
   input.warnings = &outcome.warnings;
   input.suite.calibration.magnetometers.clock_sigma_s = clock_sigma_s;
-  // As docs/results/robustness.md says of a clock that is estimated: with less the tunnel's sigma is too small.
+  // As in docs/results/robustness.md for an estimated clock: with less, the tunnel's sigma is too small.
   if (clock_sigma_s > 0.0) input.options.magnetic.map_correlation_m = 0.3;
   outcome.estimates = run("smoother", input, drive.bundles);
   outcome.best = accuracy(outcome.estimates.best_estimates, drive.truth);
@@ -129,8 +129,8 @@ class AllMagnetometers : public ::testing::TestWithParam<const char*> {};
 TEST_P(AllMagnetometers, OutForTwentySecondsInATunnelAreMissedAndFoundAgain) {
   const Drive drive = tunnel().drive(36.0, GetParam());
   const Outcome outcome = smooth(drive);
-  EXPECT_GT(outcome.sigma_m(27.0), 0.2);   // it knows that it does not know
-  EXPECT_LT(outcome.sigma_m(34.0), 0.03);  // and that it knows again
+  EXPECT_GT(outcome.sigma_m(27.0), 0.2);   // the covariance grows during the outage
+  EXPECT_LT(outcome.sigma_m(34.0), 0.03);  // and decreases after it
   EXPECT_LT(outcome.best.nees, 3.0);
   const auto truth = interpolate(drive.truth, outcome.estimates.best_estimates.back().time, 20'000'000);
   const Pose& last = outcome.estimates.best_estimates.back().state.T_map_imu;
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "{kind: saturated, magnetometer: all, begin_s: 8, end_s: 28, limit_ut: 20}"));
 
 TEST(Robustness, ASteelCartThatPassesIsNotTakenForMotion) {
-  // 150 A m² past the robot at a metre and a half: some ten microtesla, unlike at each magnetometer.
+  // 150 A m² at a distance of 1.5 m: about ten microtesla, different at each magnetometer.
   const Outcome outcome = smooth(tunnel().drive(kDrive_s,
                                                 "{kind: passing_steel, begin_s: 8, end_s: 18, from_m: [5, 1.2, 0.4], "
                                                 "to_m: [40, 1.2, 0.4], moment_a_m2: [0, 50, 140]}"));
@@ -174,15 +174,15 @@ TEST(Robustness, MagnetometersWhoseClockIsFiftyMillisecondsOff) {
                {}, 0.05);
     const Diagnostics& last = outcome.estimates.causal_estimates.back().diagnostics;
     std::printf("  clock %.4f +- %.4f s\n", last.clock_offset_s, last.clock_sigma_s);
-    // Where nothing but the field sees along the way, a late clock and a place further back are nearly the same: there
-    // the estimate must know how little it knows.
+    // If only the field observes the position along the path, a clock offset and a shift along the path are almost
+    // equivalent: the estimate must have a large covariance there.
     if (site == &warehouse()) {
       EXPECT_NEAR(last.clock_offset_s, offset_s, 0.005);
     } else {
       EXPECT_LT(std::abs(last.clock_offset_s - offset_s), 3.0 * last.clock_sigma_s);
       EXPECT_LT(last.clock_sigma_s, 0.02);
     }
-    EXPECT_LT(outcome.best.ate_m, 0.025);  // suffered, 50 ms are 50 mm along the tunnel at 1 m/s
+    EXPECT_LT(outcome.best.ate_m, 0.025);  // uncorrected, 50 ms are 50 mm along the tunnel at 1 m/s
   }
 }
 

@@ -10,8 +10,7 @@
 namespace lodestone::testing {
 namespace {
 
-/// A drive on which every other point was measured by a second LiDAR, 3 m behind the first and with ten times its
-/// noise.
+/// A drive on which every other point is from a second LiDAR, 3 m behind the first and with ten times its noise.
 struct DriveOfTwoLidars {
   DriveOfTwoLidars() : drive(world_drive("warehouse", "1", 3.0, 4)) {
     LidarModel second = drive.suite.lidar;
@@ -31,7 +30,7 @@ struct DriveOfTwoLidars {
     }
   }
 
-  /// All points as if the first LiDAR had measured them.
+  /// All points attributed to the first LiDAR.
   Drive taken_for_the_first() const {
     Drive result = drive;
     result.suite.further_lidars.clear();
@@ -70,7 +69,7 @@ TEST_P(SeveralLidars, ANoisyOneSpoilsNothingIfItsNoiseIsItsOwn) {
   EXPECT_GT(mean_nis(with_shared), 2.0);
 }
 
-/// Near points first, far ones later: each stage knows which LiDAR measured its points.
+/// Near points first, then far ones: each stage uses the noise of each point's LiDAR.
 TEST(SeveralLidarsStart, AScanIsRegisteredWithEachPointsNoise) {
   const Drive& drive = two_lidars_drive().drive;
   const ScanBundle& bundle = drive.bundles[5];
@@ -86,7 +85,7 @@ TEST(SeveralLidarsStart, AScanIsRegisteredWithEachPointsNoise) {
   };
   const RegisteredScan own = registered(scan.lidars);
   EXPECT_LT(own.T_map_imu.boxminus(truth).tail<3>().norm(), 0.12);  // not deskewed: a tenth of a second at 1 m/s
-  // Noisy points say less than precise ones.
+  // Noisy points have less information than precise ones.
   const RegisteredScan shared = registered(drive.suite.lidar);
   const auto share = [&](int i) { return own.information(i, i) / shared.information(i, i); };
   for (int i = 0; i < 6; ++i) {

@@ -14,7 +14,7 @@ namespace {
 constexpr double scan_step_s = 0.5;
 constexpr int scan_points = 300;
 
-/// A scan of a box about the robot, one turn of the LiDAR a step.
+/// A scan of a box around the robot, with one turn of the LiDAR per step.
 class SweptEvidence : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -27,7 +27,7 @@ class SweptEvidence : public ::testing::Test {
     };
     state_.T_map_imu = {so3::exp(vector(1.0)), vector(3.0)};
     state_.velocity = vector(1.0);
-    // The basis of the tangent plane jumps at the pole.
+    // The basis of the tangent plane is discontinuous at the pole.
     state_.gravity = 9.80665 * Vector3(0.3, -0.2, -1.0).normalized();
     deskewing_.step_s = scan_step_s;
     deskewing_.velocity = state_.T_map_imu.rotation.conjugate() * state_.velocity;
@@ -53,7 +53,7 @@ class SweptEvidence : public ::testing::Test {
     return swept_evidence(cost_, matches_, state_.T_map_imu, state_, deskewing_, state, mask);
   }
 
-  /// Jᵀ Σ⁻¹ J of all points, with the noise of the IMU back from the end of the step written out point by point.
+  /// Jᵀ Σ⁻¹ J of all points, with the IMU's noise back from the end of the step computed point by point.
   Matrix17 information_by_force() const {
     const Matrix3 to_map = state_.T_map_imu.rotation.toRotationMatrix();
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(scan_points, 17);
@@ -95,7 +95,7 @@ class SweptEvidence : public ::testing::Test {
 };
 
 TEST_F(SweptEvidence, KnowsOfTheStateWhatAPointByPointCovarianceKnows) {
-  const Matrix17 regular = 1e-3 * Matrix17::Identity();  // gravity and biases of an acceleration are one
+  const Matrix17 regular = 1e-3 * Matrix17::Identity();  // gravity and the acceleration bias are not distinguishable
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix17> ratio(evidence(state_).information + regular,
                                                                  information_by_force() + regular);
   EXPECT_GT(ratio.eigenvalues().minCoeff(), 0.95);
@@ -105,7 +105,7 @@ TEST_F(SweptEvidence, KnowsOfTheStateWhatAPointByPointCovarianceKnows) {
 TEST_F(SweptEvidence, ItsGradientIsThatOfItsInformation) {
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;
-  EXPECT_LT(evidence(state_).gradient.norm(), 1.0);  // points lie on their planes, up to the floats
+  EXPECT_LT(evidence(state_).gradient.norm(), 1.0);  // points lie on their planes, up to float rounding
   for (int trial = 0; trial < 5; ++trial) {
     Vector17 step;
     for (int i = 0; i < 17; ++i) step[i] = 1e-4 * normal(generator);

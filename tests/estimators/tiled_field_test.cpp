@@ -1,4 +1,4 @@
-// Estimators on a magnetic map of which few tiles are in memory give the bits that they give on the map in one piece.
+// Estimators on a magnetic map with few tiles in memory are bit-identical to those on the complete map.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -20,7 +20,7 @@ struct FieldPoses final : EstimateSink {
   void best(const Estimate& estimate) override { all.push_back(estimate); }
 };
 
-/// Nodes in memory, read in pieces.
+/// Nodes in memory, read tile by tile.
 class Sampled final : public FieldNodes {
  public:
   Sampled(const FieldGrid& grid, const simulation::MagneticField& field) : grid_(grid) {
@@ -64,7 +64,7 @@ TEST_P(TiledField, TrajectoryHasTheSameBits) {
     low = low.cwiseMin(pose.pose.position);
     high = high.cwiseMax(pose.pose.position);
   }
-  // Nodes so close that the few metres are many tiles.
+  // Nodes are so close that a few metres are many tiles.
   FieldGrid grid{0.008, low.head<2>().array() - 1.5, 0, 0, {0.0}};
   grid.columns = static_cast<int>((high.x() - low.x() + 3.0) / 0.008);
   grid.rows = static_cast<int>((high.y() - low.y() + 3.0) / 0.008);
@@ -92,7 +92,7 @@ TEST_P(TiledField, TrajectoryHasTheSameBits) {
   const std::vector<Estimate> expected = drive(whole);
   const std::vector<Estimate> found = drive(some);
   EXPECT_LT(some->tiles().most_resident_bytes(), whole->tiles().most_resident_bytes());
-  EXPECT_GT(some->tiles().loads() * FieldTile::bytes(), some->tiles().most_resident_bytes());  // some went
+  EXPECT_GT(some->tiles().loads() * FieldTile::bytes(), some->tiles().most_resident_bytes());  // some left
   ASSERT_EQ(expected.size(), found.size());
   EXPECT_GT((expected.back().state.T_map_imu.position - expected.front().state.T_map_imu.position).norm(), 3.0);
   for (std::size_t i = 0; i < expected.size(); ++i) {

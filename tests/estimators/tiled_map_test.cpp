@@ -1,4 +1,4 @@
-// Estimators on a map in tiles that come and go give the bits that they give on the map in one piece.
+// Estimators on a map whose tiles are loaded and unloaded are bit-identical to those on the complete map.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -24,7 +24,7 @@ struct Poses final : EstimateSink {
   void best(const Estimate& estimate) override { all.push_back(estimate); }
 };
 
-/// A few metres through the tunnel with a short-sighted LiDAR; the map in one piece and in tiles of 2 m.
+/// A few metres through the tunnel with a short LiDAR range; the map in one piece and in tiles of 2 m.
 class TiledDrive : public ::testing::TestWithParam<std::tuple<std::string, bool>> {
  protected:
   static void SetUpTestSuite() {
@@ -82,7 +82,7 @@ TEST_P(TiledDrive, TrajectoryHasTheSameBits) {
   const std::vector<Estimate> whole = run(whole_);
   const std::int64_t loads = tiled_->loads();
   const std::vector<Estimate> tiles = run(tiled_);
-  EXPECT_GE(tiled_->loads() - loads, 4);  // each metre
+  EXPECT_GE(tiled_->loads() - loads, 4);  // one tile per metre
   EXPECT_LT(tiled_->around(input_->initial_pose.position)->planes().size(), whole_->planes().size() / 4);
   ASSERT_EQ(whole.size(), tiles.size());
   ASSERT_GT(whole.size(), 120U);

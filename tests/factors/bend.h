@@ -13,7 +13,7 @@ inline Vector6 along_bend(const Pose& pose) {
   return result;
 }
 
-/// Where the bend leads from `pose`.
+/// The pose along the bend from `pose`.
 inline Pose slid_along_bend(const Pose& pose, double distance_m) {
   const double angle = distance_m / 400.0;
   return pose * Pose{so3::exp(angle * Vector3::UnitZ()), 400.0 * Vector3(std::sin(angle), 1.0 - std::cos(angle), 0.0)};

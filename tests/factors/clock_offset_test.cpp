@@ -77,8 +77,8 @@ TEST(RandomWalkFactor, OfOneBlockIsAPriorAboutZeroAndJumpsCostLittle) {
   const double* parameters[] = {value.data()};
   Vector6 residual;
   factor.Evaluate(parameters, residual.data(), nullptr);
-  // Within its sigma the walk is a plain one; beyond it each sensor for itself is let go: Student, four degrees of
-  // freedom.
+  // Within its sigma the walk has full weight; beyond it, each sensor alone gets the weight of a Student distribution
+  // with four degrees of freedom.
   EXPECT_LT((residual.head<3>() - value.head<3>() / 0.5).norm(), 1e-12);
   EXPECT_LT(residual.tail<3>().norm(), std::sqrt(7.0));
   EXPECT_GT(residual.tail<3>().norm(), 2.5);

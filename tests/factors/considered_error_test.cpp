@@ -1,4 +1,4 @@
-// Errors of the map over tens of metres: they widen covariances and leave estimates as they are.
+// Map errors over tens of metres: they increase covariances and leave estimates unchanged.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -62,7 +62,7 @@ TEST(ConsideredError, ThatAllScansShareMovesThePoseByAllOfIt) {
   EXPECT_GT(without.trace(), 0.0);
 }
 
-// Brute force: the map is displaced by each source of the error in turn.
+// Brute force: the map is displaced by each source of the error, one at a time.
 TEST(ConsideredError, AddsWhatEachDisplacementOfTheMapMakesOfTheEstimate) {
   constexpr double kLength_m = 4.0;
   const auto plain = window_in_map(0.0, kLength_m);
@@ -111,7 +111,7 @@ TEST(ConsideredError, StaysWithThePriorOfWhatHasLeftTheWindow) {
     const Matrix6 expected = newest_covariance(*whole);
     EXPECT_LT((newest_covariance(*sliding) - expected).norm(), 1e-4 * expected.norm()) << i;
   }
-  // By the recursion over all keyframes, the same.
+  // The same by the recursion over all keyframes.
   const std::size_t all[] = {0, 1, 2, 3, 4};
   EXPECT_LT((sliding->pose_covariances(all).back() - newest_covariance(*sliding)).norm(), 1e-10);
 }

@@ -4,11 +4,11 @@
 
 namespace lodestone {
 
-/// Hides the way along a corridor.
+/// Masks the direction along a corridor.
 inline Matrix6 corridor_projector() {
   Vector6 information;
   information << 1e6, 1e6, 1e6, 0.0, 1e6, 1e6;
-  // Turned a little, so that the hidden direction couples rotation and translation.
+  // Slightly rotated, so that the masked direction couples rotation and translation.
   Matrix6 turn = Matrix6::Identity();
   turn(3, 2) = 0.1;
   turn(2, 3) = -0.1;

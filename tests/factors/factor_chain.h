@@ -14,7 +14,7 @@
 
 namespace lodestone {
 
-/// A chain of keyframes with every kind of factor, outside of any window.
+/// A chain of keyframes with all kinds of factors, outside of a window.
 class Chain {
  public:
   explicit Chain(std::uint64_t seed) {
@@ -27,7 +27,7 @@ class Chain {
     biases = {BlockKind::euclidean, std::vector<double>(6, 0.1)};
     next_biases = {BlockKind::euclidean, std::vector<double>(6, 0.2)};
     for (std::size_t k = 0; k < kKeyframes; ++k) {
-      // Not at the minimum, so that the gradient has something to lose.
+      // Not at the minimum, so that the gradient is not zero.
       const NavState state = truth.truth[k].boxplus(random.draw(start_covariance(0.3)));
       poses[k] = {BlockKind::pose, std::vector<double>(7)};
       from_pose(state.T_map_imu, poses[k].values.data());
@@ -56,7 +56,7 @@ class Chain {
     add(new RandomWalkFactor(6, 0.5), {&biases, &next_biases});
   }
 
-  /// Makes the start known, so that every variable is.
+  /// Adds a prior on the first keyframe, so that every variable is observable.
   void add_prior_of_start() {
     std::vector<PriorBlock> known;
     for (const WindowBlock* block : {&poses[0], &motions[0], &gravity, &biases})
@@ -75,7 +75,7 @@ class Chain {
   WindowBlock next_biases;
   std::vector<WindowFactor> factors;
 
-  /// A factor of the chain's own, which it keeps.
+  /// A factor that the chain owns.
   void add(ceres::CostFunction* function, std::vector<WindowBlock*> blocks) {
     functions_.emplace_back(function);
     factors.push_back({nullptr, function, std::move(blocks)});
@@ -91,7 +91,7 @@ class Chain {
   std::vector<std::unique_ptr<ceres::CostFunction>> functions_;
 };
 
-/// The normal equations of some factors, their variables in the order of `blocks`.
+/// The normal equations of some factors, with variables in the order of `blocks`.
 struct NormalEquations {
   Eigen::MatrixXd hessian;
   Eigen::VectorXd gradient;
@@ -121,7 +121,7 @@ inline NormalEquations assemble(const std::vector<WindowFactor>& factors, const 
   return result;
 }
 
-/// The inverse of a Hessian whose variables have very different units.
+/// The inverse of a Hessian whose variables have very different scales.
 inline Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& hessian) {
   const Eigen::VectorXd scale = hessian.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
@@ -129,7 +129,7 @@ inline Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& hessian) {
          scale.asDiagonal();
 }
 
-/// What one more Newton step would lower the cost of some factors by: 0 at their minimum.
+/// Decrease of the cost of some factors by one more Newton step: 0 at their minimum.
 inline double newton_decrement(const NormalEquations& equations) {
   return 0.5 * equations.gradient.dot(scaled_inverse(equations.hessian) * equations.gradient);
 }

@@ -96,7 +96,7 @@ TEST(Manifolds, GravityKeepsTheInvariants) {
   }
 }
 
-/// A deskewing that was wrong by much more than any gyroscope is, so that differences resolve what it does.
+/// A deskewing with much larger errors than a real gyroscope's, so that numerical differences resolve their effect.
 Deskewing wrong_deskewing(Random& random) {
   Deskewing result;
   result.turn = so3::exp(random.vector(0.3));
@@ -208,11 +208,11 @@ TEST(PreintegrationFactor, PassesTheGradientChecker) {
   const ceres::EuclideanManifold<18> axes_manifold;
   std::vector<ImuSample> samples(21);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    // A long and lively motion: all derivatives are of a size that differences resolve.
+    // A long and fast motion: numerical differences resolve all derivatives.
     samples[i] = {static_cast<Time>(i) * 25'000'000, random.vector(2.0), Vector3(0, 0, 9.8) + random.vector(3.0)};
   }
   ImuNoise noise;
-  noise.gyroscope_noise_density = 0.05;  // residuals of a size that differences resolve
+  noise.gyroscope_noise_density = 0.05;  // numerical differences resolve the residuals
   noise.accelerometer_noise_density = 0.5;
   noise.gyroscope_bias_random_walk = noise.accelerometer_bias_random_walk = 0.1;
   ImuAxes axes;
@@ -280,7 +280,7 @@ TEST(PoseFactor, GradientsWithAndWithoutMaskAndNothingAlongWhatWasNotSeen) {
     for (const PoseMask& mask : {PoseMask(), PoseMask(corridor_projector(), truth.boxplus(-step))}) {
       expect_gradients(PoseFactor(measured, mask), {&manifold}, {block.data()});
     }
-    // Along the null space of the root the factor is silent.
+    // Along the null space of the root the cost is constant.
     measured.root.col(4).setZero();
     const PoseBlock here = block_of(truth);
     const PoseBlock there = block_of(truth.boxplus(5.0 * Vector6::Unit(4)));

@@ -27,7 +27,7 @@ TEST(FieldFactor, PassesTheGradientCheckerWithAndWithoutMask) {
     std::vector<double> biases(6);
     for (double& bias : biases) bias = random.normal();
     for (const PoseMask& mask : {PoseMask{}, PoseMask(Matrix6::Identity() - corridor_projector(), pose)}) {
-      // Bicubic is smooth; bilinear has kinks that differences may step over.
+      // Bicubic is smooth; bilinear has kinks within the steps of numerical differences.
       const FieldFactor factor(wavy_map(3.0, 0.2), FieldInterpolation::bicubic, 2, readings, mask);
       const PoseBlock block = block_of(pose.boxplus(0.02 * Vector6::Ones()));
       expect_gradients(factor, {&pose_manifold, &bias_manifold}, {block.data(), biases.data()}, 1e-5);
@@ -49,7 +49,7 @@ TEST(FieldFactor, OffTheMapItSaysNothing) {
   EXPECT_EQ(residual.norm() + by_pose.norm() + by_bias.norm(), 0.0);
 }
 
-// A robot beside the map's edge, whose reading fits a place on the map badly: leaving the map must not lower the cost.
+// A robot near the map's edge whose reading fits the map badly: leaving the map must not lower the cost.
 TEST(FieldFactor, GoesOnBeyondTheMapsEdge) {
   const auto map = wavy_map(3.0, 0.2);
   const FieldGrid& grid = map->grid();

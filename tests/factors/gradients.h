@@ -15,11 +15,11 @@ inline PoseBlock block_of(const Pose& pose) {
   return block;
 }
 
-/// Ceres' own checker, in the tangent spaces: analytic against Ridders' differences.
+/// Ceres' gradient checker, in the tangent spaces: analytic derivatives against Ridders' differences.
 inline void expect_gradients(const ceres::CostFunction& factor, const std::vector<const ceres::Manifold*>& manifolds,
                              const std::vector<const double*>& parameters, double tolerance = 1e-6) {
   ceres::NumericDiffOptions options;
-  // Small enough to stay within one cell of an interpolated map, where it is smooth.
+  // Small enough to stay within one cell of an interpolated map, in which it is smooth.
   options.ridders_relative_initial_step_size = 1e-5;
   const ceres::GradientChecker checker(&factor, &manifolds, options);
   ceres::GradientChecker::ProbeResults results;

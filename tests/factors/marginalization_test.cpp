@@ -9,7 +9,7 @@
 namespace lodestone {
 namespace {
 
-/// H_rr − H_re H_ee⁺ H_er and the same for the gradient, the pseudo-inverse by eigenvalues of the scaled block.
+/// H_rr − H_re H_ee⁺ H_er and the same for the gradient; the pseudo-inverse by eigenvalues of the scaled block.
 NormalEquations schur(const NormalEquations& full, Eigen::Index gone) {
   const Eigen::Index kept = full.gradient.size() - gone;
   const Eigen::VectorXd scale = full.hessian.diagonal().head(gone).cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
@@ -24,7 +24,7 @@ NormalEquations schur(const NormalEquations& full, Eigen::Index gone) {
           full.gradient.tail(kept) - coupling * full.gradient.head(gone)};
 }
 
-/// The prior's quadratic at the current values against the Schur complement's, each variable in its own sigmas.
+/// The prior's quadratic cost at the current values against the Schur complement's, each variable in its own sigmas.
 void expect_schur(const std::vector<WindowFactor>& factors, const std::vector<WindowBlock*>& eliminated,
                   double tolerance = 1e-7) {
   std::vector<WindowBlock*> blocks = eliminated;
@@ -57,8 +57,8 @@ TEST(Marginalization, EqualsTheSchurComplementOfTheDenseNormalEquations) {
 }
 
 TEST(Marginalization, KeepsWhatARankDeficientVariableSaysOfOthers) {
-  // A uniform field shows neither position nor the turn about itself: of six rows only two are spent on the pose, the
-  // other four relate the biases.
+  // A uniform field observes neither position nor the rotation about itself: two of six rows are used up by the pose,
+  // the other four relate the biases.
   FieldGrid grid;
   grid.columns = grid.rows = 2;
   grid.resolution_m = 10.0;

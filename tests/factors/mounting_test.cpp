@@ -1,4 +1,4 @@
-// A LiDAR whose mounting and clock differ from the platform file's, on a robot that turns.
+// A LiDAR whose mounting and clock differ from the platform file's, on a rotating robot.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ Vector7 mounting_sigmas(const CalibrationSigmas& calibration) {
   return result;
 }
 
-/// Where the LiDAR is when stamps say the end of each interval.
+/// Pose of the LiDAR at the end of each interval by its stamps.
 std::vector<Pose> seen_by(const LidarCorrection& truth, const Pose& before, const std::vector<Pose>& between,
                           double interval_s) {
   std::vector<Pose> result;
@@ -37,7 +37,7 @@ std::vector<Pose> seen_by(const LidarCorrection& truth, const Pose& before, cons
   return result;
 }
 
-/// Errors of turn, shift and clock over their sigmas, after a drive of a LiDAR that is mounted as was drawn.
+/// Errors of rotation, shift and clock over their sigmas, after a drive with a randomly drawn mounting.
 Vector7 errors_over_sigmas(std::uint64_t seed) {
   constexpr std::size_t kWindow = 15;
   Random random(seed);
@@ -126,7 +126,7 @@ TEST(MountingOfALidar, ErrorsAreWhatTheirSigmasSayWhenTheRobotTurns) {
   for (int run = 0; run < kRuns; ++run) mean += errors_over_sigmas(700 + run).cwiseAbs2() / kRuns;
   std::printf("squared errors over variances: turn %.2f %.2f %.2f, shift %.2f %.2f %.2f, clock %.2f\n", mean[0],
               mean[1], mean[2], mean[3], mean[4], mean[5], mean[6]);
-  // Four sigmas of a mean of chi squares.
+  // Four sigmas of a mean of χ² values.
   const double spread = 4.0 * std::sqrt(2.0 / kRuns);
   EXPECT_LT(mean.maxCoeff(), 1.0 + spread);
   EXPECT_NEAR(mean.mean(), 1.0, spread / std::sqrt(7.0));

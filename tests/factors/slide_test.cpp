@@ -1,4 +1,4 @@
-// Masks and priors let a trajectory slide where nothing holds it.
+// Masks and priors do not constrain the slide of a trajectory along an unobservable direction.
 #include <gtest/gtest.h>
 
 #include "factors/condensed_lidar_factor.h"
@@ -34,13 +34,13 @@ TEST(PoseMask, HidesABendAsFarAsItIsACircle) {
   const PoseMask mask = bend_mask(reference);
   for (const double distance_m : {-2.0, 0.5, 5.0}) {
     const Vector6 seen = mask.apply(slid_along_bend(reference, distance_m), nullptr).boxminus(reference);
-    // The tangent has left the bend by 31 mm after 5 m.
+    // The tangent is 31 mm off the bend after 5 m.
     EXPECT_LT(seen.norm(), 1e-10) << distance_m;
   }
 }
 
-// A departure from the deskewed motion that was held in the map's axes had a part across the bore once the states had
-// slid, and an error of the map that was added before the slide was straightened turned with the bend.
+// Once the states had slid, a departure from the deskewed motion in map axes got a part across the bore, and a map
+// error added before the slide was straightened rotated with the bend (docs/design/010).
 TEST(CondensedLidarFactor, FeelsNoCommonSlideWhateverCalibrationAndMapErrorAre) {
   Random random(34);
   const Pose reference = random_pose(random);
@@ -94,7 +94,7 @@ TEST(PriorFactor, HoldsNothingAgainstASlideAlongABendThatItDidNotSee) {
   const PoseBlock pose_block = block_of(pose);
   std::vector<double> motion(9, 0.01);
   Eigen::Map<Vector3>(motion.data()) = velocity;
-  // All that is known, but for the slide, which turns the velocity as well.
+  // Full information except for the slide, which rotates the velocity as well.
   Eigen::VectorXd hidden = Eigen::VectorXd::Zero(15);
   hidden.head<6>() = along_bend(pose);
   hidden.segment<3>(6) = (pose.rotation * Vector3(hidden.head<3>())).cross(velocity);
@@ -110,7 +110,7 @@ TEST(PriorFactor, HoldsNothingAgainstASlideAlongABendThatItDidNotSee) {
     Eigen::VectorXd residual(15);
     const double* parameters[] = {there_block.data(), motion.data()};
     factor.Evaluate(parameters, residual.data(), nullptr);
-    // A tenth of a millimetre across it counts one; the tangent has left the bend by 31 mm after 5 m.
+    // The residual is 1 for a tenth of a millimetre across the bend; the tangent is 31 mm off the bend after 5 m.
     EXPECT_LT(residual.norm(), 1e-5) << distance_m;
   }
 }
@@ -123,7 +123,7 @@ TEST(PriorFactor, KnowsOfANewSlideWhatItKnewOfTheOldOneAndOfAllElseTheSame) {
   const Vector3 velocity(motion.data());
   const Eigen::MatrixXd known = Eigen::MatrixXd::Random(15, 15);
   const Slide before = Slide::along(along_bend(pose), pose);
-  // A degree aside, and another bend; slides have no sign of their own.
+  // 1° off, and another bend; the sign of a slide is arbitrary.
   Vector6 hidden;
   hidden << Vector3(0.0, 1e-3, -4e-3), -(so3::exp(Vector3(0.0, 0.0, 0.017)) * before.direction);
   const Slide now = Slide::along(hidden, pose);
@@ -141,7 +141,7 @@ TEST(PriorFactor, KnowsOfANewSlideWhatItKnewOfTheOldOneAndOfAllElseTheSame) {
   Eigen::VectorXd across = Eigen::VectorXd::Random(15);
   across.segment<3>(3) -= now.direction * now.direction.dot(Vector3(across.segment<3>(3)));
   EXPECT_LT((factor.root() * across - known * across).norm(), 1e-12);
-  // Far aside it is another slide: all stays.
+  // Far off it is another slide: the information stays.
   PriorFactor other({{BlockKind::pose, {pose_block.begin(), pose_block.end()}}, {BlockKind::motion, motion}}, known,
                     Eigen::VectorXd::Zero(15), before);
   Vector6 far;

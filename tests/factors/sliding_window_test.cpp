@@ -1,5 +1,5 @@
-// The sliding window as an estimator: what it may and may not learn, told apart by simulated drives whose noise is
-// exactly what the factors assume.
+// The sliding window as an estimator: consistency and unobservable directions, in simulated drives whose noise is
+// exactly that of the factors.
 #include "factors/sliding_window.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ NavState draw_start(const NavState& truth, const Matrix17& covariance, Random& r
   return truth.boxplus(random.draw(covariance));
 }
 
-/// Adds keyframe k of the drive, predicted by the IMU.
+/// Adds keyframe k of the drive, predicted from the IMU.
 void add_predicted(SlidingWindow& window, const Drive& truth, std::size_t k, const ImuNoise& noise) {
   window.add_keyframe(truth.times[k], propagate(window.state(window.size() - 1), truth.samples[k], noise, nullptr),
                       truth.samples[k]);
@@ -36,7 +36,7 @@ Matrix6 covariance_of(const SlidingWindow& window, std::size_t k) {
   return window.pose_covariances(std::array<std::size_t, 1>{k}).front();
 }
 
-/// χ² quantile at `sigmas` of a normal number (Wilson and Hilferty 1931; to 0.1 % above 100 degrees of freedom).
+/// χ² quantile at `sigmas` of a normal variable (Wilson and Hilferty 1931; to 0.1 % above 100 degrees of freedom).
 double chi_square_quantile(double degrees, double sigmas) {
   const double share = 2.0 / (9.0 * degrees);
   return degrees * std::pow(1.0 - share + sigmas * std::sqrt(share), 3);
@@ -82,14 +82,14 @@ TEST(SlidingWindow, ItsCovarianceIsThatOfItsErrors) {
 struct Tunnel {
   Vector3 axis;
   Quaternion heading;
-  std::vector<Vector3> normals;  // walls, floor and ceiling: none has a part along the axis
+  std::vector<Vector3> normals;  // walls, floor and ceiling: none has a component along the axis
 };
 
 Tunnel tunnel(const Quaternion& heading) {
   return {heading * Vector3::UnitX(), heading, {heading * Vector3::UnitY(), heading * Vector3::UnitZ()}};
 }
 
-/// Hides the translation along the axis from LiDAR.
+/// Masks the LiDAR's translation along the axis.
 PoseMask axis_mask(const Vector3& axis, const Pose& reference) {
   Vector6 direction = Vector6::Zero();
   direction.tail<3>() = axis;
@@ -98,12 +98,12 @@ PoseMask axis_mask(const Vector3& axis, const Pose& reference) {
 
 struct AxisSigmas {
   double window_m = 0.0;
-  double filter_m = 0.0;  // of a Kalman filter linearized at the truth, to which the planes' true normals are known
-  double known_m = 0.0;   // of dead reckoning by accelerometer and start alone, all else known
+  double filter_m = 0.0;  // of a Kalman filter linearized at the ground truth, with the planes' true normals
+  double known_m = 0.0;   // of dead reckoning by accelerometer and initial state, with all else known
 };
 
-/// Sixty seconds of tunnel. `at(k, sigmas)` sees every keyframe; the return value is the window's information on a
-/// shift of all its poses along the axis at the end, over that at the start.
+/// Sixty seconds of tunnel. `at(k, sigmas)` is called for each keyframe; returns the window's information about a
+/// common shift of all poses along the axis at the end, over that at the start.
 template <class Visitor>
 double drive_through(const Tunnel& place, std::uint64_t seed, const Visitor& at) {
   Random random(seed);
@@ -120,11 +120,11 @@ double drive_through(const Tunnel& place, std::uint64_t seed, const Visitor& at)
   const double accelerometer_variance = std::pow(options.noise.accelerometer_noise_density, 2);
   for (std::size_t k = 1; k < truth.truth.size(); ++k) {
     add_predicted(window, truth, k, options.noise);
-    // Normals known to half a degree: what they pretend to know of the axis is what the mask must hide.
+    // Normals have errors of half a degree: their spurious information about the axis must be masked.
     const Pose& true_pose = truth.truth[k].T_map_imu;
     const Scan points = scan(true_pose, place.normals, 200, kLidarNoiseM, 5.0, 0.01, random);
     const std::size_t newest = window.size() - 1;
-    // Correspondences and linearization centimetres off.
+    // Correspondences and linearization are centimetres off.
     const Pose guess =
         window.state(newest).T_map_imu.boxplus(0.02 * (Vector6() << random.vector(), random.vector()).finished());
     window.set_lidar(newest, condense_scan(points.matches, guess), points.matches, axis_mask(place.axis, guess));
@@ -192,7 +192,7 @@ TEST(SlidingWindow, GainsNoInformationAlongATunnelAskewInTheMap) {
 // --- determinism
 // --------------------------------------------------------------------------------------------------------
 
-/// Every bit that a drive of 200 keyframes with LiDAR, IMU and magnetometers leaves.
+/// All bits of the result of a drive of 200 keyframes with LiDAR, IMU and magnetometers.
 std::vector<double> long_run() {
   Random random(7);
   DriveOptions options;
@@ -228,7 +228,7 @@ TEST(SlidingWindow, GivesTheSameBitsOnEveryRunAndAnyNumberOfThreads) {
     return long_run();
   };
   const std::vector<double> first = run(1);
-  // Blocks of the next run come to lie elsewhere and in another order.
+  // Changes addresses and order of the next run's blocks.
   std::vector<std::unique_ptr<char[]>> litter;
   for (std::size_t i = 0; i < 2000; ++i) litter.push_back(std::make_unique<char[]>(16 + (i * 7919) % 900));
   for (std::size_t i = 0; i < litter.size(); i += 3) litter[i].reset();
@@ -265,7 +265,7 @@ MagneticRun magnetic_run(bool bias_states, std::size_t size) {
   const std::vector<Vector3> biases = bias_states
                                           ? std::vector<Vector3>{{1.0, -2.0, 0.5}, {-1.5, 1.0, 2.0}, {0.5, 0.5, -1.0}}
                                           : std::vector<Vector3>(3, Vector3::Zero());
-  // Known well enough that where the past was linearized hardly matters: the field is no linear function of the pose.
+  // Certain enough that past linearization points hardly matter, since the field is nonlinear in the pose.
   const Matrix17 covariance = start_covariance(0.1);
   SlidingWindow window(0, draw_start(truth.truth[0], covariance, random), covariance, 3, options.noise, solver,
                        calibration);
@@ -274,7 +274,7 @@ MagneticRun magnetic_run(bool bias_states, std::size_t size) {
     add_predicted(window, truth, k, options.noise);
     set_scan(window, scan(truth.truth[k].T_map_imu, floor_and_wall, 60, kLidarNoiseM, 5.0, 0.0, random));
     std::vector<FieldReading> readings = field_readings(truth.truth[k].T_map_imu, *map, biases, 0.5, random);
-    if (k % 7 == 0) readings.clear();  // an outage now and then
+    if (k % 7 == 0) readings.clear();  // occasional outages
     window.set_field(window.size() - 1, map, FieldInterpolation::bicubic, readings, {});
     window.solve();
     if (window.size() > size) window.marginalize_oldest();
@@ -291,7 +291,7 @@ TEST(SlidingWindow, EpochsOfMagnetometerBiasesLeaveItAndTheirInformationStays) {
   for (const bool bias_states : {true, false}) {
     const MagneticRun whole = magnetic_run(bias_states, 1000);
     const MagneticRun windowed = magnetic_run(bias_states, 12);
-    // The newest state knows the same whether the past was kept or marginalized, but for where factors were linearized.
+    // Marginalization of the past does not change the information about the newest state, but for linearization points.
     const Vector6 sigma = whole.covariance.diagonal().cwiseSqrt();
     const Vector6 difference = windowed.state.T_map_imu.boxminus(whole.state.T_map_imu);
     for (int i = 0; i < 6; ++i) {

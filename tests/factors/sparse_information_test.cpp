@@ -1,4 +1,4 @@
-// Covariances from the sparse information matrix: against dense inverses, and where the information is hardly positive.
+// Covariances from the sparse information matrix: against dense inverses, and with almost singular information.
 #include "factors/sparse_information.h"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@
 namespace lodestone {
 namespace {
 
-/// Random whitened rows over variables of 1 to 5 numbers: neighbours, some further apart, and a last one that touches
-/// all.
+/// Random whitened rows over variables of 1 to 5 components: neighbours, some further apart, and a last one that is
+/// connected to all.
 struct RandomRows {
   explicit RandomRows(std::uint64_t seed) {
     std::mt19937_64 generator(seed);
@@ -78,7 +78,7 @@ TEST(SparseTriangle, CholeskyRefusesWhatIsNotPositive) {
   EXPECT_FALSE(SparseTriangle::by_cholesky(upper.sparseView()));
 }
 
-/// A chain of keyframes with every kind of factor and a known start, in the order of time.
+/// A chain of keyframes with all kinds of factors and a prior on the first, in order of time.
 struct KnownChain {
   explicit KnownChain(std::uint64_t seed) : chain(seed) {
     chain.add_prior_of_start();
@@ -134,7 +134,7 @@ TEST(SparseInformation, GivesTheSameBitsOnAnyNumberOfThreads) {
   EXPECT_EQ(bits(1), bits(2));
 }
 
-/// Two vectors of which the difference alone is known.
+/// Two vectors of which only the difference is observable.
 struct Difference {
   WindowBlock first{BlockKind::euclidean, std::vector<double>(3)};
   WindowBlock second{BlockKind::euclidean, std::vector<double>(3)};
@@ -156,7 +156,8 @@ TEST(SparseInformation, ADirectionThatNoFactorSeesHasAVeryLargeVariance) {
 }
 
 TEST(SparseInformation, AWeakPriorBesideStrongFactorsKeepsItsVariance) {
-  // A chain of steps known to 1e-10 and a start known to 1: information of 1e20 and of 1, too far apart for Cholesky.
+  // A chain of steps with a sigma of 1e-10 and a prior with a sigma of 1: information of 1e20 and 1, too far apart for
+  // Cholesky.
   constexpr std::size_t kSteps = 5;
   std::vector<WindowBlock> blocks(kSteps + 1, {BlockKind::euclidean, std::vector<double>(3)});
   const RandomWalkFactor start(3, 1.0, true);

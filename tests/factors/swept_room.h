@@ -14,12 +14,12 @@ namespace lodestone {
 inline constexpr double kPointNoiseM = 0.01;
 inline constexpr double kRangeM = 10.0;
 
-/// What a LiDAR sees of a room while its beam goes round once a step: points in axes of the LiDAR at their own times,
-/// which are the body's where its mounting is the platform file's.
+/// Points of a room measured by a LiDAR with one turn per step: points in axes of the LiDAR at their own times, which
+/// are the body's axes for the platform file's mounting.
 struct Sweep {
   std::vector<Plane> planes;
   std::vector<Vector3> points;
-  std::vector<std::size_t> interval;  // of the IMU, at whose end each was taken
+  std::vector<std::size_t> interval;  // IMU interval at whose end each point was measured
 };
 
 inline Sweep sweep_of(const std::vector<Pose>& between, const std::vector<Vector3>& normals, int points_an_interval,

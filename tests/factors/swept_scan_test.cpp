@@ -1,4 +1,4 @@
-// Scans taken while the robot moves, deskewed by the same noisy IMU that joins the keyframes.
+// Scans of a moving robot, deskewed by the same noisy IMU that connects the keyframes.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -18,8 +18,8 @@ struct Nees {
   double smoothed = 0.0;
 };
 
-/// Per degree of freedom, over drives whose noise is what the factors assume. `knows`: whether the factor is told what
-/// the scan was deskewed with.
+/// NEES per degree of freedom, over drives with the factors' noise. `knows`: whether the factor models the errors of
+/// deskewing.
 Nees nees_of_drives(int runs, bool knows) {
   constexpr std::size_t kWindow = 15;
   Nees result;
@@ -65,8 +65,7 @@ TEST(SweptScans, TheWindowsCovarianceIsThatOfItsErrors) {
   constexpr int kRuns = 100;
   const Nees nees = nees_of_drives(kRuns, true);
   std::printf("NEES per degree of freedom: %.3f causal, %.3f smoothed\n", nees.causal, nees.smoothed);
-  // Four sigmas of a mean of chi squares, and a twentieth for what the modes leave of the bridge and what second order
-  // adds.
+  // Four sigmas of a mean of χ² values, and a twentieth for neglected modes of the bridge and second-order effects.
   const double spread = 4.0 * std::sqrt(2.0 / (6.0 * kRuns));
   for (const double value : {nees.causal, nees.smoothed}) {
     EXPECT_GT(value, 1.0 - spread);

@@ -24,7 +24,7 @@ class Random {
     const double y = normal();
     return sigma * Vector3(x, y, normal());
   }
-  /// Turned at random, with positions of deviation `position_m`.
+  /// A random pose, with positions of standard deviation `position_m`.
   Pose pose(double position_m = 1.0) {
     const Quaternion rotation = so3::exp(vector());
     return {rotation, vector(position_m)};
@@ -41,11 +41,11 @@ class Random {
   std::normal_distribution<double> normal_;
 };
 
-/// A drive and what its IMU measured, drawn from exactly the model that the factors assume.
+/// A drive and its IMU samples, drawn from exactly the factors' noise model.
 struct Drive {
   std::vector<Time> times;                      ///< of the keyframes
-  std::vector<NavState> truth;                  ///< at the keyframes
-  std::vector<std::vector<ImuSample>> samples;  ///< samples[k]: from keyframe k − 1 to k; none for the first
+  std::vector<NavState> truth;                  ///< ground truth at the keyframes
+  std::vector<std::vector<ImuSample>> samples;  ///< samples[k]: from keyframe k − 1 to k; empty for the first
   std::vector<std::vector<Pose>>
       between;  ///< between[k][i]: T_map_imu, true, at the end of the i-th interval of samples[k]
 };
@@ -60,8 +60,8 @@ struct DriveOptions {
   double turn_scale = 1.0;
 };
 
-/// Speed and turn rate vary smoothly. White noise is constant over each interval and biases walk at keyframes: every
-/// interval has its own pair of samples, so that the integration's mean of neighbours mixes no two draws.
+/// Speed and turn rate vary smoothly. White noise is constant over each interval, and biases walk at keyframes: each
+/// interval has its own pair of samples, so that the integration's mean of neighbours does not mix two draws.
 inline Drive drive(const DriveOptions& options, Random& random) {
   Drive result;
   NavState state;
@@ -111,15 +111,15 @@ inline Drive drive(const DriveOptions& options, Random& random) {
 /// Planes and the points of a scan on them.
 struct Scan {
   std::vector<Plane> planes;
-  std::vector<Correspondence> matches;  ///< point into `planes`: a Scan is moved, never copied
+  std::vector<Correspondence> matches;  ///< refer to `planes`: a Scan is moved, never copied
 
   Scan() = default;
   Scan(Scan&&) = default;
   Scan& operator=(Scan&&) = default;
 };
 
-/// `points` points at `range_m` round the pose, each on a plane with one of `normals`, `noise_m` off it. The planes'
-/// own normals are known to `normal_sigma` (rad) only.
+/// `points` points at `range_m` around the pose, each on a plane with one of `normals`, with `noise_m` across it. The
+/// planes' own normals have errors of `normal_sigma` (rad).
 inline Scan scan(const Pose& T_map_imu, const std::vector<Vector3>& normals, int points, double noise_m, double range_m,
                  double normal_sigma, Random& random) {
   Scan result;
@@ -133,7 +133,7 @@ inline Scan scan(const Pose& T_map_imu, const std::vector<Vector3>& normals, int
     plane.normal = (normal + random.vector(normal_sigma)).normalized().cast<float>();
     plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
     plane.center = (on_plane + lever).cast<float>();
-    // From the plane as stored: floats of the map are no noise of the sensor.
+    // From the plane as stored: rounding of the map to float is no sensor noise.
     const Vector3 stored = plane.normal.cast<double>();
     const Vector3 center = plane.center.cast<double>();
     const Vector3 point =
@@ -186,7 +186,7 @@ inline std::vector<FieldReading> field_readings(const Pose& T_map_imu, const Mag
   return readings;
 }
 
-/// How well a start is known: φ, p, v, b_g, b_a, g.
+/// Initial sigmas: φ, p, v, b_g, b_a, g.
 inline Matrix17 start_covariance(double scale = 1.0) {
   Vector17 sigma;
   sigma << Vector3::Constant(0.01), Vector3::Constant(0.05), Vector3::Constant(0.1), Vector3::Constant(1e-3),

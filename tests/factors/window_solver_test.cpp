@@ -10,8 +10,7 @@
 namespace lodestone {
 namespace {
 
-/// A window over a short drive with LiDAR, IMU and magnetometers. `error`: of the predicted states, in sigmas of a
-/// start.
+/// A window over a short drive with LiDAR, IMU and magnetometers. `error`: of the predicted states, in initial sigmas.
 struct SolvedWindow {
   SolvedWindow(double error, int max_iterations) {
     Random random(8);
@@ -33,11 +32,11 @@ struct SolvedWindow {
     }
     for (std::size_t k = 0; k < truth.truth.size(); ++k) {
       Vector17 step = error * random.draw(start_covariance());
-      step.tail<2>().setZero();  // one gravity for all
+      step.tail<2>().setZero();  // one gravity for all keyframes
       window->set_state(k, window->state(k).boxplus(step));
     }
     iterations = window->solve();
-    window->solve();  // with IMU factors integrated at the biases found
+    window->solve();  // IMU factors are integrated with the estimated biases
   }
 
   Drive truth;
@@ -45,7 +44,7 @@ struct SolvedWindow {
   int iterations = 0;
 };
 
-/// How far two windows are apart, in sigmas of the first's poses: the largest of all keyframes.
+/// Distance of two windows: the largest over all keyframes, in sigmas of the first's poses.
 double sigmas_apart(const SlidingWindow& a, const SlidingWindow& b) {
   std::vector<std::size_t> all(a.size());
   for (std::size_t k = 0; k < all.size(); ++k) all[k] = k;
@@ -110,7 +109,7 @@ TEST(WindowCovariance, OfTheNewestIsTheStartsThenTheOneThatTheImuPropagates) {
 }
 
 TEST(WindowCovariance, OfAVeryGoodImuIsThatOfItsStart) {
-  // Information of 1e18 and more beside that of the start: it is not positive definite in double precision.
+  // Information of 1e18 and more beside that of the initial prior: not positive definite in double precision.
   Random random(6);
   DriveOptions options;
   options.keyframes = 40;

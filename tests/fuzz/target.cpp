@@ -1,4 +1,4 @@
-// The fuzzer: libFuzzer's bytes take the place of a boundary's file. The environment's LODESTONE_BOUNDARY names the
+// The fuzzer: libFuzzer's bytes replace a boundary's file. The environment variable LODESTONE_BOUNDARY names the
 // boundary.
 #include <unistd.h>
 
@@ -18,7 +18,7 @@ using lodestone::testing::Boundary;
 
 struct Scratch {
   explicit Scratch(const std::string& name) : wanted(lodestone::testing::boundary(name)) {
-    // Memory where there is a file system of it: every input is written once.
+    // A file system in memory if there is one: every input is written once.
     const fs::path parent = fs::exists("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path();
     folder = parent / ("lodestone-fuzz-" + std::to_string(getpid()));
     fs::create_directories(folder);
@@ -46,7 +46,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   try {
     scratch.wanted.read(scratch.folder);
-  } catch (const lodestone::InputError&) {  // the only way to refuse; anything else ends the fuzzer
+  } catch (const lodestone::InputError&) {  // the only way to refuse an input; any other exception ends the fuzzer
   }
   return 0;
 }

@@ -1,5 +1,5 @@
-// The plan of the source tree: an include only ever points to a lower layer (core < factors, frontends < estimators <
-// tools).
+// Layers of the source tree: an include refers only to the same or a lower layer (core < factors, frontends <
+// estimators < tools).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What each layer may include besides itself.
+/// Layers that each layer may include, besides itself.
 const std::map<std::string, std::set<std::string>> kAllowed{{"core", {}},
                                                             {"factors", {"core"}},
                                                             {"frontends", {"core"}},
@@ -27,7 +27,7 @@ bool is_source(const fs::path& path) {
   return kEndings.count(path.extension().string()) > 0;
 }
 
-/// Calls `check(file, line number, what is included)` for every quoted or bracketed include below a layer.
+/// Calls `check(file, line number, include)` for every quoted or bracketed include of a layer.
 template <class Check>
 void for_each_include(const std::string& layer, Check check) {
   static const std::regex kInclude(R"re(^\s*#\s*include\s*["<]([^">]+)[">])re");
@@ -72,7 +72,7 @@ TEST(Architecture, OnlyFrontendsAndToolsKnowFilesAndTheirFormats) {
   }
 }
 
-/// Written by CMake: "LAYER: LIBRARY LIBRARY…", with all that these link.
+/// Written by CMake: "LAYER: LIBRARY LIBRARY…", with all directly and indirectly linked libraries.
 TEST(Architecture, EstimatorsLinkNoFileFormat) {
   const std::regex forbidden("pcl|opencv|embree|ros|sqlite|tiff|cairo|yaml", std::regex::icase);
   std::ifstream file(LODESTONE_LINK_DEPENDENCIES);
@@ -122,7 +122,7 @@ TEST(Architecture, HeadersKeepHeavyLibrariesToThemselves) {
   }
 }
 
-/// ThreadSanitizer is told of the order of loops in one place (core/parallel.h).
+/// ThreadSanitizer learns the order of loops in one place (core/parallel.h).
 TEST(Architecture, LoopsOnAllCoresGoThroughOneDoor) {
   const std::regex loops(R"(^tbb/(parallel_|blocked_range|task_group|flow_graph))");
   for (const auto& [layer, lower] : kAllowed) {

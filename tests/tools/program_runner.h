@@ -14,7 +14,7 @@
 
 namespace lodestone {
 
-/// What a call of the real program gave.
+/// Result of a call of the real program.
 struct ProgramResult {
   int code = -1;
   std::string output;  ///< standard output
@@ -28,7 +28,7 @@ inline std::string content_of(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// A folder of this test, empty at first and removed at the end.
+/// A folder for one test, empty at first and removed at the end.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -58,7 +58,7 @@ inline ProgramResult run_lodestone(const std::string& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content_of(folder / "out"), content_of(folder / "err")};
 }
 
-/// The call is wrong: exit code 2, and one line on standard error that holds `expected`.
+/// Expects exit code 2, and one line on standard error that contains `expected`.
 inline void expect_refused(const std::string& arguments, const std::string& expected) {
   const ProgramResult result = run_lodestone(arguments);
   EXPECT_EQ(result.code, 2) << arguments;

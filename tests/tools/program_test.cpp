@@ -1,4 +1,4 @@
-// The command line as a whole: what is misspelt is named, with the right word where one is near.
+// The command line as a whole: misspelt words are reported, with the nearest known word.
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -56,7 +56,7 @@ TEST(Program, WhatIsWrittenBesideAResultDoesNotTakeThePlaceOfAnInputEither) {
   std::ofstream(in + "map.yaml") << "resolution_m: 1\norigin_m: [0, 0]\nimage: image.tif\n";
   std::filesystem::create_symlink("field.png", in + "link.csv");
   struct Case {
-    std::string call, out, told;
+    std::string call, out, expected_text;
   };
   const std::string too = ", which is written too, is ";
   for (const Case& wrong :
@@ -75,7 +75,7 @@ TEST(Program, WhatIsWrittenBesideAResultDoesNotTakeThePlaceOfAnInputEither) {
         Case{"check a.bag --magnetic " + in + "map.yaml", "image.tif",
              "is " + in + "image.tif, the image of --magnetic " + in + "map.yaml"}}) {
     expect_refused(wrong.call + out + wrong.out,
-                   "--out " + in + wrong.out + ": " + wrong.told + ", which the results would overwrite");
+                   "--out " + in + wrong.out + ": " + wrong.expected_text + ", which the results would overwrite");
   }
   for (const std::string& name : inputs) EXPECT_EQ(content_of(in + name), "of " + name);
 }

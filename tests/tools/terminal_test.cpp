@@ -1,4 +1,4 @@
-// What a person sees while a command runs: the progress, the interrupt, the table.
+// Output on a terminal while a command runs: progress, interrupt, table.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

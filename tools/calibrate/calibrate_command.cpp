@@ -25,7 +25,7 @@
 namespace lodestone {
 namespace {
 
-constexpr double kTellingHeight_m = 0.1;
+constexpr double kHeightTolerance_m = 0.1;
 
 struct CalibrateCall {
   CalibrationSources sources;
@@ -44,8 +44,7 @@ CalibrationOptions read_options(const CalibrateCall& call) {
 void check_call(const CalibrateCall& call) {
   const CalibrationSources& sources = call.sources;
   if (!sources.magnetic.empty() && sources.trajectory.empty()) {
-    throw InputError(
-        "--magnetic: a map serves where the robot's poses are known; give --trajectory T.tum as well, or neither");
+    throw InputError("--magnetic: a map requires the robot's poses; give --trajectory T.tum as well, or neither");
   }
   if (sources.magnetic.empty() && !sources.trajectory.empty()) {
     throw InputError("--trajectory: poses serve together with a map; give --magnetic FIELD.yaml as well, or neither");
@@ -64,17 +63,17 @@ RecordedArray read_log(const CalibrateCall& call, const Platform& platform, Warn
   });
 }
 
-/// A map of one layer holds at its height alone.
+/// A map with one layer is valid at its height only.
 void check_height(const MagneticMap& map, const Trajectory& trajectory, const Vector3& centre, WarningLog& warnings) {
   if (map.grid().heights_m.size() != 1) return;
   double height_m = 0.0;
   for (const StampedPose& pose : trajectory)
     height_m += (pose.pose * centre).z() / static_cast<double>(trajectory.size());
-  if (std::abs(height_m - map.grid().heights_m.front()) < kTellingHeight_m) return;
+  if (std::abs(height_m - map.grid().heights_m.front()) < kHeightTolerance_m) return;
   warnings.add(
       "calibrate.height",
-      fmt::format("the array is at {:.2f} m by the trajectory, the map's only layer at {:.2f} m: what the field "
-                  "changes between them is taken for the magnetometers'",
+      fmt::format("the array is at {:.2f} m by the trajectory, the map's only layer at {:.2f} m: the calibration "
+                  "contains the field's change between both heights",
                   height_m, map.grid().heights_m.front()),
       trajectory.front().time);
 }
@@ -89,15 +88,15 @@ CalibrationLog log_of(const CalibrateCall& call, const RecordedArray& recorded, 
   if (log.moments.empty()) {
     throw InputError(
         log.off_map == 0
-            ? fmt::format("{}: none of its magnetometer readings lies within the time of {}; give a trajectory of "
-                          "this log",
+            ? fmt::format("{}: no magnetometer reading lies within the time of {}; give a trajectory of this "
+                          "log",
                           sources.log, sources.trajectory)
-            : fmt::format("{}: it has no field where {} says the magnetometers were; give a map and a trajectory "
+            : fmt::format("{}: the map has no field at the magnetometers' poses of {}; give a map and a trajectory "
                           "in one frame",
                           sources.magnetic, sources.trajectory));
   }
   if (log.off_map > 0) {
-    warnings.add("calibrate.off_map", "readings where the map has no field, left out", log.moments.front().time,
+    warnings.add("calibrate.off_map", "readings where the map has no field; ignored", log.moments.front().time,
                  static_cast<std::int64_t>(log.off_map));
   }
   check_height(map, trajectory, log.centre_m, warnings);
@@ -123,8 +122,8 @@ void calibrate(const CalibrateCall& call) {
   const CalibrationLog log = log_of(call, recorded, platform, options, warnings);
   if (log.without_motion > 0) {
     warnings.add("calibrate.without_motion",
-                 log.mapped ? "moments without a pose, left out"
-                            : "moments without IMU before them: the field begins anew there",
+                 log.mapped ? "moments without a pose; ignored"
+                            : "moments without IMU samples before them: the field model restarts there",
                  log.moments.front().time, static_cast<std::int64_t>(log.without_motion));
   }
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
@@ -134,7 +133,7 @@ void calibrate(const CalibrateCall& call) {
     fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
   }
   if (call.out.empty()) {
-    fmt::print("\nnothing written; --out PLATFORM.yaml keeps the calibration\n");
+    fmt::print("\nnothing written; --out PLATFORM.yaml writes the calibration\n");
     return;
   }
   const Platform calibrated = calibrated_platform(platform, changes);
@@ -159,7 +158,7 @@ void add_magnetometers(CLI::App& parent, int* code) {
   const auto call = std::make_shared<CalibrateCall>();
   CLI::App* command = parent.add_subcommand(
       "magnetometers",
-      "Hard iron, soft iron and misalignment of each magnetometer, from a log with whatever motion it has");
+      "Estimate hard iron, soft iron and misalignment of each magnetometer from a log with any motion");
   CommandFiles files(*command);
   files
       .input(command->add_option("LOG", call->sources.log,
@@ -167,10 +166,10 @@ void add_magnetometers(CLI::App& parent, int* code) {
       ->required();
   files
       .input(command->add_option("--platform", call->sources.platform,
-                                 "the robot's platform file; a calibration in it is where this one begins"))
+                                 "the robot's platform file; its calibration is the prior"))
       ->required();
   files.input(command->add_option("--magnetic", call->sources.magnetic,
-                                  "a magnetic map, FIELD.yaml: the reference; needs --trajectory"));
+                                  "a magnetic map, FIELD.yaml: the reference; requires --trajectory"));
   files.input(command->add_option("--trajectory", call->sources.trajectory,
                                   "T_map_imu of the log, TUM, for instance of lodestone run"));
   files.output(command->add_option("--out", call->out,
@@ -180,8 +179,8 @@ void add_magnetometers(CLI::App& parent, int* code) {
                  return std::vector<std::filesystem::path>{
                      std::filesystem::path(out).replace_filename("calibration.json"), field_change_file(out.string())};
                });
-  files.input(
-      command->add_option("--config", call->configurations, "YAML with options, laid over the defaults in order"));
+  files.input(command->add_option("--config", call->configurations,
+                                  "YAML files with options that replace the defaults, in order"));
   command->add_option("--set", call->settings, "one option, as key=value; the keys are below");
   command->footer("Options of --config and --set:\n" + list_options(CalibrationOptions{}) +
                   R"(

@@ -32,14 +32,14 @@ Json rows_of(const Matrix3& matrix) {
   return rows;
 }
 
-/// "-12.31 ± 0.12"; in brackets where it was held.
+/// "-12.31 ± 0.12"; in brackets if held at the prior.
 std::string with_sigma(double value, double sigma, bool held, int digits) {
   const std::string text = fmt::format("{:.{}f} ± {:.{}f}", value, digits, sigma, digits);
   return held ? "(" + text + ")" : text;
 }
 
-/// A line of what is held without the prior's sigma: of what many magnetometers have alike the tables' sigma is
-/// another, and one figure must do.
+/// A line about a held combination without its sigma: the sigma of a combination differs from those in the tables, and
+/// the report shows one value only.
 std::string without_sigma(const std::string& line) {
   return line.substr(0, line.find(" ± "));
 }
@@ -89,7 +89,7 @@ MagnetometerCalibration given_of(const MagnetometerMessageLayout& layout) {
 Platform calibrated_platform(const Platform& given, const ShownChanges& changes) {
   Platform platform = given;
   for (std::size_t j = 0; j < changes.calibrations.size(); ++j) {
-    // What is not touched keeps its very digits.
+    // Untouched magnetometers keep all digits of the file.
     const auto& taken = changes.taken[j];
     if (std::none_of(taken.begin(), taken.end(), [](bool one) { return one; })) continue;
     MagnetometerMessageLayout& layout = platform.magnetometers[j];
@@ -102,23 +102,24 @@ Platform calibrated_platform(const Platform& given, const ShownChanges& changes)
 
 std::string calibration_text(const Platform& platform, const MagnetometerCalibrationResult& result,
                              const ShownChanges& changes, bool mapped) {
-  std::string text = fmt::format("{} moments over {:.1f} s, turned by {:.0f} deg in all; {} rounds\n", result.moments,
-                                 result.duration_s, result.turned_deg, result.rounds);
+  std::string text = fmt::format("{} moments over {:.1f} s, {:.0f} deg of rotation in total; {} iterations\n",
+                                 result.moments, result.duration_s, result.turned_deg, result.rounds);
   if (mapped) {
     text += fmt::format("reference: the map at each magnetometer's pose; its error {:.2f} times its sigma\n",
                         result.process.map_scale);
   } else {
     const Vector3& bias = result.gyroscope_bias_rad_s;
     text += fmt::format(
-        "reference: what all read together; the field walks by {:.2f} uT a root of a second, its slope is {:.1f} "
-        "uT/m; gyroscope bias ({:.5f} {:.5f} {:.5f}) rad/s\n",
+        "reference: all magnetometers together; random walk of the field {:.2f} uT/sqrt(s), slope {:.1f} uT/m; "
+        "gyroscope bias ({:.5f} {:.5f} {:.5f}) rad/s\n",
         result.process.step_ut_sqrt_s, result.process.slope_ut_m, bias.x(), bias.y(), bias.z());
     if (result.offsets_only) {
-      text += "offsets alone: so close to steel the field's curvature looks as distortions do (max_walk_ut_sqrt_s)\n";
+      text += "offsets only: near steel, curvature of the field resembles distortions (max_walk_ut_sqrt_s)\n";
     }
   }
   text +=
-      "\nresiduals against the reference (rms of a component), and what is read beside it where the field is usual\n" +
+      "\nresiduals against the reference (rms per component); beside the usual field: the error at the log's mean "
+      "field\n" +
       residual_table(platform, result);
   text += "\nparameters against the given platform file; in brackets: held at the prior\n" +
           parameter_table(platform, result);
@@ -126,8 +127,7 @@ std::string calibration_text(const Platform& platform, const MagnetometerCalibra
   if (!result.held.empty()) text += "\n";
   for (const std::string& line : result.held) text += without_sigma(line) + "\n";
   const std::string left = left_as_given(changes, platform.suite.magnetometers, result);
-  if (!left.empty())
-    text += "\nleft as given, since the log does not show them (below two of their sigmas): " + left + "\n";
+  if (!left.empty()) text += "\nnot changed, because the change is below two standard deviations: " + left + "\n";
   return text;
 }
 

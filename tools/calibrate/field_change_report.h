@@ -7,13 +7,13 @@
 
 namespace lodestone {
 
-/// What all magnetometers share against the map, for the terminal; empty without a map.
+/// Difference to the map that all magnetometers share, for the terminal; empty without a map.
 std::string field_change_text(const FieldChange& change);
 
 /// The same as JSON.
 nlohmann::ordered_json field_change_json(const FieldChange& change);
 
-/// The places, one a line, as CSV.
+/// The compared places as CSV, one per line.
 std::string field_change_csv(const FieldChange& change);
 
 }  // namespace lodestone

@@ -8,7 +8,7 @@ namespace lodestone {
 namespace {
 
 constexpr double kSigmas = 2.0;
-constexpr double kRoundedOff = 1e-9;  // of a sigma: what is left of a variance that conditioning has used up
+constexpr double kRoundingShare = 1e-9;  // of the prior sigma: a smaller rest after conditioning is a rounding error
 constexpr int kPerMagnetometer = 12;
 
 constexpr std::array<const char*, kPerMagnetometer> kNames{"hard iron x", "hard iron y", "hard iron z", "scale x",
@@ -28,8 +28,8 @@ void set_to_zero(Eigen::Index parameter, Eigen::VectorXd& mean, Eigen::MatrixXd&
   covariance.col(parameter).setZero();
 }
 
-/// The parameters that the log shows; the others are zero in `mean` then.
-std::vector<bool> keep_shown(Eigen::VectorXd& mean, Eigen::MatrixXd covariance) {
+/// Whether each parameter is significant; insignificant parameters are set to zero in `mean`.
+std::vector<bool> keep_significant(Eigen::VectorXd& mean, Eigen::MatrixXd covariance) {
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   std::vector<bool> kept(static_cast<std::size_t>(mean.size()), true);
   while (true) {
@@ -37,7 +37,7 @@ std::vector<bool> keep_shown(Eigen::VectorXd& mean, Eigen::MatrixXd covariance) 
     double least_ratio = kSigmas;
     for (Eigen::Index i = 0; i < mean.size(); ++i) {
       if (!kept[static_cast<std::size_t>(i)]) continue;
-      const double now = std::max(std::sqrt(std::max(covariance(i, i), 0.0)), kRoundedOff * sigma[i]);
+      const double now = std::max(std::sqrt(std::max(covariance(i, i), 0.0)), kRoundingShare * sigma[i]);
       const double ratio = now > 0.0 ? std::abs(mean[i]) / now : 0.0;
       if (ratio >= least_ratio) continue;
       least = i;
@@ -65,7 +65,7 @@ ShownChanges shown_changes(const MagnetometerCalibrationResult& result) {
     mean.segment<kPerMagnetometer>(kPerMagnetometer * static_cast<Eigen::Index>(i)) << found.hard_iron_ut,
         distortion_of(found.distortion);
   }
-  const std::vector<bool> kept = keep_shown(mean, result.covariance);
+  const std::vector<bool> kept = keep_significant(mean, result.covariance);
   for (std::size_t i = 0; i < active.size(); ++i) {
     const auto row = kPerMagnetometer * static_cast<Eigen::Index>(i);
     changes.calibrations[active[i]] = {mean.segment<3>(row), distortion_matrix(mean.segment<9>(row + 3))};

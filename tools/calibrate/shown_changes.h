@@ -8,18 +8,18 @@
 
 namespace lodestone {
 
-/// Of a calibration, what the log shows: the changes that go into the platform file.
+/// The significant changes of a calibration, which are written to the platform file.
 struct ShownChanges {
   std::vector<MagnetometerCalibration> calibrations;  ///< in the order of the suite
-  std::vector<std::array<bool, 12>> taken;  ///< of each: hard iron x y z, then the nine numbers of the distortion
+  std::vector<std::array<bool, 12>> taken;            ///< of each: hard iron x y z, then the distortion (nine numbers)
 };
 
-/// A change below two of its sigmas is none: it is set to zero, and the others to what they are given that (mean and
-/// covariance conditioned on it), the least first, until every change that is left exceeds two sigmas. So a sum that is
-/// well known is kept whole by one of its parts where no part is known by itself.
+/// Drops changes below two sigmas, smallest ratio first: each is set to zero, and mean and covariance of the others are
+/// conditioned on it, until all remaining changes exceed two sigmas. If only a sum of parameters is known, one of them
+/// keeps the whole sum.
 ShownChanges shown_changes(const MagnetometerCalibrationResult& result);
 
-/// "front_0: hard iron x, scale z; front_1: everything": what is left as given; empty where nothing is.
+/// "front_0: hard iron x, scale z; front_1: everything": the unchanged parameters; empty if there are none.
 std::string left_as_given(const ShownChanges& changes, const std::vector<MagnetometerModel>& magnetometers,
                           const MagnetometerCalibrationResult& result);
 

@@ -7,9 +7,9 @@
 
 namespace lodestone {
 
-/// What a cloud map is good for: how many of its voxels hold a plane, how thick planes are (median and the half in the
-/// middle, rms distance of points), how densely surfaces are covered, and how many are there twice. `points`: of the
-/// cloud; empty where it is held in tiles, and then nothing is said of surfaces that are there twice.
+/// Quality of a cloud map: share of voxels with a plane, thickness of planes (median and interquartile range; rms
+/// distance of points), density of points on surfaces, and share of doubled surfaces. `points`: of the cloud; empty if
+/// the map is in tiles, and then doubled surfaces are not checked.
 Findings check_map(const PlaneMapSource& map, const PlaneMapOptions& options, std::span<const Eigen::Vector3f> points);
 
 }  // namespace lodestone

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Everything by which a run may be meant.
+/// All names that a pattern of --only may match for a run.
 std::vector<std::string> names_of(const Variant& variant, const reproduce::Run& run) {
   const std::string drive = drive_name(run);
   return {variant.name,
@@ -35,7 +35,7 @@ std::vector<std::string> names_of(const Variant& variant, const reproduce::Run& 
           fmt::format("{}/{}/seed{}", variant.name, drive, run.seed)};
 }
 
-/// Variants with what they set, and drives: what --only takes.
+/// Lists variants with their switches, and drives: the names that --only accepts.
 void print_runs(const Ablation& ablation, const reproduce::Experiment& experiment) {
   const std::vector<reproduce::Run> runs = reproduce::list_runs(experiment);
   Table variants({"variant", "runs", "switches"});
@@ -106,7 +106,7 @@ reproduce::Experiment meant_runs(const Ablation& ablation) {
   };
   std::vector<std::string> known;
   std::set<std::string> unused(ablation.only.begin(), ablation.only.end());
-  std::set<std::string> conditions;  // under which something runs: there the baseline runs too
+  std::set<std::string> conditions;  // of the selected runs: the baseline runs under the same conditions
   for (const reproduce::Run& run : runs) {
     const std::vector<std::string> names = names_of(variant_of(run), run);
     for (const std::string& name : names) {

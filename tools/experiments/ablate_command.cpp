@@ -17,21 +17,21 @@ Examples:
   lodestone ablate config/ablations/beta.yaml --out results/ablations --jobs 2
 
 What is done is skipped: a call that was stopped goes on where it was, and ablations in one --out share runs and maps.
-docs/user/ablations.md says how to read the tables and how to write an ablation.)";
+docs/user/ablations.md explains the tables and the format of an ablation.)";
 
 }  // namespace
 
 void add_ablate_command(CLI::App& app, int* code) {
   CLI::App* command = app.add_subcommand(
-      "ablate", "Run the same drives with switches set differently, and compare pair by pair with a baseline");
+      "ablate", "Run the same drives with different options, and compare them pair by pair with a baseline");
   command->footer(kAblateExamples);
   const auto call = std::make_shared<reproduce::ExperimentCall>();
   add_experiment_options(
       *command,
       {"ABLATION", "ablation", "ablations",
-       "with commas: variants, drives, worlds, sequences, VARIANT/DRIVE or VARIANT/DRIVE/seedN; * and ? stand "
-       "for anything; the baseline runs with them",
-       "list variants and drives, and end"},
+       "run only these, with commas: variants, drives, worlds, sequences, VARIANT/DRIVE or VARIANT/DRIVE/seedN; "
+       "* and ? match anything; the baseline runs under the same conditions",
+       "list variants and drives, and exit"},
       *call);
   command->callback([call, code]() { *code = ablation::execute(*call); });
 }

@@ -5,7 +5,7 @@
 
 #include "tools/experiments/experiment.h"
 
-/// Ablations: the same drives with one switch or several set differently, compared pair by pair
+/// Ablations: the same drives with one or several switches set differently, compared pair by pair
 /// (docs/user/ablations.md).
 namespace lodestone::ablation {
 
@@ -18,7 +18,7 @@ struct Switch {
 
 struct Variant {
   std::string name;
-  std::vector<Switch> switches;  ///< those common to all variants, then its own; no key twice
+  std::vector<Switch> switches;  ///< common ones of all variants, then its own; no key twice
 
   /// Null where this variant does not set the key.
   const Switch* find(const std::string& key) const;
@@ -26,10 +26,10 @@ struct Variant {
 
 struct Ablation : reproduce::RunScope {
   std::string file;
-  std::string name;  ///< of the tables
+  std::string name;  ///< of the tables' files
   std::string title;
   std::string note;
-  std::string estimator = "smoother";  ///< of variants that name none
+  std::string estimator = "smoother";  ///< of variants without an estimator
   std::size_t baseline = 0;            ///< index in `variants`
   std::vector<Variant> variants;       ///< at least two, all different
   std::vector<reproduce::Drive> drives;
@@ -39,27 +39,26 @@ struct Ablation : reproduce::RunScope {
   std::vector<std::string> keys() const;
 };
 
-/// The file of an ablation: a path, or the name of one in config/ablations. Throws InputError that names the known
-/// ones.
+/// The file of an ablation: a path, or a name in config/ablations. Throws InputError that lists the known names.
 std::string find_ablation(const std::string& name);
 
-/// Reads an ablation; with `quick` its section `quick` is laid over it. Throws InputError with file, line, key and what
-/// to change; unknown keys are errors, those of switches too.
+/// Reads an ablation; with `quick`, its section `quick` replaces values. Throws InputError with file, line, key and
+/// correction; unknown keys are errors, also those of switches.
 Ablation load_ablation(const std::string& path, bool quick);
 
-/// Every combination of the values of a grid, in the order of the file, the last key running fastest. A variant's name
-/// is the last part of each key with its value ("rule=paper mask=soft"), or the whole key where two would look alike.
-/// Throws InputError where a key has no values, or a value is no scalar.
+/// All combinations of a grid's values, in file order, the last key varying fastest. A variant's name is the last part
+/// of each key with its value ("rule=paper mask=soft"), or the whole key if two names would be equal. Throws InputError
+/// if a key has no values, or a value is no scalar.
 std::vector<Variant> expand_grid(const ConfigurationNode& grid);
 
-/// What `key` is worth in a run of this variant: as it sets it, else the default; empty where that is the world's.
+/// Value of `key` in the runs of this variant: the variant's value, else the default; empty if the world determines it.
 std::string effective_value(const Ablation& ablation, const Variant& variant, const std::string& key);
 
-/// Folder-safe text that tells the variant's runs from others by what they are run with, whatever variant or ablation
-/// they belong to: "smoother", "smoother+degeneracy.rule=none".
+/// Folder-safe text that identifies the variant's runs by their settings, independent of variant and ablation:
+/// "smoother", "smoother+degeneracy.rule=none".
 std::string recipe_name(const Ablation& ablation, const Variant& variant);
 
-/// The ablation's runs: a group a variant, by its recipe name.
+/// The ablation's runs: one group per variant, named by recipe_name().
 reproduce::Experiment to_experiment(const Ablation& ablation);
 
 }  // namespace lodestone::ablation

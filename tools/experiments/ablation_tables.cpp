@@ -42,7 +42,7 @@ std::string interval_text(const std::optional<RatioEstimate>& estimate) {
   return fmt::format("{:.3f} – {:.3f}", *estimate->low, *estimate->high);
 }
 
-/// NEES figures that the runs have: the pose's, and whatever else a run says of its consistency.
+/// Names of the NEES figures of the runs: first the pose's, then all others.
 std::vector<std::string> nees_figures(const reproduce::Results& results) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < results.runs().size(); ++i) {
@@ -70,7 +70,7 @@ std::vector<Pair> of_drive(const std::vector<Pair>& pairs, const std::string& dr
   return some;
 }
 
-/// The baseline itself: metres.
+/// ATE of the baseline itself, metres.
 std::string baseline_cell(const std::vector<Pair>& pairs) {
   if (std::none_of(pairs.begin(), pairs.end(), [](const Pair& pair) { return pair.variant != nullptr; }))
     return kMissing;
@@ -87,7 +87,7 @@ std::string ratio_cell(const std::vector<Pair>& pairs) {
   return ratio_text(comparison.over_pairs);
 }
 
-/// All figures of all runs: those that people know first, then the rest by name.
+/// Names of all figures of all runs: the well-known ones first, then the rest alphabetically.
 std::vector<std::string> figures_of(const reproduce::Results& results) {
   std::set<std::string> there;
   for (std::size_t i = 0; i < results.runs().size(); ++i) {
@@ -103,7 +103,7 @@ std::vector<std::string> figures_of(const reproduce::Results& results) {
   return names;
 }
 
-/// The field noise of each world's own magnetometers, each read once.
+/// Field noise of each world's own magnetometers, read once per world.
 class WorldNoise {
  public:
   double of(const std::string& world, const std::vector<std::string>& settings) {
@@ -130,7 +130,7 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
   table.header.emplace_back("time ratio");
   for (std::size_t i = 0; i < ablation.variants.size(); ++i) {
     const std::vector<Pair> pairs = pairs_of(ablation, ablation.variants[i], results);
-    if (pairs.empty()) continue;  // not meant by this call
+    if (pairs.empty()) continue;  // not selected by this call
     const Comparison ate = compare_pairs(pairs, kFigure);
     const auto ratio = [&](const char* figure) { return ratio_text(compare_pairs(pairs, figure).over_pairs); };
     const bool own = i == ablation.baseline;
@@ -182,7 +182,7 @@ ResultTable tidy_table(const Ablation& ablation, const reproduce::Results& resul
   ResultTable table{ablation.name + "-runs", ablation.title, {"ablation", "variant", "baseline", "estimator"}, {}, ""};
   std::vector<std::string> keys = ablation.keys();
   std::erase_if(keys,
-                [](const std::string& key) { return key == "noise_ut" || key == "estimator"; });  // have their columns
+                [](const std::string& key) { return key == "noise_ut" || key == "estimator"; });  // have own columns
   table.header.insert(table.header.end(), keys.begin(), keys.end());
   for (const char* name : {"world", "sequence", "scene", "range_m", "noise_ut", "seed", "status"})
     table.header.emplace_back(name);

@@ -5,15 +5,15 @@
 
 namespace lodestone::ablation {
 
-/// A row a variant: how its ATE compares with the baseline's, with confidence intervals, and its other figures. "…":
+/// One row per variant: its ATE compared with the baseline's, with confidence intervals, and its other figures. "…":
 /// not run yet; "-": nothing to compare.
 reproduce::ResultTable summary_table(const Ablation& ablation, const reproduce::Results& results);
 
-/// A row a variant, a column a drive: of the baseline its ATE in metres, of the others the ratio to it, over the seeds.
-/// "/": lost with some seed.
+/// One row per variant, one column per drive: the baseline's ATE in metres, for the others the ratio to it, over the
+/// seeds. "/": lost with at least one seed.
 reproduce::ResultTable drives_table(const Ablation& ablation, const reproduce::Results& results);
 
-/// One row a run, with the values of all switches and every figure of its summary.json: for other programs.
+/// One row per run, with the values of all switches and every figure of its summary.json: for other programs.
 reproduce::ResultTable tidy_table(const Ablation& ablation, const reproduce::Results& results,
                                   const std::vector<std::string>& status);
 

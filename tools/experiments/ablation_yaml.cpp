@@ -1,4 +1,4 @@
-// Reading of ablations.
+// Reads ablation files.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace lodestone::ablation {
 
 namespace {
 
-/// Sets or replaces: what is laid over wins.
-void lay_over(const Switch& one, std::vector<Switch>& switches) {
+/// Adds a switch, or replaces the switch with the same key.
+void add_or_replace(const Switch& one, std::vector<Switch>& switches) {
   const auto found =
       std::find_if(switches.begin(), switches.end(), [&](const Switch& other) { return other.key == one.key; });
   if (found != switches.end()) {
@@ -33,10 +33,10 @@ std::vector<Switch> read_switches(const ConfigurationNode& node) {
   return switches;
 }
 
-/// Names stand in --only, whose patterns are parted by commas, and in tables' headers.
+/// --only separates patterns by commas, and tables have variant names in their headers.
 void check_variant_name(const ConfigurationNode& node, const std::string& name) {
   if (name.empty() || name.find_first_of(",/\n*?[") != std::string::npos) {
-    node.fail(fmt::format("'{}' names a variant: use none of , / * ? [", name));
+    node.fail(fmt::format("'{}' is not allowed: a variant's name must not contain , / * ? [", name));
   }
 }
 
@@ -67,7 +67,7 @@ std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation
   std::set<std::string> names;
   for (std::size_t i = 0; i < variants.size(); ++i) {
     std::vector<Switch> switches = common;
-    for (const Switch& one : variants[i].switches) lay_over(one, switches);
+    for (const Switch& one : variants[i].switches) add_or_replace(one, switches);
     variants[i].switches = std::move(switches);
     try {
       check_switches(variants[i].switches);
@@ -75,9 +75,10 @@ std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation
       places[i]->fail(fmt::format("variant '{}': {}", variants[i].name, error.what()));
     }
     if (!names.insert(variants[i].name).second)
-      places[i]->fail(fmt::format("the variant '{}' is there twice", variants[i].name));
+      places[i]->fail(fmt::format("the variant '{}' appears twice", variants[i].name));
     const auto [other, is_new] = recipes.try_emplace(recipe_name(ablation, variants[i]), variants[i].name);
-    if (!is_new) places[i]->fail(fmt::format("variants '{}' and '{}' set the same", other->second, variants[i].name));
+    if (!is_new)
+      places[i]->fail(fmt::format("variants '{}' and '{}' set the same values", other->second, variants[i].name));
   }
   return variants;
 }

@@ -10,7 +10,7 @@ namespace lodestone::reproduce {
 
 namespace {
 
-/// One row of a group, held against a criterion.
+/// Result of a criterion for one row of a group.
 struct Judgement {
   std::string row;
   bool open = true;  ///< not every seed has run
@@ -27,21 +27,21 @@ Judgement judge(const Criterion& criterion, const Group& group, const std::strin
   if (!seeds.value || seeds.present < seeds.expected) return judgement;
   judgement.open = false;
   judgement.value = *seeds.value;
-  judgement.bound = criterion.limit.value_or(criterion.factor);  // of a ratio the factor itself
+  judgement.bound = criterion.limit.value_or(criterion.factor);  // for ratios, the factor is the bound
   if (!criterion.published.empty()) {
     const PublishedValue* published = group.published.find(row, criterion.published);
-    // Where the published method is lost, or nothing is published, every result that is not lost will do.
+    // If the published method is lost, or nothing is published, every result that is not lost meets the criterion.
     judgement.bound = published != nullptr && published->value ? criterion.factor * *published->value : HUGE_VAL;
   }
   judgement.met = criterion.kind == CriterionKind::at_least ? judgement.value >= judgement.bound
                                                             : judgement.value <= judgement.bound;
-  // An error over a stretch that ends where track was lost says nothing.
+  // If track is lost, the error covers only the stretch before the loss.
   if (seeds.lost > 0 && criterion.figure != "success") judgement.met = false;
   return judgement;
 }
 
-/// The row that has least room, or misses most: the value's share of its bound decides.
-const Judgement& tightest(const std::vector<Judgement>& judgements, CriterionKind kind) {
+/// The row closest to its bound, or farthest beyond it, by the ratio of value and bound.
+const Judgement& most_critical(const std::vector<Judgement>& judgements, CriterionKind kind) {
   const auto share = [kind](const Judgement& one) {
     const double ratio = std::isinf(one.bound) ? 0.0 : one.value / one.bound;
     return kind == CriterionKind::at_least ? -ratio : ratio;
@@ -91,9 +91,9 @@ std::vector<std::string> row_of(const Criterion& criterion, const Group& group, 
   if (criterion.kind == CriterionKind::median) return median_row(criterion, closed, ran);
   const auto met = static_cast<std::size_t>(
       std::count_if(closed.begin(), closed.end(), [](const Judgement& judgement) { return judgement.met; }));
-  const Judgement& worst = tightest(closed, criterion.kind);
+  const Judgement& worst = most_critical(closed, criterion.kind);
   const std::string bound = std::isinf(worst.bound) ? "no bound" : fmt::format("bound {:.4f}", worst.bound);
-  // Too many misses decide even where rows are still open.
+  // The criterion is missed if too many rows miss it, even if other rows are open.
   const bool missed = closed.size() - met > total - std::min(wanted, total);
   return {criterion.title, fmt::format("{} of {}, {} wanted", met, closed.size(), wanted),
           fmt::format("{}: {:.4f}, {}", worst.row, worst.value, bound),

@@ -8,11 +8,11 @@
 #include "core/options.h"
 #include "tools/experiments/run_scope.h"
 
-/// Experiments: worlds, drives, maps, estimators and what is to be told of them, as a YAML file says
-/// (docs/user/reproduce.md). Nothing in the code knows a world, a drive or a method by name.
+/// Experiments: worlds, drives, maps, estimators and the reported tables and figures, as described in a YAML file
+/// (docs/user/reproduce.md). No code depends on the name of a world, a drive or a method.
 namespace lodestone::reproduce {
 
-/// Which of an experiment's seeds something is done for.
+/// The seeds for which something is done.
 enum class SeedChoice { all, first };
 
 constexpr auto enum_names(SeedChoice) {
@@ -24,42 +24,42 @@ struct EstimatorChoice {
   SeedChoice seeds = SeedChoice::all;
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("name", name, "as `lodestone run --estimator` takes it");
-    visitor.field("seeds", seeds, "with which seeds it runs");
+    visitor.field("name", name, "as for `lodestone run --estimator`");
+    visitor.field("seeds", seeds, "the seeds with which it runs");
   }
 };
 
 /// One drive of one world, with the scenes in which its magnetic maps are surveyed.
 struct Drive {
-  std::string world;       ///< the file, absolute
-  std::string world_name;  ///< its stem
+  std::string world;       ///< file, absolute path
+  std::string world_name;  ///< stem of the file
   std::string sequence;
-  std::string scene;                    ///< of the log; empty: as the world says
-  std::vector<std::string> map_scenes;  ///< one row each; empty: one map, surveyed in the log's own scene
+  std::string scene;                    ///< of the log; empty: the world's default
+  std::vector<std::string> map_scenes;  ///< one row per scene; empty: one map, surveyed in the log's own scene
 };
 
-/// A figure that a paper gives: its text as written and, unless it is lost or absent, its value.
+/// A figure as given in a paper: its text and, unless it is lost or absent, its value.
 struct PublishedValue {
   std::string text;
   std::optional<double> value;
 };
 
-/// What was published for the rows of a group.
+/// Published values for the rows of a group.
 struct Published {
   std::vector<std::string> methods;
-  std::map<std::string, std::vector<PublishedValue>> rows;  ///< by row name, one value a method
+  std::map<std::string, std::vector<PublishedValue>> rows;  ///< by row name, one value per method
 
-  /// Null where nothing is given.
+  /// Null if there is no value.
   const PublishedValue* find(const std::string& row, const std::string& method) const;
 };
 
-/// Runs of one kind: every drive × range × map scene is a row, every row runs with every seed.
+/// Runs of one kind: every drive × range × map scene is a row; every row runs with every seed.
 struct Group {
   std::string name;
   std::vector<Drive> drives;
-  std::vector<double> ranges_m;    ///< LiDAR ranges; empty: as the platform says
-  std::string grade;               ///< of reality (--reality of simulate); empty: as the world says
-  std::optional<double> noise_ut;  ///< of the log's magnetometers; nothing: as the world says. Maps keep the world's
+  std::vector<double> ranges_m;    ///< LiDAR ranges; empty: the platform's
+  std::string grade;               ///< of reality (--reality of simulate); empty: the world's
+  std::optional<double> noise_ut;  ///< of the log's magnetometers; nothing: the world's, as for all maps
   SeedChoice seeds = SeedChoice::all;
   std::vector<EstimatorChoice> estimators;
   std::vector<std::string> world_settings;  ///< --set of simulate
@@ -69,33 +69,33 @@ struct Group {
   Published published;
 };
 
-/// Which of the seeds' values a cell shows.
+/// The value of the seeds that a cell shows.
 enum class Statistic { mean, worst };
 
 constexpr auto enum_names(Statistic) {
   return EnumNames<Statistic, 2>{{{Statistic::mean, "mean"}, {Statistic::worst, "worst"}}};
 }
 
-/// A column of a table: a published method, or a figure of an estimator, or its ratio to another estimator's, or how
-/// the field of a row's map differs from that of the log's own scene.
+/// A column of a table: a published method, a figure of an estimator (or its ratio to another estimator's), or the
+/// difference between the field maps of the row and of the log's own scene.
 struct TableColumn {
   std::string title;
   std::string published;
   std::string estimator;
-  std::string over;  ///< estimator by whose figure, of the same run, it is divided
+  std::string over;  ///< estimator whose figure, of the same run, is the divisor
   std::string figure = "ate_m";
   std::string over_figure;  ///< of `over`; empty: `figure`
-  std::string difference;   ///< figure of the comparison of maps
+  std::string difference;   ///< figure of diff.json, the comparison of maps
   Statistic statistic = Statistic::mean;
   int digits = 4;
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("title", title, "header; left out: made from the others");
+    visitor.field("title", title, "header; default: made from the other keys");
     visitor.field("published", published, "method whose published figures are shown");
     visitor.field("estimator", estimator, "estimator whose figures are shown");
-    visitor.field("over", over, "estimator by whose figure of the same run it is divided");
+    visitor.field("over", over, "estimator whose figure of the same run is the divisor");
     visitor.field("figure", figure, "key of the estimator's summary.json");
-    visitor.field("over_figure", over_figure, "key of the summary.json of 'over'; left out: the same figure");
+    visitor.field("over_figure", over_figure, "key of the summary.json of 'over'; default: the same figure");
     visitor.field("difference", difference, "key of diff.json of the row's map_difference, with the first seed");
     visitor.field("statistic", statistic, "over the seeds");
     visitor.field("digits", digits, "decimals");
@@ -124,8 +124,8 @@ constexpr auto enum_names(CriterionKind) {
                                       {CriterionKind::median, "median"}}};
 }
 
-/// A claim that the rows of a group are held to. The bound is `limit`, or the published figure of a row times `factor`,
-/// or another estimator's figure of the same run times `factor`.
+/// A criterion for the rows of a group. The bound is `limit`, or the row's published figure times `factor`, or another
+/// estimator's figure of the same run times `factor`.
 struct Criterion {
   std::string title;
   CriterionKind kind = CriterionKind::at_most;
@@ -137,17 +137,18 @@ struct Criterion {
   std::string published;
   std::string over;
   std::string over_figure;        ///< of `over`; empty: `figure`
-  std::vector<std::string> only;  ///< rows that it speaks of, with wildcards; empty: all of the group
+  std::vector<std::string> only;  ///< rows, with wildcards; empty: all rows of the group
   double factor = 1.0;
-  std::optional<int> rows;  ///< how many rows must meet it; nothing: all
+  std::optional<int> rows;  ///< number of rows that must meet it; nothing: all
 };
 
 enum class FigureKind {
-  error_grid,          ///< error over time: a panel a row of runs, every estimator in it
-  error_distribution,  ///< share of scans within an error, a panel a world, or a grade of reality if there are several
-  map_difference,      ///< |ΔB| between the maps of a drive's scenes and that of the log's own scene
+  error_grid,          ///< error over time: one panel per row of runs, with all estimators
+  error_distribution,  ///< share of scans within an error: one panel per world, or per grade of reality if there are
+                       ///< several
+  map_difference,      ///< |ΔB| between the maps of a drive's scenes and the map of the log's own scene
   field_residual,      ///< measured minus map along the trajectory
-  world_overview,      ///< cloud and paths, a panel a world
+  world_overview,      ///< cloud and paths, one panel per world
 };
 
 constexpr auto enum_names(FigureKind) {
@@ -163,7 +164,7 @@ struct FigureChoice {
   std::string name;  ///< of the files
   std::string title;
   std::string caption;
-  std::vector<std::string> runs;        ///< patterns; of each row the first seed is drawn
+  std::vector<std::string> runs;        ///< patterns; the first seed of each row is drawn
   std::vector<std::string> estimators;  ///< empty: those of the runs
 };
 
@@ -182,22 +183,22 @@ struct Experiment : RunScope {
 /// Names of the rows of `group`, in order: WORLD-SEQUENCE[-RANGEm][-NOISEut][-SCENE].
 std::vector<std::string> row_names(const Group& group);
 
-/// The file of an experiment: `name` itself where it is a path (holds a '/' or ends in .yaml), else
-/// config/experiments/NAME.yaml beside the current folder, in the source tree, or in the installation's share folder.
-/// Throws InputError that names the known ones.
+/// The file of an experiment: `name` itself if it is a path (contains '/' or ends in .yaml), else
+/// config/experiments/NAME.yaml below the current folder, in the source tree, or in the installation's share folder.
+/// Throws InputError that lists the known names.
 std::string find_experiment(const std::string& name);
 
-/// The same for what lies in config/FOLDER. `what`: "experiment".
+/// The same for files in config/FOLDER. `what`: "experiment".
 std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name);
 
-/// Reads an experiment; with `quick` its section `quick` (seeds, duration_s, only) is laid over it. Throws InputError
-/// with file, line, key and what to change; unknown keys, groups, rows, estimators and methods are errors.
+/// Reads an experiment; with `quick`, its section `quick` (seeds, duration_s, only) replaces values. Throws InputError
+/// with file, line, key and correction; unknown keys, groups, rows, estimators and methods are errors.
 Experiment load_experiment(const std::string& path, bool quick);
 
-/// Figures of summary.json that tables and criteria may name.
+/// Figures of summary.json that tables and criteria can refer to.
 const std::vector<std::string>& figure_names();
 
-/// Figures of diff.json that tables may name.
+/// Figures of diff.json that tables can refer to.
 const std::vector<std::string>& difference_names();
 
 }  // namespace lodestone::reproduce

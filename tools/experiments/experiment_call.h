@@ -6,9 +6,9 @@
 
 namespace lodestone::reproduce {
 
-/// What `lodestone reproduce` and `lodestone ablate` were asked for, as on their command lines.
+/// Command line of `lodestone reproduce` and `lodestone ablate`.
 struct ExperimentCall {
-  std::string experiment;  ///< a name or a path; of `ablate` an ablation's
+  std::string experiment;  ///< name or path of an experiment; for `ablate`, of an ablation
   std::string out;
   std::vector<std::string> only;
   std::vector<int> seeds;

@@ -14,13 +14,15 @@ void add_experiment_options(CLI::App& command, const ExperimentWords& words, rep
       .input(command.add_option(words.positional, call.experiment,
                                 fmt::format("a name in config/{}, or a YAML file", words.folder)))
       ->required();
-  files.output(command.add_option("--out", call.out, "folder for the results; what is done there already is skipped"));
+  files.output(
+      command.add_option("--out", call.out, "folder for the results; steps that are finished there are skipped"));
   command.add_option("--only", call.only, words.only)->delimiter(',');
-  command.add_option("--seeds", call.seeds, fmt::format("instead of the {}'s, with commas", words.noun))
+  command.add_option("--seeds", call.seeds, fmt::format("seeds instead of the {}'s, with commas", words.noun))
       ->delimiter(',');
   command.add_flag("--quick", call.quick, fmt::format("the {}'s short form (its section quick)", words.noun));
-  command.add_option("--jobs", call.jobs, "steps at a time (default: one a core, at most 4); threads share the cores");
-  command.add_flag("--any-build", call.any_build, "what another build of the program made counts as done");
+  command.add_option("--jobs", call.jobs,
+                     "steps at a time (default: one per core, at most 4); their threads share the cores");
+  command.add_flag("--any-build", call.any_build, "accept finished steps of another build of the program");
   command.add_flag("--list", call.list, words.list);
 }
 

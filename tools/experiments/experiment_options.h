@@ -10,13 +10,13 @@ class App;
 
 namespace lodestone {
 
-/// What tells the commands that run experiments apart in their help.
+/// Words in the help of the commands that run experiments.
 struct ExperimentWords {
-  std::string positional;  ///< the name of the file's place on the command line
+  std::string positional;  ///< name of the file on the command line
   std::string noun;        ///< "experiment"
   std::string folder;      ///< below config/
-  std::string only;        ///< what --only takes
-  std::string list;        ///< what --list shows
+  std::string only;        ///< help of --only
+  std::string list;        ///< help of --list
 };
 
 /// Adds the options of a command that runs an experiment. `call` must live as long as the command.

@@ -1,4 +1,4 @@
-// Reading of experiments.
+// Reads experiment files.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ std::vector<EstimatorChoice> read_estimators(const ConfigurationNode& list) {
     }
     require_known(element, estimator.name, estimator_names(), "estimator");
     for (const EstimatorChoice& other : estimators) {
-      if (other.name == estimator.name) element.fail(fmt::format("'{}' is there twice", estimator.name));
+      if (other.name == estimator.name) element.fail(fmt::format("'{}' appears twice", estimator.name));
     }
     estimators.push_back(estimator);
   }
@@ -118,7 +118,7 @@ const Group& group_of(const ConfigurationNode& node, const Experiment& experimen
   return *experiment.find_group(name.as_string());
 }
 
-/// Holds what a column or criterion refers to against its group.
+/// Checks the references of a column or criterion against its group.
 void check_references(const ConfigurationNode& node, const Group& group, const std::string& estimator,
                       const std::string& over, const std::string& published, const std::string& figure) {
   if (!estimator.empty()) require_known(node, estimator, names_of(group.estimators), "estimator");
@@ -179,9 +179,9 @@ Criterion read_criterion(const ConfigurationNode& node, const Experiment& experi
   const int bounds =
       (criterion.limit ? 1 : 0) + (criterion.published.empty() ? 0 : 1) + (criterion.over.empty() ? 0 : 1);
   if (bounds != 1) node.fail("expected one bound: 'limit', 'published' or 'over'");
-  if (criterion.kind == CriterionKind::spread && !criterion.limit) node.fail("a spread needs a 'limit'");
+  if (criterion.kind == CriterionKind::spread && !criterion.limit) node.fail("a spread requires 'limit'");
   if (criterion.kind == CriterionKind::median && !criterion.published.empty()) {
-    node.fail("a median is held to one bound for all rows: expected 'limit' or 'over', found 'published'");
+    node.fail("a median has one bound for all rows: expected 'limit' or 'over', found 'published'");
   }
   check_references(node, group, criterion.estimator, criterion.over, criterion.published, criterion.figure);
   if (!criterion.over_figure.empty()) require_known(node, criterion.over_figure, figure_names(), "figure");
@@ -210,7 +210,7 @@ auto read_list(const ConfigurationNode& root, const std::string& key, Read read)
     for (const ConfigurationNode& element : repeated_entries(*node)) {
       list.push_back(read(element));
       const ConfigurationNode* name = element.find("name");
-      if (name != nullptr && !names.insert(name->as_string()).second) name->fail("the name is there twice");
+      if (name != nullptr && !names.insert(name->as_string()).second) name->fail("the name appears twice");
     }
   }
   return list;
@@ -233,7 +233,7 @@ Experiment load_experiment(const std::string& path, bool quick) {
   const ConfigurationNode& groups = root.at("groups");
   for (const auto& [name, group] : repeated_groups(groups)) {
     check_file_name(group, name);
-    if (experiment.find_group(name) != nullptr) group.fail(fmt::format("the group '{}' is there twice", name));
+    if (experiment.find_group(name) != nullptr) group.fail(fmt::format("the group '{}' appears twice", name));
     experiment.groups.push_back(read_group(group, name, estimators));
   }
   if (experiment.groups.empty()) groups.fail("expected at least one group of runs");

@@ -1,4 +1,4 @@
-// What the figures show is gathered here from the folders of runs; tools/figures draws it.
+// Collects the data of figures from the folders of runs; tools/plotting draws the figures.
 #include "tools/experiments/figures.h"
 
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The done runs that a figure shows, and the files that go with them.
+/// The finished runs of a figure, and their files.
 class Shown {
  public:
   Shown(const FigureChoice& figure, const Results& results, fs::path root)
@@ -39,7 +39,7 @@ class Shown {
   const Run& run(std::size_t i) const { return results_.runs()[i]; }
   fs::path file(const std::string& name) const { return root_ / name; }
 
-  /// Folders of the estimators that are shown of a run.
+  /// Folders of the estimators that are shown for a run.
   std::vector<fs::path> folders(std::size_t i) const {
     std::vector<fs::path> folders;
     for (const std::string& name : run(i).estimators) {
@@ -64,7 +64,7 @@ class Shown {
   std::vector<std::size_t> indices_;
 };
 
-/// The place of `text` among `texts`, where it is put if it is new.
+/// Index of `text` in `texts`; appends a new text.
 std::size_t place_of(const std::string& text, std::vector<std::string>& texts) {
   const auto found = std::find(texts.begin(), texts.end(), text);
   if (found != texts.end()) return static_cast<std::size_t>(found - texts.begin());
@@ -76,7 +76,7 @@ std::string range_heading(const Run& run) {
   return run.range_m ? fmt::format("LiDAR range {:g} m", *run.range_m) : std::string("LiDAR range of the platform");
 }
 
-/// What distinguishes the rows of a grid beside the range: drives, where there are several, and the field's noise.
+/// Heading of a grid's row: the drive, if there are several, and the field noise.
 std::string noise_heading(const Run& run, bool several_drives) {
   const double noise = run.noise_ut ? *run.noise_ut : simulation::magnetometer_noise_ut(run.world);
   const std::string drive =
@@ -116,7 +116,7 @@ bool draw_distributions(const Shown& shown, const fs::path& path) {
     const std::size_t place = place_of(grades.size() > 1 ? shown.run(i).grade : shown.run(i).world_name, headings);
     if (place == panels.size()) panels.push_back({headings.back(), {}});
     std::vector<figures::MethodErrors>& methods = panels[place].methods;
-    std::size_t most = 0;  // scans of the method that got furthest: what the others should have had
+    std::size_t most = 0;  // number of scans of the method that got furthest: the expected number for all methods
     for (const fs::path& folder : shown.folders(i)) most = std::max(most, shown.scans(i, folder.filename()));
     for (const fs::path& folder : shown.folders(i)) {
       const figures::ErrorSeries series = figures::read_error_series(folder, figures::begin_of(folder));
@@ -149,7 +149,7 @@ bool draw_differences(const Shown& shown, const fs::path& path) {
   return true;
 }
 
-/// Of the first run that is there: a trajectory an estimator.
+/// Draws the first finished run: one trajectory per estimator.
 bool draw_residuals(const Shown& shown, const fs::path& path) {
   const std::size_t i = shown.indices().front();
   std::vector<figures::ResidualPanel> panels;
@@ -163,7 +163,7 @@ bool draw_residuals(const Shown& shown, const fs::path& path) {
   return true;
 }
 
-/// Both on the grid of the first, which grows; where both have a value, the first's.
+/// Both rasters on the grid of the first, which is enlarged. Values of the first have priority.
 PlanRaster merged(const PlanRaster& first, const PlanRaster& second) {
   const double step = first.resolution_m;
   const int left = static_cast<int>(std::ceil(std::max(0.0, first.x_m - second.x_m) / step));
@@ -205,7 +205,7 @@ bool draw_overview(const Shown& shown, const fs::path& path) {
   return true;
 }
 
-/// Whether there was something to draw.
+/// Returns false if there was nothing to draw.
 bool draw(const FigureChoice& figure, const Shown& shown, const fs::path& path) {
   if (shown.indices().empty()) return false;
   switch (figure.kind) {
@@ -233,7 +233,7 @@ std::vector<DrawnFigure> draw_figures(const Experiment& experiment, const Result
     try {
       if (!draw(figure, Shown(figure, results, root), root / path)) continue;
     } catch (const InputError& error) {
-      spdlog::warn("lodestone: figure {} is left out: {}", figure.name, error.what());
+      spdlog::warn("lodestone: figure {} is not drawn: {}", figure.name, error.what());
       continue;
     }
     drawn.push_back({figure.title, path + ".png", path + ".pdf", path + ".svg", figure.caption});

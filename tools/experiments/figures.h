@@ -4,9 +4,9 @@
 
 namespace lodestone::reproduce {
 
-/// Draws the experiment's figures from the runs that are done into `root`/figures, each as PNG, PDF and SVG. A figure
-/// none of whose runs is done is left out; one for which a file is missing or broken too, and that is told in one line.
-/// Throws InputError where the folder cannot be made.
+/// Draws the experiment's figures of all finished runs into `root`/figures, each as PNG, PDF and SVG. Figures without a
+/// finished run are omitted, and so are figures with a missing or broken file, after a warning. Throws InputError if
+/// the folder cannot be made.
 std::vector<DrawnFigure> draw_figures(const Experiment& experiment, const Results& results,
                                       const std::filesystem::path& root);
 

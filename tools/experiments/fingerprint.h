@@ -6,14 +6,13 @@
 
 namespace lodestone::reproduce {
 
-/// A running hash (FNV-1a, 64 bits) of everything that a step's result depends on. It tells apart what was made from
-/// other input; it protects against nobody.
+/// An incremental hash (FNV-1a, 64 bits) of all inputs of a step. It detects changed inputs; it is not cryptographic.
 class Fingerprint {
  public:
-  /// Adds `text` and its length, so that "ab", "c" differs from "a", "bc".
+  /// Adds `text` and its length: "ab", "c" differs from "a", "bc".
   Fingerprint& add(std::string_view text);
 
-  /// Adds the bytes of a file. Throws InputError where it cannot be read.
+  /// Adds the bytes of a file. Throws InputError if the file cannot be read.
   Fingerprint& add_file(const std::string& path);
 
   /// Sixteen hexadecimal digits.

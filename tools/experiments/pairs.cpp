@@ -91,7 +91,7 @@ std::optional<double> geometric_mean(const std::vector<Pair>& pairs, const std::
     if (value && *value > 0.0) values.push_back(*value);
   }
   if (values.empty()) return std::nullopt;
-  return estimate_ratio(values).ratio;  // of one measured in its unit
+  return estimate_ratio(values).ratio;  // RatioEstimate::ratio is the geometric mean
 }
 
 }  // namespace lodestone::ablation

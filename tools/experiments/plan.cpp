@@ -14,7 +14,7 @@ namespace lodestone::reproduce {
 
 namespace {
 
-/// Everything that runs of one drive with one seed share.
+/// Common inputs of all runs of one drive with one seed.
 struct DriveKey {
   const Group* group = nullptr;
   const Drive* drive = nullptr;
@@ -27,7 +27,7 @@ std::string joined(const std::vector<std::string>& parts) {
   return text;
 }
 
-/// Makes steps, each once: what two runs need in common is found again by the commands that make it.
+/// Makes each step once: steps are identified by their folder.
 class StepBook {
  public:
   StepBook(const Experiment& experiment, std::string program) : experiment_(experiment), program_(std::move(program)) {}
@@ -53,7 +53,7 @@ class StepBook {
     return add(std::move(step));
   }
 
-  /// The survey has the world's own noise, whatever the log's: a map is made once and used in all conditions.
+  /// The survey always has the world's own noise: each map is made once and used in all conditions.
   std::size_t field(const DriveKey& key, const std::string& scene) {
     std::vector<std::string> parts{key.drive->world_name, key.drive->sequence, seed_text(key)};
     if (!scene.empty()) parts.push_back(scene);
@@ -132,7 +132,8 @@ class StepBook {
     if (!scene.empty()) append(command, {"--scene", scene});
   }
 
-  /// A step whose first command simulates `part` into its folder. `more`: what else tells its folder from others.
+  /// A step whose first command simulates `part` into the step's folder. `more`: further text that distinguishes the
+  /// folder.
   Step simulating(StepKind kind, const DriveKey& key, const std::string& part, const std::string& name,
                   const std::vector<std::string>& more = {}) {
     Step step;
@@ -140,7 +141,7 @@ class StepBook {
     step.name = name;
     step.world_name = key.drive->world_name;
     step.inputs = {key.drive->world};
-    // Worlds of one name, or settings of a group, must not share a folder with others.
+    // Worlds with the same name, and groups with different settings, must not share a folder.
     Fingerprint origin;
     origin.add(std::to_string(namesake(*key.drive)));
     for (const std::string& setting : key.group->world_settings) origin.add(setting);
@@ -150,7 +151,7 @@ class StepBook {
     if (!key.group->grade.empty()) step.name += "-" + key.group->grade;
     step.folder = fmt::format("work/{}-{}", step.name, ending);
     if (!key.group->world_settings.empty() || !more.empty())
-      step.name += "-" + ending;  // its log is another's neighbour too
+      step.name += "-" + ending;  // the names of log files must differ too
     step.commands.push_back(
         {"simulate", key.drive->world, "--seed", std::to_string(key.seed), "--only", part, "--out", step.folder});
     if (!key.group->grade.empty()) append(step.commands.front(), {"--reality", key.group->grade});
@@ -164,7 +165,7 @@ class StepBook {
     Fingerprint recipe;
     for (const auto& command : step.commands) {
       for (const std::string& word : command) {
-        // A world counts by its content, wherever it lies.
+        // A world is identified by its content, not by its path.
         const bool input = std::find(step.inputs.begin(), step.inputs.end(), word) != step.inputs.end();
         recipe.add(input ? "(input)" : word);
       }
@@ -178,8 +179,8 @@ class StepBook {
     return steps.size() - 1;
   }
 
-  /// Numbers the worlds that have one name, so that a folder is told by no path: results may be moved with their
-  /// worlds.
+  /// Number of a world among worlds with the same name. Folder names contain no paths: results can be moved together
+  /// with their worlds.
   std::size_t namesake(const Drive& drive) {
     std::vector<std::string>& files = namesakes_[drive.world_name];
     const auto found = std::find(files.begin(), files.end(), drive.world);
@@ -209,7 +210,7 @@ struct PlannedRun {
 void list_rows(const Group& group, const Drive& drive, int seed, bool first_seed, std::vector<PlannedRun>& planned) {
   std::vector<std::optional<double>> ranges{std::nullopt};
   if (!group.ranges_m.empty()) ranges.assign(group.ranges_m.begin(), group.ranges_m.end());
-  Group single = group;  // one drive, one range, one map: its only row's name is the run's
+  Group single = group;  // one drive, one range, one map: its only row has the run's name
   for (const auto& range : ranges) {
     std::vector<std::string> scenes = drive.map_scenes;
     if (scenes.empty()) scenes.emplace_back();
@@ -282,7 +283,7 @@ std::vector<PlannedRun> meant_runs(const Experiment& experiment) {
   return planned;
 }
 
-/// Keeps the maps that a figure shows, and compares those that it compares.
+/// Keeps the maps that a figure shows, and adds the comparisons that it requires.
 void add_figure(const FigureChoice& figure, std::vector<PlannedRun>& planned, StepBook& book, Plan& plan) {
   const bool compares = figure.kind == FigureKind::map_difference || figure.kind == FigureKind::field_residual;
   if (!compares && figure.kind != FigureKind::world_overview) return;
@@ -345,8 +346,8 @@ std::vector<Run> list_runs(const Experiment& experiment) {
 
 Plan make_plan(const Experiment& experiment, const std::string& program) {
   std::vector<PlannedRun> planned = meant_runs(experiment);
-  // Done seed by seed and, within a seed, drive by drive whatever the group: few logs and clouds are alive at a time,
-  // and what is stopped early has every row with its first seed.
+  // Order: seed by seed and, within a seed, drive by drive across groups. Then few logs and clouds exist at a time, and
+  // an interrupted call has all rows with the first seed.
   std::map<std::string, std::size_t> order;
   for (const PlannedRun& one : planned) {
     order.try_emplace(one.key.drive->world, order.size());

@@ -9,7 +9,7 @@
 
 namespace lodestone::reproduce {
 
-/// What a step makes.
+/// Kind of a step.
 enum class StepKind {
   cloud,       ///< simulate the cloud survey of a world
   log,         ///< simulate a drive
@@ -20,23 +20,23 @@ enum class StepKind {
 
 const char* step_kind_name(StepKind kind);
 
-/// One link of the chain from worlds to results: commands of the program, run one after the other.
+/// One step from worlds to results: commands of the program, run one after the other.
 struct Step {
-  std::string name;  ///< tells it to people; also its log's name
+  std::string name;  ///< for messages; also the name of its log file
   StepKind kind = StepKind::run;
   std::string world_name;
-  std::string folder;                              ///< below the output folder; the step owns all of it
+  std::string folder;                              ///< below the output folder; used by this step alone
   std::vector<std::vector<std::string>> commands;  ///< the program's arguments, paths relative to the output folder
-  std::vector<std::string> inputs;                 ///< files from outside whose content counts (absolute)
-  std::vector<std::size_t> needs;                  ///< steps that must be done before; all have smaller indices
-  std::vector<std::string> intermediate;           ///< files that are removed as soon as the step is done
-  std::size_t parts = 1;                           ///< estimators of a run: what its time grows with
+  std::vector<std::string> inputs;                 ///< external files whose content counts (absolute paths)
+  std::vector<std::size_t> needs;                  ///< steps that must finish before; all have smaller indices
+  std::vector<std::string> intermediate;           ///< files that are removed when the step has finished
+  std::size_t parts = 1;                           ///< number of estimators of a run: scales the expected time
   std::string recipe;                              ///< hash of commands, inputs and the recipes of `needs`
-  std::string fingerprint;                         ///< the same, and of the program
+  std::string fingerprint;                         ///< hash of `recipe` and the program
 
-  bool keep = false;  ///< a map that is wanted afterwards
+  bool keep = false;  ///< a map that is kept after the runs
 
-  /// Done for its own sake and never removed; the rest is there while something needs it.
+  /// Whether the step is a result that is never removed. Other steps exist only while a step needs them.
   bool kept() const { return keep || kind == StepKind::run || kind == StepKind::difference; }
 };
 
@@ -45,12 +45,12 @@ struct Run {
   std::string name;  ///< GROUP/ROW/seedN
   std::string group;
   std::string row;
-  std::string world;  ///< the file, absolute
+  std::string world;  ///< file, absolute path
   std::string world_name;
   std::string sequence;
-  std::string scene;      ///< in which the magnetic map was surveyed; empty: as the log
-  std::string log_scene;  ///< empty: as the world says
-  std::string grade;      ///< of reality; empty: as the world says
+  std::string scene;      ///< in which the magnetic map was surveyed; empty: the log's
+  std::string log_scene;  ///< empty: the world's default
+  std::string grade;      ///< of reality; empty: the world's
   std::optional<double> range_m;
   std::optional<double> noise_ut;
   int seed = 0;
@@ -58,11 +58,11 @@ struct Run {
   std::vector<std::string> estimators;
   std::size_t step = 0;   ///< index in Plan::steps
   std::string folder;     ///< of its step
-  std::string field;      ///< the magnetic map it ran in; there afterwards only if a figure shows it
-  std::string own_field;  ///< the magnetic map that was surveyed in the log's own scene; likewise
+  std::string field;      ///< the magnetic map of the run; kept only if a figure shows it
+  std::string own_field;  ///< the magnetic map of the log's own scene; likewise
 };
 
-/// The comparison of the map that a run used with the one of its log's own scene.
+/// Comparison of a run's map with the map of its log's own scene.
 struct MapDifference {
   std::string run;
   std::size_t step = 0;
@@ -71,27 +71,27 @@ struct MapDifference {
 
 struct Plan {
   std::vector<Run> runs;    ///< in the order of the experiment, seeds within rows
-  std::vector<Step> steps;  ///< in the order in which they are best done: drive by drive
+  std::vector<Step> steps;  ///< in the recommended order: drive by drive
   std::vector<MapDifference> differences;
 };
 
-/// Whether one of `names` is `pattern`, or what its wildcards * ? [] stand for.
+/// Whether one of `names` matches `pattern`, with the wildcards * ? [].
 bool fits(const std::string& pattern, const std::vector<std::string>& names);
 
-/// Whether `pattern` means `run`: it is its name, group, row, sequence or world, the begin of its name up to a '/', or
+/// Whether `pattern` selects `run`: its name, group, row, sequence or world, the beginning of its name up to a '/', or
 /// one of these with the wildcards * ? [].
 bool matches(const Run& run, const std::string& pattern);
 
-/// The runs of which `figure` shows something: those of the first seed that its patterns mean, indices in `runs`.
+/// Indices in `runs` of the runs that `figure` shows: those of the first seed that match its patterns.
 std::vector<std::size_t> shown_runs(const FigureChoice& figure, const std::vector<Run>& runs);
 
-/// Every run of the experiment that is among `experiment.only` (all where that is empty), without steps. Throws
-/// InputError for a pattern that matches no run.
+/// The experiment's runs that match `experiment.only` (all if empty), without steps. Throws InputError for a pattern
+/// without a match.
 std::vector<Run> list_runs(const Experiment& experiment);
 
-/// These runs with the steps that give their files; what several runs need is there once. Throws InputError for a
-/// pattern that matches no run, or a world that cannot be read. `program`: what identifies the program that will do the
-/// steps, so that another program does them again.
+/// These runs with all steps that produce their files; common steps appear once. Throws InputError for a pattern
+/// without a match, or a world that cannot be read. `program` identifies the program: steps of another program are
+/// repeated.
 Plan make_plan(const Experiment& experiment, const std::string& program);
 
 }  // namespace lodestone::reproduce

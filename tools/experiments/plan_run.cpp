@@ -18,9 +18,9 @@ namespace lodestone::reproduce {
 namespace {
 
 constexpr const char* kProgram = "/proc/self/exe";
-constexpr int kMostJobs = 4;  // a job may hold 2 GB of memory and a log on the disk
+constexpr int kMostJobs = 4;  // a job may need 2 GB of memory and disk space for a log
 
-/// What a world lacks is better said before the first hour than after it.
+/// Missing sequences and scenes are reported before the first step runs.
 void check_worlds(const Experiment& experiment, const Plan& plan) {
   for (const Group& group : experiment.groups) {
     for (const Drive& drive : group.drives) {
@@ -87,8 +87,9 @@ std::vector<std::string> PlanRun::status() const {
 
 int PlanRun::exit_code() const {
   if (scheduler_->all_done()) return lodestone::exit_code::done;
-  spdlog::error("lodestone: {} of {} steps failed, {} not begun for it; a further call tries them again",
-                count(StepState::failed), plan_.steps.size(), count(StepState::blocked));
+  spdlog::error(
+      "lodestone: {} of {} steps failed; {} steps that depend on them were not started; repeat the call to try again",
+      count(StepState::failed), plan_.steps.size(), count(StepState::blocked));
   return lodestone::exit_code::input_error;
 }
 

@@ -13,29 +13,29 @@ namespace lodestone::reproduce {
 
 struct WorkOptions {
   std::string out;           ///< the output folder
-  bool any_build = false;    ///< what another build of the program made counts as done
-  std::optional<int> jobs;   ///< steps at a time; nothing: one a core, at most 4
-  bool keep_fields = false;  ///< magnetic maps stay when the runs are done: further calls in the folder take them again
+  bool any_build = false;    ///< accept finished steps of another build of the program
+  std::optional<int> jobs;   ///< steps at a time; nothing: one per core, at most 4
+  bool keep_fields = false;  ///< keep magnetic maps after the runs, for further calls in this folder
 };
 
-/// An experiment's steps, done in an output folder that is locked as long as this lives.
+/// Runs an experiment's steps in an output folder, which is locked during the lifetime of this object.
 class PlanRun {
  public:
-  /// Plans, and opens the folder. Throws InputError where an option, a pattern, a world, sequence or scene is wrong, or
-  /// the folder is locked.
+  /// Makes the plan, and opens the folder. Throws InputError if an option, a pattern, a world, sequence or scene is
+  /// wrong, or if the folder is locked.
   PlanRun(const Experiment& experiment, const WorkOptions& options);
 
-  /// Tells how much there is to do and does it (Scheduler::run). Throws Interrupted on a signal.
+  /// Logs the amount of work and runs it (Scheduler::run). Throws Interrupted on a signal.
   void run();
 
   const Plan& plan() const { return plan_; }
   const std::filesystem::path& root() const { return store_->root(); }
 
-  /// One entry a run of the plan.
+  /// One entry per run of the plan.
   std::vector<bool> done() const;
   std::vector<std::string> status() const;  ///< done, failed, missing
 
-  /// Done, or, with a line on standard error, input_error where a step failed.
+  /// done; or input_error, with a line on standard error, if a step failed.
   int exit_code() const;
 
  private:

@@ -10,13 +10,13 @@ namespace lodestone::reproduce {
 
 namespace {
 
-/// The name that stands for the values, and the values.
+/// A name and the values that replace it.
 struct Repetition {
   std::string name;
   std::vector<std::string> values;
 };
 
-/// {NAME: [values]}: one name, at least one value, none twice.
+/// {NAME: [values]}: one name, at least one value, all different.
 Repetition read_repetition(const ConfigurationNode& node) {
   const std::vector<std::string> names = node.keys();
   if (names.size() != 1)
@@ -25,12 +25,12 @@ Repetition read_repetition(const ConfigurationNode& node) {
   if (repetition.values.empty()) node.at(names.front()).fail("expected at least one value");
   for (const ConfigurationNode& value : node.at(names.front()).elements()) {
     if (std::count(repetition.values.begin(), repetition.values.end(), value.as_string()) > 1)
-      value.fail(fmt::format("'{}' is there twice", value.as_string()));
+      value.fail(fmt::format("'{}' appears twice", value.as_string()));
   }
   return repetition;
 }
 
-/// `text` with `value` for each {name}. Another name in braces is an error.
+/// `text` with every {name} replaced by `value`. Other names in braces are errors.
 std::string substituted(const ConfigurationNode& node, std::string text, const std::string& name,
                         const std::string& value) {
   for (std::size_t begin = text.find('{'); begin != std::string::npos; begin = text.find('{', begin)) {
@@ -51,7 +51,7 @@ ConfigurationNode with_value(const ConfigurationNode& node, const std::string& n
       [&](const ConfigurationNode& where, const std::string& text) { return substituted(where, text, name, value); });
 }
 
-/// Whether the entry is read with this value.
+/// Whether the entry applies for this value.
 bool applies(const ConfigurationNode& entry, const Repetition& repetition, const std::string& value) {
   const ConfigurationNode* when = entry.find("when");
   if (when == nullptr) return true;

@@ -34,7 +34,7 @@ void print_runs(const std::vector<Run>& runs) {
   std::printf("%s%zu runs\n", table.to_string().c_str(), runs.size());
 }
 
-/// Tables, figures, reproduce.json and report of what is there.
+/// Writes tables, figures, reproduce.json and report of all finished runs.
 void write_results(const Experiment& experiment, const PlanRun& work) {
   const fs::path& root = work.root();
   const Results results(work.plan(), root, work.done());
@@ -43,7 +43,7 @@ void write_results(const Experiment& experiment, const PlanRun& work) {
     if (!results.rows_of(table.group).empty()) tables.push_back(make_table(table, experiment, results));
   }
   if (!experiment.criteria.empty()) tables.push_back(criteria_table(experiment, results));
-  // Tables of another call with other runs must not stand beside these.
+  // Tables of an earlier call with other runs are deleted.
   emptied_folder(root / "tables");
   for (const ResultTable& table : tables) {
     write_table(root / "tables", table);

@@ -5,8 +5,8 @@
 /// `lodestone reproduce`: an experiment's runs, tables, figures and report.
 namespace lodestone::reproduce {
 
-/// Does what is missing and writes tables, figures, reproduce.json and the report from what is there. Returns the exit
-/// code: input_error where a step failed. Throws InputError where the call or a file is wrong, Interrupted on a signal.
+/// Runs the missing steps, then writes tables, figures, reproduce.json and the report of all finished runs. Returns the
+/// exit code: input_error if a step failed. Throws InputError if the call or a file is wrong, Interrupted on a signal.
 int execute(const ExperimentCall& call);
 
 }  // namespace lodestone::reproduce

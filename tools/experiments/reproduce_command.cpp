@@ -16,7 +16,7 @@ Examples:
   lodestone reproduce paper --only 'accuracy/tunnel-*' --seeds 1 --out /tmp/tunnels
   lodestone reproduce config/experiments/paper.yaml --out results/paper --jobs 2
 
-What is done is skipped: a call that was stopped goes on where it was. docs/user/reproduce.md says how to write an experiment.)";
+Finished steps are skipped: an interrupted call continues when repeated. docs/user/experiment-files.md describes the format.)";
 
 }  // namespace
 
@@ -28,9 +28,9 @@ void add_reproduce_command(CLI::App& app, int* code) {
   add_experiment_options(
       *command,
       {"EXPERIMENT", "experiment", "experiments",
-       "runs alone, with commas: names as --list gives them, groups, rows, worlds or sequences; * and ? stand "
-       "for anything",
-       "list the runs, and end"},
+       "run only these, with commas: names of --list, groups, rows, worlds or sequences; * and ? match "
+       "anything",
+       "list the runs, and exit"},
       *call);
   command->callback([call, code]() { *code = reproduce::execute(*call); });
 }

@@ -5,7 +5,7 @@
 
 namespace lodestone::reproduce {
 
-/// A figure that was drawn: paths relative to the output folder.
+/// A drawn figure: paths relative to the output folder.
 struct DrawnFigure {
   std::string title;
   std::string png;

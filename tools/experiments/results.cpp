@@ -15,7 +15,7 @@ namespace lodestone::reproduce {
 
 namespace {
 
-/// Numbers of an object and of what it holds ("stale_map.places"), but for the counts of warnings.
+/// Adds the numbers of an object and of nested objects ("stale_map.places"), without the counts of warnings.
 void add_figures(const nlohmann::json& json, const std::string& prefix, RunFigures& figures) {
   for (const auto& [key, value] : json.items()) {
     if (value.is_number()) figures[prefix + key] = value.get<double>();
@@ -27,14 +27,13 @@ void add_figures(const nlohmann::json& json, const std::string& prefix, RunFigur
 RunFigures read_figures(const std::filesystem::path& path) {
   const auto json = nlohmann::json::parse(read_text_file(path.string()), nullptr, false);
   if (!json.is_object())
-    throw InputError(fmt::format("{}: is no JSON object; remove its folder and call again", path.string()));
+    throw InputError(fmt::format("{}: is not a JSON object; remove its folder and repeat the call", path.string()));
   RunFigures figures;
   add_figures(json, "", figures);
   return figures;
 }
 
-/// Adds what the stale-map reports of a run are worth where both maps are still there: the run's and that of the log's
-/// scene.
+/// Adds the quality of a run's stale-map reports, if both maps still exist: the run's and the one of the log's scene.
 void add_stale_figures(const Run& run, const std::filesystem::path& root, std::map<std::string, RunFigures>& figures) {
   const auto there = [&](const std::string& map) { return !map.empty() && std::filesystem::exists(root / map); };
   if (!run.first_seed || run.scene.empty() || !there(run.field) || !there(run.own_field)) return;
@@ -114,7 +113,7 @@ SeedValue seed_value(const Results& results, const std::string& group, const std
       return name.empty() || std::find(estimators.begin(), estimators.end(), name) != estimators.end();
     };
     if (!runs(estimator) || !runs(over.estimator)) continue;
-    if (is_stale_figure(figure) && !results.runs()[i].first_seed) continue;  // the maps of the others are gone
+    if (is_stale_figure(figure) && !results.runs()[i].first_seed) continue;  // their maps are removed
     ++seeds.expected;
     std::optional<double> value = value_of(results.find(i, estimator), figure);
     if (value && !over.estimator.empty()) {

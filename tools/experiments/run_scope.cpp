@@ -16,7 +16,7 @@ std::vector<int> read_seeds(const ConfigurationNode& node) {
   for (const ConfigurationNode& element : node.elements()) {
     const int seed = element.as_int();
     if (seed < 0) element.fail("a seed must not be below 0");
-    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) element.fail("the seed is there twice");
+    if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end()) element.fail("the seed appears twice");
     seeds.push_back(seed);
   }
   if (seeds.empty()) node.fail("expected at least one seed");
@@ -39,7 +39,7 @@ RunScope read_scope(const ConfigurationNode& root, bool quick) {
   lay_over(root, scope);
   const ConfigurationNode* section = root.find("quick");
   if (section == nullptr) {
-    if (quick) throw InputError(root.file() + ": has no section 'quick' for --quick");
+    if (quick) throw InputError(root.file() + ": --quick requires the section 'quick', which is missing");
     return scope;
   }
   section->refuse_keys_other_than({"seeds", "only", "duration_s"});

@@ -8,18 +8,18 @@
 
 namespace lodestone::reproduce {
 
-/// How much is run of what a file describes.
+/// The selected part of an experiment or ablation.
 struct RunScope {
   std::vector<int> seeds{1};
-  std::vector<std::string> only;     ///< patterns of the runs that are meant; empty: all
-  std::optional<double> duration_s;  ///< drives are cut after so long
+  std::vector<std::string> only;     ///< patterns of the selected runs; empty: all
+  std::optional<double> duration_s;  ///< length of the cut drives
 };
 
-/// The keys `seeds`, `only` and `duration_s` of a file; with `quick` those of its section `quick` are laid over them (a
-/// mistake there shows in either case). Throws InputError where a value is wrong, or there is no such section.
+/// The keys `seeds`, `only` and `duration_s` of a file; with `quick`, replaced by those of its section `quick` (checked
+/// in either case). Throws InputError if a value is wrong, or the section is missing.
 RunScope read_scope(const ConfigurationNode& root, bool quick);
 
-/// What a command line says instead; empty: as it is. Throws InputError for seeds that are negative or there twice.
+/// Replaces values by those of the command line; empty: unchanged. Throws InputError for negative or repeated seeds.
 void override_scope(RunScope& scope, const std::vector<std::string>& only, const std::vector<int>& seeds);
 
 }  // namespace lodestone::reproduce

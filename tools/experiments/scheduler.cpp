@@ -21,7 +21,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPause = std::chrono::milliseconds(20);
-constexpr auto kGrace = std::chrono::seconds(10);  // for children to end after a signal
+constexpr auto kGrace = std::chrono::seconds(10);  // for children to exit after a signal
 
 bool is_over(StepState state) {
   return state == StepState::done || state == StepState::unneeded || state == StepState::failed ||
@@ -36,7 +36,7 @@ double seconds_since(Clock::time_point start) {
 
 struct Scheduler::Active {
   std::size_t index = 0;
-  std::size_t command = 0;  ///< of the step's, that is running
+  std::size_t command = 0;  ///< index of the step's running command
   Clock::time_point start = Clock::now();
   std::unique_ptr<ChildProcess> child;
 };
@@ -51,7 +51,7 @@ Scheduler::Scheduler(const Plan& plan, const StepStore& store, ScheduleOptions o
   for (std::size_t i = 0; i < plan.steps.size(); ++i) {
     for (const std::size_t need : plan.steps[i].needs) dependents_[need].push_back(i);
   }
-  // What needs a step comes after it: backwards, every step knows whether something will ask for it.
+  // Steps elapsed before their dependents. In reverse order, the state of all dependents of a step is known.
   for (std::size_t i = plan.steps.size(); i-- > 0;) {
     const Step& step = plan.steps[i];
     const bool asked = std::any_of(dependents_[i].begin(), dependents_[i].end(),
@@ -71,7 +71,7 @@ bool Scheduler::is_ready(std::size_t index) const {
   return std::all_of(needs.begin(), needs.end(), [&](std::size_t need) { return states_[need] == StepState::done; });
 }
 
-/// Logs are what fills a disk: one a job and one that is being made are enough to keep every job busy.
+/// Logs fill the disk. One log per job, and one that is being simulated, keep all jobs busy.
 bool Scheduler::may_open_another_log() const {
   int logs = 0;
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -137,7 +137,7 @@ void Scheduler::remove_unneeded() {
 
 void Scheduler::conclude(const Active& active, int code) {
   const Step& step = plan_.steps[active.index];
-  // An estimator that lost track is a result, not a failure.
+  // Lost track is a valid result of a run, not a failure.
   const bool good = code == exit_code::done || (step.kind == StepKind::run && code == exit_code::track_lost);
   std::string text;
   if (good) {
@@ -168,9 +168,9 @@ WorkShare Scheduler::share(const std::vector<Active>& active) const {
     (is_over(states_[i]) ? done : left) += seconds;
   }
   for (const Active& one : active) {
-    const double come = std::min(seconds_since(one.start), 0.95 * times_.expected(plan_.steps[one.index]));
-    done += come;
-    left -= come;
+    const double elapsed = std::min(seconds_since(one.start), 0.95 * times_.expected(plan_.steps[one.index]));
+    done += elapsed;
+    left -= elapsed;
     work.active += (work.active.empty() ? "" : ", ") + plan_.steps[one.index].name;
   }
   work.share = done + left > 0.0 ? done / (done + left) : 1.0;

@@ -11,32 +11,32 @@
 namespace lodestone::reproduce {
 
 enum class StepState {
-  unneeded,  ///< everything that would need it is done
+  unneeded,  ///< all dependents are done
   done,
   waiting,
   active,
   failed,
-  blocked,  ///< something it needs has failed
+  blocked,  ///< a required step has failed
 };
 
 struct ScheduleOptions {
-  std::string program = "/proc/self/exe";  ///< stays this very program even where its file is replaced meanwhile
+  std::string program = "/proc/self/exe";  ///< this program, even if its file is replaced meanwhile
   int jobs = 2;                            ///< steps at a time
-  int threads = 1;                         ///< of each
+  int threads = 1;                         ///< per step
   std::FILE* progress = stderr;
 };
 
-/// Does what is missing of a plan.
+/// Runs the missing steps of a plan.
 class Scheduler {
  public:
   Scheduler(const Plan& plan, const StepStore& store, ScheduleOptions options);
 
-  /// State of every step before anything is done: what is done, unneeded or waiting.
+  /// State of every step before run(): done, unneeded or waiting.
   const std::vector<StepState>& states() const { return states_; }
 
-  /// Runs every waiting step as soon as what it needs is done, `jobs` at a time, and removes files that nothing needs
-  /// any more. A step that fails is told in one line; the others go on. On a signal the children are stopped and
-  /// Interrupted is thrown; what is done stays.
+  /// Runs every waiting step when its requirements are done, `jobs` at a time, and removes files that no step needs any
+  /// more. A failed step is reported in one line; other steps continue. On a signal, the children are stopped and
+  /// Interrupted is thrown; finished steps are kept.
   void run();
 
   bool all_done() const;
@@ -57,7 +57,7 @@ class Scheduler {
   const StepStore& store_;
   ScheduleOptions options_;
   std::vector<StepState> states_;
-  std::vector<bool> was_done_;  ///< before `run`
+  std::vector<bool> was_done_;  ///< before run()
   std::vector<std::vector<std::size_t>> dependents_;
   StepTimes times_;
   WorkProgress progress_;

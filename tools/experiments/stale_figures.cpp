@@ -7,7 +7,7 @@ namespace lodestone::reproduce {
 namespace {
 
 constexpr double kChangedUt = 10.0;
-/// About the error that a survey leaves in a map: below it two maps of one field differ by chance.
+/// Approximate survey error of a map, µT: smaller differences between two maps of one field are random.
 constexpr double kUnchangedUt = 0.3;
 
 double share(std::size_t part, std::size_t whole, double of_none) {

@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kStamp = "step.json";
 
-/// An empty object where there is none, or a broken one.
+/// Empty if the file is missing or broken.
 nlohmann::json read_stamp(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(folder / kStamp, ignored)) return nlohmann::json::object();
@@ -41,14 +41,14 @@ void remove_folder(const fs::path& folder) {
 StepStore::StepStore(fs::path root, bool any_build)
     : root_(fs::absolute(root).lexically_normal()), any_build_(any_build) {
   made_folder(root_);
-  // Not closed on exec: children hold the lock as well.
+  // Children inherit the lock: O_CLOEXEC is not set.
   lock_ = open((root_ / ".lock").c_str(), O_RDWR | O_CREAT, 0644);
   if (lock_ < 0) throw InputError(fmt::format("{}: cannot be written; choose another --out", root_.string()));
   if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
     close(lock_);
-    throw InputError(
-        fmt::format("{}: another call works in this folder, or what it started; wait for it or choose another --out",
-                    root_.string()));
+    throw InputError(fmt::format(
+        "{}: another call, or a process started by it, uses this folder; wait for it or choose another --out",
+        root_.string()));
   }
 }
 

@@ -7,13 +7,13 @@
 
 namespace lodestone::reproduce {
 
-/// What lies in the output folder: which steps are done, and their files. A step counts as done when its folder holds a
-/// stamp with its fingerprint. The stamp is written last and removed first, so that nothing half done is believed.
+/// Finished steps and their files in the output folder. A step is done if its folder has a stamp with its fingerprint.
+/// The stamp is written last and removed first: an interrupted step never counts as done.
 class StepStore {
  public:
-  /// With `any_build` what another build of the program made counts as done too. Makes the folder and locks it against
-  /// another call; children inherit the lock, so that it outlives a killed parent until they have ended. Throws
-  /// InputError where the folder cannot be made or is locked.
+  /// `any_build`: accept finished steps of another build of the program. Makes the folder and locks it against other
+  /// calls. Children inherit the lock: if the parent is killed, the folder stays locked until they exit. Throws
+  /// InputError if the folder cannot be made or is locked.
   StepStore(std::filesystem::path root, bool any_build);
   ~StepStore();
   StepStore(const StepStore&) = delete;
@@ -33,8 +33,8 @@ class StepStore {
   /// Removes the step's folder.
   void remove(const Step& step) const;
 
-  /// Removes folders of work that belong to no step of `plan`: left over by another call that was stopped. Maps that
-  /// another call's figures show stay.
+  /// Removes work folders that belong to no step of `plan`: remains of an interrupted call. Maps shown by the figures
+  /// of another call are kept.
   void remove_strangers(const Plan& plan) const;
 
  private:

@@ -4,7 +4,7 @@ namespace lodestone::reproduce {
 
 namespace {
 
-/// Of a drive of three minutes on one core.
+/// For a drive of three minutes on one core.
 double first_guess_s(StepKind kind) {
   switch (kind) {
     case StepKind::cloud:

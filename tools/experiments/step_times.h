@@ -7,12 +7,13 @@
 
 namespace lodestone::reproduce {
 
-/// How long steps take: a guess at first, then what steps of the same kind took, best in the same world.
+/// Expected duration of steps: first a guess, then the mean of finished steps of the same kind, if possible in the same
+/// world.
 class StepTimes {
  public:
   void learn(const Step& step, double seconds);
 
-  /// Seconds that `step` will take.
+  /// Expected seconds of `step`.
   double expected(const Step& step) const;
 
  private:
@@ -20,7 +21,7 @@ class StepTimes {
     double seconds = 0.0;
     double parts = 0.0;
   };
-  std::map<std::pair<StepKind, std::string>, Mean> known_;  ///< by kind and world; the empty world: all of them
+  std::map<std::pair<StepKind, std::string>, Mean> known_;  ///< by kind and world; empty world: all worlds
 };
 
 }  // namespace lodestone::reproduce

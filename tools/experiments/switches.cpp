@@ -22,7 +22,7 @@ constexpr std::string_view kWorld = "world.";
 constexpr const char* kNoise = "noise_ut";
 constexpr const char* kEstimator = "estimator";
 
-/// Their order in the file makes no difference to a run, so it must make none to its commands.
+/// The order in the file does not affect a run. Sorted switches give identical commands.
 std::vector<Switch> by_key(std::vector<Switch> switches) {
   std::sort(switches.begin(), switches.end(), [](const Switch& a, const Switch& b) { return a.key < b.key; });
   return switches;
@@ -35,7 +35,7 @@ Options options_with(const std::vector<std::string>& settings) {
   return options;
 }
 
-/// The value of `path` (parts joined by dots) among all options as they are written.
+/// The value of `path` (parts joined by dots) among all options, as text.
 template <class Options>
 std::string value_of(const Options& options, std::string_view path) {
   const ConfigurationNode all = ConfigurationNode::parse(save_options(options), "options");
@@ -133,7 +133,7 @@ std::string recipe_name(const Ablation& ablation, const Variant& variant) {
 reproduce::Experiment to_experiment(const Ablation& ablation) {
   reproduce::Experiment experiment;
   static_cast<reproduce::RunScope&>(experiment) = ablation;
-  experiment.only.clear();  // its patterns name variants, which an experiment does not know
+  experiment.only.clear();  // they are names of variants, which an experiment does not have
   experiment.file = ablation.file;
   experiment.name = ablation.name;
   experiment.title = ablation.title;

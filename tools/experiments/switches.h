@@ -8,7 +8,7 @@
 
 namespace lodestone::ablation {
 
-/// Switches by the command that they are for.
+/// Switches, sorted by command.
 struct SortedSwitches {
   std::vector<std::string> run;    ///< key=value for `run --set`
   std::vector<std::string> map;    ///< for `map magnetic --set`
@@ -17,11 +17,11 @@ struct SortedSwitches {
   std::string estimator;  ///< empty: not set
 };
 
-/// Throws InputError where the noise is no number from 0.
+/// Throws InputError if the noise is not a number ≥ 0.
 SortedSwitches sort_switches(const std::vector<Switch>& switches);
 
-/// Throws InputError where an option of `run` or `map magnetic` is unknown, of the wrong type or out of range, or an
-/// estimator unknown. Keys of worlds are checked when the worlds are read.
+/// Throws InputError if an option of `run` or `map magnetic` is unknown, of the wrong type or out of range, or if an
+/// estimator is unknown. Keys of worlds are checked when the worlds are read.
 void check_switches(const std::vector<Switch>& switches);
 
 }  // namespace lodestone::ablation

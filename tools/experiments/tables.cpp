@@ -26,7 +26,7 @@ std::string title_of(const TableColumn& column) {
                      enum_names(column.statistic)[column.statistic == Statistic::mean ? 0 : 1].second);
 }
 
-/// What tells the rows of a group apart: shown where any row has it.
+/// Distinguishes the rows of a group. A column is shown if any row has a value.
 struct RowLabel {
   const char* title;
   std::string (*text)(const Run&);

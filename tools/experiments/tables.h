@@ -7,7 +7,7 @@
 
 namespace lodestone::reproduce {
 
-/// A table of cells that are texts, for files and reports.
+/// A table of text cells, for files and reports.
 struct ResultTable {
   std::string name;  ///< of its files
   std::string title;
@@ -16,15 +16,14 @@ struct ResultTable {
   std::string note;
 };
 
-/// A table as the experiment asks for it: the rows of its group that are meant, with what tells them apart, then its
-/// columns.
-/// "/": lost in at least one seed; "-": nothing published; "…": not run yet.
+/// A table as defined in the experiment: the selected rows of its group with their distinguishing labels, then its
+/// columns. "/": lost with at least one seed; "-": nothing published; "…": not run yet.
 ResultTable make_table(const TableChoice& choice, const Experiment& experiment, const Results& results);
 
-/// The experiment's criteria, each with the rows that meet it, what is nearest to its bound, and whether it is met.
+/// The experiment's criteria: rows that meet each, the row closest to its bound, and the result.
 ResultTable criteria_table(const Experiment& experiment, const Results& results);
 
-/// One row a run and estimator with every figure: what the other tables are made of.
+/// One row per run and estimator with all figures: the data of the other tables.
 ResultTable runs_table(const Results& results);
 
 }  // namespace lodestone::reproduce

@@ -13,7 +13,7 @@ namespace lodestone::reproduce {
 
 namespace {
 
-/// Cells of a terminal's line; 0 where unknown.
+/// Columns of the terminal; 0 if unknown.
 std::size_t line_width(std::FILE* stream) {
   winsize size{};
   return ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
@@ -40,7 +40,7 @@ void WorkProgress::update(const WorkShare& work) {
   constexpr std::size_t bar = 20;
   const std::size_t width = line_width(stream_);
   std::string active = work.active;
-  // A line that wraps could not be redrawn.
+  // A wrapped line cannot be redrawn.
   if (width > 0)
     active.resize(std::min(active.size(), width > plain.size() + bar + 1 ? width - plain.size() - bar - 1 : 0));
   std::fprintf(stream_, "\r\033[K%s%s%s", progress_bar(work.share, bar).c_str(), plain.c_str(), active.c_str());

@@ -6,17 +6,17 @@
 
 namespace lodestone::reproduce {
 
-/// How far a plan has come.
+/// Progress of a plan.
 struct WorkShare {
-  std::size_t done = 0;  ///< steps
+  std::size_t done = 0;  ///< finished steps
   std::size_t total = 0;
   double share = 0.0;  ///< of the expected time, 0 to 1
   double seconds_left = 0.0;
-  std::string active;  ///< what is being done
+  std::string active;  ///< names of the running steps
 };
 
-/// On a terminal a bar that is redrawn, with steps an hour, the time left and what is being done; elsewhere a plain
-/// line a step and no bar.
+/// On a terminal: a bar that is redrawn, with steps per hour, time left and the running steps. Elsewhere: a plain line
+/// per step and no bar.
 class WorkProgress {
  public:
   explicit WorkProgress(std::FILE* stream);
@@ -24,10 +24,10 @@ class WorkProgress {
   WorkProgress(const WorkProgress&) = delete;
   WorkProgress& operator=(const WorkProgress&) = delete;
 
-  /// Redraws the bar, a few times a second at most.
+  /// Redraws the bar, at most a few times per second.
   void update(const WorkShare& work);
 
-  /// `text` about a step that ended, in a line of its own.
+  /// Prints `text` about a finished step on its own line.
   void tell(const WorkShare& work, const std::string& text);
 
   /// Removes the bar. The destructor calls it.

@@ -116,7 +116,7 @@ double reading_noise(const Platform& platform) {
   return std::sqrt(sum / static_cast<double>(platform.suite.magnetometers.size()));
 }
 
-/// What the passes of the survey differ by beyond noise; empty if nothing was found.
+/// Differences between the passes of the survey beyond noise; empty if there are none.
 std::string drive_error_text(const DriveError& drive) {
   if (drive.sigma_ut.isZero() && drive.position_sigma_m == 0.0) return {};
   return fmt::format("{:.3g} {:.3g} {:.3g} uT (x y z) and {:.2g} m of position, alike over {:.2g} m",

@@ -1,5 +1,5 @@
-# Installs what package-lock.json pins into BUILD/node_modules. No script of any package is run. Given by the caller: NPM,
-# SOURCE, BUILD; WHAT needs the packages; with OPTIONAL their absence is a warning only.
+# Installs the packages of package-lock.json into BUILD/node_modules, without running scripts of packages. Variables of
+# the caller: NPM, SOURCE, BUILD; WHAT: the part that requires the packages; OPTIONAL: a failure is only a warning.
 file(MAKE_DIRECTORY ${BUILD})
 file(COPY ${SOURCE}/package.json ${SOURCE}/package-lock.json DESTINATION ${BUILD})
 foreach(attempt RANGE 1 3)

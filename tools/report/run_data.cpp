@@ -124,12 +124,6 @@ Json display_value(const Json& list) {
   return text.empty() ? Json(nullptr) : Json(text);
 }
 
-std::string status_of(const EstimatorFiles& files, const std::string& overall) {
-  const std::vector<std::string> health = files.diagnostics.texts("health");
-  if (!health.empty() && health.back() == "lost") return "lost";
-  return overall == "lost" ? "done" : overall;
-}
-
 struct OverviewNotes {
   Time begin = 0;  ///< of the log
   double cloud_voxel_m = 0.1;
@@ -186,8 +180,8 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
   for (const EstimatorFiles& files : estimators) {
     Json entry;
     entry["name"] = files.name;
-    entry["status"] = status_of(files, json["status"]);
     entry["summary"] = summary["estimators"][files.name];
+    entry["status"] = entry["summary"].value("status", json["status"]);
     entry["degeneracy_limit_m"] = degeneracy_limit(options, files.name);
     entry["series"] = estimator_series(files, truth.empty() ? nullptr : &truth, buckets);
     entry["stale_places"] = table_json(files.folder / "stale_places.csv");

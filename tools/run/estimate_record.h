@@ -4,15 +4,18 @@
 
 #include "core/geometry/trajectory.h"
 #include "estimators/estimator.h"
+#include "tools/writers/lost_intervals.h"
 
 namespace lodestone {
 
-/// The estimates of one run, kept in memory for figures and pictures: about 1 kB per scan.
+/// The estimates of one run, kept in memory for figures and pictures: about 1 kB per scan. Poses of scans at which the
+/// estimator was lost are not kept.
 class EstimateRecord : public EstimateSink {
  public:
   struct Step {
     Time time = 0;
     Health health = Health::good;
+    HealthReason reason = HealthReason::none;
     Diagnostics diagnostics;
   };
 
@@ -28,11 +31,15 @@ class EstimateRecord : public EstimateSink {
   };
 
   void causal(const Estimate& estimate) override {
-    steps_.push_back({estimate.time, estimate.health, estimate.diagnostics});
-    causal_.add(estimate);
+    steps_.push_back({estimate.time, estimate.health, estimate.reason, estimate.diagnostics});
+    if (estimate.health != Health::lost) causal_.add(estimate);
   }
-  void smoothed(const Estimate& estimate) override { smoothed_.add(estimate); }
-  void best(const Estimate& estimate) override { best_.add(estimate); }
+  void smoothed(const Estimate& estimate) override {
+    if (estimate.health != Health::lost) smoothed_.add(estimate);
+  }
+  void best(const Estimate& estimate) override {
+    if (lost_.add(estimate)) best_.add(estimate);
+  }
 
   const std::vector<Step>& steps() const { return steps_; }  ///< one per scan, of the causal estimate
   const Trajectory& best() const { return best_.trajectory; }
@@ -42,11 +49,15 @@ class EstimateRecord : public EstimateSink {
   const Poses& smoothed_poses() const { return smoothed_; }  ///< empty without a batch refinement
   const Poses& best_poses() const { return best_; }
 
+  /// Intervals without a best pose.
+  const std::vector<LostInterval>& lost() const { return lost_.all(); }
+
  private:
   std::vector<Step> steps_;
   Poses causal_;
   Poses smoothed_;
   Poses best_;
+  LostIntervals lost_;
 };
 
 }  // namespace lodestone

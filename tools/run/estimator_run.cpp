@@ -74,12 +74,42 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
                        format_stamp(step.time) + " s",
                    step.time);
     }
-    if (step.health == Health::lost) {
-      warnings.add("run.lost", "the estimator lost track at " + format_stamp(step.time) + " s", step.time);
-    }
   }
   if (samples > 0) summary.magnetic_nis = innovations / samples;
   if (scans > 0) summary.lidar_nis = scans_nis / scans;
+}
+
+const char* explanation(HealthReason reason) {
+  switch (reason) {
+    case HealthReason::not_finite:
+      return "the state is not a number";
+    case HealthReason::covariance:
+      return "the position's sigma exceeds 3 m";
+    case HealthReason::scan_off_map:
+      return "scans do not fit the cloud map there";
+    case HealthReason::field_off_map:
+      return "readings do not fit the magnetic map there";
+    case HealthReason::searching:
+    case HealthReason::none:
+      break;
+  }
+  return "the position has not been found";
+}
+
+/// Warns of every interval without a usable pose, with the reason of its first scan.
+void warn_of_loss(const EstimateRecord& record, WarningLog& warnings) {
+  for (const LostInterval& interval : record.lost()) {
+    HealthReason reason = HealthReason::none;
+    for (const EstimateRecord::Step& step : record.steps()) {
+      if (step.time < interval.from) continue;
+      reason = step.reason;
+      break;
+    }
+    warnings.add("run.lost",
+                 fmt::format("lost from {} s to {} s, {}: {}", format_stamp(interval.from), format_stamp(interval.to),
+                             interval.regained ? "then found again" : "the end of the log", explanation(reason)),
+                 interval.from);
+  }
 }
 
 /// Reports the delay of the magnetometers' stamps, if it was estimated.
@@ -287,15 +317,16 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   count_steps(outcome.record, summary, warnings);
   report_clock_offset(outcome.record, summary, warnings);
   warn_of_uncertainty(outcome.record, warnings);
-  const auto& steps = outcome.record.steps();
-  if (summary.status == RunStatus::done && !steps.empty() && steps.back().health == Health::lost) {
-    summary.status = RunStatus::lost;
+  warn_of_loss(outcome.record, warnings);
+  summary.lost = outcome.record.lost();
+  if (summary.status == RunStatus::done && !summary.lost.empty()) {
+    summary.status = summary.lost.back().regained ? RunStatus::regained : RunStatus::lost;
   }
   std::string mark;
-  if (summary.status != RunStatus::done) {
+  if (summary.status != RunStatus::done && summary.status != RunStatus::regained) {
     mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(log_end));
     if (failure) mark += fmt::format(": {}", failure->what());
-    if (summary.status != RunStatus::lost)
+    if (summary.status != RunStatus::lost && summary.status != RunStatus::regained)
       warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
   }
   files.finish(mark);

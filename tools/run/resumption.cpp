@@ -39,7 +39,7 @@ std::optional<int> exit_code_of_complete_results(const RunCall& call, const RunI
     return std::nullopt;
   }
   if (json["status"] == "done") return exit_code::done;
-  if (json["status"] == "lost") return exit_code::track_lost;
+  if (json["status"] == "lost" || json["status"] == "regained") return exit_code::track_lost;
   return std::nullopt;
 }
 

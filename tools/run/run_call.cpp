@@ -305,7 +305,7 @@ int exit_code_of(const std::vector<RunSummary>& runs) {
   int code = exit_code::done;
   for (const RunSummary& run : runs) {
     if (run.status == RunStatus::interrupted) return exit_code::interrupted;
-    if (run.status == RunStatus::lost) code = exit_code::track_lost;
+    if (!run.lost.empty()) code = exit_code::track_lost;
   }
   return code;
 }

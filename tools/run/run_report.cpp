@@ -1,6 +1,7 @@
 // Output of a run's figures: JSON for scripts, tables for the terminal.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -34,6 +35,13 @@ Json json_of(const RunSummary& summary) {
   json["refine_s"] = number(summary.refine_s);
   json["real_time_factor"] = number(summary.real_time_factor());
   json["peak_rss_mb"] = number(summary.peak_rss_mb);
+  json["status"] = status_name(summary.status);
+  json["lost"] = Json::array();
+  for (const LostInterval& interval : summary.lost) {
+    json["lost"].push_back({{"from_s", format_stamp(interval.from)},
+                            {"to_s", format_stamp(interval.to)},
+                            {"regained", interval.regained}});
+  }
   json["degenerate_scans"] = summary.degenerate_scans;
   json["magnetic_rejected"] = summary.magnetic_rejected;
   if (summary.lidar_nis) json["lidar_nis"] = number(summary.lidar_nis);
@@ -125,6 +133,15 @@ Json json_of(const CallRecord& record) {
   return json;
 }
 
+/// "lost", "lost, regained 2 x": what a status alone does not show.
+std::string status_text(const RunSummary& run) {
+  std::ptrdiff_t regained =
+      std::count_if(run.lost.begin(), run.lost.end(), [](const LostInterval& one) { return one.regained; });
+  if (regained == 0) return status_name(run.status);
+  return fmt::format("{}regained {} x",
+                     run.status == RunStatus::regained ? "" : fmt::format("{}, ", status_name(run.status)), regained);
+}
+
 std::string optional_fixed(const std::optional<double>& value, int digits) {
   return fixed(value.value_or(std::nan("")), digits);
 }
@@ -164,7 +181,7 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
   for (const RunSummary& run : runs) {
     // The causal estimate is a row of its own below the refined one.
     const bool refined = run.stages.size() == 3;
-    std::vector<std::string> row{refined ? run.estimator + " (batch)" : run.estimator, status_name(run.status),
+    std::vector<std::string> row{refined ? run.estimator + " (batch)" : run.estimator, status_text(run),
                                  std::to_string(run.scans)};
     if (with_truth) {
       const TruthFigures figures = run.truth.value_or(TruthFigures{});

@@ -23,6 +23,8 @@ const char* status_name(RunStatus status) {
   switch (status) {
     case RunStatus::done:
       return "done";
+    case RunStatus::regained:
+      return "regained";
     case RunStatus::lost:
       return "lost";
     case RunStatus::interrupted:
@@ -103,7 +105,7 @@ TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& 
   if (const auto similarity = find_alignment(figures.pairs, Alignment::se3)) {
     figures.ate_se3_m = summarize(translation_errors(align(*similarity, figures.pairs))).rmse;
   }
-  const bool at_the_end = to_seconds(log_end - record.best().back().time) <= kEndTolerance_s;
+  const bool at_the_end = !record.best().empty() && to_seconds(log_end - record.best().back().time) <= kEndTolerance_s;
   figures.success = status == RunStatus::done && at_the_end && figures.max_error_m <= kLostError_m;
   return figures;
 }

@@ -20,6 +20,7 @@ struct Bound;
 /// The end of a run.
 enum class RunStatus {
   done,
+  regained,     ///< lost for a time, and found again
   lost,         ///< at the end, the estimator had lost track
   interrupted,  ///< by a signal
   stopped       ///< the log became unusable
@@ -68,6 +69,7 @@ struct RunSummary {
   std::optional<double> magnetic_nis;  ///< mean over the scans' array samples, per component; 1 is consistent
   double clock_offset_s = 0.0;         ///< delay of the magnetometers' stamps, final estimate
   double clock_sigma_s = 0.0;          ///< sigma of clock_offset_s; 0: not estimated
+  std::vector<LostInterval> lost;      ///< without a pose in the trajectory
   WarningLog warnings;
   std::optional<TruthFigures> truth;
   std::vector<StageFigures> stages;                   ///< errors of each stage; empty without ground truth

@@ -10,7 +10,7 @@ namespace {
 
 using Field = ros1::PointField;
 
-// One point as it lies in each of the messages; the drivers of Livox pack theirs.
+// Binary layout of one point in each message; Livox' drivers pack their points.
 struct OusterPoint {
   float x, y, z, intensity;
   std::uint32_t t;
@@ -164,10 +164,10 @@ ScanFormat scan_format(const LidarOptions& options) {
 }
 
 LidarMessageLayout message_layout(ScanFormat format) {
-  LidarMessageLayout layout;  // as Ouster's driver has it
+  LidarMessageLayout layout;  // as in Ouster's driver
   if (format == ScanFormat::ouster) return layout;
   layout.topic = "/livox/lidar";
-  const bool custom = format == ScanFormat::livox_custom;  // its fields go without saying
+  const bool custom = format == ScanFormat::livox_custom;  // its fields are fixed by the message type
   layout.intensity_field = custom ? "" : "intensity";
   layout.ring_field = custom ? "" : "line";
   layout.time_field = custom ? "" : "timestamp";

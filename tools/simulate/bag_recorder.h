@@ -10,19 +10,19 @@
 
 namespace lodestone::simulation {
 
-/// What the scans of a log look like.
+/// Message type and fields of a log's scans.
 enum class ScanFormat {
   ouster,       ///< PointCloud2: x, y, z, intensity, t (uint32, ns since the stamp), ring
   livox,        ///< PointCloud2: x, y, z, intensity, tag, line, timestamp (float64, ns: steps of 256 ns in these years)
   livox_custom  ///< livox_ros_driver2/CustomMsg: offset_time (ns since the stamp), x, y, z, reflectivity, tag, line
 };
 
-/// The format that a world's LiDAR asks for, and how a platform file describes it.
+/// The format that a world's LiDAR options select.
 ScanFormat scan_format(const LidarOptions& options);
 LidarMessageLayout message_layout(ScanFormat format);
 
-/// Writes measurements as the ROS 1 bag (LZ4) of a real robot: scans in one of the formats above, sensor_msgs/Imu, and
-/// one MagneticField topic (tesla) a magnetometer.
+/// Writes measurements as a ROS 1 bag (LZ4): scans in one of the formats above, sensor_msgs/Imu, and one MagneticField
+/// topic (tesla) per magnetometer.
 class BagRecorder {
  public:
   struct Topics {
@@ -31,7 +31,8 @@ class BagRecorder {
     std::vector<std::string> magnetometers;
   };
 
-  /// Throws InputError where the file cannot be written. It gets its name in close(); without, nothing is left.
+  /// Throws InputError if the file cannot be written. close() gives the file its name; without close(), no file is
+  /// left.
   BagRecorder(const std::string& path, Topics topics, ScanFormat format = ScanFormat::ouster);
   ~BagRecorder();
 

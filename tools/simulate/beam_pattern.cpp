@@ -11,16 +11,16 @@ namespace {
 
 constexpr double turn = 2.0 * std::numbers::pi;
 
-// The rosette's constants are read off the scan pattern that Livox publishes for the Mid-360 (livox_laser_simulation,
-// scan_mode/mid360.csv; 50 000 firings of four lines a second): the azimuth falls by one turn in 282.0 firings; the
-// zenith angle of the middle of the fan goes from 42 to 94 degrees in 50 ms and back; the lines stand 2.0 (low) to 2.8
-// degrees (high) apart where the fan is upright and change order on the other side. The model keeps the lines 2.5
-// degrees apart and its middle line stays within 3 degrees of the published one.
+// The rosette's constants are measured from the scan pattern that Livox publishes for the Mid-360
+// (livox_laser_simulation, scan_mode/mid360.csv; 50 000 firings of four lines per second): the azimuth decreases by one
+// turn in 282.0 firings; the zenith angle of the fan's middle goes from 42 to 94 degrees in 50 ms and back; the lines
+// are 2.0 (low) to 2.8 degrees (high) apart where the fan is upright, and change order on the other side. The model
+// keeps the lines 2.5 degrees apart; its middle line stays within 3 degrees of the published one.
 constexpr int rosette_lines = 4;
 constexpr double line_spacing_deg = 2.5;
 constexpr double turns_hz = 177.309;
-// An assumption: turns a nod are a noble number (17.72, the published 17.7), the kind that fractions approximate worst:
-// each nod's tracks fall between those of all nods before.
+// Assumption: the turns per nod are a noble number (17.72; published: 17.7). Fractions approximate noble numbers worst:
+// the tracks of each nod fall between those of all earlier nods.
 constexpr double turns_a_nod = 18.0 - 1.0 / (2.0 + std::numbers::phi);
 
 }  // namespace
@@ -61,7 +61,7 @@ void BeamPattern::directions(int scan, int firing, std::span<Vector3> beams) con
 }
 
 void BeamPattern::rotating(int firing, std::span<Vector3> beams) const {
-  // Behind is azimuth 180°; from there the head turns clockwise seen from above.
+  // The head starts at azimuth 180° (behind) and turns clockwise seen from above.
   const double azimuth = std::numbers::pi - 2.0 * std::numbers::pi * firing / firings_;
   const double cosine = std::cos(azimuth), sine = std::sin(azimuth);
   for (int line = 0; line < lines_; ++line) {
@@ -73,11 +73,11 @@ void BeamPattern::rotating(int firing, std::span<Vector3> beams) const {
 void BeamPattern::rosette(double seconds, std::span<Vector3> beams) const {
   const double azimuth = -turn * std::fmod(turns_hz * seconds, 1.0);
   const double nod = turn * std::fmod(turns_hz / turns_a_nod * seconds, 1.0);
-  // As two wedges of deflection c and s add, one turning against the other; it dwells as the published pattern does.
+  // Two counter-rotating wedges of deflection c and s: the zenith angle dwells at its ends as in the published pattern.
   const double c = nod_center_rad_, s = nod_swing_rad_;
   const double zenith = std::sqrt(c * c + s * s - 2.0 * c * s * std::cos(nod));
   const Vector3 middle(std::sin(zenith) * std::cos(azimuth), std::sin(zenith) * std::sin(azimuth), std::cos(zenith));
-  const Vector3 mirror = (Vector3::UnitZ() - middle).normalized();  // reflects a beam along the axis into `middle`
+  const Vector3 mirror = (Vector3::UnitZ() - middle).normalized();  // reflects the beam on the axis into `middle`
   for (int line = 0; line < lines_; ++line) {
     const Vector3& d = line_directions_[line];
     beams[line] = d - 2.0 * d.dot(mirror) * mirror;

@@ -14,9 +14,9 @@ namespace lodestone::simulation {
 namespace {
 
 constexpr std::size_t chunk = 256;   // triangles that share one random stream
-constexpr std::int64_t probes = 12;  // a triangle of which none of so many points is seen is left out
+constexpr std::int64_t probes = 12;  // a triangle is skipped if the scanner sees none of this many points
 
-/// Places along every sequence's path, each at the LiDAR's height and at the scanner's; none where one is near already.
+/// Viewpoints along all sequences' paths, at the heights of the LiDAR and of the scanner, at least one spacing apart.
 std::vector<Eigen::Vector3f> find_viewpoints(const World& world) {
   const double spacing = world.cloud.viewpoint_spacing_m;
   const double lidar_height = world.imu.height_m + world.lidar.T_imu_lidar().position.z();
@@ -36,16 +36,16 @@ std::vector<Eigen::Vector3f> find_viewpoints(const World& world) {
   return viewpoints;
 }
 
-/// A place on a surface that may be surveyed.
+/// A point on a surface that may be surveyed.
 struct Target {
   Eigen::Vector3f point;
   Eigen::Vector3f normal;
   const Surface& surface;
 };
 
-/// Largest share of a scanner's beams towards `target` that come back from it, over all viewpoints in range: glass lets
-/// most pass, mirrors what meets it aslant, and dims what lies behind. `hint` is where the last answer was found:
-/// neighbours see alike.
+/// Largest share of a scanner's beams towards `target` that return, over all viewpoints in range. Glass transmits most
+/// beams, reflects oblique beams away, and dims surfaces behind it. `hint`: the viewpoint of the previous answer;
+/// neighbouring points mostly share it.
 double returned_share(const RayCaster& caster, const std::vector<Eigen::Vector3f>& viewpoints, const Target& target,
                       float range, std::size_t& hint) {
   const double best_possible = 1.0 - target.surface.transparency;
@@ -66,9 +66,8 @@ double returned_share(const RayCaster& caster, const std::vector<Eigen::Vector3f
   return best;
 }
 
-/// What the surveyor's map makes of a true point: it is displaced, and some surfaces are there twice, because the
-/// scanner came by a second time with another error. Which ones is drawn for cubes of a few metres and the three
-/// directions that a surface may face.
+/// Errors of the surveyed map: it is displaced, and some surfaces appear twice, because the scanner passed a second
+/// time with another error. These surfaces are drawn for cubes of a few metres and three directions of the normal.
 class SurveyErrors {
  public:
   SurveyErrors(const World& world, std::uint64_t seed)
@@ -79,7 +78,7 @@ class SurveyErrors {
 
   Vector3 draw_noise(RandomStream& random) const { return noise_m_ * random.normal3(); }
 
-  /// Appends a point of a surface with unit `normal`, with its noise, and its second copy.
+  /// Appends a point of a surface with unit `normal`, with noise, and its copy on the second surface if there is one.
   void map(const Vector3& point, const Vector3& noise, const Vector3& normal, RandomStream& second_random,
            std::vector<Eigen::Vector3f>& points) const {
     append(point, noise, points);
@@ -97,11 +96,11 @@ class SurveyErrors {
     points.push_back(mapped.cast<float>());
   }
 
-  /// Of the second copy of a surface, along its normal, m; 0: there is only one.
+  /// Offset of the second copy of a surface along its normal, m; 0: no copy.
   double second_offset(const Vector3& point, const Vector3& normal) const {
     int facing = 0;
     normal.cwiseAbs().maxCoeff(&facing);
-    // A plane that lies on the border between two cubes belongs to one of them.
+    // A plane on the border between two cubes is assigned to one cube.
     const Vector3 inside = point + 1e-3 * Vector3::Ones();
     auto key = static_cast<std::uint64_t>(facing);
     for (int axis = 0; axis < 3; ++axis) {
@@ -111,7 +110,7 @@ class SurveyErrors {
     RandomStream random(seed_, "reality doubled walls", key);
     if (random.uniform() >= options_.doubled_walls_share) return 0.0;
     const double side = random.uniform() < 0.5 ? -1.0 : 1.0;
-    // Both triangles of a face, whichever way they turn, have their second copy on the same side.
+    // The two triangles of a face have the copy on the same side, whatever the sign of their normals.
     return normal[facing] < 0.0 ? -side * options_.doubled_walls_distance_m : side * options_.doubled_walls_distance_m;
   }
 
@@ -144,7 +143,7 @@ std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment&
       const Surface& surface = mesh.surface_of(t);
       const double expected = 0.5 * normal.norm() * density;
       const auto count = static_cast<std::int64_t>(std::floor(expected + random.uniform()));
-      bool any_seen = surface != Surface{};  // glass is seen from few places: all of it is looked at
+      bool any_seen = surface != Surface{};  // glass is visible from few viewpoints: every point is tested
       for (std::int64_t i = 0; i < count && (any_seen || i < probes); ++i) {
         double first = random.uniform(), second = random.uniform();
         if (first + second > 1.0) first = 1.0 - first, second = 1.0 - second;

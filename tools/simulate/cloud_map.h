@@ -9,10 +9,10 @@
 
 namespace lodestone::simulation {
 
-/// The prior point-cloud map, made as a surveyor would: every surface that a scanner sees from places along the
-/// sequences' paths, sampled at random with CloudOptions::point_spacing_m (one point per spacing²), with isotropic
-/// noise. Of glass, and of what is seen through glass only, as few points as beams come back. Some surfaces are mapped
-/// twice, and all is displaced, as the world's section `reality` and `seed` say. Map frame. Deterministic by `seed` on
+/// The prior point-cloud map, as a surveyor would make it: every surface that a scanner sees from viewpoints along the
+/// sequences' paths, sampled at random (one point per CloudOptions::point_spacing_m²), with isotropic noise. On and
+/// behind glass, the density of points is reduced to the share of beams that return. The world's section `reality` and
+/// `seed` determine which surfaces are mapped twice and how the map is displaced. Map frame. Deterministic by `seed` on
 /// any number of threads.
 std::vector<Eigen::Vector3f> sample_cloud(const World& world, const Environment& environment, std::uint64_t seed);
 

@@ -17,7 +17,7 @@ DisplacementField::DisplacementField(double rms_m, double length_m, std::uint64_
   const double amplitude = rms_m / std::sqrt(static_cast<double>(wave_count));
   for (int i = 0; i < wave_count; ++i) {
     Wave wave;
-    // The spectral density of the squared-exponential kernel is normal, of deviation 1 / length an axis.
+    // The spectral density of the squared-exponential kernel is normal, with standard deviation 1 / length per axis.
     wave.wave = random.normal3() / length_m;
     wave.amplitude_cos = amplitude * random.normal3();
     wave.amplitude_sin = amplitude * random.normal3();

@@ -8,10 +8,10 @@
 
 namespace lodestone::simulation {
 
-/// A smooth random vector field: each component is an independent draw from a Gaussian process of zero mean with the
-/// kernel rms² exp(−r² / (2 length²)), as a sum of random Fourier features. Source: Rahimi and Recht 2007. Immutable.
+/// A smooth random vector field: each component is an independent draw from a zero-mean Gaussian process with the
+/// kernel rms² exp(−r² / (2 length²)), approximated by random Fourier features (Rahimi and Recht 2007). Immutable.
 ///
-/// A map that is bent by this field shows at x + d(x) what stands at x.
+/// A map that is displaced by this field shows the object at x at the position x + d(x).
 class DisplacementField {
  public:
   /// One feature: amplitude_cos cos(wave · x) + amplitude_sin sin(wave · x).
@@ -24,7 +24,7 @@ class DisplacementField {
   /// No displacement.
   DisplacementField() = default;
 
-  /// `rms_m` is the standard deviation of a component. `purpose` names the random stream. No features if it is 0.
+  /// `rms_m`: standard deviation of a component; 0: no features. `purpose` names the random stream.
   DisplacementField(double rms_m, double length_m, std::uint64_t seed, std::string_view purpose);
 
   bool empty() const { return waves_.empty(); }
@@ -35,8 +35,8 @@ class DisplacementField {
   /// ∂d/∂x.
   Matrix3 gradient(const Vector3& point) const;
 
-  /// Where something at `pose` (map) is in the bent map: the position moves by d, and the axes turn by the local
-  /// rotation of the map, Exp(½ curl d), which is the antisymmetric part of the gradient.
+  /// `pose` (map) in the displaced map: the position moves by d, and the axes turn by the map's local rotation Exp(½
+  /// curl d), from the antisymmetric part of the gradient.
   Pose displaced(const Pose& pose) const;
 
   const std::vector<Wave>& waves() const { return waves_; }

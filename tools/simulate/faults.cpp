@@ -15,13 +15,13 @@ bool concerns(const Fault& fault, int magnetometer) {
   return std::find(fault.magnetometers.begin(), fault.magnetometers.end(), magnetometer) != fault.magnetometers.end();
 }
 
-/// What a fault remembers of one magnetometer.
+/// State of a fault for one magnetometer.
 struct Memory {
   explicit Memory(const RandomStream& stream) : random(stream) {}
   RandomStream random;
   std::optional<Vector3> stuck_ut;
   Vector3 walk_ut = Vector3::Zero();
-  std::optional<double> last_s;  // of the reading before, while the fault lasted
+  std::optional<double> last_s;  // of the previous reading during the fault
 };
 
 Vector3 drift(const Fault& fault, double seconds, Memory& memory) {
@@ -34,7 +34,7 @@ Vector3 drift(const Fault& fault, double seconds, Memory& memory) {
   return lasted_s * fault.rate_ut_s + memory.walk_ut;
 }
 
-/// A reading as likely as rate · interval is a spike; the interval is that since the reading before.
+/// A reading is a spike with probability rate · interval, where interval is the time since the previous reading.
 Vector3 spike(const Fault& fault, double seconds, Memory& memory) {
   const double interval_s = memory.last_s ? seconds - *memory.last_s : 0.0;
   memory.last_s = seconds;
@@ -42,7 +42,7 @@ Vector3 spike(const Fault& fault, double seconds, Memory& memory) {
   return fault.size_ut * memory.random.normal3().normalized();
 }
 
-/// What moving steel adds to a magnetometer at `T_map_mag`, in the magnetometer's axes.
+/// Field of the moving steel at a magnetometer with pose `T_map_mag`, in the magnetometer's axes.
 Vector3 passing_field_ut(const Fault& fault, double seconds, const Pose& T_map_mag) {
   const double share = (seconds - fault.begin_s) / (fault.end_s - fault.begin_s);
   FieldSource dipole;
@@ -68,15 +68,15 @@ struct FaultInjector::Implementation {
     const auto key = std::make_pair(fault, magnetometer);
     auto found = memories.find(key);
     if (found == memories.end()) {
-      // One stream a fault and magnetometer: another fault in the list moves no one else's numbers.
+      // One stream per fault and magnetometer: faults do not change each other's random numbers.
       const auto index = static_cast<std::uint64_t>(fault) << 32U | static_cast<std::uint32_t>(magnetometer);
       found = memories.emplace(key, Memory(RandomStream(seed, "faults", index))).first;
     }
     return found->second;
   }
 
-  /// Each returns whether there is still something to record.
-  bool spoil(MagneticSample& sample) {
+  /// The overloads return false if the measurement is not recorded.
+  bool apply_faults(MagneticSample& sample) {
     const double seconds = seconds_of(sample.time);
     Time shift = 0;
     for (std::size_t i = 0; i < faults.size(); ++i) {
@@ -123,7 +123,7 @@ struct FaultInjector::Implementation {
     return true;
   }
 
-  bool spoil(ImuSample& sample) {
+  bool apply_faults(ImuSample& sample) {
     const double seconds = seconds_of(sample.time);
     Time shift = 0;
     for (const Fault& fault : faults) {
@@ -139,7 +139,7 @@ struct FaultInjector::Implementation {
     return true;
   }
 
-  bool spoil(LidarScan& scan) {
+  bool apply_faults(LidarScan& scan) {
     const double seconds = seconds_of(scan.end);
     Time shift = 0;
     for (const Fault& fault : faults) {
@@ -159,7 +159,7 @@ struct FaultInjector::Implementation {
   Time start;
   std::uint64_t seed;
   MagnetometerPose where;
-  Time earliest_offset = 0;  // no stamp is shifted back by more
+  Time earliest_offset = 0;  // the largest backward shift of a stamp (≤ 0)
   std::map<std::pair<std::size_t, int>, Memory> memories;
   std::multimap<Time, Measurement> waiting;  // by stamp, then by arrival
   Time reached = std::numeric_limits<Time>::min() / 2;
@@ -174,7 +174,7 @@ FaultInjector::~FaultInjector() = default;
 void FaultInjector::push(Measurement&& measurement) {
   Implementation& self = *implementation_;
   self.reached = completion_time(measurement);
-  if (!std::visit([&](auto& each) { return self.spoil(each); }, measurement)) return;
+  if (!std::visit([&](auto& each) { return self.apply_faults(each); }, measurement)) return;
   const Time stamp = completion_time(measurement);
   self.waiting.emplace(stamp, std::move(measurement));
 }
@@ -185,7 +185,8 @@ void FaultInjector::end() {
 
 bool FaultInjector::pop(Measurement& measurement) {
   Implementation& self = *implementation_;
-  // Whatever comes may be stamped as early as this; at this very time what waits came first.
+  // Later measurements may be stamped as early as `reached` + `earliest_offset`; at equal stamps, arrival order
+  // decides.
   if (self.waiting.empty() || (!self.ended && self.waiting.begin()->first > self.reached + self.earliest_offset))
     return false;
   measurement = std::move(self.waiting.begin()->second);

@@ -16,24 +16,24 @@ namespace lodestone {
 class ConfigurationNode;
 }
 
-/// What goes wrong with a robot's sensors on a drive, or passes it. Maps, survey and platform file know nothing of it:
-/// they are those of the healthy robot.
+/// Faults of a robot's sensors, and disturbances that pass the robot, during a drive. Maps, survey and platform file
+/// are those of the healthy robot.
 namespace lodestone::simulation {
 
 enum class FaultKind {
-  hard_iron,      ///< a constant field on top, sensor axes
+  hard_iron,      ///< a constant field is added, sensor axes
   soft_iron,      ///< the reading is multiplied by a matrix
-  misalignment,   ///< the sensor is turned against what the platform file says
-  bias_drift,     ///< an offset that grows while the fault lasts, and stays
+  misalignment,   ///< the sensor is rotated against its pose in the platform file
+  bias_drift,     ///< an offset that grows while the fault lasts, and stays afterwards
   dead,           ///< no messages
   stuck,          ///< the first value repeats
   saturated,      ///< components are clipped
-  spikes,         ///< single readings are far off
+  spikes,         ///< single readings are outliers
   lidar_outage,   ///< no scans, or empty ones
   imu_gap,        ///< no IMU samples
   imu_bias_jump,  ///< both biases of the IMU jump, and stay
   clock_offset,   ///< stamps of a sensor are off
-  passing_steel   ///< a moving dipole: a steel cart, a fork lift
+  passing_steel   ///< a moving dipole: a steel cart, a forklift
 };
 
 constexpr auto enum_names(FaultKind) {
@@ -52,54 +52,54 @@ constexpr auto enum_names(FaultKind) {
                                    {FaultKind::passing_steel, "passing_steel"}}};
 }
 
-/// One fault. Times are seconds since the log's begin by the true clock; it lasts over [begin_s, end_s).
+/// One fault, active over [begin_s, end_s). Times are seconds after the log's begin by the true clock.
 struct Fault {
   FaultKind kind = FaultKind::hard_iron;
   double begin_s = 0.0;
   double end_s = std::numeric_limits<double>::infinity();
-  std::vector<int> magnetometers;             ///< which ones; of a clock offset: those whose stamps are off
-  Vector3 offset_ut = Vector3::Zero();        ///< hard_iron
-  Matrix3 matrix = Matrix3::Identity();       ///< soft_iron: of the reading; misalignment: Rᵀ of the sensor's turn R
-  Vector3 rate_ut_s = Vector3::Zero();        ///< bias_drift
-  double random_walk_ut_sqrt_s = 0.0;         ///< bias_drift: one sigma a component after 1 s
-  double limit_ut = 0.0;                      ///< saturated: components stay within ± this
-  double rate_per_s = 0.0;                    ///< spikes: so many on average
-  double size_ut = 0.0;                       ///< spikes: length of each, in a random direction
-  bool empty_scans = false;                   ///< lidar_outage: scans without points instead of none
-  Vector3 gyroscope_rad_s = Vector3::Zero();  ///< imu_bias_jump
+  std::vector<int> magnetometers;                ///< affected magnetometers; clock_offset: those whose stamps are off
+  Vector3 offset_ut = Vector3::Zero();           ///< hard_iron
+  Matrix3 matrix = Matrix3::Identity();          ///< soft_iron: factor of readings; misalignment: Rᵀ of rotation R
+  Vector3 rate_ut_s = Vector3::Zero();           ///< bias_drift
+  double random_walk_ut_sqrt_s = 0.0;            ///< bias_drift: one sigma per component after 1 s
+  double limit_ut = 0.0;                         ///< saturated: components stay within ± this
+  double rate_per_s = 0.0;                       ///< spikes: mean rate
+  double size_ut = 0.0;                          ///< spikes: length of each, in a random direction
+  bool empty_scans = false;                      ///< lidar_outage: scans without points instead of none
+  Vector3 gyroscope_rad_s = Vector3::Zero();     ///< imu_bias_jump
   Vector3 accelerometer_m_s2 = Vector3::Zero();  ///< imu_bias_jump
   bool imu_clock = false;                        ///< clock_offset: the IMU's stamps are off
   bool lidar_clock = false;                      ///< clock_offset: the scans' stamps are off
   Time clock_offset = 0;                         ///< added to stamps
-  Vector3 from_m = Vector3::Zero();              ///< passing_steel: where it is at begin_s (map); it moves evenly
-  Vector3 to_m = Vector3::Zero();                ///< and at end_s
+  Vector3 from_m = Vector3::Zero();              ///< passing_steel: position at begin_s (map); constant velocity
+  Vector3 to_m = Vector3::Zero();                ///< passing_steel: position at end_s (map)
   Vector3 moment_a_m2 = Vector3::Zero();         ///< passing_steel: map axes
 };
 
-/// Reads a list of faults. `magnetometers`: their names, in the order of the suite. Throws InputError with file, line,
-/// key and what to change.
+/// Reads a list of faults. `magnetometers`: names in the order of the suite. Throws InputError with file, line, key and
+/// correction.
 std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers);
 
-/// Puts faults into a stream of measurements. What no fault touches stays as it was, to the bit; faults act in the
-/// order of their list, stamps are shifted last. Passing steel has no body: LiDAR does not see it. The same faults,
-/// seed and stream give the same bits.
+/// Puts faults into a stream of measurements. Faults act in the order of their list; stamps are shifted last.
+/// Measurements without a fault keep their bits. Passing steel is invisible to LiDAR. The same faults, seed and stream
+/// give the same bits.
 class FaultInjector {
  public:
-  /// T_map_mag of a magnetometer so many seconds after the log's begin.
+  /// T_map_mag of a magnetometer, `seconds` after the log's begin.
   using MagnetometerPose = std::function<Pose(int magnetometer, double seconds)>;
 
-  /// `start`: the log's begin. `where`: needed by passing steel alone.
+  /// `start`: the log's begin. `where`: required by passing_steel only.
   FaultInjector(std::vector<Fault> faults, Time start, std::uint64_t seed, MagnetometerPose where = {});
   ~FaultInjector();
 
-  /// The next healthy measurement, in order of completion.
+  /// Adds the next healthy measurement, in order of completion.
   void push(Measurement&& measurement);
 
-  /// No more will be pushed.
+  /// Declares the end of the stream.
   void end();
 
-  /// The next measurement as it is recorded, in order of completion by the stamps; false where the stream must go on
-  /// first.
+  /// The next recorded measurement, in order of completion by the recorded stamps. Returns false if a later push() may
+  /// still precede it.
   bool pop(Measurement& measurement);
 
  private:

@@ -12,14 +12,14 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr double largest_offset_s = 5.0;  // beyond that a log's sensors have no common clock at all
+constexpr double largest_offset_s = 5.0;  // with larger offsets, sensors have no common clock at all
 
 Vector3 vector_of(const ConfigurationNode& node) {
   const auto values = node.as_doubles(3);
   return {values[0], values[1], values[2]};
 }
 
-/// The keys of an entry beside `kind`.
+/// Allowed keys of an entry, without `kind`.
 std::vector<std::string> keys_of(FaultKind kind) {
   switch (kind) {
     case FaultKind::hard_iron:
@@ -59,7 +59,7 @@ class Entry {
 
   Fault read() {
     options_detail::read_value(node_.at("kind"), fault_.kind);
-    // Before anything is missed: a misspelt key is no missing one.
+    // Unknown keys are reported before missing keys: a missing key may be misspelt.
     std::vector<std::string> known = keys_of(fault_.kind);
     known.emplace_back("kind");
     node_.refuse_keys_other_than(known);
@@ -113,7 +113,7 @@ class Entry {
     return value;
   }
 
-  /// Where nothing is said a fault lasts for the whole drive; what interrupts a sensor must say for how long.
+  /// Without begin_s and end_s, a fault lasts for the whole drive. Outages, gaps and passing steel require both keys.
   void read_span() {
     const bool needed = fault_.kind == FaultKind::lidar_outage || fault_.kind == FaultKind::imu_gap ||
                         fault_.kind == FaultKind::passing_steel;

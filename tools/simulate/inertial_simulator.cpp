@@ -36,7 +36,7 @@ ImuSample ImuSimulator::next() {
   sample.time = start_time_ + from_seconds(seconds());
   sample.angular_velocity = errors_.gyroscope * sample.angular_velocity;
   sample.linear_acceleration = errors_.accelerometer * sample.linear_acceleration;
-  // White noise of a sample is density · √rate; a walk's step is its density / √rate.
+  // White noise of a sample is density · √rate; the step of a random walk is density / √rate.
   const double root_rate = std::sqrt(options_.rate_hz);
   sample.angular_velocity +=
       gyroscope_bias_ + options_.gyroscope_noise_density_rad_s_sqrt_hz * root_rate * random_.normal3();

@@ -14,10 +14,10 @@
 
 namespace lodestone::simulation {
 
-/// What an ideal IMU reads: rotation rate and specific force in imu axes, exactly at `seconds`.
+/// Readings of an ideal IMU: rotation rate and specific force in imu axes, exactly at `seconds`.
 ImuSample ideal_imu(const Motion& motion, double seconds, double gravity_m_s2);
 
-/// The IMU: the motion's derivatives times the errors of its axes, plus bias (a random walk from a random start) and
+/// The IMU: the motion's derivatives times the axis-error matrices, plus bias (a random walk from a random start) and
 /// white noise.
 class ImuSimulator {
  public:
@@ -41,15 +41,15 @@ class ImuSimulator {
   std::int64_t index_ = 0;
 };
 
-/// What is wrong with an array of magnetometers as platform.yaml describes it, and what else makes a field.
+/// Errors of a magnetometer array against platform.yaml, and additional sources of field.
 struct ArrayErrors {
-  std::vector<MagnetometerErrors> magnetometers;                   ///< one each; empty: none
-  double clock_offset_s = 0.0;                                     ///< stamp = true time + this
-  std::function<DriveCommand(double seconds)> command{};           ///< what the motors are asked for; empty: nothing
-  std::function<Vector3(double seconds, const Vector3&)> field{};  ///< of what moves, map, µT; empty: none
+  std::vector<MagnetometerErrors> magnetometers;          ///< one per magnetometer; empty: no errors
+  double clock_offset_s = 0.0;                            ///< stamp = true time + this
+  std::function<DriveCommand(double seconds)> command{};  ///< commanded motion of the motors; empty: no command
+  std::function<Vector3(double seconds, const Vector3&)> field{};  ///< of moving objects, map, µT; empty: none
 };
 
-/// All magnetometers, read at one instant: the field where each is, in its own axes, with its errors and white noise.
+/// All magnetometers, read at one instant: the field at each sensor, in sensor axes, with errors and white noise.
 class MagnetometerSimulator {
  public:
   MagnetometerSimulator(const Motion& motion, const MagneticField& field, const MagnetometerOptions& options,
@@ -57,10 +57,10 @@ class MagnetometerSimulator {
 
   int sample_count() const { return sample_count_; }
 
-  /// As stamped: the true time plus the clock's offset.
+  /// Stamp: the true time plus the clock offset.
   Time time(int index) const;
 
-  /// The readings of every magnetometer; depends on (seed, index) alone. Thread-safe.
+  /// The readings of all magnetometers; depends on (seed, index) alone. Thread-safe.
   std::vector<MagneticSample> read(int index) const;
 
  private:

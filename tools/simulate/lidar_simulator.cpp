@@ -13,8 +13,8 @@ float cosine_of(double degrees) {
   return static_cast<float>(std::cos(degrees * std::numbers::pi / 180.0));
 }
 
-/// What a beam that met glass brings back in the end: a pane, what lies behind, or nothing. Each pane on its way lets
-/// it pass with its transparency; the rest is mirrored, and comes back only where it meets the pane steeply enough.
+/// Final return of a beam that met glass: a pane, an object behind, or nothing. Each pane transmits the beam with
+/// probability `transparency`; a reflected beam returns only within max_incidence_deg of the normal.
 RayHit follow_through_glass(const RayCaster& caster, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
                             float max_range, RayHit hit, RandomStream& random) {
   while (hit.range >= 0.0F) {
@@ -26,14 +26,14 @@ RayHit follow_through_glass(const RayCaster& caster, const Eigen::Vector3f& orig
   return hit;
 }
 
-// Mixed points. A beam is a few mrad wide; a receiver takes two echoes for one if the pulses, about 2 m long, overlap.
+// Mixed points. A beam is a few mrad wide; a receiver merges two echoes if their pulses, about 2 m long, overlap.
 constexpr double beam_half_width_rad = 1.5e-3;  // one sigma, in each of the two directions across the beam
 constexpr float least_step_m = 0.1F;
 constexpr float longest_step_m = 2.0F;
-constexpr double mixing_probability = 0.5;  // a beam that straddles an edge may return either surface too
+constexpr double mixing_probability = 0.5;  // a beam on an edge may also return either surface
 
-/// Whether two hits of neighbouring rays lie on either side of an edge: their ranges differ by more than one plane
-/// explains.
+/// Whether two hits of neighbouring rays are on different sides of an edge: their ranges differ by more than a single
+/// plane explains.
 bool is_edge(const RayHit& hit, const RayHit& other, double angle) {
   const float step = std::abs(hit.range - other.range);
   const double cosine = std::clamp<double>(hit.cosine, 0.02, 1.0);
@@ -47,7 +47,7 @@ struct LidarSimulator::Firing {
   double seconds;
   Eigen::Vector3f origin;
   std::span<const Eigen::Vector3f> directions;
-  std::span<const Mover* const> movers;  ///< who may be hit in this scan
+  std::span<const Mover* const> movers;  ///< movers within reach during this scan
 };
 
 LidarSimulator::LidarSimulator(const RayCaster& caster, const Motion& motion, const LidarOptions& options,
@@ -102,11 +102,11 @@ void LidarSimulator::mix(const Firing& firing, RandomStream& random, RandomStrea
   std::vector<Eigen::Vector3f> others;
   std::vector<double> angles;
   const auto draw = [&] {
-    // Uniform in a square has the asked sigma too, and costs less than a normal.
+    // Uniform in a square: same sigma, cheaper than a normal distribution.
     return static_cast<float>(random.uniform(-1.0, 1.0) * std::numbers::sqrt3 * beam_half_width_rad);
   };
   for (std::size_t line = 0; line < hits.size(); ++line) {
-    // Whether the beam would mix is drawn before it is known whether it meets an edge: half of the rays are saved.
+    // Mixing is drawn before edges are searched: this saves half of the rays.
     if (random.uniform() >= mixing_probability) continue;
     const Eigen::Vector3f& beam = firing.directions[line];
     const Eigen::Vector3f aside = beam.unitOrthogonal(), up = beam.cross(aside);
@@ -145,13 +145,13 @@ LidarScan LidarSimulator::scan(int index) const {
   scan.end = scan_end(index);
   scan.points.reserve(static_cast<std::size_t>(lines) * pattern_.firings());
   RandomStream random(seed_, "lidar", static_cast<std::uint64_t>(index));
-  RandomStream glass(seed_, "glass", static_cast<std::uint64_t>(index));  // a world without glass keeps its noise
+  RandomStream glass(seed_, "glass", static_cast<std::uint64_t>(index));  // glass must not change the noise
   RandomStream mixing(seed_, "reality mixed points", static_cast<std::uint64_t>(index));
   RandomStream mixing_glass(seed_, "reality mixed glass", static_cast<std::uint64_t>(index));
   const float limit = cosine_of(options_.max_incidence_deg);
   std::vector<const Mover*> movers;
   if (movers_ != nullptr) {
-    constexpr double margin_m = 10.0;  // what a mover and the robot go during a scan, and a mover's size
+    constexpr double margin_m = 10.0;  // a mover's size, and the motion of mover and robot during a scan
     const double begin_s = pattern_.seconds(index, 0);
     movers = movers_->near(begin_s, pattern_.seconds(index, pattern_.firings() - 1), motion_.pose_at(begin_s).position,
                            options_.max_range_m + margin_m);
@@ -179,7 +179,7 @@ LidarScan LidarSimulator::scan(int index) const {
       Vector3 told = beams[line];
       if (options_.direction_noise_rad > 0.0) {
         const double z = random.normal(), y = random.normal();
-        const double x = random.normal();  // drawn in one order by every compiler
+        const double x = random.normal();  // one by one: the order of evaluation is the same for every compiler
         const Vector3 across(x, y, z);
         told = (told + options_.direction_noise_rad * (across - across.dot(told) * told)).normalized();
       }

@@ -12,29 +12,29 @@
 
 namespace lodestone::simulation {
 
-/// A LiDAR on a moving robot: every firing of its pattern cast from where the LiDAR is at that moment. Thread-safe.
+/// A LiDAR on a moving robot: every firing is cast from the LiDAR's pose at the firing's time. Thread-safe.
 class LidarSimulator {
  public:
-  /// `caster`, `motion` and `movers` must outlive this. `start_time` is the stamp of the motion's second 0. `errors` is
-  /// what platform.yaml does not know; `movers` are who walks by (null: nobody).
+  /// `caster`, `motion` and `movers` must outlive this object. `start_time` is the stamp of the motion's second 0.
+  /// `errors`: the true errors against platform.yaml. `movers`: people and vehicles nearby (null: none).
   LidarSimulator(const RayCaster& caster, const Motion& motion, const LidarOptions& options, Time start_time,
                  std::uint64_t seed, LidarErrors errors = {}, const Movers* movers = nullptr);
 
-  /// Scans that fit wholly into the motion.
+  /// Number of scans that fit entirely into the motion.
   int scan_count() const { return scan_count_; }
 
-  /// As stamped: the true time, plus what stamp_error_s says.
+  /// Stamp: the true time plus stamp_error_s().
   Time scan_end(int index) const;
 
-  /// Stamp of a scan minus its true time: the clock's offset and this scan's jitter (at most 3 sigma, and never so much
-  /// that scans change their order).
+  /// Stamp of a scan minus its true time: the clock offset plus this scan's jitter (limited to 3 sigma, and to less
+  /// than would change the order of scans).
   double stamp_error_s(int index) const;
 
-  /// Points in order of time, then ring (the line of the firing). Depends on (seed, index) alone.
+  /// Points ordered by time, then ring (the line of the firing). Depends on (seed, index) alone.
   LidarScan scan(int index) const;
 
  private:
-  /// All beams of one firing, against the world and whoever moves in it.
+  /// All beams of one firing, against the world and the movers.
   struct Firing;
   void cast(const Firing& firing, RandomStream& glass, std::span<RayHit> hits) const;
   void mix(const Firing& firing, RandomStream& random, RandomStream& glass, std::span<RayHit> hits) const;

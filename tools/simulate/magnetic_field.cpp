@@ -13,13 +13,13 @@ namespace lodestone::simulation {
 namespace {
 
 constexpr double mu0_over_4pi_ut = 0.1;     // µT·m³/(A·m²)
-constexpr double smallest_square = 1.0e-4;  // m², keeps a source finite within a centimetre
+constexpr double smallest_square = 1.0e-4;  // m², keeps the field finite within a centimetre of a source
 
-const Vector3 cell_size(2.5, 2.5, 0.5);  // m: robots drive flat
-constexpr double near_distance = 6.0;    // m from a cell's centre; steel within is summed exactly
+const Vector3 cell_size(2.5, 2.5, 0.5);  // m: robots move in a plane
+constexpr double near_distance = 6.0;    // m from a cell's centre; nearer steel is summed exactly
 
-/// Interpolation at Chebyshev nodes, over [-1, 1]. The nearest far source is about 5 half-widths away, so that five
-/// nodes leave 1e-5 of the far field, three in the flat direction as much.
+/// Interpolation at Chebyshev nodes over [-1, 1]. The nearest far source is about 5 half-widths away: five nodes leave
+/// an error of 1e-5 of the far field, and so do three nodes in the flat direction.
 template <int count>
 struct Chebyshev {
   static double node(int i) { return std::cos(std::numbers::pi * (i + 0.5) / count); }
@@ -116,7 +116,7 @@ Vector3 MagneticField::field_ut(const Vector3& point) const {
   const Eigen::Vector3i index = scaled.array().floor().cast<int>();
   const std::array<int, 3> key{index.x(), index.y(), index.z()};
   auto found = cells_->map.find(key);
-  // Two threads may make the same cell: it has the same bits, and the first one in stays.
+  // Two threads may compute the same cell with the same bits; the first insertion is kept.
   if (found == cells_->map.end()) found = cells_->map.emplace(key, make_cell(index)).first;
   const Cell& cell = *found->second;
 

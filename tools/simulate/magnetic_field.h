@@ -7,15 +7,15 @@
 
 namespace lodestone::simulation {
 
-/// Field of one source at `point` (map), µT. Within a centimetre of a pole it stays finite.
+/// Field of one source at `point` (map), µT. Finite even within a centimetre of a pole.
 ///   dipole: B = μ0/4π (3 (m·r̂) r̂ − m) / r³;   bar: B = μ0/4π q (r₁/r₁³ − r₂/r₂³), q = m / length.
 Vector3 source_field_ut(const FieldSource& source, const Vector3& point);
 
-/// The ambient field of a world: the earth's and that of every piece of steel, none left out.
+/// The ambient field of a world: the earth's field plus the field of all steel.
 ///
-/// Steel within a few metres is summed exactly. What lies farther is smooth: it is summed at Chebyshev nodes of cells
-/// of space when a cell is first entered, and interpolated from there, to about 1e-4 µT. The result does not depend on
-/// who asks first: queries are thread-safe and deterministic.
+/// Steel within a few metres is summed exactly. The field of farther steel is smooth: it is summed at Chebyshev nodes
+/// of a spatial cell when the cell is first entered, then interpolated, to about 1e-4 µT. Queries are thread-safe, and
+/// the result does not depend on their order.
 class MagneticField {
  public:
   MagneticField(const Vector3& earth_field_ut, std::vector<FieldSource> sources);
@@ -26,7 +26,7 @@ class MagneticField {
   /// µT, map axes.
   Vector3 field_ut(const Vector3& point) const;
 
-  /// The same by summing every source: the oracle of the tests.
+  /// The same by summing every source: the reference of the tests.
   Vector3 field_of_all_ut(const Vector3& point) const;
 
  private:

@@ -69,8 +69,7 @@ void map_truth(const MapTruthCall& call) {
 void add_map_truth(CLI::App& map, int* code) {
   const auto call = std::make_shared<MapTruthCall>();
   CLI::App* command = map.add_subcommand(
-      "truth",
-      "Write a simulated world's true field at the nodes where a map has field: `map diff` then gives the map's error");
+      "truth", "Write a simulated world's true field at the nodes of a map; `map diff` then gives the map's error");
   CommandFiles files(*command);
   files.input(command->add_option("WORLD", call->world, "world file (config/worlds/)"))->required();
   files
@@ -81,7 +80,7 @@ void add_map_truth(CLI::App& map, int* code) {
       .output(command->add_option("--out", call->out, "TRUTH.yaml; TRUTH.tif is written beside it; sigma is 0"),
               CommandFiles::with_endings({".tif"}))
       ->required();
-  command->add_option("--scene", call->scene, "what else stands in the world (default: only what always does)");
+  command->add_option("--scene", call->scene, "scene of the world (default: the permanent solids alone)");
   command->add_option("--set", call->settings, "change a key of the world, as for simulate");
   command->footer(R"(
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone map magnetic` write:

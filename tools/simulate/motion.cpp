@@ -10,9 +10,9 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr int order = 6;  // control points that act at one time
+constexpr int order = 6;  // control points per interval
 
-/// Value, first and second derivative (by the share u of a knot interval) of the quintic basis.
+/// Value and first two derivatives (by the share u of a knot interval) of the quintic basis.
 struct Basis {
   std::array<double, order> value, first, second;
   explicit Basis(double u) {
@@ -29,7 +29,7 @@ struct Basis {
   }
 };
 
-/// Gaussian noise of unit variance with a correlation time, one value a plan step.
+/// Gaussian noise of unit variance with a correlation time, one value per plan step.
 std::vector<double> correlated_noise(std::size_t count, double correlation_s, RandomStream random) {
   const double sigma = correlation_s / plan_step_s / std::numbers::sqrt2;
   const int half = static_cast<int>(std::ceil(4.0 * sigma));
@@ -74,7 +74,7 @@ Motion::Motion(const std::vector<PlannedPose>& plan, double imu_height_m, const 
   const auto shake_x = vibration("shake x"), shake_y = vibration("shake y"), shake_z = vibration("shake z"),
              shake_roll = vibration("shake roll"), shake_pitch = vibration("shake pitch");
   for (std::size_t i = 0; i < count; ++i) {
-    // At rest the floor does nothing; the shaking grows with the speed up to 0.5 m/s.
+    // At rest the floor causes no disturbance; the disturbance grows with the speed up to 0.5 m/s.
     const double pace = std::min(1.0, std::abs(plan[i].speed) / 0.5);
     const double share = pace * pace * (3.0 - 2.0 * pace);
     Channels channels;

@@ -9,7 +9,7 @@
 
 namespace lodestone::simulation {
 
-/// The truth at one time.
+/// Ground truth at one time.
 struct MotionSample {
   Pose T_map_imu;
   Vector3 velocity = Vector3::Zero();          ///< map axes, m/s
@@ -17,14 +17,14 @@ struct MotionSample {
   Vector3 angular_velocity = Vector3::Zero();  ///< imu axes, rad/s
 };
 
-/// The true motion of the IMU: one uniform quintic B-spline in x, y, z, roll, pitch and yaw (R = Rz Ry Rx), so four
-/// times continuously differentiable, with exact derivatives. Its control points are the planned drive and what the
-/// floor does to a robot on it. Immutable; queries are thread-safe.
+/// The true motion of the IMU: one uniform quintic B-spline in x, y, z, roll, pitch and yaw (R = Rz Ry Rx), four times
+/// continuously differentiable, with exact derivatives. Its control points are the planned drive plus the disturbances
+/// by the floor. Immutable; queries are thread-safe.
 class Motion {
  public:
   Motion(const std::vector<PlannedPose>& plan, double imu_height_m, const FloorOptions& floor, std::uint64_t seed);
 
-  /// `seconds` since the start; held within [0, duration].
+  /// `seconds` since the start, clamped to [0, duration].
   MotionSample at(double seconds) const;
   Pose pose_at(double seconds) const;
   double duration() const { return duration_; }

@@ -14,13 +14,13 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 constexpr double largest_plan_m = 3.0;
-constexpr double largest_height_m = 2.2;  // what reaches higher may carry the ceiling
-constexpr double least_size_m = 0.15;     // thinner things are boards, posts and signs
+constexpr double largest_height_m = 2.2;  // higher objects may carry the ceiling
+constexpr double least_size_m = 0.15;     // thinner objects are boards, posts and signs
 constexpr double path_clearance_m = 1.0;
 constexpr double path_step_m = 0.25;
-constexpr double new_box_slot_m = 4.0;  // of path, for which one box may be added
+constexpr double new_box_slot_m = 4.0;  // length of path for which at most one box is added
 constexpr int tries = 20;
-constexpr double on_floor_m = 0.1;  // what begins lower stands on the floor
+constexpr double on_floor_m = 0.1;  // an object whose lower end is below this stands on the floor
 
 class Surroundings {
  public:
@@ -44,8 +44,8 @@ class Surroundings {
     });
   }
 
-  /// Whether nothing cuts through `box`: neither a solid's bounds nor something put there before. A room that contains
-  /// it does not, nor do the floor below it and `self`.
+  /// Whether `box` intersects neither a solid's bounds nor an added object. A room around `box`, the floor below it and
+  /// `self` do not count.
   bool is_free(const Box& box, const Box& self) const {
     const Vector3 margin(0.02, 0.02, 0.03);
     const Box inner(box.min() + margin, box.max() - margin);
@@ -55,7 +55,7 @@ class Surroundings {
     return std::none_of(obstacles_.begin(), obstacles_.end(), cuts) && std::none_of(taken_.begin(), taken_.end(), cuts);
   }
 
-  /// Whether all of `box` is seen from `place` on a path, and stands on the floor.
+  /// Whether `box` stands on the floor, and all of it is visible from `place` on a path.
   bool is_open(const Box& box, const Eigen::Vector2d& place) const {
     const Eigen::Vector3f eye(static_cast<float>(place.x()), static_cast<float>(place.y()), 0.5F);
     for (int corner = 0; corner < 8; ++corner) {
@@ -82,7 +82,7 @@ class Surroundings {
   std::vector<Box> taken_;
 };
 
-/// Walls, floors and tubes are of rectangles, tubes or glass: nobody moves them.
+/// Walls, floors and tubes consist of rectangles, tubes or glass: they are never moved.
 bool holds_building(const Solid& solid) {
   if (solid.shape == SolidShape::rectangle || solid.shape == SolidShape::tube || solid.transparency > 0.0) return true;
   return std::any_of(solid.parts.begin(), solid.parts.end(), holds_building);
@@ -94,11 +94,11 @@ bool is_movable(const SolidInstance& instance) {
   return size.minCoeff() >= least_size_m && size.head<2>().maxCoeff() <= largest_plan_m && size.z() <= largest_height_m;
 }
 
-/// Shifts an object and turns it a little. False if no place is found.
+/// Shifts an object and turns it a little. Returns false if no place is found.
 bool shift(Surroundings& surroundings, std::size_t number, RandomStream& random, MovedObjects& moved) {
   const SolidInstance& instance = surroundings.instances[number];
   const Box& old_box = instance.bounds;
-  // Goods on a shelf are pushed about on it.
+  // Goods on a shelf are shifted on the shelf.
   const double farthest = old_box.min().z() < on_floor_m ? 2.0 : 0.6;
   for (int attempt = 0; attempt < tries; ++attempt) {
     const double distance = random.uniform(0.3, farthest);
@@ -121,7 +121,7 @@ bool shift(Surroundings& surroundings, std::size_t number, RandomStream& random,
   return false;
 }
 
-/// Puts a box on the floor beside a path, half of them with steel. Nothing if there is no room.
+/// Adds a box on the floor beside a path, half of the boxes with steel. Does nothing if there is no room.
 void add_box(Surroundings& surroundings, std::size_t slot, RandomStream& random, MovedObjects& moved) {
   const auto per_slot = static_cast<std::size_t>(new_box_slot_m / path_step_m);
   for (int attempt = 0; attempt < tries; ++attempt) {
@@ -142,7 +142,7 @@ void add_box(Surroundings& surroundings, std::size_t slot, RandomStream& random,
     if (!surroundings.keeps_off_paths(box) || !surroundings.is_free(box, Box{}) || !surroundings.is_open(box, place))
       continue;
     if (has_steel) {
-      Steel steel;  // of a pallet with machine parts
+      Steel steel;  // e.g. a pallet with machine parts
       steel.moment_sigma = 15.0;
       solid.steel.push_back(steel);
     }
@@ -178,7 +178,7 @@ MovedObjects draw_moved_objects(const World& world, std::uint64_t seed) {
         moved.list.push_back({ObjectChange::gone, instance.name, size, center, center});
       }
     }
-    number = instance.end;  // its parts go with it
+    number = instance.end;  // skips the instance's parts
   }
   const auto slots =
       static_cast<std::size_t>(static_cast<double>(surroundings.path.size()) * path_step_m / new_box_slot_m);

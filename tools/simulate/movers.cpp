@@ -17,11 +17,11 @@ constexpr double person_height_m = 1.75;
 constexpr double person_speed_m_s = 1.2;
 const Vector3 vehicle_size(2.5, 1.2, 2.0);     // m: a forklift or a tug, x forward
 constexpr double vehicle_moment_sigma = 60.0;  // A·m², a component of each of four dipoles: about two tonnes of steel
-constexpr double encounter_s = 20.0;           // how long one of them is there
+constexpr double encounter_s = 20.0;           // duration of an encounter
 constexpr double longest_way_m = 25.0;
 constexpr double shortest_way_m = 3.0;
 constexpr double robot_radius_m = 0.45;
-constexpr double least_gap_m = 0.1;  // between the robot and whoever passes it
+constexpr double least_gap_m = 0.1;  // between the robot and a passing mover
 constexpr double farthest_field_m = 25.0;
 constexpr int mover_tries = 40;
 
@@ -32,7 +32,7 @@ double half_length(bool is_vehicle) {
   return is_vehicle ? 0.5 * vehicle_size.x() : person_radius_m;
 }
 
-/// How far one can go from `place` along `direction` on a free floor, at most `most`, with all of the body.
+/// Free distance from `place` along `direction` on the floor for the whole body, at most `most`.
 double free_way(const RayCaster& caster, const Eigen::Vector2d& place, const Eigen::Vector2d& direction,
                 bool is_vehicle, double most) {
   const Eigen::Vector2d left(-direction.y(), direction.x());
@@ -57,7 +57,7 @@ bool stands_on_floor(const RayCaster& caster, const Eigen::Vector2d& place) {
   return hit.range > 0.08F && hit.range < 0.12F;
 }
 
-/// Distance from the robot's edge to the mover's.
+/// Distance between the robot's edge and the mover's.
 double gap_to_robot(const Mover& mover, double seconds, const Motion& motion) {
   const Eigen::Vector2d offset = motion.pose_at(seconds).position.head<2>() - mover.place(seconds);
   const Eigen::Vector2d forward = (mover.to - mover.from).normalized();
@@ -86,7 +86,7 @@ std::vector<FieldSource> draw_steel(RandomStream& random) {
   return steel;
 }
 
-/// A mover whose meeting lies within [first_s, last_s); nothing if there is no room for one.
+/// A mover whose meeting time is in [first_s, last_s); nothing if there is no room.
 std::optional<Mover> draw_mover(bool is_vehicle, double first_s, double last_s, const RayCaster& caster,
                                 const Motion& motion, RandomStream& random) {
   for (int attempt = 0; attempt < mover_tries; ++attempt) {
@@ -96,7 +96,7 @@ std::optional<Mover> draw_mover(bool is_vehicle, double first_s, double last_s, 
     const Pose robot = motion.pose_at(mover.meeting_s);
     const double bearing = random.uniform(-std::numbers::pi, std::numbers::pi);
     const double distance = random.uniform(half_width(is_vehicle) + robot_radius_m + least_gap_m, 6.0);
-    // Most go the robot's way or come towards it, as aisles make them; every third crosses.
+    // Two thirds move parallel to the robot's path, as in aisles; a third crosses it.
     const Vector3 robot_forward = robot.rotation * Vector3::UnitX();
     const double heading = std::atan2(robot_forward.y(), robot_forward.x()) +
                            (random.uniform() < 0.5 ? std::numbers::pi : 0.0) +
@@ -158,7 +158,7 @@ Eigen::Vector2d Mover::place(double seconds) const {
 }
 
 Movers::Movers(double people, double vehicles, const RayCaster& caster, const Motion& motion, std::uint64_t seed) {
-  // One meeting in each interval, so that the beginning of a drive does not depend on its length.
+  // One meeting per interval: the beginning of a drive does not depend on its length.
   const auto draw = [&](bool is_vehicle, double at_once) {
     if (!(at_once > 0.0)) return;
     const double interval_s = encounter_s / at_once;

@@ -10,9 +10,8 @@
 
 namespace lodestone::simulation {
 
-/// A stream of random numbers named by a seed, a purpose and an index. Streams do not depend on one another, so that a
-/// scan, a rod or a sensor has its own numbers whichever thread comes to it first. Source: Steele et al. 2014
-/// (SplitMix64: a counter, mixed).
+/// A stream of random numbers, named by a seed, a purpose and an index. Streams are independent: each scan, rod or
+/// sensor has its own numbers, whichever thread comes first. Source: Steele et al. 2014 (SplitMix64: a mixed counter).
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::string_view purpose, std::uint64_t index = 0) : counter_(mix(seed + step)) {
@@ -26,7 +25,7 @@ class RandomStream {
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
-  /// Standard normal, by Box and Muller: two at a time.
+  /// Standard normal, by Box and Muller: two at once.
   double normal() {
     if (has_spare_) {
       has_spare_ = false;

@@ -9,11 +9,11 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr double path_m = 6.0;  // of a robot under way: longer than what five seconds take
+constexpr double path_m = 6.0;  // of a driving robot: more than it drives in five seconds
 constexpr double path_check_m = 0.3;
-constexpr double rest_s = 60.0;  // of a robot that stands
+constexpr double rest_s = 60.0;  // of a standing robot
 constexpr int tries_a_start = 2000;
-constexpr double under_way_s = 2.5;  // after which a robot has its speed
+constexpr double under_way_s = 2.5;  // after this time, a driving robot has its speed
 
 class FreeFloor {
  public:
@@ -30,7 +30,7 @@ class FreeFloor {
     return {x, random.uniform(low_.y(), high_.y())};
   }
 
-  /// Floor at z = 0 below, nothing above up to the head room and nothing round about.
+  /// Floor at z = 0 below, and free space above (up to the head room) and around.
   bool holds(const Eigen::Vector2d& place) const {
     const Eigen::Vector3f middle(static_cast<float>(place.x()), static_cast<float>(place.y()), 0.1F);
     const float down = cast(middle, -Eigen::Vector3f::UnitZ(), 0.2F);

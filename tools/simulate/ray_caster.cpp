@@ -11,7 +11,7 @@ namespace lodestone::simulation {
 
 namespace {
 
-constexpr float left_out = 0.02F;  // metres before a point whose visibility is asked: the surface it lies on
+constexpr float end_margin = 0.02F;  // metres before the target point: excludes the surface of the target itself
 
 }  // namespace
 
@@ -31,9 +31,9 @@ RayCaster::RayCaster(const TriangleMesh& mesh) : implementation_(std::make_uniqu
   implementation_->surfaces = mesh.surfaces;
   implementation_->surface_of_triangle = mesh.surface_of_triangle;
   implementation_->surface_of_triangle.resize(mesh.triangles.size());
-  // Its own threads are used for building only; one is enough, and starts no pool beside ours.
+  // Embree's own threads are used for building only: one is enough, and starts no second thread pool.
   implementation_->device = rtcNewDevice("threads=1");
-  if (implementation_->device == nullptr) throw std::runtime_error("Embree found no device to cast rays on");
+  if (implementation_->device == nullptr) throw std::runtime_error("Embree could not create a device for ray casting");
   implementation_->scene = rtcNewScene(implementation_->device);
   rtcSetSceneFlags(implementation_->scene, RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(implementation_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -87,7 +87,7 @@ void RayCaster::cast(const Eigen::Vector3f& origin, std::span<const Eigen::Vecto
 
 RayHit RayCaster::cast_beyond(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float range,
                               float max_range) const {
-  constexpr float step = 1e-3F;  // past the surface just met, whatever rounding did to its range
+  constexpr float step = 1e-3F;  // beyond the last surface, despite rounding of its range
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query{};
@@ -106,15 +106,15 @@ RayHit RayCaster::cast_beyond(const Eigen::Vector3f& origin, const Eigen::Vector
 bool RayCaster::sees(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const {
   const Eigen::Vector3f offset = to - from;
   const float length = offset.norm();
-  if (length <= left_out) return true;
+  if (length <= end_margin) return true;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRay ray{};
   ray.org_x = from.x(), ray.org_y = from.y(), ray.org_z = from.z();
   ray.dir_x = offset.x() / length, ray.dir_y = offset.y() / length, ray.dir_z = offset.z() / length;
-  ray.tnear = 0.0F, ray.tfar = length - left_out, ray.mask = ~0U;
+  ray.tnear = 0.0F, ray.tfar = length - end_margin, ray.mask = ~0U;
   rtcOccluded1(implementation_->scene, &context, &ray);
-  return ray.tfar >= 0.0F;  // Embree sets it to minus infinity where something is in the way
+  return ray.tfar >= 0.0F;  // Embree sets minus infinity if the ray is occluded
 }
 
 double RayCaster::transmission(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const {
@@ -124,7 +124,7 @@ double RayCaster::transmission(const Eigen::Vector3f& from, const Eigen::Vector3
   const Eigen::Vector3f direction = (to - from) / length;
   double share = 1.0;
   for (float range = 0.0F; share > 0.0;) {
-    const RayHit hit = cast_beyond(from, direction, range, length - left_out);
+    const RayHit hit = cast_beyond(from, direction, range, length - end_margin);
     if (hit.range < 0.0F) break;
     share *= surface(hit).transparency;
     range = hit.range;

@@ -8,9 +8,9 @@
 
 namespace lodestone::simulation {
 
-/// What a ray met.
+/// Result of one ray.
 struct RayHit {
-  float range = -1.0F;  ///< metres along the ray; negative where nothing was met
+  float range = -1.0F;  ///< metres along the ray; negative: no surface was hit
   float cosine = 0.0F;  ///< |cos| of the angle between ray and surface normal
   std::uint16_t surface = 0;
 };
@@ -23,7 +23,7 @@ class RayCaster {
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
-  /// First surface along each of the unit `directions` from one `origin` (map), no farther than `max_range`.
+  /// First surface along each of the unit `directions` from one `origin` (map), up to `max_range`.
   void cast(const Eigen::Vector3f& origin, std::span<const Eigen::Vector3f> directions, float max_range,
             std::span<RayHit> hits) const;
 
@@ -31,16 +31,16 @@ class RayCaster {
   RayHit cast_beyond(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float range,
                      float max_range) const;
 
-  /// Whether nothing stands between two points (map), not even glass; the last 2 cm before `to` are not looked at.
+  /// Whether the line between two points (map) is free, also of glass. The last 2 cm before `to` are ignored.
   bool sees(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const;
 
-  /// Share of beams that get from one point to another (map): 0 where something opaque stands between, else the product
-  /// of what the panes on the way let pass; not the last 2 cm before `to`.
+  /// Share of beams that pass from one point to another (map): 0 behind an opaque surface, else the product of the
+  /// panes' transparencies. The last 2 cm before `to` are ignored.
   double transmission(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const;
 
   const Surface& surface(const RayHit& hit) const;
 
-  /// Whether any surface is transparent or mirrors.
+  /// Whether any surface is transparent or reflects like a mirror.
   bool has_glass() const;
 
  private:

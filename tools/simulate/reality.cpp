@@ -9,8 +9,8 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr double reference_acceleration = 0.5;  // m/s²: what motors are asked for when a drive starts or stops
-constexpr double reference_yaw_rate = 0.5;      // rad/s: a usual bend
+constexpr double reference_acceleration = 0.5;  // m/s²: typical command when a drive starts or stops
+constexpr double reference_yaw_rate = 0.5;      // rad/s: a typical curve
 
 Vector6 draw_mounting(double rotation_sigma_deg, double translation_sigma_m, RandomStream random) {
   Vector6 error;
@@ -19,7 +19,7 @@ Vector6 draw_mounting(double rotation_sigma_deg, double translation_sigma_m, Ran
   return error;
 }
 
-/// Identity + scale errors on the diagonal + misalignments off it.
+/// Identity + scale errors on the diagonal + misalignments off the diagonal.
 Matrix3 draw_axes(const RealityOptions& options, RandomStream random) {
   Matrix3 matrix = Matrix3::Identity();
   for (int row = 0; row < 3; ++row) {
@@ -31,7 +31,7 @@ Matrix3 draw_axes(const RealityOptions& options, RandomStream random) {
   return matrix;
 }
 
-/// Identity + a symmetric matrix: what turns the reading belongs to the mounting.
+/// Identity + a symmetric matrix: the antisymmetric part is a rotation and belongs to the mounting.
 Matrix3 draw_soft_iron(double sigma, RandomStream random) {
   Matrix3 matrix = Matrix3::Identity();
   for (int row = 0; row < 3; ++row) {

@@ -4,8 +4,8 @@
 
 namespace lodestone::simulation {
 
-/// How far a simulated robot and its maps are from what the user believes of them. Each grade is a column of the table
-/// in config/worlds/README.md, section Reality.
+/// Size of the differences between a simulated robot with its maps and the user's description of them. Each grade is a
+/// column of the table in config/worlds/README.md, section Reality.
 enum class RealityGrade { exact, calibrated, field, rough };
 
 constexpr auto enum_names(RealityGrade) {

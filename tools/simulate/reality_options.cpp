@@ -39,8 +39,8 @@ void RealityOptions::check() const {
   require_between(cloud_displacement_rms_m, 0.0, 10.0, "cloud_displacement_rms_m");
   if (cloud_displacement_rms_m > 0.1 * cloud_displacement_length_m) {
     throw InputError(
-        "cloud_displacement_rms_m must be at most a tenth of cloud_displacement_length_m: a map bends, it "
-        "does not fold");
+        "cloud_displacement_rms_m must be at most a tenth of cloud_displacement_length_m: otherwise the "
+        "map folds");
   }
   require_between(cloud_noise_m, 0.0, 10.0, "cloud_noise_m");
   require_between(doubled_walls_share, 0.0, 1.0, "doubled_walls_share");

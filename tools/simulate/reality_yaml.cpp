@@ -40,7 +40,7 @@ std::string indented(const std::string& lines) {
 std::string sensor_lines(const World& world, const Reality& reality) {
   const LidarErrors& lidar = reality.lidar;
   const DensityFactors& densities = reality.densities;
-  std::string text = "# Truth. Poses take points of the sensor to the imu frame. An offset is stamp minus true time.\n";
+  std::string text = "# Ground truth. T_imu_x maps points of x to imu. An offset is stamp minus true time.\n";
   text += "lidar:\n  T_imu_lidar: " + pose_of(with_error(world.lidar.T_imu_lidar(), lidar.mounting)) + "\n";
   text += "  clock_offset_s: " + write_value(lidar.clock_offset_s) + "\n";
   text += "  ring_bias_m: " + write_value(lidar.ring_bias_m) + "\n";
@@ -48,7 +48,7 @@ std::string sensor_lines(const World& world, const Reality& reality) {
   text += "# Reading = matrix (row by row) * true value, then bias and noise; imu axes.\n";
   text += "imu:\n  gyroscope_matrix: " + list_of(reality.imu.gyroscope) + "\n";
   text += "  accelerometer_matrix: " + list_of(reality.imu.accelerometer) + "\n";
-  text += "  # Densities in platform.yaml over the true ones.\n";
+  text += "  # Densities in platform.yaml, divided by the true ones.\n";
   text += "  gyroscope_noise_density_factor: " + write_value(densities.gyroscope_noise) + "\n";
   text += "  accelerometer_noise_density_factor: " + write_value(densities.accelerometer_noise) + "\n";
   text += "  gyroscope_bias_random_walk_factor: " + write_value(densities.gyroscope_bias_walk) + "\n";
@@ -74,7 +74,7 @@ std::string sensor_lines(const World& world, const Reality& reality) {
 
 std::string displacement_lines(const DisplacementField& field) {
   std::string text =
-      "# Both maps show at x + d(x) what stands at x: d = sum of a cos(w . x) + b sin(w . x), map axes; a line is\n"
+      "# Both maps show the object at x at x + d(x): d = sum of a cos(w . x) + b sin(w . x), map axes; a line is\n"
       "# w (rad/m), a (m), b (m). truth.tum has the displaced poses.\n";
   text += field.empty() ? "displacement: []\n" : "displacement:\n";
   for (const DisplacementField::Wave& wave : field.waves()) {
@@ -116,11 +116,12 @@ std::string mover_lines(const Movers& movers) {
 
 std::string reality_yaml(const World& world, const MovedObjects& moved, const SimulationSource& drive) {
   const Reality& reality = drive.reality();
-  std::string text = "# What the user of this log does not know (config/worlds/README.md, section Reality).\n";
+  std::string text =
+      "# True values that the user of this log does not know (config/worlds/README.md, section Reality).\n";
   text += "seed: " + std::to_string(reality.seed) + "\nreality:\n" + indented(save_options(reality.options));
   text += sensor_lines(world, reality);
   text += displacement_lines(reality.displacement) + moved_lines(moved) + mover_lines(drive.movers());
-  // One stamp error a scan: offset and jitter.
+  // The error of each scan's stamp: offset and jitter.
   const bool jitters = reality.lidar.stamp_jitter_sigma_s > 0.0;
   text += "scan_stamp_errors_s: " + write_value(jitters ? drive.scan_stamp_errors() : std::vector<double>{}) + "\n";
   return text;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double route_step = 0.01;       // m
 constexpr double route_smoothing = 0.35;  // m, one sigma
-constexpr double run_out = 3.0;           // m of straight line past both ends, so that smoothing moves no end
+constexpr double run_out = 3.0;  // m of straight line beyond both ends, so that smoothing does not move the ends
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -32,7 +32,7 @@ std::vector<Eigen::Vector2d> round_corners(const std::vector<Eigen::Vector2d>& c
     const double turn = std::atan2(cross(in, out), in.dot(out));
     const double half_tangent = std::tan(0.5 * std::abs(turn));
     if (half_tangent < 1e-9) continue;
-    // An arc takes at most half of each leg, so that neighbouring arcs never overlap.
+    // An arc uses at most half of each leg: neighbouring arcs never overlap.
     const double tangent = std::min({radius * half_tangent, 0.5 * in.norm(), 0.5 * out.norm()});
     const double arc_radius = tangent / half_tangent;
     const Eigen::Vector2d start = corners[i] - in.normalized() * tangent;
@@ -50,7 +50,7 @@ std::vector<Eigen::Vector2d> round_corners(const std::vector<Eigen::Vector2d>& c
   return samples;
 }
 
-/// Points at exactly equal steps of length along a dense polyline.
+/// Points at equal steps of length along a dense polyline.
 std::vector<Eigen::Vector2d> resample(const std::vector<Eigen::Vector2d>& dense) {
   std::vector<Eigen::Vector2d> samples{dense.front()};
   double next = route_step, travelled = 0.0;
@@ -63,7 +63,7 @@ std::vector<Eigen::Vector2d> resample(const std::vector<Eigen::Vector2d>& dense)
   return samples;
 }
 
-/// Smoothed by a Gaussian; past its ends the data is mirrored through the end point, so that straight ends stay put.
+/// Gaussian smoothing. Beyond its ends the data is mirrored through the end point: straight ends do not move.
 template <class Value>
 std::vector<Value> gaussian_smoothed(const std::vector<Value>& values, double sigma_samples) {
   const int half = static_cast<int>(std::ceil(4.0 * sigma_samples));
@@ -125,7 +125,7 @@ Route::Place Route::at(double distance) const {
 
 namespace {
 
-constexpr double lateral_acceleration = 1.0;  // m/s², a floor robot's comfort
+constexpr double lateral_acceleration = 1.0;  // m/s², comfortable for a ground robot
 constexpr double jerk_smoothing_s = 0.15;     // one sigma in time
 constexpr double lane_change_m = 4.0;
 constexpr double survey_rest_s = 1.0;
@@ -149,7 +149,7 @@ struct Leg {
   double offset = 0.0;
 };
 
-/// Distances travelled on a leg every plan_step_s, from rest to rest, within the limits.
+/// Travelled distances on a leg every plan_step_s, from rest to rest, within the limits.
 std::vector<double> time_leg(const Route& route, const Leg& leg, const std::vector<SpeedPoint>& profile,
                              double acceleration, double max_yaw_rate) {
   const double length = std::abs(leg.end - leg.begin);
@@ -196,7 +196,7 @@ std::vector<PlannedPose> plan(const Route& route, const std::vector<Leg>& legs, 
     travelled = gaussian_smoothed(travelled, jerk_smoothing_s / plan_step_s);
     for (std::size_t i = 0; i < travelled.size(); ++i) {
       const Route::Place place = route.at(leg.begin + direction * travelled[i]);
-      // The shift to this leg's lane: a quintic that starts and ends with no slope and no curvature.
+      // The shift to this leg's lane: a quintic with zero slope and curvature at both ends.
       const double t = std::clamp((travelled[i] - 0.5) / lane_change_m, 0.0, 1.0);
       const double change = leg.offset - leg.offset_before;
       const double offset = leg.offset_before + change * t * t * t * (10.0 - t * (15.0 - 6.0 * t));
@@ -216,7 +216,7 @@ std::vector<PlannedPose> plan(const Route& route, const std::vector<Leg>& legs, 
 
 DriveCommand command_at(const std::vector<PlannedPose>& plan, double seconds) {
   if (plan.size() < 4) return {};
-  // The quintic spline of Motion is centred on the third of the six poses that act on an interval.
+  // Motion's quintic spline is centred on the third of the six poses of an interval.
   const double knot = std::clamp(seconds / plan_step_s + 2.0, 1.0, static_cast<double>(plan.size()) - 3.0);
   const auto index = static_cast<std::size_t>(knot);
   const double share = knot - static_cast<double>(index);

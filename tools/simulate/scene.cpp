@@ -11,7 +11,7 @@ namespace {
 
 using ToMap = std::function<Vector3(const Vector3&)>;
 
-/// Every piece of steel has its own random stream, numbered in the order of the file within what `purpose` names.
+/// Adds steel. Each piece has its own random stream, numbered in file order within `purpose`.
 class SteelBuilder {
  public:
   SteelBuilder(std::uint64_t seed, std::string purpose, std::vector<FieldSource>& sources)
@@ -51,7 +51,7 @@ class SteelBuilder {
   void add_dipole(const Steel& steel, const Vector3& position, const ToMap& to_map, RandomStream& random) {
     FieldSource source;
     source.position = to_map(position);
-    // The moment turns with the solid: its axes at this place, seen from the map.
+    // The moment turns with the solid: the solid's axes at this place, in the map frame.
     const Vector3 moment = steel.moment + steel.moment_sigma * random.normal3();
     for (int axis = 0; axis < 3; ++axis) {
       const Vector3 step = 1e-3 * Vector3::Unit(axis);
@@ -99,10 +99,10 @@ class SteelBuilder {
   std::uint64_t next_stream_ = 0;
 };
 
-/// Places solids one after the other, and numbers them.
+/// Places solids in order, and numbers them.
 class Placer {
  public:
-  /// `instances`: null, or where to list what is placed.
+  /// `instances`: receives the placed instances; may be null.
   Placer(Scene& scene, const Rearrangement& rearrangement, std::vector<SolidInstance>* instances)
       : scene_(scene), rearrangement_(rearrangement), instances_(instances) {}
 
@@ -140,7 +140,7 @@ class Placer {
         instance.bounds.extend(scene_.mesh.vertices[v].cast<double>());
     }
     if (rearrangement_.gone.count(number) == 0) return;
-    // Placed and taken away again, so that all other steel keeps its random stream.
+    // The solid is placed and removed again: all other steel keeps its random stream.
     scene_.mesh.vertices.resize(vertices);
     scene_.mesh.triangles.resize(triangles);
     scene_.mesh.surface_of_triangle.resize(triangles);

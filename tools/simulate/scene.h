@@ -13,10 +13,10 @@
 
 namespace lodestone::simulation {
 
-/// What a surface does to a beam.
+/// How a surface responds to a beam.
 struct Surface {
-  double transparency = 0.0;        ///< share of beams that pass; the rest is returned, or mirrored away
-  double max_incidence_deg = 90.0;  ///< of what is returned, against the normal
+  double transparency = 0.0;        ///< share of beams that pass; the rest is returned, or reflected away
+  double max_incidence_deg = 90.0;  ///< largest angle between a returned beam and the normal
 
   bool operator==(const Surface&) const = default;
 };
@@ -24,7 +24,7 @@ struct Surface {
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;  ///< map, metres
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<Surface> surfaces{Surface{}};          ///< those that occur; the first is a plain one
+  std::vector<Surface> surfaces{Surface{}};          ///< all distinct surfaces; the first is plain
   std::vector<std::uint16_t> surface_of_triangle{};  ///< index of surfaces; triangles beyond its end have the first
 
   const Surface& surface_of(std::size_t triangle) const {
@@ -32,8 +32,8 @@ struct TriangleMesh {
   }
 };
 
-/// A piece of magnetized steel: a dipole, or a bar (two opposite poles at its ends: a thin rod magnetized along
-/// itself).
+/// A piece of magnetized steel: a dipole, or a bar (two opposite poles at its ends: a thin rod, magnetized along its
+/// axis).
 struct FieldSource {
   bool is_bar = false;
   Vector3 position = Vector3::Zero();  ///< the dipole; the bar's north pole (map, m)
@@ -48,8 +48,8 @@ struct Scene {
   std::vector<FieldSource> sources;
 };
 
-/// One repetition of one of the world's solids, or of a part of a group. Instances are numbered in the order in which
-/// they are placed: a group comes before its parts.
+/// One repetition of one of the world's solids, or of a part of a group. Instances are numbered in placement order: a
+/// group precedes its parts.
 struct SolidInstance {
   const Solid* solid = nullptr;  ///< of the world, which must outlive this
   std::string name;              ///< of the solid, or of the nearest group around it that has one
@@ -57,26 +57,26 @@ struct SolidInstance {
   Eigen::AlignedBox3d bounds;    ///< of its surfaces and those of its parts, map, m; empty without surfaces
 };
 
-/// What stands elsewhere than the world's file says. Numbers are those of SolidInstance.
+/// Differences to the world's file, by the numbers of SolidInstance.
 struct Rearrangement {
-  std::map<std::size_t, Pose> moved;  ///< by instance: what takes its old place to its new one (map)
+  std::map<std::size_t, Pose> moved;  ///< by instance: transform from the old to the new place (map)
   std::set<std::size_t> gone;         ///< with all their parts
   std::vector<Solid> added;           ///< with their placement in the map
 
   bool empty() const { return moved.empty() && gone.empty() && added.empty(); }
 };
 
-/// The instances of what always stands in the world.
+/// The instances of the world's permanent solids.
 std::vector<SolidInstance> list_instances(const World& world);
 
-/// What always stands in the world, then what its scene `scene` adds (empty: nothing). Deterministic: depends on the
-/// world alone (its steel_seed), not on the seed of a run. The sources of the world's own solids are the same bits with
-/// every scene; a solid of a scene is magnetized by its name, so that the same car is the same on another day and
-/// changes no other (one without a name: by its scene and place in the list). What `rearrangement` moves takes its
-/// steel along, and changes no other steel. Throws InputError for an unknown scene.
+/// The world's permanent solids, then those of the scene `scene` (empty: none). Depends on the world alone (its
+/// steel_seed), not on the seed of a run. The sources of permanent solids are the same bits with every scene. A solid
+/// of a scene is magnetized by its name: the same car is the same on another day and changes no other steel. (Solids
+/// without a name: by scene and place in the list.) Moved solids keep their magnetization, and change no other steel.
+/// Throws InputError for an unknown scene.
 Scene build_scene(const World& world, const std::string& scene = {}, const Rearrangement& rearrangement = {});
 
-/// Appends the triangles of one solid (its shape only, no parts) placed at `pose`, with its surface.
+/// Appends the triangles of one solid (its own shape, without parts) at `pose`, with its surface.
 void append_shape(const Solid& solid, const Pose& pose, TriangleMesh& mesh);
 
 }  // namespace lodestone::simulation

@@ -6,21 +6,21 @@
 #include "core/geometry/pose.h"
 #include "core/options.h"
 
-/// What the robot carries and how a floor shakes it. Every struct is read by load_options: units stand in the names.
+/// Sensors of the robot, and disturbances by the floor. load_options reads every struct: names contain the units.
 namespace lodestone::simulation {
 
 /// R = Rz(yaw) Ry(pitch) Rx(roll), degrees, and a position in metres.
 Pose mounting_pose(const std::vector<double>& position_m, const std::vector<double>& rotation_rpy_deg);
 
-/// How a LiDAR's beams move; see BeamPattern.
+/// Motion of a LiDAR's beams; see BeamPattern.
 enum class LidarPattern { rotating, rosette };
 
 constexpr auto enum_names(LidarPattern) {
   return EnumNames<LidarPattern, 2>{{{LidarPattern::rotating, "rotating"}, {LidarPattern::rosette, "rosette"}}};
 }
 
-/// What a log's scans are: PointCloud2 (a rotating LiDAR's with Ouster's fields, a rosette's with Livox') or Livox'
-/// own CustomMsg.
+/// Message type of scans: PointCloud2 (with the fields of Ouster for a rotating LiDAR, of Livox for a rosette), or
+/// Livox' own CustomMsg.
 enum class LidarMessage { pointcloud2, livox_custom };
 
 constexpr auto enum_names(LidarMessage) {
@@ -52,9 +52,9 @@ struct LidarOptions {
   void check() const;
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("pattern", pattern, "rotating (rows and columns) or rosette (a Livox Mid-360, never the same twice)");
+    visitor.field("pattern", pattern, "rotating (rows and columns) or rosette (a Livox Mid-360, no scan repeats)");
     visitor.field("message", message,
-                  "how the log holds scans: pointcloud2, or livox_custom (livox_ros_driver2/CustomMsg)");
+                  "message type of the scans: pointcloud2, or livox_custom (livox_ros_driver2/CustomMsg)");
     visitor.field("rows", rows, "rotating: beams, evenly spread over the vertical field of view");
     visitor.field("columns", columns, "rotating: firings a revolution");
     visitor.field("vertical_field_of_view_deg", vertical_field_of_view_deg,
@@ -64,13 +64,13 @@ struct LidarOptions {
     visitor.field("highest_elevation_deg", highest_elevation_deg, "rosette: upper end of the field of view");
     visitor.field("rate_hz", rate_hz, "scans a second; rotating: revolutions");
     visitor.field("first_scan_s", first_scan_s, "start of the first scan after the first IMU sample");
-    visitor.field("min_range_m", min_range_m, "nearer returns are dropped");
-    visitor.field("max_range_m", max_range_m, "farther surfaces are not seen");
+    visitor.field("min_range_m", min_range_m, "nearer returns are discarded");
+    visitor.field("max_range_m", max_range_m, "farther surfaces give no return");
     visitor.field("range_noise_m", range_noise_m, "one sigma along the beam");
     visitor.field("direction_noise_rad", direction_noise_rad,
-                  "one sigma of where a beam goes against where it is told to have gone");
-    visitor.field("max_incidence_deg", max_incidence_deg, "a beam that grazes a surface more than this is lost");
-    visitor.field("dropout_probability", dropout_probability, "of losing any other return");
+                  "one sigma of a beam's true direction against its stated direction");
+    visitor.field("max_incidence_deg", max_incidence_deg, "a beam with a larger angle of incidence gives no return");
+    visitor.field("dropout_probability", dropout_probability, "probability that any other return is lost");
     visitor.field("position_m", position_m, "of the lidar in imu axes");
     visitor.field("rotation_rpy_deg", rotation_rpy_deg, "roll, pitch, yaw of the lidar against the imu");
   }
@@ -111,7 +111,7 @@ struct MagnetometerMount {
   void check() const;
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("name", name, "as the platform file calls it");
+    visitor.field("name", name, "name in the platform file");
     visitor.field("position_m", position_m, "in imu axes");
     visitor.field("rotation_rpy_deg", rotation_rpy_deg, "roll, pitch, yaw against the imu");
   }
@@ -121,7 +121,7 @@ struct MagnetometerOptions {
   double rate_hz = 200.0;
   double offset_s = 1.3e-3;
   double noise_ut = 1.0;
-  std::vector<MagnetometerMount> mounts;  ///< read on its own: a list
+  std::vector<MagnetometerMount> mounts;  ///< read separately: a list
 
   void check() const;
   template <class Visitor>
@@ -149,7 +149,7 @@ struct FloorOptions {
     visitor.field("slip_yaw_sigma_deg", slip_yaw_sigma_deg,
                   "heading of a skid-steer robot against its path, one sigma");
     visitor.field("slip_position_sigma_m", slip_position_sigma_m,
-                  "wheels that slip: off the plan in x and y, one sigma");
+                  "wheel slip: deviation from the plan in x and y, one sigma");
     visitor.field("slow_correlation_s", slow_correlation_s, "correlation time of the four above");
     visitor.field("vibration_m", vibration_m, "in x, y and z, up to about 15 Hz, one sigma at speed");
     visitor.field("vibration_tilt_deg", vibration_tilt_deg, "of roll and pitch, up to about 15 Hz, one sigma at speed");
@@ -188,10 +188,11 @@ struct CloudOptions {
     visitor.field("point_spacing_m", point_spacing_m, "one point per spacing squared of surface");
     visitor.field("noise_m", noise_m, "of the surveyed points, one sigma a component");
     visitor.field("viewpoint_spacing_m", viewpoint_spacing_m,
-                  "the scanner stands so often along every sequence's path");
-    visitor.field("viewpoint_height_m", viewpoint_height_m, "at the lidar's height and at this one");
-    visitor.field("viewpoint_range_m", viewpoint_range_m, "the scanner sees so far");
-    visitor.field("scene", scene, "surveyed; empty: what always stands in the world, alone");
+                  "distance of the scanner's viewpoints along every sequence's path");
+    visitor.field("viewpoint_height_m", viewpoint_height_m,
+                  "the scanner stands at the lidar's height and at this height");
+    visitor.field("viewpoint_range_m", viewpoint_range_m, "range of the scanner");
+    visitor.field("scene", scene, "scene that is surveyed; empty: the permanent solids alone");
   }
 };
 

@@ -47,7 +47,7 @@ void append_cylinder(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
                [&](double a, double b) { return at(a * full_turn, b * solid.radius_m, solid.height_m); });
 }
 
-/// Round vault and flat floor along an arc; both ends open.
+/// Round vault and flat floor along an arc; both ends are open.
 void append_tube(const Solid& solid, const Pose& pose, TriangleMesh& mesh) {
   const double length = solid.tube_end_m - solid.tube_begin_m;
   const int along = std::max(1, static_cast<int>(std::ceil(length / solid.facet_m)));

@@ -44,7 +44,7 @@ double seconds_from(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The world's sensors as the user's platform file describes them.
+/// The world's sensors as stated in the user's platform file.
 Platform make_platform(const simulation::World& world, const simulation::Reality& reality) {
   Platform platform;
   platform.name = world.name;
@@ -79,13 +79,13 @@ void write_cloud(const simulation::World& world, std::shared_ptr<const simulatio
                  std::uint64_t seed, const std::string& path) {
   const auto cloud = simulation::sample_cloud(world, *environment, seed);
   if (cloud.empty()) {
-    throw InputError(world.file + ": no surface of the world is seen from its paths; the cloud map is empty");
+    throw InputError(world.file + ": the cloud map is empty: no surface is visible from the paths of the sequences");
   }
   write_point_cloud(path, cloud);
   fmt::print("{}: {} points\n", path, cloud.size());
 }
 
-/// Worlds that are ready to be driven through; the last one is kept, because the parts of a simulation often share it.
+/// Builds environments. The last one is kept, because the parts of a simulation often share it.
 class Environments {
  public:
   Environments(const simulation::World& world, const simulation::MovedObjects& moved)
@@ -130,7 +130,7 @@ void simulate(const SimulateOptions& options) {
     throw InputError(fmt::format("--duration: expected at least one scan of the LiDAR, {:g} s, found {:g} s",
                                  1.0 / world.lidar.rate_hz, options.duration_s));
   }
-  simulation::find_scene(world, scene);  // refuses an unknown one before anything is made
+  simulation::find_scene(world, scene);  // rejects an unknown scene before anything is written
   made_folder(options.out);
   const auto path = [&](const char* name) { return (std::filesystem::path(options.out) / name).string(); };
 
@@ -140,7 +140,7 @@ void simulate(const SimulateOptions& options) {
   save_platform(platform, path("platform.yaml"));
   Environments environments(world, moved);
   if (options.writes("cloud")) {
-    // The cloud map may have been surveyed among other things than the robot drives among.
+    // The cloud map may have been surveyed in another scene than the robot drives in.
     const auto environment = environments.get(world.cloud.scene, moved.mapped);
     if (!options.writes("log") && !options.writes("survey")) print_contents(options, sequence, *environment);
     write_cloud(world, environment, options.seed, path("cloud.pcd"));
@@ -173,7 +173,7 @@ void simulate(const SimulateOptions& options) {
 void add_simulate_command(CLI::App& app, int* code) {
   const auto options = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand(
-      "simulate", "Drive a robot through a world and write what it would have recorded, with truth and maps' sources");
+      "simulate", "Simulate a robot's drive through a world: write its log, ground truth, cloud map and survey");
   CommandFiles files(*command);
   files.input(command->add_option("world", options->world, "World file (config/worlds/)"))
       ->required()
@@ -189,27 +189,30 @@ void add_simulate_command(CLI::App& app, int* code) {
       ->type_name("DIR");
   command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")
       ->type_name("N");
-  command->add_option("--sequence", options->sequence, "Which drive (default: the world's first)")->type_name("NAME");
+  command->add_option("--sequence", options->sequence, "Name of the drive (default: the world's first)")
+      ->type_name("NAME");
   command
       ->add_option("--scene", options->scene,
-                   "What else stands there (default: the sequence's own scene; none: only what always does)")
+                   "Additional objects (default: the sequence's own scene; none: the permanent solids alone)")
       ->type_name("NAME");
   command
       ->add_option("--reality", options->reality,
-                   "How far robot and maps are from what platform.yaml and the maps say (default: the world's own "
+                   "Size of the errors of platform.yaml and of the maps (default: the world's own "
                    "reality.grade, mostly exact)")
       ->check(CLI::IsMember({"exact", "calibrated", "field", "rough"}))
       ->type_name("GRADE");
-  command->add_option("--only", options->only, "Write only these: log (with its truth), cloud, survey")
+  command->add_option("--only", options->only, "Write only these: log (with its ground truth), cloud, survey")
       ->delimiter(',')
       ->check(CLI::IsMember({"log", "cloud", "survey"}))
       ->type_name("PART[,PART]");
-  command->add_option("--duration", options->duration_s, "Cut the drive after so many seconds")->type_name("S");
+  command->add_option("--duration", options->duration_s, "Cut the drive after S seconds")->type_name("S");
   command
       ->add_option("--set", options->settings,
                    "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
       ->type_name("key.path=value");
-  command->add_option("--threads", options->threads, "At most so many (default: all); the files are the same")
+  command
+      ->add_option("--threads", options->threads,
+                   "Largest number of threads (default: all); the files do not depend on it")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
   command->footer(

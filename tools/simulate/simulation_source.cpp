@@ -14,7 +14,7 @@
 namespace lodestone::simulation {
 namespace {
 
-constexpr int scans_ahead = 32;  // cast together, so that threads have work and memory stays small
+constexpr int scans_ahead = 32;  // cast together: enough work for all threads, little memory
 constexpr int magnetic_samples_ahead = 512;
 constexpr double survey_error_s = 20.0;  // correlation time of the slow error of a surveyed trajectory
 constexpr Time never = std::numeric_limits<Time>::max();
@@ -26,14 +26,14 @@ std::vector<PlannedPose> cut(std::vector<PlannedPose> plan, double max_duration_
   return plan;
 }
 
-/// A survey of another scene is another day's drive: its noise and shaking are its own. A log's are the same with every
-/// scene, so that only the surroundings differ.
+/// A survey of another scene is a drive of another day, with its own noise and vibration. A log's noise is the same
+/// with every scene: only the surroundings differ.
 std::string noise_of(SimulationSource::Drive drive, const std::string& scene) {
   if (drive == SimulationSource::Drive::sequence) return "sequence";
   return scene.empty() ? "survey" : "survey of " + scene;
 }
 
-/// Whom the robot meets. Drawn along the whole drive, so that a drive that is cut is the beginning of the whole one.
+/// Movers of the drive, drawn along the whole drive: a cut drive is the beginning of the whole one.
 Movers draw_movers(const World& world, const Environment& environment, const Sequence& sequence, std::uint64_t run_seed,
                    std::uint64_t seed) {
   const RealityOptions& options = world.reality;
@@ -42,7 +42,7 @@ Movers draw_movers(const World& world, const Environment& environment, const Seq
   return {options.people, options.vehicles, environment.caster, whole, seed};
 }
 
-/// Fills `batch` with make(first), make(first + 1), … on all threads, in order.
+/// Fills `batch` with make(first), make(first + 1), … in order, on all threads.
 template <class Value, class Make>
 void make_ahead(std::deque<Value>& batch, int first, int last, Make&& make) {
   std::vector<Value> values(static_cast<std::size_t>(last - first));
@@ -154,7 +154,7 @@ struct SimulationSource::Implementation {
   double imu_rate_hz;
   Time start_time;
   Reality reality;
-  DisplacementField survey_error;  ///< of the survey's trajectory, at (seconds, 0, 0)
+  DisplacementField survey_error;  ///< of the survey's trajectory, evaluated at (seconds, 0, 0)
   std::vector<PlannedPose> plan;
   Motion motion;
   Movers movers;
@@ -166,9 +166,9 @@ struct SimulationSource::Implementation {
   int next_magnetic = 0;
   std::deque<LidarScan> scan_batch;
   std::deque<std::vector<MagneticSample>> magnetic_batch;
-  std::vector<MagneticSample> readings;  ///< of one instant, handed out from magnetic_part on
+  std::vector<MagneticSample> readings;  ///< of one instant, returned one by one from magnetic_part on
   std::size_t magnetic_part = 0;
-  std::unique_ptr<FaultInjector> faults;  ///< null: a healthy robot
+  std::unique_ptr<FaultInjector> faults;  ///< null: no faults
 };
 
 SimulationSource::SimulationSource(const World& world, std::shared_ptr<const Environment> environment,

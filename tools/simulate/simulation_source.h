@@ -15,9 +15,9 @@
 
 namespace lodestone::simulation {
 
-/// A world that is ready to be driven through: surfaces and field, built once and shared by drive, survey and cloud.
+/// A world's surfaces and field, built once and shared by drive, survey and cloud.
 struct Environment {
-  /// `scene` and `rearrangement` as build_scene takes them.
+  /// `scene` and `rearrangement`: see build_scene.
   explicit Environment(const World& world, const std::string& scene = {}, const Rearrangement& rearrangement = {});
 
   std::string scene_name;
@@ -26,10 +26,9 @@ struct Environment {
   MagneticField field;
 };
 
-/// One drive through a world as measurements, in the order in which they are complete (a scan at its end). The same
-/// world and seed give the same bits on any number of threads. The robot errs as the world's section `reality` and the
-/// seed say; a survey is driven by the same robot when nobody moves. Faults are those of the sequence; a survey has
-/// none.
+/// One drive through a world as measurements, in order of completion (a scan at its end). The same world and seed give
+/// the same bits on any number of threads. The robot has the errors that the world's section `reality` and the seed
+/// define; the survey uses the same robot, without movers. Faults are those of the sequence; a survey has none.
 class SimulationSource : public MeasurementSource {
  public:
   enum class Drive {
@@ -37,7 +36,7 @@ class SimulationSource : public MeasurementSource {
     survey,    ///< the survey drive of the sequence: other noise and shaking, no LiDAR
   };
 
-  /// `max_duration_s` cuts the drive. Throws InputError where there is no such sequence.
+  /// `max_duration_s` cuts the drive. Throws InputError if the sequence does not exist.
   SimulationSource(const World& world, std::shared_ptr<const Environment> environment, const std::string& sequence,
                    Drive drive, std::uint64_t seed, double max_duration_s);
   ~SimulationSource() override;
@@ -48,15 +47,15 @@ class SimulationSource : public MeasurementSource {
 
   const Motion& motion() const;
 
-  /// T_map_imu at every stamp of the IMU: exact for a sequence, with the survey's errors for a survey. If the maps are
-  /// displaced: where the robot is in those maps (DisplacementField::displaced).
+  /// T_map_imu at every IMU stamp: exact for a sequence, with the survey's errors for a survey. If the maps are
+  /// displaced, the poses are in the displaced maps (DisplacementField::displaced).
   Trajectory trajectory() const;
 
-  /// What --seed drew.
+  /// The values that --seed drew.
   const Reality& reality() const;
   const Movers& movers() const;
 
-  /// Stamp minus true time of every scan of the whole drive, s.
+  /// Stamp minus true time of each scan of the whole drive, s.
   std::vector<double> scan_stamp_errors() const;
 
  private:

@@ -14,7 +14,7 @@ const std::pair<const std::string, Sequence>& find_sequence(const World& world, 
   if (found != world.sequences.end()) return *found;
   std::string names;
   for (const auto& entry : world.sequences) names += (names.empty() ? "" : ", ") + entry.first;
-  throw InputError(fmt::format("{}: sequences: there is no sequence '{}'; there is: {}", world.file, name, names));
+  throw InputError(fmt::format("{}: sequences: there is no sequence '{}' (known: {})", world.file, name, names));
 }
 
 const std::vector<Solid>& find_scene(const World& world, const std::string& name) {
@@ -24,7 +24,7 @@ const std::vector<Solid>& find_scene(const World& world, const std::string& name
   if (found != world.scenes.end()) return found->second;
   std::string names = no_scene;
   for (const auto& entry : world.scenes) names += ", " + entry.first;
-  throw InputError(fmt::format("{}: scenes: there is no scene '{}'; there is: {}", world.file, name, names));
+  throw InputError(fmt::format("{}: scenes: there is no scene '{}' (known: {})", world.file, name, names));
 }
 
 SensorSuite sensor_suite(const World& world) {
@@ -37,7 +37,7 @@ SensorSuite sensor_suite(const World& world) {
   suite.imu.accelerometer_bias_random_walk = world.imu.accelerometer_bias_random_walk_m_s3_sqrt_hz;
   suite.lidar.T_imu_lidar = world.lidar.T_imu_lidar();
   suite.lidar.range_noise_m = world.lidar.range_noise_m;
-  // No less than what is usual is stated: what the modes of deskewing's error leave out far away counts as it too.
+  // At least the default is stated: it also covers the errors of deskewing at long range that its modes omit.
   suite.lidar.direction_noise_rad = std::max(world.lidar.direction_noise_rad, LidarModel{}.direction_noise_rad);
   suite.lidar.min_range_m = world.lidar.min_range_m;
   suite.lidar.max_range_m = world.lidar.max_range_m;

@@ -7,8 +7,8 @@
 
 namespace lodestone::simulation {
 
-/// White noise of the magnetometers of a world, per axis, in µT. `assignments` are "key.path=value" and change the
-/// world before it is read. Throws InputError like load_world().
+/// White noise of a world's magnetometers, per axis, µT. `assignments` are "key.path=value", as for load_world().
+/// Throws InputError like load_world().
 double magnetometer_noise_ut(const std::string& world_file, const std::vector<std::string>& assignments = {});
 
 /// Throws InputError if the world cannot be read, or if it lacks the sequence or one of the scenes.

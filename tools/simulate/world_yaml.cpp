@@ -13,7 +13,7 @@ namespace {
 constexpr int deepest_template = 8;
 constexpr double largest_count = 1.0e5;
 
-/// One map of the file: remembers which keys were asked for, so that the others can be refused.
+/// One map of the file. Records the requested keys, so that all others can be rejected.
 class Section {
  public:
   explicit Section(const ConfigurationNode& node) : node_(node) {}
@@ -54,7 +54,7 @@ class Section {
   void require(bool holds, const std::string& key, const char* expected) const {
     if (!holds) node_.at(key).fail(std::string("must be ") + expected);
   }
-  /// Rounded down. Held to its bounds as a double: what no integer can hold must not be made one.
+  /// Rounded down. The bounds are checked as double, before the conversion: out-of-range values must not be converted.
   std::int64_t integer(const std::string& key, double fallback, double least, double most) {
     const double value = number(key, fallback);
     if (!(value >= least && value <= most)) node_.at(key).fail(fmt::format("must be {:.0f} to {:.0f}", least, most));
@@ -243,7 +243,7 @@ Sequence read_sequence(const ConfigurationNode& node, const std::vector<Solid>& 
   section.require(sequence.acceleration_m_s2 > 0.0, "acceleration_m_s2", "above 0");
   section.require(sequence.max_yaw_rate_rad_s > 0.0, "max_yaw_rate_rad_s", "above 0");
   section.require(sequence.rest_s >= 0.0, "rest_s", "at least 0");
-  section.find("faults");  // read where the magnetometers' names are known
+  section.find("faults");  // read later, when the magnetometers' names are known
   section.finish();
   return sequence;
 }
@@ -258,13 +258,13 @@ void read_scenes(const ConfigurationNode& scenes, const ConfigurationNode* templ
   }
 }
 
-/// A scene that a key of the file names must be there; nothing is read of it yet.
+/// Checks that a scene named by a key of the file exists; reads nothing of the scene.
 void check_scene(const World& world, const ConfigurationNode& owner, const std::string& name) {
   if (name.empty() || world.scenes.count(name) != 0) return;
   std::string names;
   for (const auto& entry : world.scenes) names += (names.empty() ? "" : ", ") + entry.first;
   owner.at("scene").fail("there is no scene '" + name + "' under scenes" +
-                         (names.empty() ? "" : "; there is: " + names));
+                         (names.empty() ? "" : " (known: " + names + ")"));
 }
 
 }  // namespace
@@ -277,8 +277,8 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   World world;
   world.file = path;
   world.name = section.text("name");
-  // Whole numbers up to 2^53 are exact in a double; a ROS 1 bag counts seconds in 32 bits, and a drive goes on for days
-  // at most.
+  // Whole numbers up to 2^53 are exact in a double. A ROS 1 bag stores seconds in 32 bits, less some days for the
+  // drive.
   world.steel_seed = static_cast<std::uint64_t>(section.integer("steel_seed", 1.0, 0.0, 9007199254740992.0));
   world.start_time = section.integer("start_time_s", 1.7e9, 0.0, 4294000000.0) * 1'000'000'000;
   world.gravity_m_s2 = section.number("gravity_m_s2", world.gravity_m_s2);

@@ -12,12 +12,13 @@ namespace {
 constexpr const char* kTrajectoryHeader = "# t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends\n";
 
 std::string diagnostics_header() {
-  std::string text = "t_s,health,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";
+  std::string text = "t_s,health,health_reason,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_sigma_m", i);
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
   return text +
          ",degenerate_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,magnetic_weight,magnetic_shrink,"
-         "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,clock_offset_s,clock_sigma_s,iterations,step_ms\n";
+         "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,place_share,decoy_share,field_odds,clock_offset_s,"
+         "clock_sigma_s,iterations,step_ms\n";
 }
 
 /// A number, or nan if nothing was measured: zero would look like a very good value.
@@ -30,8 +31,8 @@ std::string diagnostics_row(const Estimate& estimate) {
   const bool analysed = (d.direction_sigma_m.array() != 0.0).any();
   const bool field = d.magnetic_samples > 0;
   const bool clock = d.clock_sigma_s > 0.0;
-  std::string text = fmt::format("{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health), d.points,
-                                 d.correspondences);
+  std::string text = fmt::format("{},{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health),
+                                 reason_name(estimate.reason), d.points, d.correspondences);
   text += figure(d.points > 0, d.inlier_share) + figure(d.correspondences > 0, d.lidar_rmse_m);
   text += figure(d.lidar_nis > 0.0, d.lidar_nis);
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
@@ -40,6 +41,8 @@ std::string diagnostics_row(const Estimate& estimate) {
       fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);
   text += figure(field, d.magnetic_weight) + figure(field, d.magnetic_shrink) + figure(field, d.magnetic_residual_ut);
   text += figure(d.magnetic_nis > 0.0, d.magnetic_nis) + fmt::format(",{}", d.magnetic_set_aside);
+  text += figure(d.place_points > 0, d.place_share) + figure(d.place_points > 0, d.decoy_share);
+  text += figure(d.field_odds != 0.0, d.field_odds);
   text += figure(clock, d.clock_offset_s) + figure(clock, d.clock_sigma_s);
   return text + fmt::format(",{},{:.6g}\n", d.iterations, d.step_ms);
 }
@@ -50,12 +53,30 @@ const char* health_name(Health health) {
   switch (health) {
     case Health::good:
       return "good";
-    case Health::degenerate:
-      return "degenerate";
+    case Health::uncertain:
+      return "uncertain";
     case Health::lost:
       return "lost";
   }
   return "lost";
+}
+
+const char* reason_name(HealthReason reason) {
+  switch (reason) {
+    case HealthReason::none:
+      return "none";
+    case HealthReason::not_finite:
+      return "not_finite";
+    case HealthReason::covariance:
+      return "covariance";
+    case HealthReason::scan_off_map:
+      return "scan_off_map";
+    case HealthReason::field_off_map:
+      return "field_off_map";
+    case HealthReason::searching:
+      return "searching";
+  }
+  return "none";
 }
 
 EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
@@ -71,16 +92,20 @@ EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
 }
 
 void EstimateFiles::causal(const Estimate& estimate) {
-  causal_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  if (estimate.health != Health::lost) {
+    causal_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
+  }
   diagnostics_.write(diagnostics_row(estimate));
 }
 
 void EstimateFiles::best(const Estimate& estimate) {
+  if (!lost_.add(estimate)) return;
   trajectory_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
   covariance_.write(covariance_row(estimate.time, estimate.covariance));
 }
 
 void EstimateFiles::smoothed(const Estimate& estimate) {
+  if (estimate.health == Health::lost) return;
   if (smoothed_ == nullptr) {
     smoothed_ = std::make_unique<OutputFile>(folder_ / "smoothed.tum");
     smoothed_->write(kTrajectoryHeader);
@@ -89,6 +114,9 @@ void EstimateFiles::smoothed(const Estimate& estimate) {
 }
 
 void EstimateFiles::finish(const std::string& mark) {
+  for (const LostInterval& interval : lost_.all()) {
+    trajectory_.write(fmt::format("# lost from {} to {}\n", format_stamp(interval.from), format_stamp(interval.to)));
+  }
   for (OutputFile* file : {&trajectory_, &causal_, smoothed_.get()}) {
     if (file != nullptr && !mark.empty()) file->write("# " + mark + "\n");
   }

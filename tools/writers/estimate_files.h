@@ -5,12 +5,14 @@
 #include <string>
 
 #include "estimators/estimator.h"
+#include "tools/writers/lost_intervals.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {
 
-/// Writes trajectory.tum (best), causal.tum, smoothed.tum (if a batch refines the trajectory), covariance.csv (of best)
-/// and diagnostics.csv (one row per scan, from the causal step) into a folder. The files appear with `finish`.
+/// Writes trajectory.tum (best, without the poses of scans at which the estimator was lost), causal.tum, smoothed.tum
+/// (if a batch refines the trajectory), covariance.csv (of best) and diagnostics.csv (one row per scan, from the causal
+/// step) into a folder. The files appear with `finish`.
 class EstimateFiles : public EstimateSink {
  public:
   /// Creates the folder. Throws InputError if this fails.
@@ -31,9 +33,11 @@ class EstimateFiles : public EstimateSink {
   std::unique_ptr<OutputFile> smoothed_;  // created with the first smoothed pose
   OutputFile covariance_;
   OutputFile diagnostics_;
+  LostIntervals lost_;
 };
 
-/// The name of the health in files: good, degenerate, lost.
+/// The names in files: good, uncertain, lost; none, covariance and so on.
 const char* health_name(Health health);
+const char* reason_name(HealthReason reason);
 
 }  // namespace lodestone

@@ -1,5 +1,5 @@
-// How often `--initial-pose auto` finds a start drawn at random from a world's floor, how often it is sure, and how
-// long it takes: short logs, simulated in memory.
+// Success of `--initial-pose auto` at random starts on a world's floor: how often it is right, how often it is
+// confident, and its duration. Short logs, simulated in memory.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -38,7 +38,7 @@ struct Call {
   std::vector<std::string> settings;
 };
 
-/// What became of one start.
+/// Result of one start.
 struct Outcome {
   bool right = false;
   bool sure = false;
@@ -61,7 +61,7 @@ std::vector<ScanBundle> read_bundles(simulation::SimulationSource& source, const
     if (to_seconds(bundle.scan.end - begin) > data_s) break;
     bundles.push_back(bundle);
   }
-  // The first bundle of a log holds what was measured from its scan's start on.
+  // The first bundle of a log contains all measurements from its scan's start on.
   ScanBundle& first = bundles.front();
   std::erase_if(first.imu, [&](const ImuSample& sample) { return sample.time < first.scan.start; });
   std::erase_if(first.magnetic, [&](const MagneticArraySample& sample) { return sample.time < first.scan.start; });

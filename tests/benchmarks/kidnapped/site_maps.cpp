@@ -48,11 +48,11 @@ MagneticMap survey_field(const simulation::World& world,
   return build_magnetic_map(observations, {}).map;
 }
 
-/// The true field where a robot can stand, with a smooth error.
+/// The true field everywhere a robot can stand, with a smooth error.
 MagneticMap site_field(const simulation::World& world, const simulation::Environment& environment,
                        const PlaneMap& planes) {
   constexpr double error_ut = 0.5;
-  constexpr int error_nodes = 2;  // distance of independent errors, in nodes
+  constexpr int error_nodes = 2;  // distance between independent errors, in nodes
   const std::vector<SiteLevel> levels = find_levels(planes, 4);
   const SiteLevel& floor = levels.front();
   FieldGrid grid;

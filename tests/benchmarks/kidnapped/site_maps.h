@@ -9,7 +9,7 @@
 
 namespace lodestone {
 
-/// The maps that a benchmark's robots have.
+/// Maps of the benchmark's robots.
 struct SiteMaps {
   std::shared_ptr<const PlaneMap> planes;
   std::shared_ptr<const MagneticMap> field;
@@ -21,8 +21,9 @@ enum class MapKind {
   site     ///< of the whole floor: seen from 300 places all over it, the field wherever a robot can stand
 };
 
-/// Made anew, or read from `folder` where they lie from an earlier call; an empty `folder` keeps nothing. The field of
-/// a site is the true one with an error of 0.5 µT that is one over 0.4 m; that of drives is regressed from surveys.
+/// Made anew, or read from `folder` if an earlier call wrote them there; with an empty `folder`, nothing is written.
+/// The field of a site is the true one plus an error of 0.5 µT, constant over 0.4 m; that of drives is regressed from
+/// surveys.
 SiteMaps make_maps(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment,
                    MapKind kind, const std::string& folder);
 

@@ -1,5 +1,5 @@
-// Whether filter and smoother part by more than their covariances: a Monte Carlo over grades of the IMU, scan periods
-// and speeds. A file keeps each finished run: a call that was interrupted goes on where it ended.
+// Whether filter and smoother differ by more than their covariances: a Monte Carlo study over IMU grades, scan periods
+// and speeds. A file keeps each finished run: an interrupted call continues when repeated.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -31,7 +31,7 @@ struct Call {
   bool only_table = false;
   std::vector<std::string> settings;
 
-  /// A word: what differs from the defaults.
+  /// One word for the difference to the defaults.
   std::string variant() const {
     std::string text = with_field ? "field" : "no-field";
     for (const std::string& setting : settings) text += "," + setting;
@@ -40,7 +40,7 @@ struct Call {
   int threads = 0;
 };
 
-/// What a run comes to; a run that ended with an error has no figures and is lost.
+/// Result of a run; a run that ended with an error is lost and has no figures.
 Comparison result_of(const Site& site, const DriveChoice& choice, const RunOptions& options) {
   const testing::Drive drive = site.drive(choice);
   try {

@@ -16,7 +16,7 @@ namespace lodestone::weak_imu {
 
 namespace {
 
-/// Calls `act` for every figure of a run, in the order of a line.
+/// Calls `act` for every figure of a run, in the order of the columns.
 template <class Run, class Act>
 void for_each_figure(Run& run, Act&& act) {
   for (auto* tracking : {&run.filter, &run.causal, &run.smoothed}) {
@@ -49,7 +49,7 @@ double mean(const Values& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// A value that is not a number is the largest.
+/// The largest value; NaN counts as largest.
 double largest(const Values& values) {
   double result = 0.0;
   for (const double value : values) {
@@ -99,7 +99,7 @@ RunTable::RunTable(std::string path) : path_(std::move(path)) {
     Comparison run;
     words >> cell.reality >> cell.variant >> cell.grade >> cell.period_s >> cell.speed_m_s >> seed >> run.scans >>
         run.filter.tracked >> run.causal.tracked >> run.smoothed.tracked;
-    // A stream reads no NaN.
+    // std::istream does not parse NaN.
     for_each_figure(run, [&](double& figure) {
       std::string word;
       words >> word;

@@ -8,7 +8,7 @@
 
 namespace lodestone::weak_imu {
 
-/// What the runs of different seeds share.
+/// Common settings of the runs with different seeds.
 struct Cell {
   std::string reality;
   std::string variant;  ///< what differs from the defaults
@@ -22,15 +22,15 @@ struct Cell {
 /// Finished runs, in memory and in a file with one line each.
 class RunTable {
  public:
-  /// Reads the runs of an earlier call. Throws InputError where a line is not one.
+  /// Reads the runs of an earlier call. Throws InputError if a line is malformed.
   explicit RunTable(std::string path);
 
   bool has(const Cell& cell, int seed) const { return runs_.contains({cell, seed}); }
 
-  /// The line is in the file when this returns.
+  /// The line is written to the file before this returns.
   void add(const Cell& cell, int seed, const Comparison& run);
 
-  /// A row a cell, grade by grade.
+  /// One row per cell, grade by grade.
   std::string markdown() const;
 
  private:

@@ -46,7 +46,7 @@ TEST(Distortion, MisalignmentIsTheTurnOfATurnedSensor) {
 }
 
 TEST(ParameterGain, HoldsWhatIsNotToldAndKeepsWhatIs) {
-  // The sum of two parameters is told well, their difference not at all; a third one halfway.
+  // The sum of two parameters is observed well, their difference not at all; a third parameter halfway.
   const Eigen::Vector3d sigma(10.0, 10.0, 0.1);
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   information.topLeftCorner<2, 2>().setOnes();

@@ -1,5 +1,5 @@
-// Whether two maps differ by more than their errors: the stated rate of false places, on fields drawn from the assumed
-// law and on maps of surveys whose poses err; and steel that moved.
+// Test whether two maps differ by more than their errors: the stated rate of false places, on fields drawn from the
+// assumed distribution and on maps of surveys with pose errors; and moved steel.
 #include "core/evaluation/difference_significance.h"
 
 #include <gtest/gtest.h>
@@ -112,7 +112,7 @@ TEST(DifferenceSignificance, FindsMovedSteelAndNoFalsePlacesBetweenSurveysWhoseP
   int pairs = 0, false_places = 0, naive = 0, moved = 0, found = 0;
   for (const std::uint64_t seed : {1U, 2U}) {
     const SteelFloor floor(seed);
-    SteelFloor changed(seed);  // a steel shelf stands there now
+    SteelFloor changed(seed);  // a steel shelf was added
     for (int i = 0; i < 3; ++i) changed.add({2.4 + 0.2 * i, 1.0, -0.5}, {0.5, 0.5, 2.0});
     std::vector<MagneticMap> maps;
     for (int i = 0; i < surveys; ++i) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// A winding path, 10 Hz, with the robot turning all the while.
+/// A winding path, 10 Hz, with a robot that rotates all the time.
 Trajectory winding_path(int count) {
   Trajectory trajectory;
   for (int i = 0; i < count; ++i) {
@@ -98,7 +98,7 @@ TEST(Alignment, RecoversAKnownSimilarity) {
 }
 
 TEST(Alignment, NeverMirrors) {
-  // A mirrored copy is matched best by a reflection, which is no rotation.
+  // A mirrored copy is matched best by a reflection, which is not a rotation.
   std::vector<Vector3> from{{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
   std::vector<Vector3> to = from;
   for (Vector3& point : to) point.x() = -point.x();
@@ -136,7 +136,7 @@ TEST(Errors, HeadingIsTheTurnAboutTheMapsZ) {
 }
 
 TEST(Errors, RelativeErrorOfAConstantDriftIsItsRateTimesTheStretch) {
-  // The estimate is too long by 1 % and turns too much by 0.2° a metre, along a straight line at 0.1 m a pose.
+  // The estimate is too long by 1 % and rotates too much by 0.2° a metre, along a straight line at 0.1 m a pose.
   PosePairs pairs;
   const double excess = 0.01;
   for (int i = 0; i <= 100; ++i) {
@@ -154,7 +154,7 @@ TEST(Errors, RelativeErrorOfAConstantDriftIsItsRateTimesTheStretch) {
   EXPECT_EQ(segments_by_count(pairs.size(), 10, true).size(), 91U);
   EXPECT_THROW(segments_by_count(5, 0, true), std::invalid_argument);
 
-  // The path is the estimate's: 2.02 m of it are 20 steps.
+  // The length is that of the estimated path: 2.02 m are 20 steps.
   const auto segments = segments_by_distance(pairs, 2.0);
   EXPECT_EQ(segments.size(), 83U);  // 81 whole ones, then 1.919 m and 1.818 m are still within 10 % of 2 m
   const auto by_distance = relative_errors(pairs, {segments.begin(), segments.begin() + 81});
@@ -195,7 +195,7 @@ TEST(Statistics, DistributionAndQuantileInvertEachOther) {
   EXPECT_THROW(ErrorDistribution({}).quantile(0.5), std::invalid_argument);
 }
 
-/// Pairs whose true error is drawn from the covariance of each pose; the reported one is `claimed` times that.
+/// Pairs whose true error is drawn from each pose's covariance; the reported covariance is `claimed` times that.
 Consistency of_drawn_errors(double claimed) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
@@ -247,8 +247,8 @@ TEST(Consistency, IntervalHoldsTheTruthThoughErrorsStayTheSameForAWhile) {
         evaluate_consistency(pairs, std::vector<Matrix6>(pairs.size(), 1e-4 * Matrix6::Identity()));
     if (found.nees_low <= 1.0 && 1.0 <= found.nees_high) ++holds;
   }
-  // 95 % would hold of normal means; those of squares are skewed. As if poses were independent it would hold in 22 %
-  // alone.
+  // The interval would have exactly 95 % for normal means; means of squares are skewed. If poses were treated as
+  // independent, it would contain the true value in only 22 % of the draws.
   EXPECT_GT(holds, 0.9 * kDraws);
   EXPECT_LT(holds, 0.99 * kDraws);
 }

@@ -1,4 +1,4 @@
-// The figures that evo 1.36.5 gives for trajectories recorded by others (matching window 0.01 s).
+// The results of evo 1.36.5 for trajectories recorded by others (matching window 0.01 s).
 #include <gtest/gtest.h>
 
 #include <cstdlib>

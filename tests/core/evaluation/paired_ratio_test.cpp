@@ -56,7 +56,7 @@ TEST(PairedRatio, RefusesWhatHasNoLogarithm) {
   EXPECT_THROW(estimate_ratio({1.0, HUGE_VAL}), std::invalid_argument);
 }
 
-/// What an interval promises: of many experiments of six pairs, 95 % hold the true ratio.
+/// Coverage: of many experiments with six pairs, 95 % of the intervals contain the true ratio.
 TEST(PairedRatio, TheIntervalHoldsTheTruthAsOftenAsItSays) {
   std::mt19937 generator(7);
   std::normal_distribution<double> normal(std::log(0.8), 0.3);

@@ -1,5 +1,5 @@
-// Is the stated probability of false alarm kept, and is what changed found? Drives over made-up maps whose error, poses
-// and noise are drawn from exactly the distributions that the test is told of. Seeds are fixed.
+// The stated probability of false alarm is kept, and changes are found. Simulated drives over maps whose error, poses
+// and noise are drawn from exactly the distributions that the test assumes. Seeds are fixed.
 #include "core/evaluation/stale_map.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace lodestone {
 namespace {
 
-/// A smooth random field of unit variance a component: random Fourier features of a squared-exponential kernel.
+/// A smooth random field of unit variance per component: random Fourier features of a squared-exponential kernel.
 class PlaneWaves {
  public:
   PlaneWaves(std::mt19937_64& generator, double length_m, std::size_t waves) : waves_(waves) {
@@ -44,12 +44,12 @@ constexpr double kLength_m = 40.0;
 constexpr double kWidth_m = 6.0;
 constexpr double kHeight_m = 0.1;
 
-/// Good where the survey drove, poor at the sides.
+/// Small where the survey drove, large at the sides.
 double map_sigma(double y) {
   return 0.15 + 1.5 * std::pow(std::abs(y - 0.5 * kWidth_m) / (0.5 * kWidth_m), 3);
 }
 
-/// How the field changed since the survey: dipole-like hills of a metre or so.
+/// Change of the field since the survey: dipole-like hills about a metre wide.
 using Change = std::function<Vector3(const Vector3&)>;
 
 struct Drive {
@@ -73,7 +73,7 @@ struct Drive {
 struct DriveOptions {
   Change change = [](const Vector3&) { return Vector3::Zero(); };
   std::vector<Vector3> offsets;  ///< of each magnetometer, in its axes
-  int stuck = -1;                ///< a magnetometer that reads one value
+  int stuck = -1;                ///< a magnetometer with a constant reading
   double pose_sigma_m = 0.02;
   double standstill_s = 0.0;  ///< at the drive's middle; a multiple of a lane's 36 s
 };
@@ -180,7 +180,7 @@ Alarms alarms(const DriveOptions& options, double probability, int drives) {
   return result;
 }
 
-/// What a rate of `probability` does not exceed but once in a thousand times, were cells independent.
+/// The count at a rate of `probability` that is exceeded only once in a thousand times, if cells are independent.
 double upper_count(double cells, double probability) {
   return probability * cells + 3.1 * std::sqrt(cells * probability * (1.0 - probability));
 }
@@ -191,7 +191,7 @@ TEST(StaleMap, KeepsTheStatedProbabilityOfFalseAlarm) {
     const Alarms result = alarms({}, probability, kDrives);
     EXPECT_GT(result.cells, 3000.0);
     EXPECT_LE(result.stale, upper_count(result.cells, probability)) << probability;
-    // Nor is it far more cautious than it says: then it would be blind where it claims to see.
+    // Nor is the test far more cautious than stated: it would miss changes.
     if (probability >= 1e-2) {
       EXPECT_GE(result.stale, 0.1 * probability * result.cells) << probability;
     }
@@ -237,7 +237,7 @@ TEST(StaleMap, FindsWhatChangedByMoreThanTenMicrotesla) {
       }
     }
     ASSERT_GE(result.places.size(), 3U);
-    for (std::size_t i = 0; i < 3; ++i) {  // the three hills are the three worst places, where they are
+    for (std::size_t i = 0; i < 3; ++i) {  // the three hills are the three worst places, at the right positions
       const StalePlace& place = result.places[i];
       double nearest = 1e9;
       for (const double x : {8.0, 20.0, 31.0}) nearest = std::min(nearest, std::abs(place.center.x() - x));

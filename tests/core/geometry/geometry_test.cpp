@@ -61,7 +61,7 @@ std::vector<Vector6> hidden_directions(const Pose& pose) {
   return {bend, straight};
 }
 
-/// All of the map moved as `slide` moves a pose at its place by `distance_m`.
+/// The whole map moves as `slide` moves a pose at its place by `distance_m`.
 Pose slid(const Slide& slide, const Pose& pose, double distance_m) {
   const Vector3 turn = distance_m * slide.turn;
   const Pose motion{so3::exp(turn), so3::right_jacobian(-turn) * (distance_m * slide.direction)};

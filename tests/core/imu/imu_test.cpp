@@ -133,7 +133,7 @@ TEST(Preintegration, CovarianceMatchesAMonteCarloRun) {
   Matrix9 sum = Matrix9::Zero();
   const int runs = 4000;
   for (int run = 0; run < runs; ++run) {
-    // White noise constant over each interval, so that both its ends' mean carries exactly one draw.
+    // White noise constant over each interval, so that the mean of its ends has exactly one draw.
     auto noisy = samples;
     double rate = 1.0 / std::sqrt(0.005);
     std::vector<ImuSample> pair(2);

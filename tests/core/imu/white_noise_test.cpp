@@ -1,4 +1,4 @@
-// What the samples of an IMU show of its white noise.
+// White noise of an IMU, estimated from its samples.
 #include "core/imu/white_noise.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace lodestone {
 namespace {
 
-/// Scans of an IMU at 200 Hz that turns and shakes, with white noise of these densities.
+/// Scans of an IMU at 200 Hz that rotates and shakes, with white noise of these densities.
 ImuWhiteNoise noise_of(double gyroscope, double accelerometer, int scans, double quantum = 0.0) {
   constexpr double kStepS = 0.005;
   std::mt19937_64 generator(7);

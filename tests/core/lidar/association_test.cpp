@@ -11,7 +11,7 @@
 namespace lodestone {
 namespace {
 
-/// A floor at z = 0 and a wall at y = 5, met 0.1 m off either, with noise of 2 cm: five sigmas.
+/// A floor at z = 0 and a wall at y = 5, with points 0.1 m off either: five sigmas of the noise of 2 cm.
 class RoomAssociation : public ::testing::Test {
  protected:
   RoomAssociation() {
@@ -86,7 +86,7 @@ TEST_F(RoomAssociation, APlanesErrorCountsAsOftenAsScansAreAveragedAlongItsNorma
     information[5] /= z_scans;
     return ScanAveraging{information.asDiagonal(), known.asDiagonal()};
   };
-  const double most_repeats = AssociationOptions{}.map_error_repeats;  // where nothing is known of what is averaged
+  const double most_repeats = AssociationOptions{}.map_error_repeats;  // if the averaging is unknown
   const auto repeats = [&](const Eigen::Vector3f& point, const ScanAveraging& scans) {
     const double whole = variance(point, {}).first;
     const auto [with, own] = variance(point, scans);
@@ -94,11 +94,11 @@ TEST_F(RoomAssociation, APlanesErrorCountsAsOftenAsScansAreAveragedAlongItsNorma
   };
   EXPECT_NEAR(repeats(floor, averaging(1.0, 5.0)), 5.0, 0.2);
   EXPECT_NEAR(repeats(wall, averaging(6.0, 1.0)), 6.0, 0.2);
-  EXPECT_NEAR(repeats(floor, averaging(6.0, 1.0)), 2.0, 0.2);  // a scan meets its planes twice
+  EXPECT_NEAR(repeats(floor, averaging(6.0, 1.0)), 2.0, 0.2);  // at least two repeats
   EXPECT_NEAR(repeats(floor, averaging(1.0, 1e12)), most_repeats, 0.2);
-  EXPECT_NEAR(repeats(wall, averaging(1.0, 1e12)), 2.0, 0.2);  // what a scan does not see does not leak
-  // Within their bounds however wide a tunnel's axis is against what is across, 5 m against 10 um here, and however it
-  // lies.
+  EXPECT_NEAR(repeats(wall, averaging(1.0, 1e12)), 2.0, 0.2);  // an unobserved direction does not affect the others
+  // Within their limits, however uncertain a tunnel's axis is compared with the directions across (here 5 m against 10
+  // um), and for any direction of the axis.
   ScanAveraging tunnel = averaging(5.0, 5.0);
   const Vector3 axis = Vector3(0.6, 0.64, 0.48).normalized();
   tunnel.covariance = 1e-10 * Matrix6::Identity();

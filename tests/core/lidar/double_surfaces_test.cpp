@@ -11,7 +11,8 @@ namespace {
 
 using Cloud = std::vector<Eigen::Vector3f>;
 
-/// A wall of 20 m by 4 m, 1000 points a square metre, turned against the axes. The last share of it is there twice.
+/// A wall of 20 m by 4 m, 1000 points a square metre, rotated against the axes. The last share of the wall is there
+/// twice.
 Cloud wall(double noise_m, double twice_share, double distance_m, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -30,7 +31,7 @@ Cloud wall(double noise_m, double twice_share, double distance_m, std::uint64_t 
 TEST(DoubleSurfaces, AreFoundWhereTheyAreAndHowFarApart) {
   const DoubleSurfaces found = find_double_surfaces(wall(0.006, 0.25, 0.03, 1), 0.25);
   EXPECT_GT(found.looked_at, 1000U);
-  // Of voxels with two, some hold an edge or few points of one.
+  // Some of the voxels with two surfaces contain an edge, or few points of one surface.
   EXPECT_NEAR(found.share(), 0.25, 0.06);
   EXPECT_NEAR(found.distance_m, 0.03, 0.002);
 }

@@ -1,4 +1,4 @@
-// Errors that places of the map share, by Monte Carlo.
+// Errors that places of the map share: Monte Carlo.
 #include "core/lidar/map_error.h"
 
 #include <gtest/gtest.h>
@@ -112,7 +112,7 @@ Scan hall_scan(const Vector3& size_m, int points, const Pose& T_map_imu, Displac
     plane.normal = normal.cast<float>();
     plane.major = normal.unitOrthogonal().cast<float>();
     plane.center = place.cast<float>();
-    // What stands at `place` less the displacement is shown at `place`.
+    // An object at `place` minus the displacement is shown at `place` in the map.
     const Vector3 seen = place - displacement.at(place) + random.normal(kNoise_m) * normal;
     scan.matches.push_back({(T_map_imu.inverse() * seen).cast<float>(), &plane, static_cast<float>(kNoise_m * kNoise_m),
                             1.0F, 0.0F, static_cast<float>(kNoise_m * kNoise_m)});
@@ -120,7 +120,7 @@ Scan hall_scan(const Vector3& size_m, int points, const Pose& T_map_imu, Displac
   return scan;
 }
 
-/// The pose that fits: error against `T_map_imu` as φ in map axes, p.
+/// Error of the best fitting pose against `T_map_imu`: φ in map axes, p.
 Vector6 fit(const Scan& scan, const Pose& T_map_imu, Pose& fitted) {
   Matrix6 hessian = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
@@ -166,14 +166,14 @@ TEST(MapError, HasTheCovarianceOfThePoseAndIsFoundInTwoScans) {
   EXPECT_NEAR(std::sqrt(moments.cube_variance_m2()) / kSigma_m, 1.0, 0.15);
   const MapErrorVariances repeated = moments.variances_m2();
   std::printf("NEES %.3f, repeated sigma %.4f m of %.4f m\n", nees, std::sqrt(repeated[0]), kSigma_m);
-  // Noise of the points adds 1 cm over the root of some hundred points of a cube: a few percent.
+  // Noise of the points adds 1 cm over the root of a cube's number of points, some hundred: a few percent.
   EXPECT_NEAR(nees, 1.0, 0.15);
   EXPECT_NEAR(std::sqrt(repeated[0]) / kSigma_m, 1.0, 0.15);
   EXPECT_LT(repeated.tail<3>().sum(), 0.2 * repeated[0]);
 }
 
-// A port of 150 m by 120 m that is bent over tens of metres: smooth parts of other lengths than the model's. The place
-// is displaced and turned with what surrounds it.
+// A port of 150 m by 120 m that is bent over tens of metres: smooth parts with other lengths than the model's. The
+// place is displaced and rotated with its surroundings.
 TEST(MapError, OfABentMapIsFoundAndIsAgainstTheDisplacedPlace) {
   constexpr int kDraws = 150;
   constexpr double kSigma_m = 0.02;
@@ -220,8 +220,8 @@ TEST(MapError, OfABentMapIsFoundAndIsAgainstTheDisplacedPlace) {
   }
 }
 
-// What displaces and turns all that a scan sees moves the place with it. Roll and pitch follow the floor's slope, which
-// is not half of the curl.
+// An error that displaces and rotates the whole scan moves the place as well. Roll and pitch follow the floor's slope,
+// which is not half of the curl.
 TEST(MapError, OverFarLongerThanTheScanIsNone) {
   Random random(12);
   Displacement none(0.0, random);
@@ -234,8 +234,8 @@ TEST(MapError, OverFarLongerThanTheScanIsNone) {
   EXPECT_EQ(error.long_error(MapErrorVariances::Unit(0)).covariance.norm(), 0.0);
 }
 
-// The mean square of white offsets of n cells is of 3 n values; of a displacement that is nearly the same everywhere,
-// of few.
+// The mean square of white offsets of n cells has 3 n independent values; that of a displacement that is nearly the
+// same everywhere has few.
 TEST(MapError, CountsItsIndependentValues) {
   Random random(10);
   Displacement none(0.0, random);
@@ -258,7 +258,7 @@ TEST(MapError, CountsItsIndependentValues) {
       sum += square / kDraws;
       squares += square * square / kDraws;
     }
-    // Of a mean square of n values the mean is n/2 times the variance over the mean.
+    // A mean square of n values has n = 2 mean² / variance.
     const double values = 2.0 * sum * sum / (squares - sum * sum);
     std::printf("part %d: %.1f values of %zu cells\n", part, values, error.cells.size());
     EXPECT_NEAR(degrees_of_freedom(error, MapErrorVariances::Unit(part)) / values, 1.0, 0.25) << part;
@@ -288,13 +288,14 @@ TEST(MapError, OfAMapThatRepeatsNothingIsNoneAndFewCubesSayNothing) {
     squares += found * found;
   }
   EXPECT_LT(std::abs(sum), 3.0 * std::sqrt(squares));  // the mean within three of its sigmas
-  EXPECT_LT(squares / kDraws, std::pow(2e-3, 4));      // a pair of scans finds 2 mm of points with 1 cm of noise
+  EXPECT_LT(squares / kDraws, std::pow(2e-3, 4));      // one pair of scans detects 2 mm, with points of 1 cm of noise
   EXPECT_TRUE(analyse_map_error({}, pose).cubes.empty());
   EXPECT_FALSE(compare_map_errors({}, {}).has_value());
   EXPECT_GT(pose_error_root(MapError{}.long_error(MapErrorVariances::Ones()).covariance).determinant(), 0.0);
 }
 
-// The planes of a floor at z = 0 lie a few millimetres under and over it. Parted by that, they would seem displaced.
+// The planes of a floor at z = 0 lie a few millimetres below and above it. Divided between cubes, they would seem
+// displaced.
 TEST(MapError, HasNoFaceOfACubeAtARoundCoordinate) {
   for (int metres = -100; metres <= 100; ++metres) {
     const Vector3 place = Vector3::Constant(metres);
@@ -303,8 +304,7 @@ TEST(MapError, HasNoFaceOfACubeAtARoundCoordinate) {
   }
 }
 
-// The pose that a window estimates errs alike in scans that follow each other. That must not seem to be the map's
-// error.
+// Consecutive scans share the error of the window's pose estimate. This must not count as an error of the map.
 TEST(MapError, IsOfTheScansOwnFitWhereverTheScanIsLookedAtFrom) {
   Random random(11);
   Displacement displacement(0.01, random);

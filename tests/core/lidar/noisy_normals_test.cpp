@@ -1,4 +1,4 @@
-// What a map's noisy normals pretend to see, and the correction of it, against drawn maps.
+// Spurious information of a map's noisy normals, and its correction, against drawn maps.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -18,14 +18,14 @@ constexpr double kLeverM = 0.07;  // of points about the centres of their planes
 constexpr double kAway_m = 0.04;
 
 struct Errors {
-  double step_m = 0.0;  // of the estimate along the weak axis, from where it is linearized
+  double step_m = 0.0;  // of the estimate along the weak axis, from the linearization point
   double corrected_m = 0.0;
   double nees = 0.0;  // of the pose, per degree of freedom
   double corrected_nees = 0.0;
 };
 
-/// A floor, two long walls and a few points that see along them. The robot stands `kAway_m` ahead of where the scan is
-/// looked at.
+/// A floor, two long walls and a few points that constrain the axis. The robot is `kAway_m` ahead of the linearization
+/// point.
 Errors errors_of_one(std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
@@ -45,7 +45,7 @@ Errors errors_of_one(std::uint64_t seed) {
     const Vector3 tilted = (facing + kTiltRad * (normal(generator) * side + normal(generator) * other)).normalized();
     plane.normal = tilted.cast<float>();
     plane.major = Eigen::Vector3f(plane.normal.unitOrthogonal());
-    // The surface goes on for ever: where on it the plane's centre lies hangs on where the point is thought to be.
+    // The surface is unbounded: the position of the plane's centre depends on the assumed position of the point.
     const Vector3 thought = point + kLeverM * (normal(generator) * side + normal(generator) * other);
     const double height = facing.dot(pose * point - thought) + kNoiseM * normal(generator);
     plane.center = (thought + height * facing).cast<float>();
@@ -78,7 +78,7 @@ TEST(SeenShare, GivesBackTheStepAndTheInformationThatNoisyNormalsTake) {
   }
   std::printf("step %.1f mm, corrected %.1f of %.1f mm; NEES %.2f, corrected %.2f\n", 1e3 * mean.step_m,
               1e3 * mean.corrected_m, 1e3 * kAway_m, mean.nees, mean.corrected_nees);
-  // Drawn to where it is linearized without, and surer of that than it may be.
+  // Without the correction: drawn to the linearization point, and overconfident.
   EXPECT_LT(mean.step_m, 0.95 * kAway_m);
   EXPECT_NEAR(mean.corrected_m, kAway_m, 0.02 * kAway_m);
   const double spread = 4.0 * std::sqrt(2.0 / (6.0 * kRuns));

@@ -1,4 +1,4 @@
-// That a map's planes stand where its surfaces do, for the points that are matched to them.
+// A map's planes lie where its surfaces are, for the points that are matched to them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 using Cloud = std::vector<Eigen::Vector3f>;
 
-/// Mean signed distance, along `outward`, of those points that find a plane; and how many do.
+/// Mean signed distance, along `outward`, of the points with a plane, and their number.
 struct Matched {
   double mean_m = 0.0;
   int count = 0;
@@ -59,8 +59,8 @@ TEST(PlaneMap, CornersDoNotLetWallsSeemNearer) {
   const PlaneMap map(pillars(0.08, 0.01, false, generator), PlaneMapOptions{});
   const Cloud scan = pillars(0.02, 0.02, true, generator);
   const Matched found = match_all(map, scan, [](const Eigen::Vector3f&) { return Eigen::Vector3f(0.0F, -1.0F, 0.0F); });
-  // Each plane is off by some millimetres; their mean is not. At the corners, a third of the face, taking what stands
-  // in front alone makes it 16 mm.
+  // Each plane is off by some millimetres, but their mean is not. At the corners, a third of the face, matching only
+  // points in front would give 16 mm.
   ASSERT_GT(found.count, 500);
   EXPECT_LT(std::abs(found.mean_m), 0.002);
 }
@@ -100,15 +100,15 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   };
   const Matched within = match_all(PlaneMap(surface, PlaneMapOptions{}), scan, inwards);
   ASSERT_GT(within.count, 30000);
-  // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r where the wall runs along an
+  // A chord over the voxel and its margin lies further inside, by (0.37² − 0.25²) / 24 r, if the wall runs along an
   // axis.
   constexpr double kChordWithMargin_m = (0.37 * 0.37 - 0.25 * 0.25) / (24.0 * kRadius_m);
   EXPECT_LT(std::abs(within.mean_m), 0.25 * kChordWithMargin_m);
 }
 
-/// Of a floor by planes of few points each: mean of its true height's square over the variance of the planes.
+/// For a floor of planes with few points: mean of the true height's square over the variance of the planes.
 struct SquaredErrors {
-  double over_map = 0.0;  ///< over the variance that the map's planes have
+  double over_map = 0.0;  ///< over the variance of the map's planes
   double over_own = 0.0;  ///< over the variance from each plane's own points alone
 };
 

@@ -99,7 +99,7 @@ TEST(CondensedCost, SpuriousInformationIsWhatNoiseOfTheNormalsAdds) {
     mean += condense(noisy.matches, noisy.pose).hessian(noisy.pose) / 50.0;
   }
   const Matrix6 added = mean - clean;
-  // A level plane says nothing of yaw, x and y: all information there is made up by the noise.
+  // A level plane does not constrain yaw, x and y: all information there is due to noise.
   for (int i : {2, 3, 4}) {
     EXPECT_LT(clean(i, i), 1e-9 * clean(5, 5));
     EXPECT_NEAR(added(i, i) / predicted(i, i), 1.0, 0.05) << i;
@@ -130,11 +130,11 @@ TEST(PlaneMap, FindsThePlanesOfABoxAndMarksItsEdges) {
     ++tested;
     const Plane* plane = map.match(point, 0.1F);
     if (plane == nullptr) continue;
-    // Whatever it is matched to is the face that it lies on.
+    // A matched plane is the face that the point lies on.
     EXPECT_GT(std::abs(plane->normal[axis]), 0.99F);
     if (std::abs(plane->normal[axis]) > 0.99F && std::abs(plane->distance(point)) < 0.05F) ++matched;
   }
-  // A voxel whose noise happens to be beyond 1.3 times the median is refused: at some fifty points, one in a thousand.
+  // A voxel with more than 1.3 times the median's noise is rejected: at some fifty points, one in a thousand.
   EXPECT_GT(matched, 0.99 * tested);
   EXPECT_EQ(map.match(Eigen::Vector3f(5, 5, 5), 0.3F), nullptr);
 }

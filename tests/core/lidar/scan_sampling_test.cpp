@@ -15,7 +15,7 @@
 namespace lodestone {
 namespace {
 
-/// A scan of a LiDAR that stands in a box of 2 x `half` metres, without noise.
+/// A scan without noise of a LiDAR in a box of 2 x `half` metres.
 LidarScan scan_of_box(simulation::LidarPattern pattern, const Vector3& half) {
   simulation::LidarOptions options;
   options.pattern = pattern;
@@ -39,8 +39,8 @@ LidarScan scan_of_box(simulation::LidarPattern pattern, const Vector3& half) {
 
 class SampledScan : public ::testing::TestWithParam<simulation::LidarPattern> {};
 
-/// Both patterns are thinned to about one point a voxel, from all round and from all of the scan's time: a rosette
-/// looks everywhere twice a scan, on its way down and up.
+/// Both patterns are thinned to about one point a voxel, from all sides and from all of the scan's time: a rosette
+/// covers each direction twice a scan, on its way down and up.
 TEST_P(SampledScan, KeepsAboutOnePointAVoxelFromAllSidesAndTimes) {
   const LidarScan scan = scan_of_box(GetParam(), {12, 9, 2.5});
   const ScanSamplingOptions options;
@@ -59,7 +59,7 @@ TEST_P(SampledScan, KeepsAboutOnePointAVoxelFromAllSidesAndTimes) {
     EXPECT_GE(point.offset_ns, last);
     last = point.offset_ns;
   }
-  // Drawn, not counted out: a voxel may get two or none, but most have their own.
+  // Points are drawn at random: a voxel may keep two or none, but most keep one.
   EXPECT_GT(voxels.size(), kept.size() / 2);
   const double eighth = static_cast<double>(kept.size()) / 8.0;
   const bool turns_once = GetParam() == simulation::LidarPattern::rotating;
@@ -82,7 +82,7 @@ TEST_P(SampledScan, AtMostSoManyPointsAreSpreadOverTheScan) {
   EXPECT_GT(kept.back().offset_ns, scan.end / 50 * 48);
 }
 
-/// The mean height over the wall of what is kept of scans of it, in standard deviations; `distance_m`: of the wall.
+/// The mean height of the kept points of a wall, over several scans, in standard deviations; `distance_m`: of the wall.
 double mean_height_sigmas(double distance_m) {
   constexpr double kNoise_m = 0.02;
   std::mt19937_64 random(5);
@@ -118,7 +118,7 @@ TEST(ScanSampling, AWallStandsWhereItStandsWhereverItsVoxelsEnd) {
   }
 }
 
-/// A scan of two LiDARs in turns: at the origin, and 3 m behind it; what they see lies apart.
+/// A scan of two LiDARs, alternating: at the origin, and 3 m behind it. Their points do not overlap.
 LidarScan scan_of_two() {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
@@ -163,7 +163,7 @@ TEST(ScanSampling, LimitsOfRangeAreThoseOfAPointsOwnLidar) {
   EXPECT_EQ(found, expected);
 }
 
-/// Rings of two LiDARs are not one ring: what the one sees far away changes nothing of what is kept of the other.
+/// Rings of two LiDARs are not one ring: far points of one LiDAR do not change the kept points of the other.
 TEST(ScanSampling, ALidarIsThinnedAsIfItWereAlone) {
   LidarScan scan = scan_of_two(), alone = scan;
   std::erase_if(alone.points, [](const LidarPoint& point) { return point.lidar != 0; });

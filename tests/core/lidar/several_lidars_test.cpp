@@ -18,7 +18,7 @@ double square(double value) {
   return value * value;
 }
 
-/// A floor and a wall, seen by two LiDARs: the second is 3 m behind the first and has ten times its noise.
+/// A floor and a wall, measured by two LiDARs: the second is 3 m behind the first and has ten times its noise.
 class TwoLidarsInARoom : public ::testing::Test {
  protected:
   TwoLidarsInARoom() : lidars_(2) {
@@ -38,7 +38,7 @@ class TwoLidarsInARoom : public ::testing::Test {
     lidars_[1].direction_noise_rad = 4e-3;
   }
 
-  /// What the LiDARs measure of floor and wall by turns, with their noise; imu frame.
+  /// Points of both LiDARs, alternating, on floor and wall, with their noise; imu frame.
   std::vector<LidarPoint> measured() {
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     std::normal_distribution<double> normal;
@@ -104,7 +104,7 @@ TEST_F(TwoLidarsInARoom, EachPointsVarianceIsThatOfItsOwnLidar) {
   EXPECT_GT(compared[1], 1000);
 }
 
-/// Residuals of either LiDAR have the variance that is assumed of them: χ²/n of n > 1000 is within 15 % of 1.
+/// Residuals of either LiDAR have the assumed variance: χ²/n of n > 1000 is within 15 % of 1.
 TEST_F(TwoLidarsInARoom, ResidualsOfEitherLidarAreAsLargeAsAssumed) {
   const std::vector<LidarPoint> all = measured();
   for (const int lidar : {0, 1}) {
@@ -114,7 +114,7 @@ TEST_F(TwoLidarsInARoom, ResidualsOfEitherLidarAreAsLargeAsAssumed) {
     ASSERT_GT(matches.size(), 1000U);
     EXPECT_NEAR(normalized_residuals(matches, pose_), 1.0, 0.15) << lidar;
   }
-  // As if the first had measured what the second did.
+  // As if the first LiDAR had measured the second's points.
   std::vector<LidarPoint> second = all;
   std::erase_if(second, [](const LidarPoint& point) { return point.lidar == 0; });
   EXPECT_GT(normalized_residuals(associated(second, lidars_[0]), pose_), 10.0);

@@ -1,4 +1,4 @@
-// What deskewing took wrongly, and what the noise of the IMU leaves in doubt, against brute force.
+// Errors of deskewing, and the noise of the IMU within a scan, against brute force.
 #include "core/lidar/swept_cost.h"
 
 #include <gtest/gtest.h>
@@ -75,12 +75,12 @@ TEST(Deskewing, TheStatesDepartureBringsPointsBackThatAWrongImuAndVelocityDispla
             (so3::exp(basis.share * departure.head<3>()) * (T_end_t.rotation * point) + T_end_t.position) +
         basis.near_slope * departure.segment<3>(3) + basis.far_position * departure.segment<3>(6) +
         basis.far_slope * departure.tail<3>();
-    // A turning platform spreads the error unevenly; that is of second order.
+    // A rotating platform distributes the error unevenly, which is of second order.
     EXPECT_LT((corrected - place).norm(), 0.05 * (untouched - place).norm() + 1e-9) << age_s;
-    // A motion between both states is that correction.
+    // The motion between both states contains this correction.
     EXPECT_LT((pinned.pose(time) * point - place).norm(), 0.05 * (untouched - place).norm() + 1e-9) << age_s;
   }
-  // Where nothing is known of the state before, the IMU is believed.
+  // If the state before is unknown, the motion of the IMU is used.
   NavState guessed = truth;
   guessed.velocity = truth.T_map_imu.rotation * guess.T_map_imu.rotation.conjugate() * guess.velocity;
   EXPECT_TRUE(deskewing.departure(nullptr, guessed, nullptr).isZero(1e-12));
@@ -100,7 +100,7 @@ TEST(Deskewing, AMotionBetweenTwoStatesHasThemAtItsEnds) {
   EXPECT_LT(pinned.pose(from_seconds(kStepS)).boxminus(end.T_map_imu).norm(), 1e-9);
   const Deskewing deskewing(end, pinned, ImuNoise{});
   EXPECT_LT(deskewing.departure(&before, end, nullptr).norm(), 1e-9);
-  // Its slope at the begin is the velocity of the state there.
+  // Its slope at the beginning is the velocity of the state there.
   const double small_s = 1e-5;
   const Vector3 velocity = (pinned.pose(from_seconds(small_s)).position - pinned.pose(0).position) / small_s;
   EXPECT_LT((velocity - before.velocity).norm(), 1e-3);
@@ -140,7 +140,7 @@ struct Points {
   std::vector<Plane> planes;
   std::vector<Correspondence> matches;
   Pose pose;
-  Eigen::MatrixXd pose_jacobian;  // a row a point: φ, p
+  Eigen::MatrixXd pose_jacobian;  // one row per point: φ, p
   Eigen::MatrixXd turning;        // p × Rᵀn
   Eigen::MatrixXd normals;
   Eigen::VectorXd ages_s;
@@ -156,7 +156,7 @@ Points points_round_the_robot(std::uint64_t seed, int count, double variance_m2 
   result.normals.resize(count, 3);
   result.ages_s.resize(count);
   for (int i = 0; i < count; ++i) {
-    // The beam goes round once in a scan: what lies ahead is seen at another time than what lies behind.
+    // The beam rotates once in a scan: points ahead and points behind have different times.
     const double share = (i + 0.5) / count;
     const Vector3 point(10.0 * std::cos(2.0 * M_PI * share), 10.0 * std::sin(2.0 * M_PI * share),
                         i % 2 == 0 ? -1.0 : 2.0);
@@ -198,24 +198,24 @@ Eigen::MatrixXd information_by(const SweptCost& swept, const CondensedCost& cost
   return result;
 }
 
-/// Covariance of white noise integrated twice, back from the end of a step, at ages a and b.
+/// Covariance of white noise integrated twice, backwards from the end of a step, at ages a and b.
 double integrated_twice(double a, double b) {
   const double less = std::min(a, b);
   return less * less * (3.0 * std::max(a, b) - less) / 6.0;
 }
 
-/// The same where place and slope are known at the begin of the step too.
+/// The same if position and slope are known at the beginning of the step as well.
 double integrated_bridge(double a, double b) {
   Eigen::Matrix2d far;
   far << std::pow(kStepS, 3) / 3.0, kStepS * kStepS / 2.0, kStepS * kStepS / 2.0, kStepS;
   const auto with_far = [](double age) {
-    // Of the place and of the slope at the begin with the place at this age.
+    // Covariance of position and slope at the beginning with the position at this age.
     return Eigen::Vector2d(integrated_twice(age, kStepS), age * age / 2.0);
   };
   return integrated_twice(a, b) - with_far(a).dot(far.inverse() * with_far(b));
 }
 
-/// Jᵀ Σ⁻¹ J with the points' own noise and that of the IMU between the ends of the step written out point by point.
+/// Jᵀ Σ⁻¹ J with the full covariance of the points' own noise and of the IMU's noise between the ends of the step.
 Eigen::MatrixXd information_by_force(const Points& points, const Deskewing& deskewing, bool both) {
   const Eigen::Index count = points.ages_s.size();
   Eigen::MatrixXd covariance =
@@ -224,7 +224,7 @@ Eigen::MatrixXd information_by_force(const Points& points, const Deskewing& desk
     for (Eigen::Index j = 0; j < count; ++j) {
       const double a = points.ages_s[i];
       const double b = points.ages_s[j];
-      // Of a Brownian motion back from the end; pinned at the other end where that is known.
+      // A Brownian motion backwards from the end; a bridge if the other end is known.
       double turn = deskewing.gyroscope_density * (std::min(a, b) - (both ? a * b / kStepS : 0.0));
       double shift = deskewing.accelerometer_density * (both ? integrated_bridge(a, b) : integrated_twice(a, b));
       if (!both) {
@@ -258,7 +258,7 @@ std::pair<double, double> ratios(const Eigen::MatrixXd& information, const Eigen
 TEST(SweptCost, KnowsWhatAPointByPointCovarianceOfTheNoiseKnows) {
   const Points points = points_round_the_robot(1, 300);
   const CondensedCost cost = condense(points.matches, points.pose);
-  // From a tactical IMU to one that is of no use: 1 m/s²/√Hz.
+  // From a tactical IMU to a useless one: 1 m/s²/√Hz.
   for (const auto& [gyroscope, accelerometer] :
        {std::pair(1e-8, 1e-8), std::pair(1e-6, 4e-4), std::pair(4e-6, 1e-2), std::pair(1e-5, 1.0)}) {
     const Deskewing deskewing = deskewing_with(gyroscope, accelerometer);
@@ -268,7 +268,7 @@ TEST(SweptCost, KnowsWhatAPointByPointCovarianceOfTheNoiseKnows) {
           ratios(information_by(swept, cost, points.pose, both), information_by_force(points, deskewing, both));
       std::printf("gyroscope %.0e, accelerometer %.0e, %s: %.4f to %.4f\n", gyroscope, accelerometer,
                   both ? "both ends" : "the end", found.first, found.second);
-      // The modes left out pass for knowledge. Points of a bin share their age, which moves the ratio both ways.
+      // Omitted modes count as information. Points of a bin share their age, which moves the ratio both ways.
       EXPECT_GT(found.first, 0.95) << gyroscope;
       EXPECT_LT(found.second, 1.15) << gyroscope;
     }
@@ -292,7 +292,7 @@ TEST(SweptCost, TheFirstScanKnowsNoMoreThanTheBiasesItWasDeskewedWith) {
 }
 
 TEST(SweptCost, ADenseScanKnowsNoMoreThanTheGyroscopesLastMillisecondsLetIt) {
-  // As much as 6,000 points at 20 m with 1 cm of noise: the scan's end is told from its last few milliseconds.
+  // Equivalent to 6,000 points at 20 m with 1 cm of noise: the last few milliseconds determine the scan's end.
   const Points points = points_round_the_robot(3, 600, 2.5e-6);
   const CondensedCost cost = condense(points.matches, points.pose);
   const Deskewing deskewing = deskewing_with(1e-6, 4e-4);

@@ -1,4 +1,4 @@
-// Voxels have numbers up to a distance; what lies beyond is no voxel, and never one elsewhere.
+// Voxels have numbers up to a distance; a point beyond has no voxel, and never a voxel elsewhere.
 #include <gtest/gtest.h>
 
 #include "core/lidar/voxel_planes.h"

@@ -1,4 +1,4 @@
-// A map of which few tiles are in memory gives the bits of the one that is in memory whole.
+// A map with few tiles in memory gives the same bits as the map that is wholly in memory.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -14,7 +14,7 @@
 namespace lodestone {
 namespace {
 
-/// Lanes of field through 40 x 33 m, with holes, two layers; hash noise, so that every node counts.
+/// Lanes of field through 40 x 33 m, with holes, two layers; hash noise, so that every node matters.
 class Lanes final : public FieldNodes {
  public:
   static FieldGrid grid() { return {0.1, {-7.3, 4.1}, 401, 331, {0.1, 0.4}}; }
@@ -77,7 +77,7 @@ class NoField final : public FieldNodes {
 };
 
 TEST(FieldTiles, WhatNobodyAsksForTakesNoMemory) {
-  // A bit a tile would be 200 TB.
+  // With one bit a tile this would be 200 TB.
   const FieldGrid grid{0.1, {0.0, 0.0}, 1 << 28, 1 << 28, std::vector<double>(100, 0.0)};
   const auto source = std::make_shared<const NoField>();
   const FieldTileCache cache(grid, source, 0);
@@ -85,7 +85,7 @@ TEST(FieldTiles, WhatNobodyAsksForTakesNoMemory) {
     EXPECT_EQ(cache.find(99, cache.rows() - 1, 5), nullptr);
     EXPECT_EQ(cache.find(99, cache.rows() - 1, 7), nullptr);
   }
-  EXPECT_EQ(source->reads, 2);  // it is remembered all the same
+  EXPECT_EQ(source->reads, 2);  // the tile without field is remembered
 }
 
 TEST(FieldTiles, MapsOfAFewTilesGiveTheBitsOfTheWhole) {
@@ -101,7 +101,7 @@ TEST(FieldTiles, MapsOfAFewTilesGiveTheBitsOfTheWhole) {
     }
   }
   EXPECT_GT(found, 200);
-  EXPECT_GT(source->reads, 200);  // tiles did come and go
+  EXPECT_GT(source->reads, 200);  // tiles were unloaded and loaded again
   const auto nodes = all_nodes();
   const auto back = some.nodes();
   ASSERT_EQ(back.size(), nodes.size());
@@ -121,7 +121,7 @@ TEST(FieldTiles, TheSameOnAnyNumberOfThreads) {
 }
 
 TEST(FieldTiles, MemoryIsBoundedAlongADriveAndEachTileIsReadOnce) {
-  // 2 km of lane along x: 313 tiles. Back and forth over a tile's edge nothing is read again.
+  // 2 km of lane along x: 313 tiles. Queries back and forth over a tile's edge read nothing again.
   FieldGrid grid{0.1, {0.0, 0.0}, 20001, 41, {0.1, 0.4}};
   const auto source = std::make_shared<const Lanes>();
   const std::size_t bytes = 40 * FieldTile::bytes();

@@ -19,7 +19,7 @@ Vector3 uniform(const Vector3&) {
   return {18.0, -3.0, -42.0};
 }
 
-/// Changes along y alone.
+/// Changes only along y.
 Vector3 striped(const Vector3& p) {
   return {18.0, -3.0 + 8.0 * std::sin(2.0 * p.y()), -42.0 + 6.0 * std::cos(2.0 * p.y())};
 }
@@ -111,10 +111,11 @@ TEST(MagneticLocalizationTest, LeavesUnseenDirectionsAtThePrediction) {
   {
     const auto result = localize(predicted, prior, measure(uniform, suite, truth, 0.5, generator), suite,
                                  make_map(uniform), MagneticLocalizationOptions{});
-    EXPECT_EQ(result.unseen, 4);  // three of position, and turning about the field itself
+    EXPECT_EQ(result.unseen, 4);  // three of position, and rotation about the field itself
     EXPECT_LT((result.T_map_imu.position - predicted.position).norm(), 1e-9);
     EXPECT_NEAR(result.covariance(3, 3), 0.01, 1e-9);
-    // Where the field sees, the error is that of eight readings, 0.5 µT / 46 µT / √8 an axis, within three sigma.
+    // Along the observable directions the error is that of eight readings, 0.5 µT / 46 µT / √8 an axis, within three
+    // sigma.
     const Vector3 b = Vector3(18.0, -3.0, -42.0).normalized();
     EXPECT_LT((result.T_map_imu.rotation.conjugate() * b - truth.rotation.conjugate() * b).norm(), 0.0163);
   }

@@ -24,7 +24,7 @@ Vector3 before(const Vector3& p) {
   return earth + dipole(p, {-2.0, 1.0, -0.7}, {20, -10, 60});
 }
 
-/// What came: two more dipoles, the one at the right twice as strong.
+/// The change: two more dipoles, the right one twice as strong.
 Vector3 change(const Vector3& p) {
   return dipole(p, {2.03, -0.51, -0.6}, {0, 0, 50}) + dipole(p, {-2.5, -1.0, -0.6}, {0, 0, 25});
 }
@@ -56,7 +56,7 @@ MagneticMap make_map(
 }
 
 const FieldGrid coarse{0.1, {-5.0, -3.0}, 101, 61, {0.2}};
-const FieldGrid fine{0.07, {-5.51, -3.33}, 160, 101, {0.2}};  // covers the coarse one, its nodes lie elsewhere
+const FieldGrid fine{0.07, {-5.51, -3.33}, 160, 101, {0.2}};  // covers the coarse grid; its nodes lie elsewhere
 
 TEST(MagneticDifference, IsTheFieldOfWhatCame) {
   const MagneticDifference difference = compare_maps(make_map(coarse, before, 0.3F), make_map(fine, after, 0.4F));
@@ -77,7 +77,7 @@ TEST(MagneticDifference, IsTheFieldOfWhatCame) {
   }
   ASSERT_GT(largest, 10.0);
   const double count = 101.0 * 61.0;
-  // Bicubic interpolation at 7 cm of dipoles 80 cm below errs by some 1e-2 µT right above them, far less elsewhere.
+  // Error of bicubic interpolation at 7 cm, dipoles 80 cm below: some 1e-2 µT right above them, far less elsewhere.
   EXPECT_NEAR(difference.largest_ut, largest, 0.03);
   EXPECT_NEAR((difference.largest_at - largest_at).norm(), 0.0, 1e-9);
   EXPECT_NEAR(difference.mean_ut, sum / count, 2e-3);
@@ -136,7 +136,7 @@ TEST(MagneticDifference, LayersAreComparedAtTheirHeights) {
     const Vector3 expected = change(place(layered, layer, piece.row + 20, piece.column + 30));
     EXPECT_LT((piece.at(layer, 20, 30).head<3>().cast<double>() - expected).norm(), 0.01);
   }
-  // Nearer to the steel the change is larger.
+  // The change is larger nearer to the steel.
   EXPECT_EQ(difference.largest_at.z(), 0.2);
 }
 

@@ -75,7 +75,7 @@ TEST(MagneticMapTest, GradientIsTheDerivativeOfTheInterpolation) {
         const Vector3 position = inside(grid, generator);
         const auto value = map.query(position, interpolation);
         ASSERT_TRUE(value);
-        // Differences across a kink (a bilinear cell's edge, a layer) have no derivative to compare with.
+        // Differences across a kink (a bilinear cell's edge, a layer) are not comparable with a derivative.
         const auto near_kink = [&](double coordinate) { return std::abs(coordinate - std::round(coordinate)) < 1e-4; };
         bool skip = near_kink((position.x() - grid.origin.x()) / grid.resolution_m) ||
                     near_kink((position.y() - grid.origin.y()) / grid.resolution_m);
@@ -175,7 +175,7 @@ TEST(MagneticMapTest, RefusesWhereThereIsNoField) {
     EXPECT_FALSE(map.query({0.0, nan, 0.3}, interpolation));
     EXPECT_FALSE(map.query({1e30, 3.0, 0.3}, interpolation));
     EXPECT_FALSE(map.query({1.0, 3.0, 0.3}, interpolation));  // σ over the limit
-    // Each of the four cells at the hole, and none further away.
+    // Each of the four cells at the hole, and no others.
     EXPECT_FALSE(map.query({-1.5 + 0.45, 2.25 + 0.45, 0.3}, interpolation));
     EXPECT_FALSE(map.query({-1.5 + 0.35, 2.25 + 0.55, 0.3}, interpolation));
     EXPECT_TRUE(map.query({-1.5 + 0.55, 2.25 + 0.45, 0.3}, interpolation));

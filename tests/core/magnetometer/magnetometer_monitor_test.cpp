@@ -25,10 +25,10 @@ Vector3 passing_field(double seconds) {
           -40.0 + 12.0 * std::sin(2.5 * way + 1.0)};
 }
 
-/// What is left of `seconds` of readings, by magnetometer and sample. `spoil` returns the reading of a magnetometer at
-/// a time from a healthy one; nothing: it is missing.
+/// The readings that the monitor keeps of `seconds`, by magnetometer and sample. `spoil` changes a healthy reading of a
+/// magnetometer at a time; empty: the reading is missing.
 struct Filtered {
-  std::vector<std::vector<bool>> left;  // of the readings that were there
+  std::vector<std::vector<bool>> left;  // of the readings that were given
   std::vector<std::vector<double>> time;
   WarningLog warnings;
 
@@ -80,7 +80,7 @@ std::optional<Vector3> healthy(int, double, const Vector3& reading) {
 
 TEST(MagnetometerMonitor, LeavesHealthyReadingsAlone) {
   EXPECT_TRUE(filter(20.0, healthy).warnings.entries().empty());
-  // Sensors of a coarse digit, better than their data sheet, and worse.
+  // Sensors with coarse digits, better than their data sheet, and worse.
   for (const double noise_ut : {0.2, 3.0}) {
     const Filtered coarse = filter(20.0, healthy, 0.15, noise_ut);
     for (int j = 0; j < 3; ++j) EXPECT_EQ(coarse.out(j, 0.0, 20.0), 0) << noise_ut;
@@ -117,7 +117,7 @@ TEST(MagnetometerMonitor, ReadingsAtASensorsLimitAreLeftOutOnceTheLimitIsSeen) {
     clipped += s >= 5.0 && result != reading;
     return result;
   });
-  // And a few that the noise has left a fiftieth of it below.
+  // And a few that noise left below the limit by less than a fiftieth of the noise.
   EXPECT_GE(found.out(0, 5.0, 20.0), clipped);
   EXPECT_LE(found.out(0, 5.0, 20.0), clipped + 10);
   EXPECT_GT(clipped, 500);
@@ -126,7 +126,7 @@ TEST(MagnetometerMonitor, ReadingsAtASensorsLimitAreLeftOutOnceTheLimitIsSeen) {
 }
 
 TEST(MagnetometerMonitor, ALimitThatOneSensorShowedIsAnothersAfterThreeReadings) {
-  // The second sensor clips a second after the first has shown where: three readings tell of it.
+  // The second sensor clips a second after the first has shown its limit: three readings suffice.
   constexpr double kLimit_ut = 30.0;
   int clipped = 0;
   const Filtered found = filter(8.0, [&](int j, double s, const Vector3& reading) -> std::optional<Vector3> {

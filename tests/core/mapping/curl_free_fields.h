@@ -37,7 +37,7 @@ class RandomPotential {
   std::vector<double> phases_;
 };
 
-/// Lanes along x at 0.4 m height, `spacing` apart, a reading every 1.25 cm; stamps run on.
+/// Lanes along x at 0.4 m height, `spacing` apart, a reading every 1.25 cm; stamps are continuous.
 template <class Field>
 std::vector<FieldObservation> survey_lanes(const Field& field, double length, int lanes, double spacing, double noise,
                                            std::uint64_t seed) {

@@ -72,7 +72,7 @@ TEST(CurlFreeKernelTest, FindsTheHyperparametersOfTheFieldItWasDrawnFrom) {
   ASSERT_TRUE(fit.potential);
   EXPECT_NEAR(fit.potential->length_scale_m, 0.6, 0.06);
   EXPECT_NEAR(fit.potential->signal_sigma_ut, 6.0, 1.0);
-  EXPECT_NEAR(fit.potential->signal_sigmas_ut().z(), 7.2, 1.4);  // one height tells the ratio of the sigmas alone
+  EXPECT_NEAR(fit.potential->signal_sigmas_ut().z(), 7.2, 1.4);  // one height determines only the ratio of sigmas
   EXPECT_LT(fit.potential->noise_sigma_ut, 0.3);
 }
 
@@ -105,7 +105,7 @@ Eigen::Vector2d error_of(double domain_margin, double cutoff) {
   const RandomPotential field(kernel, 5);
   std::vector<FieldCell> cells = thin_survey(survey_lanes(field, 1.2, 4, 0.35, 0.5, 6), 0.15);
   SlidingGprOptions options;
-  options.margin_length_scales = 2.4;  // every window sees all
+  options.margin_length_scales = 2.4;  // all cells are in every window
   options.scale_prior_points = 1e12;
   options.domain_margin_length_scales = domain_margin;
   options.basis_cutoff = cutoff;

@@ -42,7 +42,7 @@ class SteelFloor {
   std::vector<Vector3> positions_, moments_;
 };
 
-/// How a drive errs. Positions err by a Gauss-Markov process along the way, alike over 2 m.
+/// Errors of a drive. Positions err by a Gauss-Markov process along the way, correlated over 2 m.
 struct DriveErrors {
   double position_m = 0.01;
   double offset_ut = 0.5;  ///< of each magnetometer, in its own axes, on this drive

@@ -1,4 +1,4 @@
-// The error between drives: found in draws of it, and the map's sigma with it on a drive that the map does not know.
+// The error between drives is estimated from draws, and the map's sigma with it is correct on an independent drive.
 #include "core/mapping/drive_error.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST(DriveErrorTest, TheMapsSigmaIsHonestOnAnotherDrive) {
     std::printf("positions err by %.2f m: normalized %.2f %.2f %.2f, without calibration up to %.2f\n", position_m,
                 normalized.x(), normalized.y(), normalized.z(), worst_without);
     EXPECT_NEAR(normalized.norm() / std::sqrt(3.0), 1.0, 0.25);
-    EXPECT_GT(normalized.minCoeff(), 0.6);  // the steel is no draw from a stationary kernel
+    EXPECT_GT(normalized.minCoeff(), 0.6);  // the steel is not a draw from a stationary kernel
     EXPECT_LT(normalized.maxCoeff(), 1.35);
     if (position_m >= 0.01) {
       EXPECT_GT(worst_without, 1.6);

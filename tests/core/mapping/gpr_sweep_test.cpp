@@ -40,7 +40,7 @@ SlidingGpr regression() {
   return SlidingGpr(lane(), {kernel, kernel, kernel}, options);
 }
 
-/// Points of a grid that are supported, row by row from below, in two layers.
+/// Supported points of a grid, row by row from below, in two layers.
 std::vector<Vector3> grid_points(const SlidingGpr& gpr) {
   std::vector<Vector3> points;
   for (double y = -1.0; y < 16.0; y += 0.1) {

@@ -63,7 +63,7 @@ TEST(MagneticMapBuilderTest, MapIsTheFieldWithinItsSigma) {
   EXPECT_LT(std::sqrt(squares / answered), 0.5);
   EXPECT_GT(std::sqrt(normalized / answered), 0.6);
   EXPECT_LT(std::sqrt(normalized / answered), 1.4);
-  // Outside the survey there is none.
+  // Outside the survey there is no field.
   EXPECT_FALSE(result.map.query({6.0, 4.0, 0.3}, FieldInterpolation::bicubic));
   EXPECT_EQ(std::remainder(result.map.grid().origin.x(), 0.1),
             std::remainder(std::round(result.map.grid().origin.x() * 10) * 0.1, 0.1));

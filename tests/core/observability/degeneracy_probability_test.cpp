@@ -14,12 +14,12 @@ namespace {
 
 constexpr float kVariance_m2 = 4e-4F;  // of a residual: two centimetres
 
-/// A scan at the origin among planes whose normals are wrong by `tilt` (rad, one sigma of each slope).
+/// A scan at the origin among planes whose normals have errors of `tilt` (rad, one sigma of each slope).
 class NoisyScan {
  public:
   NoisyScan(double tilt, std::uint64_t seed) : tilt_(tilt), generator_(seed) {}
 
-  /// A plane and the points on it; `variance` of their residuals, m².
+  /// A plane and its points; `variance` of their residuals, m².
   void add(const Vector3& normal, const std::vector<Vector3>& points, float variance = kVariance_m2) {
     const Vector3 helper = std::abs(normal.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX();
     const Vector3 major = normal.cross(helper).normalized();
@@ -63,7 +63,7 @@ class NoisyScan {
                                   correspondences_, Pose{}, lever_arm_m, options, noise);
   }
 
-  /// What the sigma rule makes of the same scan when it takes the information as it is.
+  /// The sigma rule on the same scan, with the information uncorrected.
   Degeneracy analyse_naively(const DegeneracyOptions& options) const {
     return analyse_by_sigma(condense(correspondences_, Pose{}).hessian(Pose{}), 5.0, options);
   }
@@ -83,7 +83,7 @@ DegeneracyOptions probabilistic(MaskKind mask = MaskKind::hard) {
   return options;
 }
 
-constexpr double kTilt = 0.06;  // pretends more than the level along every direction
+constexpr double kTilt = 0.06;  // spurious information above the level along every direction
 
 TEST(ProbabilisticDegeneracy, ACorridorLosesItsAxisUnderNoiseThatHidesItFromTheSigmaRule) {
   NoisyScan scan(kTilt, 1);
@@ -111,7 +111,7 @@ TEST(ProbabilisticDegeneracy, ASinglePlaneLosesThreeABoxNoneACylinderTwo) {
   box.add_wall(2, -1.0, 3.0);
   EXPECT_EQ(box.analyse(probabilistic()).degenerate_directions, 0);
 
-  NoisyScan cylinder(0.01, 4);  // turning about its axis needs small patches: their chords leave the vault
+  NoisyScan cylinder(0.01, 4);  // rotation about its axis requires small patches: their chords leave the vault
   for (int i = 0; i < 120; ++i) {
     for (int j = -10; j <= 10; ++j) {
       const double angle = 2.0 * M_PI * i / 120.0;
@@ -143,7 +143,7 @@ TEST(InformationNoise, MeanIsWhatCondensingCallsSpurious) {
   }
 }
 
-/// A corridor of 80 patches with an end wall that knows the axis to `information` (1/m²).
+/// A corridor of 80 patches with an end wall that gives the axis `information` (1/m²).
 NoisyScan short_corridor(double information, std::uint64_t seed) {
   constexpr float variance = 2.5e-5F;
   NoisyScan scan(0.05, seed);
@@ -181,7 +181,7 @@ TEST(InformationNoise, VarianceIsThatOfManyDraws) {
 }
 
 TEST(ProbabilisticDegeneracy, StatedProbabilityIsTheFrequency) {
-  // Truths spread evenly about the level: of the scans that state p, a share p is beyond it.
+  // True values spread evenly around the level: of the scans that state p, a share p is beyond the level.
   DegeneracyOptions options = probabilistic(MaskKind::soft);
   options.max_sigma_m = 0.01;
   constexpr double level = 1e4;

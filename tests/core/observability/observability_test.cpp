@@ -14,7 +14,7 @@
 namespace lodestone {
 namespace {
 
-/// What LiDAR at the origin knows when it sees the given surfaces: normals at points, noise of two centimetres.
+/// Information of LiDAR at the origin from the given surfaces: normals at points, noise of two centimetres.
 Matrix6 information_of(const std::vector<std::pair<Vector3, Vector3>>& surface) {
   Matrix6 sum = Matrix6::Zero();
   for (const auto& [point, normal] : surface) {
@@ -137,7 +137,7 @@ Chain random_chain(int count, bool axis_unseen) {
     chain.dense.block<6, 6>(15 * k, 15 * k) += chain.poses.back();
   }
   for (int k = 0; k + 1 < count; ++k) {
-    // Constant-velocity motion with weak couplings, as an IMU factor has: position differences only.
+    // Constant-velocity motion with weak couplings, as in an IMU factor: position differences only.
     ChainLink link;
     Matrix15 step = Matrix15::Identity();
     for (int axis = 0; axis < 3; ++axis) {

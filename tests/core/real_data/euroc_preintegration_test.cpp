@@ -1,5 +1,5 @@
-// Preintegration on EuRoC V1_01 (200 Hz IMU, 20 Hz truth with velocity and biases): no worse than the median errors of
-// GTSAM 4.3's combined preintegration on the same windows.
+// Preintegration on EuRoC V1_01 (200 Hz IMU, 20 Hz ground truth with velocity and biases): no worse than the median
+// errors of GTSAM 4.3's combined preintegration on the same windows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,7 +61,7 @@ ImuSample interpolate(const ImuSample& before, const ImuSample& after, Time time
           before.linear_acceleration + share * (after.linear_acceleration - before.linear_acceleration)};
 }
 
-/// The samples over [begin, end], interpolated at both; empty where the log does not cover it or has a gap.
+/// The samples over [begin, end], interpolated at both; empty if the log does not cover the interval or has a gap.
 std::vector<ImuSample> samples_between(const std::vector<ImuSample>& log, Time begin, Time end) {
   const auto earlier = [](Time time, const ImuSample& sample) { return time < sample.time; };
   const auto first = std::upper_bound(log.begin(), log.end(), begin, earlier);
@@ -112,7 +112,7 @@ class EurocPreintegration : public ::testing::Test {
     }
   }
 
-  /// Median errors of a prediction from the truth over windows of `steps` of its rows.
+  /// Median errors of a prediction relative to the ground truth, over windows of `steps` of its rows.
   Errors median_errors(std::size_t steps) const {
     std::vector<double> position;
     std::vector<double> velocity;

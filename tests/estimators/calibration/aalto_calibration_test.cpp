@@ -1,5 +1,5 @@
-// Three magnetometers on a robot in a real room; one of them has drifted by run 5. Their readings come turned to the
-// room's axes: the way from one to another tells the heading, by which they are turned back.
+// Three magnetometers on a robot in a real room; one has drifted by run 5. Their readings are given in the room's axes;
+// the direction from one to another gives the heading, by which they are rotated back.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -48,8 +48,8 @@ Track read_track(const std::string& sensor, int run) {
 struct RealArray {
   SensorSuite suite;
   std::vector<MagneticArraySample> samples;
-  Trajectory trajectory;       ///< of invensense, x towards nexus
-  std::vector<ImuSample> imu;  ///< of the headings
+  Trajectory trajectory;       ///< of invensense, x axis towards nexus
+  std::vector<ImuSample> imu;  ///< from the headings
 
   ArrayLog readings(std::size_t begin, std::size_t end) const {
     ArrayLog log(3);
@@ -67,7 +67,7 @@ class AaltoCalibration : public ::testing::Test {
     read_run_five();
   }
 
-  /// trivisio's unit, from another run.
+  /// Unit of trivisio, from another run.
   static double trivisio_unit_ut() {
     double ours = 0.0, theirs = 0.0;
     const Track reference = read_track("invensense", 1), other = read_track("trivisio", 1);
@@ -116,7 +116,7 @@ class AaltoCalibration : public ::testing::Test {
   RealArray array_;
 };
 
-/// Root mean square of a component of what the second half reads beside the map, with `calibration`.
+/// Rms per component of the second half's residuals against the map, with `calibration`.
 double residual_ut(const CalibrationLog& log, int magnetometer, const MagnetometerCalibration& calibration) {
   double squares = 0.0;
   int count = 0;
@@ -161,7 +161,7 @@ TEST_F(AaltoCalibration, AgainstAMapOfEarlierRunsTheDriftedSensorComesBackToItsF
   map_options.held_out_block_m = 0.0;
   const MagneticMap map = build_magnetic_map(survey, map_options).map;
   CalibrationOptions options;
-  options.max_moments = 500;  // each costs time
+  options.max_moments = 500;  // limits the duration
   const std::size_t half = array_.samples.size() / 2;
   const CalibrationLog first = mapped_log(array_.readings(0, half), array_.trajectory, map, array_.suite, options);
   const CalibrationLog second =
@@ -183,12 +183,12 @@ TEST_F(AaltoCalibration, AgainstAMapOfEarlierRunsTheDriftedSensorComesBackToItsF
 
 TEST_F(AaltoCalibration, WithoutAMapItComesBackToThemToo) {
   CalibrationOptions options;
-  options.max_moments = 500;  // each costs time
+  options.max_moments = 500;  // limits the duration
   const CalibrationLog log = turning_log(array_.readings(0, array_.samples.size()), array_.imu, array_.suite, options);
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
   std::printf("walk %.2f uT/sqrt(s), slope %.1f uT/m\n", result.process.step_ut_sqrt_s, result.process.slope_ut_m);
   print(result);
-  // Apart from what all have alike, the offset of nexus is that which the map shows: upwards.
+  // Apart from the common part, the offset of nexus is that from the map: upwards.
   const auto beside = [&](std::size_t j) { return result.magnetometers[j].usual_error_ut.z(); };
   EXPECT_GT(beside(1) - 0.5 * (beside(0) + beside(2)), 5.0);
   EXPECT_LT(result.magnetometers[1].after_ut, 0.7 * result.magnetometers[1].before_ut);

@@ -26,7 +26,7 @@ Vector3 some_offset(std::size_t j) {
 
 MagnetometerCalibrationResult calibrate(const SimulatedArray& array, int moments = 400) {
   CalibrationOptions options;
-  options.max_moments = moments;  // each costs time
+  options.max_moments = moments;  // limits the duration
   return calibrate_magnetometers(turning_log(array.readings, array.imu, array.suite, options), options);
 }
 
@@ -81,10 +81,10 @@ TEST(CalibrateMagnetometers, TumblingShowsHardAndSoftIronWithoutAMap) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_LT(std::abs(hard_iron_error(array, result, j, axis)), 0.3);
     EXPECT_LT(result.magnetometers[j].after_ut, 0.2 * result.magnetometers[j].before_ut);
   }
-  // Nothing in the log tells a strong field from a large scale.
+  // The log does not distinguish a strong field from a large scale.
   ASSERT_EQ(result.held.size(), 1U);
   EXPECT_THAT(result.held[0],
-              HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
+              HasSubstr("all magnetometers alike: scale along all axes together: not determined by this motion"));
 }
 
 TEST(CalibrateMagnetometers, OneMagnetometerAloneTumbles) {
@@ -113,10 +113,10 @@ TEST(CalibrateMagnetometers, LevelTurnsShowWhatIsLevel) {
     mean_truth += array.truth[j].hard_iron_ut / 3.0;
   }
   EXPECT_THAT(result.held,
-              Contains(HasSubstr("offset along z of the robot: not shown by this motion; held as given ± 20 µT")));
+              Contains(HasSubstr("offset along z of the robot: not determined by this motion; kept as given ± 20 µT")));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along x"))));
   EXPECT_THAT(result.held, Not(Contains(HasSubstr("offset along y"))));
-  // What is held together may still differ from one to the next, and that is shown.
+  // Parameters with an undetermined common value may still have determined differences.
   for (std::size_t j = 0; j < 3; ++j) {
     EXPECT_NEAR(result.magnetometers[j].calibration.hard_iron_ut.z(), array.truth[j].hard_iron_ut.z() - mean_truth.z(),
                 0.3);
@@ -133,10 +133,10 @@ TEST(CalibrateMagnetometers, AStraightLineShowsDifferencesAlone) {
   const MagnetometerCalibrationResult result = calibrate(array);
   print("straight", array, result);
   for (const char axis : {'x', 'y', 'z'}) {
-    EXPECT_THAT(result.held,
-                Contains(HasSubstr(std::string("offset along ") + axis + " of the robot: not shown by this motion")));
+    EXPECT_THAT(result.held, Contains(HasSubstr(std::string("offset along ") + axis +
+                                                " of the robot: not determined by this motion")));
   }
-  // What all share is unknown; no sigma pretends otherwise.
+  // The common part is unknown, and its sigma is large.
   for (std::size_t j = 0; j < 3; ++j) {
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_GT(result.magnetometers[j].sigma[axis], 10.0);
@@ -158,12 +158,12 @@ TEST(CalibrateMagnetometers, AMagnetometerWithoutReadingsIsNamed) {
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
   EXPECT_EQ(result.magnetometers[1].readings, 0U);
   EXPECT_EQ(result.magnetometers[1].calibration.distortion, Matrix3::Identity());
-  EXPECT_THAT(result.held, Contains("magnetometer_1: no readings; everything held as given"));
+  EXPECT_THAT(result.held, Contains("magnetometer_1: no readings; all parameters kept as given"));
   log.moments.resize(5);
   EXPECT_THROW(calibrate_magnetometers(log, options), InputError);
 }
 
-// Errors over predicted sigma of all parameters, shown or held, with truths drawn from the priors.
+// Errors over predicted sigma of all parameters, determined or kept, with true values drawn from the priors.
 TEST(CalibrateMagnetometers, ErrorsAreWhatTheirSigmasSay) {
   struct Case {
     const char* name;

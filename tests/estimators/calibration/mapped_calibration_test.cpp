@@ -1,4 +1,4 @@
-// Calibration against a map: of a robot that drives level through a field with steel, with a map that errs.
+// Calibration against an inexact map, on a robot that drives level through a field with steel.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@ using testing::SimulatedArray;
 constexpr double kMapSigma_ut = 0.5;
 constexpr double kMapCorrelation_m = 0.3;
 
-/// A drive in loops, nose ahead.
+/// A drive in loops, heading along the path.
 Pose loops(double t) {
   const auto place = [](double s) { return Vector3(1.6 * std::sin(0.25 * s), 1.1 * std::sin(0.4 * s + 0.5), 0.2); };
   const Vector3 ahead = place(t + 0.01) - place(t - 0.01);
   return {so3::exp(Vector3(0.0, 0.0, std::atan2(ahead.y(), ahead.x()))), place(t)};
 }
 
-/// The field with an error that is alike over the correlation length.
+/// The field with an error that is constant over the correlation length.
 MagneticMap erring_map(unsigned seed) {
   constexpr int kWaves = 60;
   std::mt19937_64 generator(seed);
@@ -68,7 +68,7 @@ SimulatedArray drive(unsigned seed) {
 
 MagnetometerCalibrationResult calibrate_in_map(const SimulatedArray& array, const MagneticMap& map,
                                                CalibrationOptions options = {}) {
-  options.max_moments = 300;  // each costs time
+  options.max_moments = 300;  // limits the duration
   return calibrate_magnetometers(mapped_log(array.readings, array.trajectory, map, array.suite, options), options);
 }
 
@@ -89,8 +89,8 @@ class LevelDriveWithAMap : public ::testing::Test {
   SimulatedArray array_;
 };
 
-// An offset and a tilt in a field that hardly changes do the same. What they do together is shown, each alone is not,
-// and the sigmas say so.
+// In a field that hardly changes, an offset and a tilt have the same effect. Their sum is determined, each alone is
+// not, and the sigmas reflect this.
 TEST_F(LevelDriveWithAMap, ShowsWhatEachReadsBesideTheField) {
   const MagnetometerCalibrationResult result = calibrate_in_map(array_, erring_map(7));
   for (std::size_t j = 0; j < 3; ++j) {
@@ -157,7 +157,7 @@ Vector3 scaled_field(const Vector3& place) {
   return 1.2 * testing::field_with_steel(place);
 }
 
-/// What is written of a magnetometer against the mapped field, over its sigma.
+/// Error of a magnetometer's calibration against the mapped field, over its sigma.
 double blame(const CalibratedMagnetometer& one) {
   CalibrationParameters change;
   change << one.calibration.hard_iron_ut, distortion_of(one.calibration.distortion);
@@ -200,8 +200,8 @@ TEST(CalibrateInAChangedField, AScaleThatAllMagnetometersShareIsTheMaps) {
   }
 }
 
-// Along x and y of the map an offset turns against the robot. Along z a level drive cannot tell whose it is: no blame
-// within a sigma that says so.
+// Along x and y of the map, an offset rotates relative to the robot. Along z, a level drive cannot distinguish map and
+// magnetometers: the offset stays within a large sigma.
 TEST(CalibrateInAChangedField, AnOffsetInMapAxesIsTheMaps) {
   const Vector3 offset(6.0, -4.0, 5.0);
   SimulatedArray array =
@@ -258,7 +258,7 @@ TEST(CalibrateInAChangedField, PlacesThatChangedAreNamedAndBlameNobody) {
   }
 }
 
-// What single magnetometers have of their own is found in a changed field too.
+// Differences between single magnetometers are also found in a changed field.
 TEST(CalibrateInAChangedField, DifferencesBetweenMagnetometersAreTheirs) {
   SimulatedArray array = changed_drive(14, scaled_field);
   array.truth[0].hard_iron_ut = Vector3(8.0, -6.0, 7.0);
@@ -319,7 +319,7 @@ TEST(ChangeSize, IsThatOfTheLargestLikelihood) {
   }
 }
 
-// A direction that the log does not determine has no say, and does no harm.
+// A direction that the log does not determine has no effect.
 TEST(ChangeSize, NeedsNoInformationAboutEveryDirection) {
   const Eigen::Matrix4d information = Eigen::Vector4d(4.0, 0.0, 4.0, 0.0).asDiagonal();
   const ChangeSize found = change_size(information, Eigen::Vector4d(4.0 * 5.0, 0.0, 4.0 * -5.0, 0.0));

@@ -13,24 +13,24 @@
 
 namespace lodestone::testing {
 
-/// An array that is carried through a field, with a gyroscope: what a log of it holds.
+/// Simulates the log of an array that moves through a field, with a gyroscope.
 struct SimulatedArray {
-  // What is to be.
+  // Input.
   SensorSuite suite;
-  std::vector<MagnetometerCalibration> truth;              ///< one a magnetometer
+  std::vector<MagnetometerCalibration> truth;              ///< one per magnetometer
   std::function<Pose(double)> motion;                      ///< T_map_imu, seconds
-  std::function<Vector3(const Vector3&)> field;            ///< µT at a place, map axes
+  std::function<Vector3(const Vector3&)> field;            ///< µT at a position, map axes
   Vector3 gyroscope_bias = Vector3(0.002, -0.003, 0.004);  ///< rad/s
   double duration_s = 60.0;
   unsigned seed = 1;
 
-  // What came of it.
+  // Output.
   std::vector<MagneticArraySample> samples;
-  ArrayLog readings{0};  ///< of them
+  ArrayLog readings{0};  ///< of the array
   std::vector<ImuSample> imu;
   Trajectory trajectory;
 
-  /// `count` magnetometers in a row and askew, 1 µT of noise.
+  /// `count` magnetometers in a row with different orientations, 1 µT of noise.
   explicit SimulatedArray(int count) {
     for (int j = 0; j < count; ++j) {
       MagnetometerModel model;
@@ -77,7 +77,7 @@ struct SimulatedArray {
     readings.add(samples);
   }
 
-  /// Calibrations as the priors of a calibration expect them.
+  /// Draws calibrations from the priors of a calibration.
   void draw_truth(double hard_iron_sigma_ut, double soft_iron_sigma, double misalignment_sigma_rad) {
     std::mt19937_64 generator(1000 + seed);
     std::normal_distribution<double> normal;
@@ -91,7 +91,7 @@ struct SimulatedArray {
   }
 };
 
-/// Turned by hand into every attitude, about one place.
+/// Rotated by hand into all attitudes, about one place.
 inline Pose tumbling(double t) {
   const Quaternion yaw = so3::exp(Vector3(0.0, 0.0, 0.8 * t));
   const Quaternion pitch = so3::exp(Vector3(0.0, 1.4 * std::sin(0.53 * t), 0.0));
@@ -99,17 +99,17 @@ inline Pose tumbling(double t) {
   return {yaw * pitch * roll, Vector3(0.03 * std::sin(0.7 * t), 0.03 * std::cos(0.5 * t), 1.0)};
 }
 
-/// A robot that turns to and fro on a level floor, about one place.
+/// A robot that turns back and forth on a level floor, about one place.
 inline Pose turning(double t) {
   return {so3::exp(Vector3(0.0, 0.0, 2.5 * std::sin(0.4 * t))), Vector3(0.02 * std::sin(0.3 * t), 0.0, 0.2)};
 }
 
-/// A robot on its way along a corridor.
+/// A robot that drives along a corridor.
 inline Pose straight(double t) {
   return {Quaternion::Identity(), Vector3(0.5 * t, 0.0, 0.2)};
 }
 
-/// The earth's field and that of some steel: dipoles (µT m³), none within a metre of the origin.
+/// The earth's field and that of some steel: dipoles (µT m³), at least one metre from the origin.
 inline Vector3 field_with_steel(const Vector3& place) {
   Vector3 field(18.0, 4.0, -42.0);
   const auto add = [&](const Vector3& at, const Vector3& moment) {

@@ -7,7 +7,7 @@
 namespace lodestone {
 namespace {
 
-/// A field with texture over 10 × 10 m and an array of four readings of it.
+/// A field with texture over 10 × 10 m, and an array with four readings of it.
 class FieldEvidenceOfAnArray : public ::testing::Test {
  protected:
   static Vector3 field_at(double x, double y) {
@@ -35,7 +35,7 @@ class FieldEvidenceOfAnArray : public ::testing::Test {
     }
     return MagneticMap(grid, nodes, 3.0);
   }
-  /// Read at `pose`.
+  /// The readings at `pose`.
   ArrayReading read(const Pose& pose) const {
     ArrayReading array;
     for (std::size_t j = 0; j < suite_.magnetometers.size(); ++j) {

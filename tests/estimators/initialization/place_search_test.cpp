@@ -13,7 +13,7 @@
 namespace lodestone {
 namespace {
 
-/// A hall of 12 × 9 m seen from above: a floor with posts of different heights at random, 60 by 48 cells about it.
+/// A hall of 12 × 9 m: a floor with posts of random heights, on 60 by 48 cells.
 SiteLevel random_level(std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   SiteLevel level;
@@ -34,11 +34,11 @@ SiteLevel random_level(std::uint64_t seed) {
   return level;
 }
 
-/// A scan taken on the level, with a fifth of it from nowhere.
+/// A scan taken on the level, with a fifth of random points.
 std::vector<SearchPoint> scan_of(const SiteLevel& level, std::uint64_t seed, int count) {
   std::mt19937_64 generator(seed);
   const Eigen::Vector2d robot = level.center(PlaceSearch::margin_cells + 20, PlaceSearch::margin_cells + 15);
-  const Eigen::Rotation2Dd turn(-0.5 * std::numbers::pi);  // to the robot's axes: it looks along y
+  const Eigen::Rotation2Dd turn(-0.5 * std::numbers::pi);  // to the robot's axes, whose forward axis is y
   std::uniform_real_distribution<float> anywhere(-5.0F, 5.0F);
   std::vector<SearchPoint> points;
   while (static_cast<int>(points.size()) < count) {
@@ -101,7 +101,7 @@ TEST(PlaceSearch, FindsTheBestPlaceOfTheWholeGrid) {
       (result.places.front().position_m - level.center(PlaceSearch::margin_cells + 20, PlaceSearch::margin_cells + 15))
           .norm(),
       0.3);
-  // No place that fits as well as the worst found was left out, but for neighbours of better ones.
+  // All places that fit as well as the worst result are in the result, except for neighbours of better ones.
   for (const Place& place : all) {
     if (place.score <= result.places.back().score) continue;
     const bool near = std::any_of(result.places.begin(), result.places.end(), [&](const Place& other) {
@@ -134,7 +134,7 @@ TEST(PlaceSearch, SaysWhenItEndedEarly) {
   EXPECT_FALSE(search.best(scan_of(random_level(3), 4, 60)).complete);
 }
 
-/// Points of a level surface every 5 cm, with the noise of a survey.
+/// Points of a level surface every 5 cm, with survey noise.
 void add_floor(std::vector<Eigen::Vector3f>& points, float x0, float x1, float y0, float y1, float z,
                float slope = 0.0F) {
   std::mt19937_64 generator(points.size());

@@ -1,4 +1,5 @@
-// A start anywhere on the map: in a room that looks the same from both ends, and at random places of a shipped world.
+// Initial pose anywhere on the map: in a room that looks the same from both ends, and at random places of a shipped
+// world.
 #include "estimators/initialization/start_finder.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +21,7 @@
 namespace lodestone {
 namespace {
 
-/// Bare but for four equal pillars: turned by half it is the same room. Its floor's steel is not.
+/// Empty except for four equal pillars: after half a turn the room looks the same, but the steel in its floor differs.
 constexpr const char* kRoom = R"(
 name: room
 steel_seed: 3
@@ -62,7 +63,7 @@ std::shared_ptr<const MagneticMap> true_field(const simulation::World& world,
   return std::make_shared<MagneticMap>(grid, nodes, 3.0);
 }
 
-/// A log's beginning and where it was.
+/// The beginning of a log, with its true pose.
 struct Beginning {
   std::vector<ScanBundle> bundles;
   Pose truth;  ///< at the first scan's start
@@ -164,7 +165,7 @@ TEST_F(StartInARoom, IsNotSureByLidarAlone) {
     const FoundStart found = finder.find(log.bundles);
     EXPECT_FALSE(found.sure);
     ASSERT_GE(found.best.size(), 2U);
-    // Both ends are named: one is the truth, the other lies opposite.
+    // Both ends are among the results: one is the ground truth, the other opposite.
     const Pose opposite{Quaternion(Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitZ())) * log.truth.rotation,
                         {-log.truth.position.x(), -log.truth.position.y(), log.truth.position.z()}};
     for (const Pose& place : {log.truth, opposite}) {

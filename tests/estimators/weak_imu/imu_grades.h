@@ -9,7 +9,7 @@
 
 namespace lodestone::weak_imu {
 
-/// An IMU: the noise of its samples, and what the platform file states if that differs.
+/// An IMU: the noise of its samples, and the values in the platform file if these differ.
 struct ImuGrade {
   std::string name;
   simulation::ImuOptions sensor;

@@ -17,12 +17,12 @@ double chi_squared_quantile(double probability) {
   return distance * distance;
 }
 
-/// The largest of `scans` values of χ²₆ is above this with a probability of `false_alarm_rate` (Bonferroni).
+/// With a probability of `false_alarm_rate`, the largest of `scans` values of χ²₆ exceeds this limit (Bonferroni).
 double limit_over(std::size_t scans) {
   return chi_squared_quantile(1.0 - false_alarm_rate / static_cast<double>(scans));
 }
 
-/// Keeps the largest value. A comparison with NaN is false: a value that is not finite counts as the largest.
+/// Keeps the largest value. Comparisons with NaN are false, so a value that is not finite counts as the largest.
 void keep_largest(double value, double& largest) {
   if (!(value <= largest)) largest = value;
 }

@@ -7,7 +7,7 @@
 
 namespace lodestone::weak_imu {
 
-constexpr double tracked_m = 1.0;           ///< a run that is further off at any scan is lost
+constexpr double tracked_m = 1.0;           ///< a run with a larger error at any scan is lost
 constexpr double false_alarm_rate = 0.001;  ///< of a whole run
 
 /// The errors of one estimator against the ground truth.
@@ -16,15 +16,15 @@ struct Tracking {
   double rms_m = 0.0;
   double largest_m = 0.0;
   double nees = 0.0;          ///< of the pose, per degree of freedom
-  double largest_nees = 0.0;  ///< eᵀ P⁻¹ e of the pose over its limit, over all scans; above 1: P is too small
+  double largest_nees = 0.0;  ///< eᵀ P⁻¹ e of the pose over its limit, largest of all scans; above 1: P is too small
 };
 
-/// How two estimates of the same poses differ. With d their difference, D² = dᵀ (P_f + P_s)⁻¹ d. Both use the same
-/// scans, so their errors are positively correlated and Cov(d) ≤ P_f + P_s if both covariances hold: D² is then at most
-/// χ² with six degrees of freedom.
+/// Difference of two estimates of the same poses: d, with D² = dᵀ (P_f + P_s)⁻¹ d. Both use the same scans, so their
+/// errors are positively correlated and Cov(d) ≤ P_f + P_s if both covariances are right: D² is then at most χ² with
+/// six degrees of freedom.
 struct Parting {
   double mean = 0.0;                ///< of D², per degree of freedom
-  double largest = 0.0;             ///< D² over its limit, over all scans; above 1: parted
+  double largest = 0.0;             ///< D² over its limit, largest of all scans; above 1: the estimates disagree
   double share_above_95 = 0.0;      ///< of the scans beyond the 95 % quantile
   double share_above_999 = 0.0;     ///< of the scans beyond the 99.9 % quantile
   double hausman = 0.0;             ///< mean of z² / var z over the directions in which P_f exceeds P_s

@@ -9,17 +9,17 @@
 
 namespace lodestone::weak_imu {
 
-/// How a drive is made.
+/// Parameters of a drive.
 struct DriveChoice {
   ImuGrade imu;
-  double scan_period_s = 0.1;  ///< a turn of the LiDAR lasts as long
+  double scan_period_s = 0.1;  ///< also the duration of a turn of the LiDAR
   double speed_m_s = 1.5;
   double duration_s = 20.0;
   bool with_field = false;
 };
 
-/// Rounds of a square with rounded corners in the middle of a hall, from rest: a side takes seven seconds,
-/// and a corner is as tight as the robot may turn at that speed. Robot and map have one seed.
+/// A path around a square with rounded corners in the middle of a hall, from rest: seven seconds per side, corners as
+/// tight as the robot may turn at that speed. Robot and map use the same seed.
 class Site {
  public:
   Site(const std::string& reality_grade, std::uint64_t seed);

@@ -1,4 +1,4 @@
-// Filter and smoother under IMUs from tactical to misstated, at fast and slow scans. The whole grid:
+// Filter and smoother with IMUs from tactical grade to wrong specifications, and fast and slow scans. The whole grid:
 // docs/results/weak-imu.md.
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ struct Case {
 
 class Drives {
  protected:
-  /// The filter with errors of deskewing. The paper's does not agree with the smoother, see WeakImuDefects.
+  /// The filter with deskewing errors. The paper's filter disagrees with the smoother, see WeakImuDefects.
   static RunOptions consistent_filter() {
     RunOptions options;
     options.ieskf.deskewing_errors = true;
@@ -42,7 +42,7 @@ class Drives {
 class WeakImu : public Drives, public ::testing::TestWithParam<Case> {};
 class WeakImuDefects : public Drives, public ::testing::Test {};
 
-// All bounds are those of a false alarm in a thousand runs, over all scans of a run together.
+// All bounds have a false alarm rate of one in a thousand runs, over all scans of a run together.
 TEST_P(WeakImu, FilterAndSmootherNeverPartByMoreThanTheirCovariances) {
   DriveChoice choice{grade(GetParam().grade), GetParam().scan_period_s};
   choice.duration_s = 12.0;
@@ -54,13 +54,13 @@ TEST_P(WeakImu, FilterAndSmootherNeverPartByMoreThanTheirCovariances) {
   EXPECT_TRUE(found.tracked());
   EXPECT_LT(found.causal.largest_nees, 1.0);
   EXPECT_LT(found.smoothed.largest_nees, 1.0);
-  // Where the IMU adds little to a scan, both err by the same millimetre.
+  // If the IMU adds little information to a scan, both have the same errors of millimetres.
   EXPECT_LE(found.smoothed.rms_m, 1.05 * found.filter.rms_m);
   EXPECT_LT(found.causal_parting.largest, 1.0);
   EXPECT_LT(found.smoothed_parting.largest, 1.0);
 }
 
-// The check sees estimators that believe a scan as it was deskewed: the paper's filter, and one residual a point.
+// The check detects estimators that assume exact deskewing: the paper's filter, and one residual per point.
 TEST_F(WeakImuDefects, ArePartingsByMoreThanTheCovariances) {
   DriveChoice choice{grade("consumer"), 0.5};
   choice.duration_s = 12.0;

@@ -24,7 +24,7 @@ class MagnetometerChoice : public ::testing::Test {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
       names.push_back(platform.suite.magnetometers[i].name);
-      // Model and message stay together.
+      // Model and message layout are permuted together.
       for (std::size_t k = 0; k < platform_.suite.magnetometers.size(); ++k) {
         if (platform_.suite.magnetometers[k].name != names.back()) continue;
         EXPECT_EQ(platform.magnetometers[i].topic, platform_.magnetometers[k].topic);
@@ -47,7 +47,7 @@ TEST_F(MagnetometerChoice, NamesAndAll) {
   EXPECT_THAT(chosen(all[6] + ", " + all[1]), ElementsAre(all[1], all[6]));
 }
 
-/// Two rows of four, 0.6 m apart and 0.5 m long: the corners come first, and each choice holds the smaller one.
+/// Two rows of four, 0.6 m apart and 0.5 m long: the corners come first, and each selection contains the smaller ones.
 TEST_F(MagnetometerChoice, ANumberSpreadsThemOutAndHoldsTheSmallerNumbers) {
   const auto& all = platform_.suite.magnetometers;
   EXPECT_THAT(chosen("4"), ElementsAre(all[0].name, all[3].name, all[4].name, all[7].name));

@@ -145,7 +145,7 @@ TEST(Options, AFileOfBytesIsCalledOne) {
                                                            "ELF\x02\x01\0\0\x1b[31m",
                                                            13));
   EXPECT_THAT(testing::message_of<InputError>([&] { load_configuration({folder / "options.yaml"}, {}); }),
-              HasSubstr("options.yaml: expected YAML, found a file of bytes that are no text"));
+              HasSubstr("options.yaml: expected YAML, found a binary file"));
   testing::write_text(folder / "cloud.pcd", "# .PCD v0.7\nVERSION 0.7\n");
   EXPECT_THAT(testing::message_of<InputError>([&] { load_configuration({folder / "cloud.pcd"}, {}); }),
               HasSubstr("expected a file of options; this looks like a point cloud (PCD or PLY)"));
@@ -153,7 +153,7 @@ TEST(Options, AFileOfBytesIsCalledOne) {
 
 TEST(Options, RefuseMalformedYamlAndKeysGivenTwice) {
   EXPECT_THAT(option_error("inner: [1, 2\n"), HasSubstr("no valid YAML"));
-  EXPECT_THAT(option_error("count: 1\ncount: 2\n"), HasSubstr("file.yaml:2: count: the key is there twice"));
+  EXPECT_THAT(option_error("count: 1\ncount: 2\n"), HasSubstr("file.yaml:2: count: the key is given twice"));
 }
 
 TEST(Options, LaterFilesAndAssignmentsPrevail) {

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 const std::string scout = std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_os32.yaml";
 
-/// The message for the Scout's file with `from` replaced by `to`.
+/// The error message for the Scout's file with `from` replaced by `to`.
 std::string error_with(const std::string& from, const std::string& to) {
   std::string text = read_text_file(scout);
   const std::size_t at = text.find(from);
@@ -248,9 +248,9 @@ TEST(PlatformFile, DeskewedScansHaveNoTimesOfPoints) {
   const testing::TemporaryFolder folder;
   save_platform(parse_platform(text, "scout.yaml"), folder / "platform.yaml");
   EXPECT_EQ(load_platform(folder / "platform.yaml").lidar.point_times, PointTimes::none);
-  // A key that describes times beside it contradicts.
+  // A key that describes point times contradicts point_times: none.
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: none\n"),
-              ::testing::AllOf(HasSubstr("lidar.fields.time"), HasSubstr("point_times: none reads no times")));
+              ::testing::AllOf(HasSubstr("lidar.fields.time"), HasSubstr("point_times: none ignores point times")));
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_times: non\n"), HasSubstr("did you mean 'none'"));
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_time: none\n"), HasSubstr("did you mean 'point_times'"));
 }
@@ -268,9 +268,9 @@ TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
               HasSubstr("expected a list of 3 numbers, found 2"));
   EXPECT_THAT(error_with("unit: tesla", "unit: telsa"), HasSubstr("did you mean 'tesla'"));
   EXPECT_THAT(error_with("/magnetometer_1/field", "/magnetometer_0/field"),
-              ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("say by 'values' which is which")));
+              ::testing::AllOf(HasSubstr("magnetometers[1].topic"), HasSubstr("set 'values' for each")));
   EXPECT_THAT(error_with("name: front_1", "name: front_0"),
-              HasSubstr("another magnetometer is called front_0 already"));
+              HasSubstr("another magnetometer already has the name front_0"));
   EXPECT_THAT(error_with("  rate_hz: 200.0\n", "  rate_hz: 200.0\n  angular_velocity: gyro\n"),
               HasSubstr("imu: the key 'linear_acceleration' is missing"));
   EXPECT_THAT(error_with("noise_ut: 1.0", "noise_ut: 1.0\n    hard_iron_ut: [1, 2]"), HasSubstr("a list of 3 numbers"));

@@ -30,7 +30,7 @@ TEST(Stamp, IsExactToTheNanosecond) {
   EXPECT_EQ(stamp("-1.5"), -1'500'000'000);
   EXPECT_EQ(stamp("5e-9"), 5);
   Time time = 0;
-  // The last ones: their digits' places, and the differences of two such, do not fit.
+  // The last texts: the exponents, and the difference of two exponents, overflow.
   for (const char* wrong : {"", ".", "-", "1.2.3", "12s", "nan", "1e", "99999999999999999999", "1e2147483647",
                             "1e-2147483648", "9223372036.8547758075", "9223372036", "-4000000000.000000001"}) {
     EXPECT_FALSE(parse_stamp(wrong, time)) << wrong;

@@ -1,4 +1,4 @@
-// ROS 1 bags without an end give what lies before it.
+// ROS 1 bags without an end are read up to the cut.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using testing::TemporaryFolder;
 constexpr Time start = 1'700'000'000'000'000'000;
 constexpr int messages = 6000;
 
-/// Two topics in turn, numbered, in chunks of some hundred kilobytes.
+/// Two topics in turn, with numbered messages, in chunks of some hundred kilobytes.
 void write_bag(const std::string& path, Codec compression) {
   ros1::BagWriter writer(path, compression);
   for (int i = 0; i < messages; ++i) {
@@ -29,7 +29,7 @@ void write_bag(const std::string& path, Codec compression) {
   writer.close();
 }
 
-/// How many messages there are, which must be the first ones in their order; -1 where they are not.
+/// Number of messages, which must be the first ones in order; -1 otherwise.
 int read_prefix(const std::string& path, std::int64_t& cut_off) {
   testing::DecodedLog log(path);
   std::int64_t listed = 0;
@@ -64,20 +64,20 @@ TEST_P(CutBagTest, IsReadUpToTheCut) {
   std::int64_t cut_off = 0;
   EXPECT_EQ(read_prefix(path, cut_off), 2 * messages);
   EXPECT_EQ(cut_off, 0);
-  // What is packed comes by whole chunks, of which there are five, and of its file the indexes take a larger share.
+  // Packed messages are read by whole chunks, of which there are five; indexes are a larger share of a packed file.
   const double all = 2.0 * messages, chunk = GetParam() == Codec::none ? 0.0 : 0.25 * all;
   for (const double share : {0.4, 0.6, 0.9}) {
     std::filesystem::copy_file(path, folder / "cut.bag", std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(folder / "cut.bag", static_cast<std::uintmax_t>(share * static_cast<double>(size)));
     const int count = read_prefix(folder / "cut.bag", cut_off);
-    // Of packed files the indexes behind the chunks take a large share: the cut may lie in them.
+    // In packed files, the indexes after the chunks are a large share: the cut may be within an index.
     EXPECT_LE(count, std::min((share + 0.05) * all + chunk, GetParam() == Codec::none ? all - 1.0 : all)) << share;
     EXPECT_GT(count, (share - 0.05) * all - chunk) << share;
     EXPECT_EQ(cut_off, 1);
   }
 }
 
-/// The number behind `name=` in the header that starts at `offset`, to be written over.
+/// The number after `name=` in the header at `offset`, to be overwritten.
 char* field(std::string& bag, std::size_t offset, const std::string& name) {
   return bag.data() + bag.find(name + "=", offset) + name.size() + 1;
 }
@@ -86,7 +86,7 @@ TEST_P(CutBagTest, OfARecorderThatWasKilledGivesItsOpenChunk) {
   const TemporaryFolder folder;
   write_bag(folder / "log.bag", GetParam());
   std::string bag = read_text_file(folder / "log.bag");
-  // As it stands while the recorder writes: no index yet, and zeros for the sizes of the last chunk.
+  // State of a file while the recorder writes: no index yet, and zeros as the sizes of the last chunk.
   const auto number_at = [&bag](std::size_t at) {
     return std::size_t{little_endian<std::uint32_t>(reinterpret_cast<const std::uint8_t*>(bag.data()) + at)};
   };

@@ -1,4 +1,4 @@
-// Logs that we write ourselves in every format: what goes in comes out, also of files that are cut off or altered.
+// Logs written in every format: the content is unchanged by conversion, also of files that are cut off or altered.
 #include "frontends/logs/log_conversion.h"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ void convert(const std::string& from, const std::string& to, LogFormat format, C
   writer->close();
 }
 
-/// Every measurement of a log as text, bit by bit.
+/// Every measurement of a log as text, exact to the bit.
 struct Reading {
   std::vector<std::string> lines;
   WarningLog warnings;
@@ -89,7 +89,7 @@ class EachFormat : public ::testing::TestWithParam<Kind> {
 
   TemporaryFolder folder;
   SyntheticLog log;
-  std::string path = folder / "log";  // without an ending: the kind is told by the content
+  std::string path = folder / "log";  // without an ending: the content determines the format
 };
 
 TEST_P(EachFormat, GivesTheSameMeasurementsBitByBit) {
@@ -102,7 +102,7 @@ TEST_P(EachFormat, GivesTheSameMeasurementsBitByBit) {
   EXPECT_TRUE(sorted(before.lines) == sorted(read(folder / "back.bag", log.platform()).lines));
 }
 
-/// Whatever bytes of it are altered or missing, a log is read, or refused in one line; nothing else is thrown.
+/// With any bytes altered or missing, a log is either read, or refused in one line; no other exception is thrown.
 TEST_P(EachFormat, SurvivesAlteredBytes) {
   const std::string bytes = read_text_file(path);
   std::mt19937_64 random(20 + static_cast<unsigned>(GetParam().codec));
@@ -111,7 +111,7 @@ TEST_P(EachFormat, SurvivesAlteredBytes) {
     std::string altered = bytes;
     const int changes = 1 + static_cast<int>(random() % 8);
     for (int i = 0; i < changes; ++i) {
-      // Half of them in the first and last kilobyte, where lengths and offsets are dense.
+      // Half of the changes are in the first and last kilobyte, which contain most lengths and offsets.
       std::size_t at = random() % altered.size();
       if (random() % 2 == 0) at = random() % 2 == 0 ? at % 1024 : altered.size() - 1 - at % 1024;
       const std::size_t length = std::min<std::size_t>(random() % 5 == 0 ? 8 : 1, altered.size() - at);
@@ -187,11 +187,11 @@ TEST_P(EachFormat, RecordingsOfOneTimeAreNoOneLog) {
   const std::string two = folder / "two";
   EXPECT_THAT(refusal(), AllOf(StartsWith(two + ": log and survey both have /"),
                                EndsWith("use one of them, " + two + "/log or " + two + "/survey")));
-  // Who lists them answers for them.
+  // With metadata.yaml, the files count as one recording.
   testing::write_text(folder / "two/metadata.yaml",
                       "rosbag2_bagfile_information:\n  relative_file_paths: [log, survey]\n");
   EXPECT_GT(read(folder / "two", log.platform()).lines.size(), read(path, log.platform()).lines.size());
-  // Another kind of log with the same topics is refused whoever lists it.
+  // Logs of another format with the same topics are always refused.
   const bool is_bag = GetParam().format == LogFormat::rosbag;
   fs::remove(two + "/survey");
   convert(folder / "second.bag", two + "/survey", is_bag ? LogFormat::mcap : LogFormat::rosbag, Codec::none);
@@ -215,7 +215,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Kind{LogFormat::db3, Codec::zstd, "db3_zstd"}),
     [](const auto& info) { return std::string(info.param.name); });
 
-/// All fields go over and back, also those that Lodestone does not look at.
+/// All fields are converted in both directions, also those that Lodestone does not use.
 TEST(Conversion, KeepsEveryByteOfRealMessages) {
   LODESTONE_REAL_DATA(bag, "bags/ardrone_imu.bag");
   const TemporaryFolder folder;
@@ -230,7 +230,7 @@ TEST(Conversion, KeepsEveryByteOfRealMessages) {
   after->select(names);
   std::map<std::size_t, std::vector<std::string>> a, b;
   const auto collect = [](MessageSource& source, auto& into) {
-    // The first four bytes are ROS 1's sequence number, which ROS 2 has not.
+    // The first four bytes are ROS 1's sequence number, which does not exist in ROS 2.
     for (RawMessage m; source.next(m);) into[m.topic].emplace_back(m.data + 4, m.data + m.size);
   };
   collect(*before, a);
@@ -287,7 +287,7 @@ TEST(CsvLog, GivesWhatItsFilesSay) {
   EXPECT_THAT(error(), ::testing::AllOf(HasSubstr("imu.csv:3"), HasSubstr("'x' is not a number")));
 }
 
-/// A log that was put together of links, which may lead back to where they lie.
+/// A log that consists of links; links may be circular.
 TEST(CsvLog, FollowsLinksToFolders) {
   const TemporaryFolder folder;
   const std::string field = "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n";
@@ -316,13 +316,13 @@ TEST(CsvLog, FollowsLinksToFolders) {
     for (Time time = 0; log.next(message, topic, time);) ++count;
     EXPECT_EQ(count, 3U);
   }
-  // A log of nothing else.
+  // A log that consists of links only.
   fs::create_directories(folder.path() / "links");
   fs::create_directory_symlink("../clouds", folder.path() / "links/points");
   EXPECT_EQ(testing::DecodedLog(folder / "links").topics().size(), 1U);
 }
 
-/// Of "10.069626" a stopped recorder may have written "10.0", which is a number too.
+/// An interrupted recorder may have written "10.0" of "10.069626", which is a number too.
 TEST(CsvLog, LeavesOutALastLineWithoutAnEnd) {
   const TemporaryFolder folder;
   const std::string rows = "time_s,field_x_ut,field_y_ut,field_z_ut\n1,2,3,4\n2,3,4,10.0";

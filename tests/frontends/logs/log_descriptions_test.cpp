@@ -1,4 +1,4 @@
-// What a log says of its topics beside their messages stays with them when it is converted within one ROS.
+// Descriptions of topics are kept if a log is converted within one ROS version.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -62,7 +62,7 @@ TEST(LogDescriptions, OfRos2StayWhatTheyAre) {
   }
 }
 
-/// As rosbag2's schema 4 names the columns.
+/// Column names are those of rosbag2's schema 4.
 TEST(LogDescriptions, OfAnSqliteBagStandWhereRosbag2LooksForThem) {
   const TemporaryFolder folder;
   write_latched(folder / "log.db3", LogFormat::db3);
@@ -77,7 +77,7 @@ TEST(LogDescriptions, OfAnSqliteBagStandWhereRosbag2LooksForThem) {
   EXPECT_THAT(definitions.text(1), HasSubstr("IDL: tf2_msgs"));
 }
 
-/// Older bags have neither the columns nor the table.
+/// Older bags have neither these columns nor the table.
 TEST(LogDescriptions, MayBeMissingInAnSqliteBag) {
   const TemporaryFolder folder;
   {
@@ -101,7 +101,7 @@ TEST(LogDescriptions, MayBeMissingInAnSqliteBag) {
   EXPECT_TRUE(warnings.entries().empty());
 }
 
-/// Two nodes latch on one topic, so that each must keep a connection of its own.
+/// Two nodes latch messages on one topic: each must keep its own connection.
 TEST(LogDescriptions, OfRos1KeepEachPublisher) {
   const TemporaryFolder folder;
   const Publisher first{"/first", true}, second{"/second", true}, plain{"/plain", false};
@@ -123,8 +123,8 @@ TEST(LogDescriptions, OfRos1KeepEachPublisher) {
     writer.close();
   }
   const std::string content = read_text_file(folder / "log.bag");
-  for (const char* said : {"latching=1", "callerid=/first", "callerid=/second", "latching=0"}) {
-    EXPECT_THAT(content, HasSubstr(said));
+  for (const char* field : {"latching=1", "callerid=/first", "callerid=/second", "latching=0"}) {
+    EXPECT_THAT(content, HasSubstr(field));
   }
   const auto publishers_in = [&](const std::string& name) {
     WarningLog warnings;
@@ -138,19 +138,19 @@ TEST(LogDescriptions, OfRos1KeepEachPublisher) {
   EXPECT_EQ(publishers_in("log.bag"), expected);
   store_as(folder / "log.bag", folder / "again.bag", LogFormat::rosbag, Codec::lz4);
   EXPECT_EQ(publishers_in("again.bag"), expected);
-  // Also of a bag without an end, which is read another way.
+  // Also for a bag without an end, which is read in another way.
   std::filesystem::resize_file(folder / "log.bag", std::filesystem::file_size(folder / "log.bag") - 10);
   EXPECT_EQ(publishers_in("log.bag"), expected);
 }
 
-/// What store_as() writes of a part from `from` on.
+/// Result of store_as() for the part from `from` on.
 Conversion store_part(const std::string& from_file, const std::string& to_file, LogFormat format, Time from) {
   WarningLog warnings;
   const auto source = open_log(from_file, warnings);
   const auto writer = make_log_writer(to_file, format, Codec::none);
   Conversion conversion = convert_log(from_file, *source, *writer, [](Time) {}, {.from = from});
   writer->close();
-  conversion.left_out.clear();  // they are the source's, which ends here
+  conversion.left_out.clear();  // they refer to the source, which is destroyed here
   return conversion;
 }
 
@@ -160,7 +160,7 @@ std::vector<StoredMessage> all_messages_in(const std::string& path) {
   return stored_messages(*log);
 }
 
-/// Of two nodes that latch, what each latched last; of one that does not, nothing.
+/// For two nodes that latch: the last message of each. For a node that does not latch: none.
 TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
   const TemporaryFolder folder;
   const Publisher first{"/first", true}, second{"/second", true}, plain{"/plain", false};
@@ -198,9 +198,9 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
                                              StoredMessage{"/tf_static", from, "one_", "/first latching"},
                                              StoredMessage{"/tf", from, "here", "/plain"},
                                              StoredMessage{"/tf_static", from + 1, "new1", "/first latching"}));
-  // The whole has nothing twice.
+  // In a conversion of the whole log, no message appears twice.
   EXPECT_EQ(store_part(folder / "log.bag", folder / "whole.bag", LogFormat::rosbag, described_start).messages, 7);
-  // Where the log is a folder of parts, the node of one part is that of the next.
+  // If the log is a folder of parts, the node of one part is that of the next part.
   std::filesystem::create_directory(folder / "parts");
   std::filesystem::rename(folder / "log.bag", folder / "parts/0.bag");
   {
@@ -212,7 +212,7 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
   EXPECT_EQ(store_part(folder / "parts", folder / "part.bag", LogFormat::rosbag, described_start + 9).latched, 2);
 }
 
-/// Each message of a latched topic may be another node's.
+/// Each message of a latched topic may be from another node.
 TEST(LogDescriptions, APartOfRos2BeginsWithWhatWasLatched) {
   const TemporaryFolder folder;
   for (const std::string durability : {"transient_local", "1", "volatile", "2"}) {

@@ -1,4 +1,4 @@
-// Logs written by others: counts against what their own descriptions say, values against each other.
+// Logs of other programs: counts are compared with their descriptions, values with each other.
 #include <fastcdr/Cdr.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 using testing::message_of;
 using testing::TemporaryFolder;
 
-/// Every message of every topic, by its bytes: how many, and their sum over a simple hash.
+/// Every message of every topic as bytes: number of messages, and sum of a simple hash.
 struct FormatContents {
   std::map<std::string, std::int64_t> counts;
   std::map<std::string, std::uint64_t> hashes;
@@ -170,7 +170,7 @@ TEST(RealLogs, EveryBagIsReadWhole) {
   }
 }
 
-/// An Imu message as a big-endian machine writes it.
+/// An Imu message in big-endian byte order.
 TEST(Cdr, EitherByteOrderIsRead) {
   using eprosima::fastcdr::Cdr;
   for (const auto order : {Cdr::BIG_ENDIANNESS, Cdr::LITTLE_ENDIANNESS}) {
@@ -227,7 +227,7 @@ TEST(Cdr, PointsOfALivoxAreUnpacked) {
     EXPECT_EQ(position[2], 2.0F);
     EXPECT_EQ(livox.data[54], 200);
     EXPECT_EQ(livox.data[56], 2);
-    // The same after a way through ROS 1's serialization.
+    // The same after conversion to ROS 1's serialization and back.
     const auto packed = transcode("log", topic, raw, Encoding::ros1);
     const std::vector<std::uint8_t> tail(packed.end() - 57, packed.end());
     EXPECT_EQ(tail, std::vector<std::uint8_t>(livox.data, livox.data + 57));

@@ -1,4 +1,4 @@
-// MCAP files written by @mcap/core, a library of others.
+// MCAP files written by @mcap/core, an independent library.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

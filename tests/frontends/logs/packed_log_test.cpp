@@ -1,4 +1,4 @@
-// Logs that are packed by zstd, as a whole or message by message.
+// Logs packed with zstd, as a whole or message by message.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ void store_bytes(const std::string& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// The folder of temporary files, while this lives.
+/// Sets the folder of temporary files during its lifetime.
 class TemporaryFilesIn {
  public:
   explicit TemporaryFilesIn(const std::string& folder) {
@@ -78,7 +78,7 @@ class PackedLog : public ::testing::Test {
   WarningLog warnings_;
 };
 
-/// As rosbag2 writes it with compression_mode MESSAGE: the chunks are plain, each message is a frame.
+/// As written by rosbag2 with compression_mode MESSAGE: chunks are plain, each message is a frame.
 TEST_F(PackedLog, IsReadWhenEachMessageOfAnMcapFileIsPacked) {
   const auto expected = messages_in(plain_);
   ASSERT_GT(expected.size(), 50U);
@@ -164,7 +164,7 @@ TEST_F(PackedLog, ClearsAwayOnlyWhatAKilledProcessOfOursHasLeft) {
     store_bytes(temporary + "/" + name, "x");
     if (old) fs::last_write_time(temporary + "/" + name, fs::file_time_type::clock::now() - std::chrono::hours(72));
   };
-  // No process has such a number: Linux gives at most 4194304.
+  // No process has such an id: Linux assigns at most 4194304.
   const std::string leftover = "lodestone-4999999-AbCd12", young = "lodestone-4999999-AbCd13",
                     link = "lodestone-4999999-AbCd14";
   const std::vector<std::string> strangers{"lodestone-2025.txt",

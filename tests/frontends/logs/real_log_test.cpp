@@ -1,4 +1,4 @@
-// Logs of real robots through BagSource; skipped where they are not there.
+// Logs of real robots, read by BagSource; skipped if the data is missing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Record times that are no times: sums and differences of them must still be some.
+// Invalid record times: their sums and differences must not overflow.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 

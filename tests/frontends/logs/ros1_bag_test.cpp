@@ -44,7 +44,7 @@ TEST_P(RoundTrip, GivesBackWhatWasWrittenInOrderOfRecordTime) {
       for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>((i * i + scan) >> 3);
       PointCloudMessage cloud = cloud_of(bytes);
       cloud.stamp = start + scan * 100'000'000;
-      // Written before its IMU samples, though recorded after them: the index puts them in order.
+      // Written before its IMU samples, though recorded after them: the index restores the order.
       writer.write("/points", cloud.stamp + 100'000'000, cloud);
       for (int sample = 0; sample < 20; ++sample) {
         ImuMessage imu;
@@ -132,7 +132,7 @@ TEST(BagWriterTest, RefusesWhatItCannotWrite) {
               HasSubstr("does not fit ROS time"));
 }
 
-/// What the definition in the bag says has the checksum beside it: ROS tools compare the two.
+/// The checksum must be that of the definition in the bag: ROS tools compare both.
 TEST(BagWriterTest, DescribesKnownTypesAsRosDoes) {
   const TemporaryFolder folder;
   {
@@ -169,7 +169,7 @@ TEST(BagIndexTest, SaysWhatIsWrongWithAFile) {
   EXPECT_THAT(error(folder / "short.bag"), HasSubstr("no message before"));
 }
 
-/// Wherever the bag ends, its messages up to there are read or the bag is refused; that it is cut off is always said.
+/// If a bag is cut anywhere, either its messages up to the cut are read with a warning, or the bag is refused.
 TEST(BagIndexTest, SaysThatABagIsCutOffWhereverItEnds) {
   const TemporaryFolder folder;
   const std::string path = folder / "log.bag";
@@ -194,7 +194,7 @@ TEST(BagIndexTest, SaysThatABagIsCutOffWhereverItEnds) {
   }
 }
 
-/// The bytes of a bag whose only chunk is not packed, with those of `from` replaced in one place.
+/// Replaces `from` by `to` once in a bag whose only chunk is not packed.
 void alter(const std::string& path, const std::string& from, const std::string& to, std::size_t skip = 0) {
   std::string bag = read_text_file(path);
   std::size_t at = bag.find(from);
@@ -296,7 +296,7 @@ TEST(RealBags, OusterCloudsCarryTimeAndRing) {
     for (const PointField& field : cloud.fields) fields[field.name] = field.datatype;
     EXPECT_EQ(fields.at("t"), PointField::uint32);
     EXPECT_EQ(fields.count("ring"), 1U);
-    // These messages lay their fields out in 32 bytes a point, yet pack their data into 22: see point_cloud_layout.h.
+    // The fields of these messages announce 32 bytes per point, but the data is packed into 22: see point_fields.cpp.
     EXPECT_EQ(cloud.point_step, 32U);
     EXPECT_EQ(cloud.data_size, std::size_t{cloud.height} * cloud.width * 22);
     ++scans;

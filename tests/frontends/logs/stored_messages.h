@@ -9,7 +9,7 @@
 
 namespace lodestone::testing {
 
-/// A message of a log as it lies there, copied.
+/// A copy of a stored message.
 struct StoredMessage {
   std::string topic;
   Time time = 0;
@@ -17,7 +17,7 @@ struct StoredMessage {
   bool operator==(const StoredMessage&) const = default;
 };
 
-/// All messages of a log from its start, of all topics.
+/// All messages of a log, of all topics.
 inline std::vector<StoredMessage> stored_messages(MessageSource& source) {
   std::vector<std::string> names;
   for (const TopicInfo& topic : source.topics()) names.push_back(topic.name);
@@ -34,7 +34,7 @@ inline std::vector<StoredMessage> stored_messages(MessageSource& source) {
   return messages;
 }
 
-/// As `lodestone convert` does it.
+/// Converts a log like `lodestone convert`.
 inline void store_as(const std::string& from, const std::string& to, LogFormat format, Codec codec = Codec::none) {
   WarningLog warnings;
   const auto source = open_log(from, warnings);

@@ -11,8 +11,8 @@
 
 namespace lodestone::testing {
 
-/// A short log of a robot at rest, with whatever a test wants to be wrong with it. The hooks change a message before it
-/// is written; a hook that returns false leaves it out.
+/// A short log of a robot at rest, with one defect per test. The hooks change a message before it is written; if a hook
+/// returns false, the message is not written.
 struct SyntheticLog {
   Time start = 1'700'000'000'000'000'000;
   int scans = 20;
@@ -86,7 +86,7 @@ struct SyntheticLog {
     }
   }
 
-  /// In the order of a recorder: else reading jumps to and fro between compressed chunks.
+  /// In the order of a recorder: otherwise reading alternates between compressed chunks.
   void write(const std::string& path) const {
     ros1::BagWriter writer(path, compression);
     const Time duration = scans * period + 20'000'000;

@@ -12,14 +12,14 @@
 
 namespace lodestone::testing {
 
-/// Where the real data lies: LODESTONE_DATA, else ../shared/data beside the source folder.
+/// Folder of the real data: LODESTONE_DATA, else ../shared/data beside the source folder.
 inline std::filesystem::path real_data_folder() {
   const char* variable = std::getenv("LODESTONE_DATA");
   return variable != nullptr ? std::filesystem::path(variable)
                              : std::filesystem::path(LODESTONE_SOURCE_DIR) / "../shared/data";
 }
 
-/// A folder of its own for each test, removed with it.
+/// A temporary folder of one test, removed with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -50,7 +50,7 @@ inline void write_text(const std::string& path, const std::string& text) {
   std::ofstream(path) << text;
 }
 
-/// The numbers of a file without a header, row by row; lines that begin with '#' are comments.
+/// The numbers of a file without a header, row by row; lines beginning with '#' are comments.
 inline std::vector<std::vector<double>> read_csv(const std::filesystem::path& path) {
   std::ifstream stream(path);
   std::vector<std::vector<double>> rows;
@@ -64,7 +64,7 @@ inline std::vector<std::vector<double>> read_csv(const std::filesystem::path& pa
   return rows;
 }
 
-/// The message of the exception of type Error that `call` throws; fails the test where it throws none.
+/// The message of the exception of type Error that `call` throws; the test fails if there is no such exception.
 template <class Error, class Call>
 std::string message_of(const Call& call) {
   try {
@@ -79,7 +79,7 @@ std::string message_of(const Call& call) {
 
 }  // namespace lodestone::testing
 
-/// Skips the test, with the reason, where the file of the real data set is absent; else defines `path`.
+/// Skips the test, with the reason, if the file of the real data set is absent; otherwise defines `path`.
 #define LODESTONE_REAL_DATA(path, name)                                                  \
   const std::string path = (::lodestone::testing::real_data_folder() / (name)).string(); \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent; set LODESTONE_DATA to the real data"

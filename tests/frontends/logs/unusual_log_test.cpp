@@ -1,4 +1,4 @@
-// Logs that are laid out as no recorder does it, though the formats allow it.
+// Logs with valid but unusual layouts that no recorder writes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -21,7 +21,7 @@ using testing::TemporaryFolder;
 
 constexpr Time unusual_start = 1'700'000'000'000'000'000;
 
-/// A header and zeros: an Imu message with 37 of them, a MagneticField with 12.
+/// A header and zeros: 37 for an Imu message, 12 for a MagneticField.
 std::vector<std::uint8_t> message_of_numbers(Time stamp, int numbers) {
   Ros1WireWriter writer;
   writer.header(stamp, "sensor");
@@ -29,7 +29,8 @@ std::vector<std::uint8_t> message_of_numbers(Time stamp, int numbers) {
   return writer.take();
 }
 
-/// One topic, sent by four nodes: the first and the last send Imu, the second MagneticField, the third an older Imu.
+/// One topic with four publishers: the first and the last send Imu, the second MagneticField, the third an older Imu
+/// type.
 void write_mixed_bag(const std::string& path) {
   TopicInfo imu, field, older;
   imu.name = field.name = older.name = "/mixed";
@@ -78,7 +79,7 @@ TEST(UnusualBag, OfTwoTypesOnOneTopicTheFirstIsRead) {
   }
 }
 
-/// A bag of three messages; `messages` makes their table.
+/// A bag of three messages; `messages` are the statements that make their table.
 std::string write_sqlite(const std::string& path, const std::vector<std::string>& messages) {
   std::filesystem::remove(path);
   const SqliteDatabase database = open_sqlite(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
@@ -100,8 +101,7 @@ std::vector<std::string> contents_in(const std::string& path) {
 
 const std::string three_rows = " VALUES (1, 1, 5, 'first'), (1, 1, 6, 'second'), (1, 1, 7, 'third')";
 
-/// As CREATE TABLE ... AS SELECT makes it: `id` is a column like any other then, is not looked up by an index, and may
-/// repeat.
+/// As made by CREATE TABLE ... AS SELECT: `id` is then an ordinary column without an index, and may repeat.
 TEST(UnusualSqlite, MessagesAreFoundByTheirRowsAndNotByTheirId) {
   const TemporaryFolder folder;
   const std::string path = write_sqlite(

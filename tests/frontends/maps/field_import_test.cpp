@@ -20,12 +20,12 @@ using ::lodestone::testing::write_text;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// A field in µT that no two places share.
+/// A field in µT that differs between all positions.
 Vector3 field_at(double x, double y, double z) {
   return {20.0 + x, 5.0 * y - 1.0, -40.0 + 3.0 * z + 0.1 * x * y};
 }
 
-/// How a table is written.
+/// Format of a table.
 struct Style {
   std::string header = "x,y,z,Bx,By,Bz";
   std::string separator = ",";
@@ -37,7 +37,7 @@ struct Style {
   std::function<bool(int, int)> has = [](int, int) { return true; };
 };
 
-/// 7 x 5 nodes from (3, -2) on.
+/// 7 x 5 nodes, from (3, -2) on.
 std::string table(const Style& style) {
   std::vector<std::string> lines;
   for (const double z : style.heights_m) {
@@ -78,7 +78,7 @@ class FieldImport : public ::testing::Test {
     for (const double z : style.heights_m) {
       for (int row = 0; row < 5; ++row) {
         for (int column = 0; column < 7; ++column) {
-          // Just within the map, where it ends: the interpolation has the same limit from all sides.
+          // Just inside the border of the map: the interpolation is continuous there.
           const Vector3 at(grid.origin.x() + grid.resolution_m * std::clamp<double>(column, 1e-6, 6 - 1e-6),
                            grid.origin.y() + grid.resolution_m * std::clamp<double>(row, 1e-6, 4 - 1e-6), z);
           const auto value = imported.map.query(at, FieldInterpolation::bilinear);

@@ -72,7 +72,7 @@ TEST_F(MagneticMapFile, ReadsBackTheSameBits) {
   const auto b = read.nodes();
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])), 0);
-  // Nothing else is left in the folder.
+  // No other files remain in the folder.
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), std::filesystem::directory_iterator()),
             2);
 }
@@ -118,7 +118,7 @@ TEST_F(MagneticMapFile, SaysWhatIsWrong) {
   EXPECT_THAT(error(), HasSubstr("no such file"));
 }
 
-/// Maps of earlier versions and of other programs: strips, no compression, no place.
+/// Maps of earlier versions and of other programs: strips, no compression, no georeference.
 TEST_F(MagneticMapFile, ReadsImagesInStripsToTheSameBits) {
   const MagneticMap written = map();
   write_magnetic_map(written, {}, yaml_);

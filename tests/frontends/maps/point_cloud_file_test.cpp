@@ -85,10 +85,10 @@ TEST(PointCloudFile, AnnouncedSizesAreNotBelieved) {
   write_text(folder / "many.pcd", many + points);
   WarningLog warnings;
   EXPECT_EQ(read_point_cloud(folder / "many.pcd", warnings), (std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 2, 3}}));
-  // PCL would take the fields anew, and points of another size than memory was taken for.
+  // PCL would read the fields again, with another size per point than the allocated one.
   write_text(folder / "twice.pcd", pcd_header("x y z", 2) + "\n# values\nFIELDS-1 0 0\n1 2 3\n4 5 6\n");
   EXPECT_THAT(cloud_error(folder / "twice.pcd"), HasSubstr("a line FIELDS after the line DATA"));
-  // PCL would take the blank for the header's end, and look at points that it has no memory of.
+  // PCL would treat the blank line as the end of the header, and read points outside the allocated memory.
   write_text(folder / "blank.pcd", "\r\n" + pcd_header("x y z", 2) + "1 2 3\n4 5 6\n");
   EXPECT_THAT(cloud_error(folder / "blank.pcd"), HasSubstr("a blank line in the header"));
   std::string bomb = pcd_header("x y z", 75'000'000);
@@ -101,7 +101,7 @@ TEST(PointCloudFile, AnnouncedSizesAreNotBelieved) {
 
 TEST(PointCloudFile, MoreTextThanPclCountsIsRefusedWithTheWayToBinary) {
   const TemporaryFolder folder;
-  // 4 GiB and a point: it would be written over the first.
+  // 4 GiB and one point, which would overwrite the first.
   write_text(folder / "map.pcd", pcd_header("x y z", 357'913'942) + "1 2 3\n");
   EXPECT_THAT(cloud_error(folder / "map.pcd"),
               ::testing::AllOf(HasSubstr("map.pcd: 357913942 points of 12 bytes as text, of which at most 357913941"),
@@ -112,7 +112,7 @@ TEST(PointCloudFile, MoreTextThanPclCountsIsRefusedWithTheWayToBinary) {
 
 TEST(PointCloudFile, ReadsCompressedPcd) {
   const TemporaryFolder folder;
-  // LZF of literals alone: a length less one, then the bytes. Compressed files hold each field in one piece.
+  // LZF with literals only: length minus one, then the bytes. Compressed files store each field contiguously.
   const float columns[6] = {1, 4, 2, 5, 3, 6};
   const std::uint32_t sizes[2] = {25, 24};
   std::string text = pcd_header("x y z", 2);
@@ -133,7 +133,7 @@ TEST(PointCloudFile, ReadsPlyByItsContentNotItsName) {
   EXPECT_EQ(read_point_cloud(folder / "map.pcd", warnings).size(), 2U);
 }
 
-/// A PLY of two points with `kind` of numbers and more besides: colours before, a list of faces behind.
+/// A PLY of two points with numbers of `kind` and other elements: colours before, a list of faces after.
 template <class Number>
 std::string binary_ply(const std::string& kind, bool big_endian) {
   std::string text = std::string("ply\nformat binary_") + (big_endian ? "big" : "little") +

@@ -57,7 +57,7 @@ TEST_F(Raster, AnyWindowReadsBackTheBits) {
   std::mt19937 generator(1);
   for (const int tile : {16, 48}) {
     write({{101, 67}, 0.1, {3.0, 4.0}}, tile, 3);
-    const RasterFile file(path_.string(), 10000);  // a cache that holds next to nothing
+    const RasterFile file(path_.string(), 10000);  // a cache that is almost empty
     ASSERT_EQ(file.size(), cv::Size(101, 67));
     ASSERT_EQ(file.pages(), 3);
     for (int i = 0; i < 300; ++i) {
@@ -114,8 +114,7 @@ TEST_F(Raster, SaysWhatIsWrong) {
   EXPECT_THAT(error(), HasSubstr("is not a readable TIFF"));
   write({{300, 300}, 0.1, {0, 0}}, 16, 2);
   EXPECT_EQ(error(), "no error");
-  // Wherever pixels are missing, the line says that it is cut off, how far it should reach and how many bytes there
-  // are.
+  // If pixels are missing, the message contains that the file is cut off, its expected size, and its actual size.
   const auto whole = std::filesystem::file_size(path_);
   for (const std::uintmax_t kept : {whole - whole / 50, whole * 3 / 4, whole / 2, whole / 10}) {
     write({{300, 300}, 0.1, {0, 0}}, 16, 2);

@@ -1,4 +1,4 @@
-// What a TIFF says of its sizes is not believed, and neither its pages nor its empty tiles cost more than they must.
+// Sizes stated in a TIFF are not trusted; memory for pages and empty tiles is bounded.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tiffio.h>
@@ -23,7 +23,7 @@ using ::lodestone::testing::message_of;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// A TIFF written byte by byte, whose one page may announce anything.
+/// A TIFF written byte by byte; its only page may announce any sizes.
 struct CraftedTiff {
   std::uint32_t columns = 0, rows = 0;
   std::uint32_t tile = 0;  ///< a side; 0: one strip
@@ -82,7 +82,7 @@ TEST(RasterSizes, AnnouncedSizesAreNotBelieved) {
               HasSubstr("tiles of 40000 x 40000 pixels (6400000000 bytes)"));
   EXPECT_THAT(error({128, 128, 128, COMPRESSION_NONE, size}), HasSubstr("(65536 bytes), one of which has only"));
   EXPECT_THAT(error({2048, 2048, 2048, COMPRESSION_LZW, size}), HasSubstr("(16777216 bytes), one of which has only"));
-  // Whatever a tile is said to be packed by, and where it is absent, memory is bounded.
+  // Memory is bounded for any stated compression of a tile, and for missing tiles.
   EXPECT_THAT(error({1U << 15U, 1U << 15U, 1U << 15U, COMPRESSION_ADOBE_DEFLATE, 0}),
               HasSubstr("save the file in smaller tiles"));
   EXPECT_THAT(error({4096, 4096, 16, COMPRESSION_ADOBE_DEFLATE, size}),
@@ -92,7 +92,7 @@ TEST(RasterSizes, AnnouncedSizesAreNotBelieved) {
   EXPECT_EQ(RasterFile(path).read(0, {15, 61, 1, 1})(0), 1.0F);
 }
 
-/// Tiles, or strips, of which some are left out.
+/// Tiles, or strips, some of which are missing.
 void write_in_pieces(const std::string& path, std::uint32_t columns, std::uint32_t rows, std::uint32_t tile,
                      std::uint32_t strip_rows, const std::vector<std::uint32_t>& pieces) {
   TIFF* file = TIFFOpen(path.c_str(), "w");
@@ -154,7 +154,7 @@ TEST(RasterSizes, ManyPagesTakeFewFiles) {
                  return true;
                });
   const auto before = open_files();
-  const RasterFile file(folder / "raster.tif", 10000);  // a cache that holds next to nothing
+  const RasterFile file(folder / "raster.tif", 10000);  // a cache that is almost empty
   EXPECT_LE(open_files() - before, 16);
   ASSERT_EQ(file.pages(), pages);
   std::mt19937 generator(3);

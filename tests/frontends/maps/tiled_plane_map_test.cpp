@@ -1,4 +1,4 @@
-// A map in tiles is the map: the same planes, bit by bit, of which only those round the robot are in memory.
+// A map in tiles equals the whole map: identical planes, of which only those around the robot are in memory.
 #include "frontends/maps/tiled_plane_map.h"
 
 #include <gmock/gmock.h>
@@ -22,8 +22,8 @@ using ::lodestone::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A hall along x that begins at −20 m: floor, two walls, and clutter that is no plane; scattered order, as surveys
-/// merged by place and time have it.
+/// A hall along x from −20 m on: floor, two walls, and clutter without planes; in random order, as after merging
+/// surveys.
 std::vector<Eigen::Vector3f> hall(float length_m, int points_a_metre, std::uint32_t seed) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
@@ -98,7 +98,7 @@ TEST(TiledPlaneMap, GivesTheBitsOfTheWholeMap) {
     EXPECT_EQ(around->thickness().low_m, whole->thickness().low_m);
     for (int i = 0; i < 2000; ++i) {
       const Eigen::Vector3f step(7.0F * uniform(generator), 7.0F * uniform(generator), 2.0F * uniform(generator));
-      // Half of the points on surfaces, where planes and what is beside them are.
+      // Half of the points are on surfaces, on and beside planes.
       Eigen::Vector3f point = robot + step;
       if (i % 2 == 0) point.z() = 0.05F * std::sin(point.x()) + 0.05F * uniform(generator);
       ASSERT_TRUE(same(around->match(point, 0.3F), whole->match(point, 0.3F))) << point.transpose();
@@ -106,7 +106,7 @@ TEST(TiledPlaneMap, GivesTheBitsOfTheWholeMap) {
       found += whole->match(point, 0.3F) != nullptr;
     }
   }
-  EXPECT_GT(found, 5000);  // enough to tell
+  EXPECT_GT(found, 5000);  // enough for the comparison
 }
 
 TEST(TiledPlaneMap, MemoryIsBoundedByTheRadiusNotByTheMap) {
@@ -115,9 +115,9 @@ TEST(TiledPlaneMap, MemoryIsBoundedByTheRadiusNotByTheMap) {
   const auto source = tiled(points, small_tiles(), folder, 10.0);
   std::size_t most = 0;
   for (double x = -20.0; x < 380.0; x += 0.1) most = std::max(most, source->around({x, 0, 0.5})->planes().size());
-  // 13.5 m and at most a tile to either side of 400 m.
+  // 13.5 m, and at most one tile to either side, of 400 m.
   EXPECT_LT(most, 41.0 / 400.0 * 1.1 * static_cast<double>(source->planes()));
-  // One load at the start, then one each half tile.
+  // One load at the start, then one per half tile.
   EXPECT_LE(source->loads(), static_cast<std::int64_t>(1 + 400.0 / 3.5));
   EXPECT_GE(source->loads(), 100);
 }
@@ -132,7 +132,7 @@ TEST(TiledPlaneMap, WhatIsHeldOutlivesTheTilesAndServesTheWindowsTail) {
   const Plane copy = *plane;
   for (double x = 0.0; x < 60.0; x += 1.0) source->around({x, 0, 0.5});
   EXPECT_TRUE(same(plane, &copy));
-  // A keyframe back there gets what it had; none of the tiles ahead goes for it.
+  // A keyframe in an earlier place gets its earlier planes; no tile ahead is unloaded for it.
   const std::int64_t loads = source->loads();
   EXPECT_EQ(source->around({1.0, 0, 0.5}), held);
   source->around({59.0, 0, 0.5});
@@ -226,7 +226,7 @@ TEST_F(PlaneMapLoading, PointsBeyondTheVoxelsMakeNoPlanesElsewhere) {
   const std::int64_t expected = planes(points, 1'000'000);
   EXPECT_GT(expected, 31 * 31);
   EXPECT_EQ(warnings_.count("cloud.far_points"), 0);
-  // Twice the voxels' reach away: their numbers would be those of voxels beside the floor.
+  // At twice the range of voxel numbers: wrapped numbers would be those of voxels beside the floor.
   for (int i = 0; i < 1000; ++i) {
     points.emplace_back(131'072.0F - 0.0625F * static_cast<float>(i % 8), 5.0F + 0.001F * static_cast<float>(i), 0.03F);
   }

@@ -11,7 +11,7 @@
 
 namespace lodestone::testing {
 
-/// One way in which a driver may write a scan's times.
+/// A layout of a scan's times in a driver's cloud.
 struct CloudLayout {
   std::string field = "t";
   std::uint8_t datatype = ros1::PointField::uint32;
@@ -28,7 +28,7 @@ struct CloudLayout {
     return stamp == ScanStamp::end ? scan.end : scan.start + (scan.end - scan.start) / 2;
   }
 
-  /// What a time may lose by its type, ns.
+  /// Largest rounding error of a time by its type, ns.
   double quantum_ns(Time largest) const {
     const auto unit_ns = static_cast<double>(nanoseconds_per(unit));
     if (datatype == ros1::PointField::float32) return static_cast<double>(largest) * 6e-8;

@@ -1,4 +1,4 @@
-// PointCloud2's data as it lies: rows that are padded, and points that lie closer than announced.
+// Layouts of PointCloud2's data: padded rows, and points that are closer together than announced.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -51,7 +51,7 @@ class CloudRows : public ::testing::Test {
     }
   }
 
-  /// The same points without gaps between the fields, though the message still announces them.
+  /// The same points without gaps between the fields, although the message announces gaps.
   ros1::PointCloudMessage write_packed(const LidarScan& scan, std::vector<std::uint8_t>& data) const {
     ros1::PointCloudMessage message = layout_.write(scan, data);
     std::vector<std::uint8_t> packed;
@@ -88,7 +88,7 @@ TEST_F(CloudRows, PaddedOnesAreReadRowByRow) {
     message.data = padded.data();
     message.data_size = padded.size();
     expect_read(decoder, message, scan);
-    // A driver that says the whole cloud's bytes for a row's has no padding.
+    // Some drivers write the size of the whole cloud as the size of a row; there is no padding then.
     message.row_step = static_cast<std::uint32_t>(data.size());
     message.data = data.data();
     message.data_size = data.size();

@@ -1,4 +1,4 @@
-// Clouds of drivers that deskew: all points at one time, or no time at all.
+// Clouds of drivers that deskew: one time for all points, or no times.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ using ::testing::Not;
 constexpr Time deskewed_stamp = 1'700'000'000'050'000'000;
 constexpr const char* suggestion = ", or lidar.point_times: none if the scans are deskewed already";
 
-/// Two thousand points of one instant, the third without a position.
+/// Two thousand points with one time; the third point has no position.
 LidarScan deskewed_scan() {
   LidarScan scan;
   scan.start = scan.end = deskewed_stamp;
@@ -104,7 +104,7 @@ TEST_F(DeskewedCloud, OneDecoderReadsScanAfterScan) {
       EXPECT_EQ(scan.points.size(), 1999U);
     }
   }
-  // A scan without points is of its stamp, too.
+  // A scan without points also has its stamp as time.
   ros1::PointCloudMessage empty = without_times;
   empty.width = empty.height = 0;
   empty.data_size = 0;

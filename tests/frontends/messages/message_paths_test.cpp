@@ -20,7 +20,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// An array of magnetometers and an IMU in one message, with what messages have besides.
+/// An array of magnetometers and an IMU in one message, with further typical fields.
 constexpr const char* board_definition =
     "# A board of sensors\n"
     "uint8 KIND = 3\n"
@@ -138,7 +138,7 @@ TEST(MessagePaths, SayWhatIsWrong) {
   EXPECT_THAT(message_of<InputError>([&] { read(topic, cut, {"rate"}); }), HasSubstr("/board"));
 }
 
-/// A log whose magnetometers and IMU come as messages of the board, beside the synthetic log's clouds.
+/// A log whose magnetometers and IMU are in messages of the board, together with the synthetic log's clouds.
 TEST(MessagePaths, AnImuAndItsMagnetometersComeFromOneMessage) {
   const TemporaryFolder folder;
   const std::string path = folder / "log.bag";
@@ -199,12 +199,12 @@ TEST(MagnetometerUnits, AreToldApartByTheFieldsSize) {
       return true;
     };
     log.write(folder / "log.bag");
-    for (const auto& [said, said_name] : units) {
-      SCOPED_TRACE(std::string(written_name) + " read as " + said_name);
+    for (const auto& [stated_unit, stated_name] : units) {
+      SCOPED_TRACE(std::string(written_name) + " read as " + stated_name);
       Platform platform = log.platform();
-      for (auto& magnetometer : platform.magnetometers) magnetometer.unit = said;
+      for (auto& magnetometer : platform.magnetometers) magnetometer.unit = stated_unit;
       WarningLog warnings;
-      const double ratio = microtesla_per(said) / microtesla_per(written);
+      const double ratio = microtesla_per(stated_unit) / microtesla_per(written);
       const auto open = [&] { BagSource(folder / "log.bag", platform, warnings); };
       if (ratio < 0.1 / 45.0 || ratio > 1000.0 / 45.0) {
         EXPECT_THAT(message_of<InputError>(open), HasSubstr(std::string("it looks like ") + written_name +
@@ -212,7 +212,7 @@ TEST(MagnetometerUnits, AreToldApartByTheFieldsSize) {
         continue;
       }
       open();
-      // A factor of ten is no proof, for steel and hard iron exist; it is worth a word.
+      // A factor of ten is no proof, because of steel and hard iron; it causes a warning.
       EXPECT_EQ(warnings.count("magnetometer.magnitude"), ratio == 1.0 ? 0 : 2);
     }
   }

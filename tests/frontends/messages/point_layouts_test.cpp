@@ -48,8 +48,8 @@ Platform platform_of(const LidarMessageLayout& layout) {
   return platform;
 }
 
-/// Nothing is said of the cloud but perhaps the stamp.
-LidarMessageLayout untold(std::optional<ScanStamp> stamp) {
+/// A layout without settings, except for the stamp if given.
+LidarMessageLayout inferred_layout(std::optional<ScanStamp> stamp) {
   LidarMessageLayout layout;
   layout.stamp = stamp;
   layout.intensity_field.clear();
@@ -59,8 +59,8 @@ LidarMessageLayout untold(std::optional<ScanStamp> stamp) {
   return layout;
 }
 
-/// All is said.
-LidarMessageLayout told(const CloudLayout& cloud) {
+/// A layout with all settings.
+LidarMessageLayout stated_layout(const CloudLayout& cloud) {
   LidarMessageLayout layout;
   layout.stamp = cloud.stamp;
   layout.time_field = cloud.field;
@@ -74,8 +74,9 @@ std::string name_of(const CloudLayout& cloud) {
   return cloud.field + " (" + name_of_datatype(cloud.datatype) + "): " + describe(reading);
 }
 
-/// Writes the simulated scans so, reads them as `layout` says, and holds every point against the truth.
-void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout, bool word_expected) {
+/// Writes the simulated scans with the layout `cloud`, reads them with `layout`, and compares every point with the
+/// original.
+void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout, bool warning_expected) {
   SCOPED_TRACE(name_of(cloud));
   WarningLog warnings;
   const Platform platform = platform_of(layout);
@@ -92,7 +93,7 @@ void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout
     const Time largest = cloud.zero == PointTimeZero::epoch         ? scan.end
                          : cloud.zero == PointTimeZero::lidar_clock ? scan.end - written.clock_origin
                                                                     : scan.end - scan.start;
-    // Twice: where the stamp is not the start's, the last point's time places the first.
+    // Factor two: if the stamp is not that of the start, the last point's time determines the first one's.
     const double tolerance = 2.0 * cloud.quantum_ns(largest) + 2.0;
     double worst = 0.0;
     for (std::size_t i = 0; i < scan.points.size(); ++i) {
@@ -105,8 +106,8 @@ void expect_read_back(const CloudLayout& cloud, const LidarMessageLayout& layout
     EXPECT_LE(worst, tolerance);
     EXPECT_LE(std::abs(static_cast<double>(read.end - scan.end)), tolerance);
   }
-  EXPECT_EQ(warnings.count("lidar.told_from_content"), word_expected ? 1 : 0);
-  EXPECT_EQ(warnings.entries().size(), word_expected ? 1U : 0U);
+  EXPECT_EQ(warnings.count("lidar.told_from_content"), warning_expected ? 1 : 0);
+  EXPECT_EQ(warnings.entries().size(), warning_expected ? 1U : 0U);
 }
 
 struct Number {
@@ -119,7 +120,7 @@ constexpr auto s = PointTimeUnit::seconds, ms = PointTimeUnit::milliseconds, us 
                ns = PointTimeUnit::nanoseconds;
 constexpr ScanStamp stamps[] = {ScanStamp::start, ScanStamp::middle, ScanStamp::end};
 
-/// Calls `check` for every stamp, number and a name for it in turn.
+/// Calls `check` for every combination of stamp and number type, with a name for it.
 template <class Check>
 int cross(PointTimeZero zero, const std::vector<Number>& numbers, const Check& check) {
   const std::string names[] = {"t", "time", "timestamp", "time_stamp", "offset_time", "timeOffset", "point_time", "T"};
@@ -145,9 +146,9 @@ TEST(PointLayouts, TimesFromTheScansStartInEveryTypeAndUnit) {
       {Field::float32, ns}, {Field::float64, s}, {Field::float64, ms}, {Field::float64, us},     {Field::float64, ns},
       {Field::uint16, ms},  {Field::uint64, ns}, {Field::int32, us},   {Field::uint64, ns, true}};
   const int count = cross(PointTimeZero::scan_start, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    expect_read_back(cloud, untold(cloud.stamp), true);
-    if (cloud.stamp == ScanStamp::start) expect_read_back(cloud, untold(std::nullopt), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    expect_read_back(cloud, inferred_layout(cloud.stamp), true);
+    if (cloud.stamp == ScanStamp::start) expect_read_back(cloud, inferred_layout(std::nullopt), true);
   });
   EXPECT_EQ(count, 3 * 14);
 }
@@ -156,10 +157,10 @@ TEST(PointLayouts, TimesFromTheStampTellItsInstant) {
   const std::vector<Number> numbers{{Field::float32, s}, {Field::float64, s}, {Field::float32, ms},
                                     {Field::int32, ns},  {Field::int32, us},  {Field::float64, ns}};
   cross(PointTimeZero::stamp, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    expect_read_back(cloud, untold(std::nullopt), true);
-    // What the platform file says of the stamp cannot make them wrong.
-    if (cloud.stamp != ScanStamp::start) expect_read_back(cloud, untold(ScanStamp::start), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    expect_read_back(cloud, inferred_layout(std::nullopt), true);
+    // The stamp stated in the platform file cannot affect them.
+    if (cloud.stamp != ScanStamp::start) expect_read_back(cloud, inferred_layout(ScanStamp::start), true);
   });
 }
 
@@ -168,9 +169,9 @@ TEST(PointLayouts, AbsoluteTimesNeedNoStamp) {
                                     {Field::float64, ns},     {Field::uint64, ns},  {Field::uint64, us},
                                     {Field::uint64, ns, true}};
   cross(PointTimeZero::epoch, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    for (const ScanStamp said : stamps) expect_read_back(cloud, untold(said), true);
-    expect_read_back(cloud, untold(std::nullopt), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    for (const ScanStamp stated_stamp : stamps) expect_read_back(cloud, inferred_layout(stated_stamp), true);
+    expect_read_back(cloud, inferred_layout(std::nullopt), true);
   });
 }
 
@@ -178,14 +179,14 @@ TEST(PointLayouts, TimesOfTheLidarsOwnClockArePlacedByTheStamp) {
   const std::vector<Number> numbers{
       {Field::uint32, us}, {Field::float64, s}, {Field::uint64, ns}, {Field::float64, ns}, {Field::uint32, ms}};
   cross(PointTimeZero::lidar_clock, numbers, [](const CloudLayout& cloud) {
-    expect_read_back(cloud, told(cloud), false);
-    expect_read_back(cloud, untold(cloud.stamp), true);
+    expect_read_back(cloud, stated_layout(cloud), false);
+    expect_read_back(cloud, inferred_layout(cloud.stamp), true);
   });
 }
 
 TEST(PointLayouts, TheWordSaysWhatIsTakenAndHowToSayItOtherwise) {
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   std::vector<std::uint8_t> data;
   LidarScan scan;
@@ -210,35 +211,35 @@ std::string layout_error(const CloudLayout& cloud, const LidarMessageLayout& lay
 TEST(PointLayouts, WhatFitsNoReadingIsOneLine) {
   // Absolute seconds in a float: steps of 128 s.
   const CloudLayout coarse{"time", Field::float32, s, PointTimeZero::epoch};
-  EXPECT_THAT(layout_error(coarse, untold(std::nullopt)),
+  EXPECT_THAT(layout_error(coarse, inferred_layout(std::nullopt)),
               AllOf(HasSubstr("log.bag: /points at 1700000000"), HasSubstr("'time' (float32) spans"),
                     HasSubstr("set lidar.fields.time and time_unit, or scan_period_s, in robot.yaml")));
-  LidarMessageLayout in_seconds = untold(std::nullopt);
+  LidarMessageLayout in_seconds = inferred_layout(std::nullopt);
   in_seconds.time_unit = s;
   EXPECT_THAT(layout_error(coarse, in_seconds), AllOf(HasSubstr("in steps of"), HasSubstr("record it as float64")));
-  // Microseconds in 16 bits start anew after 66 ms.
-  EXPECT_THAT(layout_error({"t", Field::uint16, us}, untold(std::nullopt)),
+  // Microseconds in 16 bits overflow after 66 ms.
+  EXPECT_THAT(layout_error({"t", Field::uint16, us}, inferred_layout(std::nullopt)),
               AllOf(HasSubstr("'t' (uint16) has a limit of 65"), HasSubstr("record it as uint32")));
-  // A unit that is wrong is told which would be right.
-  LidarMessageLayout wrong = told({"t", Field::uint32, ns});
+  // For a wrong unit, the message suggests the right one.
+  LidarMessageLayout wrong = stated_layout({"t", Field::uint32, ns});
   wrong.time_zero.reset();
   wrong.time_unit = us;
   EXPECT_THAT(layout_error({"t", Field::uint32, ns}, wrong),
               AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
-  // No field is called like a time.
-  EXPECT_THAT(layout_error({"range", Field::uint32, ns}, untold(std::nullopt)),
+  // No field has the name of a time.
+  EXPECT_THAT(layout_error({"range", Field::uint32, ns}, inferred_layout(std::nullopt)),
               AllOf(HasSubstr("no field has the name of a time; the message has x, y, z, intensity, ring, range"),
                     HasSubstr("set lidar.fields.time")));
 }
 
 TEST(PointLayouts, AFieldWithoutTimesIsPassedOverForOneWith) {
-  // "t" is the likelier name, but holds a temperature.
+  // "t" is the more likely name, but contains a temperature.
   const CloudLayout cloud{"timestamp", Field::float64, s, PointTimeZero::epoch};
   std::vector<std::uint8_t> data;
   ros1::PointCloudMessage message = cloud.write(simulated_scans()[0], data);
   message.fields.push_back({"t", 18, Field::uint16, 1});
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   LidarScan read;
   decoder.decode(message, read);
@@ -256,7 +257,7 @@ TEST(PointLayouts, WhatIsNoRingsNumberIsARingOfItsOwn) {
     std::memcpy(data.data() + i * CloudLayout::point_step + 16, &rings[i % 8], 4);
   }
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   LidarScan read;
   decoder.decode(message, read);
@@ -266,12 +267,13 @@ TEST(PointLayouts, WhatIsNoRingsNumberIsARingOfItsOwn) {
 
 TEST(PointLayouts, APointWithoutATimeIsLeftOut) {
   const LidarScan& scan = simulated_scans()[1];
-  for (const bool first_scan : {true, false}) {  // the times are told from, and one after it
+  for (const bool first_scan : {true, false}) {  // the scan from which times are inferred, and a later one
     for (const double time : {1e300, -1e300, 5e9, static_cast<double>(NAN), 0.0}) {
       const CloudLayout cloud{"timestamp", Field::float64, s, PointTimeZero::epoch};
       std::vector<std::uint8_t> data;
       WarningLog warnings;
-      const Platform platform = platform_of(first_scan && time == 0.0 ? untold(std::nullopt) : told(cloud));
+      const Platform platform =
+          platform_of(first_scan && time == 0.0 ? inferred_layout(std::nullopt) : stated_layout(cloud));
       PointCloudDecoder decoder("log.bag", platform, warnings);
       LidarScan read;
       if (!first_scan) decoder.decode(cloud.write(simulated_scans()[0], data), read);
@@ -279,7 +281,7 @@ TEST(PointLayouts, APointWithoutATimeIsLeftOut) {
       for (const std::size_t i : {std::size_t{7}, std::size_t{100}})
         std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
       if (first_scan && (time == 1e300 || time == -1e300 || time == 5e9))
-        continue;  // which of the times are wrong is not known yet
+        continue;  // it is not yet known which times are wrong
       decoder.decode(message, read);
       ASSERT_EQ(read.points.size(), scan.points.size() - 2) << time;
       EXPECT_EQ(warnings.count("lidar.untimed_points"), 2) << time;
@@ -287,7 +289,7 @@ TEST(PointLayouts, APointWithoutATimeIsLeftOut) {
       EXPECT_LT(
           std::abs(static_cast<double>(read.start + read.points[7].offset_ns - scan.start - scan.points[8].offset_ns)),
           300.0);
-      // Where most have none, it is another mistake.
+      // If most points have no time, it is another mistake.
       for (std::size_t i = 0; 2 * i < scan.points.size() + 4; ++i)
         std::memcpy(data.data() + i * CloudLayout::point_step + 24, &time, 8);
       EXPECT_THAT(message_of<InputError>([&] { decoder.decode(message, read); }),
@@ -302,11 +304,11 @@ TEST(PointLayouts, SparseScansWaitForOneThatTells) {
   const CloudLayout cloud{"time", Field::float32, s, PointTimeZero::stamp, ScanStamp::end};
   LidarScan sparse = simulated_scans()[0];
   const Time third = sparse.start + (sparse.end - sparse.start) / 3;
-  // A few points at the scan's begin, all within less than a hundredth of it, in no unit a scan.
+  // A few points at the scan's begin, within less than a hundredth of the scan in every unit.
   std::erase_if(sparse.points, [&](const LidarPoint& point) { return point.offset_ns > 600'000; });
   ASSERT_LT(sparse.points.size(), 100U);
   WarningLog warnings;
-  const Platform platform = platform_of(untold(std::nullopt));
+  const Platform platform = platform_of(inferred_layout(std::nullopt));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   std::vector<std::uint8_t> data;
   LidarScan read;
@@ -314,7 +316,7 @@ TEST(PointLayouts, SparseScansWaitForOneThatTells) {
   EXPECT_TRUE(read.points.empty());
   EXPECT_EQ(warnings.count("lidar.empty_scan"), 1);
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 0);
-  // Few again, but a third of a scan: enough for this one's unit, not for all that follow.
+  // Again few points, but over a third of a scan: enough for the unit of this scan, not of later scans.
   LidarScan part = simulated_scans()[0];
   std::erase_if(part.points,
                 [&](const LidarPoint& point) { return point.ring != 3 || part.start + point.offset_ns > third; });
@@ -339,14 +341,14 @@ TEST(PointLayouts, AClockThatJumpsWithinAScanCostsThatScanAlone) {
                           false,
                           simulated_scans()[0].start - 123'000'000'000};
   WarningLog warnings;
-  const Platform platform = platform_of(untold(ScanStamp::start));
+  const Platform platform = platform_of(inferred_layout(ScanStamp::start));
   PointCloudDecoder decoder("log.bag", platform, warnings);
   std::vector<std::uint8_t> data;
   LidarScan read;
   decoder.decode(cloud.write(simulated_scans()[0], data), read);
   EXPECT_GT(read.points.size(), conclusive_points);
   const ros1::PointCloudMessage message = cloud.write(simulated_scans()[1], data);
-  std::memset(data.data() + 24, 0, 4);  // the hour is over
+  std::memset(data.data() + 24, 0, 4);  // an hour counter restarts
   decoder.decode(message, read);
   EXPECT_TRUE(read.points.empty());
   EXPECT_EQ(warnings.count("lidar.clock_jump"), 1);

@@ -9,7 +9,7 @@
 #include "tests/frontends/logs/test_files.h"
 #include "tests/frontends/messages/cloud_layout.h"
 
-/// Which fields are taken for coordinates and times, by their names.
+/// Selection of the fields of coordinates and times by their names.
 namespace lodestone {
 namespace {
 
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Field = ros1::PointField;
 
-/// A turn within which a second begins, as times in two fields notice.
+/// A scan during which a new second begins, which affects times in two fields.
 LidarScan turn_about_a_second() {
   LidarScan scan;
   scan.start = 1'700'000'000'950'000'123;
@@ -48,7 +48,7 @@ Platform platform_that_names(const std::string& time_field) {
   return platform;
 }
 
-/// A message that can be altered, with its bytes.
+/// A message that can be modified, with its bytes.
 struct AlterableCloud {
   ros1::PointCloudMessage message;
   std::vector<std::uint8_t> data;
@@ -93,10 +93,10 @@ TEST(PointLayouts, TimesInSecondsAndNanosecondsAreReadToTheNanosecond) {
                                                        {"stamp_sec", "stamp_nanosec"}};
   const LidarScan scan = turn_about_a_second();
   for (const auto& [seconds, nanoseconds] : names) {
-    for (const Time origin : {Time{0}, scan.start - 77'960'000'000}) {  // absolute, and of the LiDAR's own clock
-      for (const std::string& said : {std::string(), std::string(seconds), std::string(nanoseconds)}) {
+    for (const Time origin : {Time{0}, scan.start - 77'960'000'000}) {  // absolute, and by the LiDAR's own clock
+      for (const std::string& named_field : {std::string(), std::string(seconds), std::string(nanoseconds)}) {
         for (const bool nanoseconds_first : {false, true}) {
-          SCOPED_TRACE(std::string(seconds) + " + " + nanoseconds + ", platform: " + said);
+          SCOPED_TRACE(std::string(seconds) + " + " + nanoseconds + ", platform: " + named_field);
           AlterableCloud cloud(scan);
           const std::uint32_t at = nanoseconds_first ? 28 : 24, then = nanoseconds_first ? 24 : 28;
           cloud.message.fields.back() = {seconds, at, Field::uint32, 1};
@@ -109,7 +109,7 @@ TEST(PointLayouts, TimesInSecondsAndNanosecondsAreReadToTheNanosecond) {
           }
           WarningLog warnings;
           LidarScan read;
-          const Platform platform = platform_that_names(said);
+          const Platform platform = platform_that_names(named_field);
           PointCloudDecoder("log.bag", platform, warnings).decode(cloud.message, read);
           EXPECT_LT(worst_ns(read, scan), 1.0);
           EXPECT_THAT(warnings.entries().at("lidar.told_from_content").first_detail,
@@ -162,16 +162,16 @@ TEST(PointLayouts, EveryNameOfATimeIsReadInItsUnit) {
     const Platform platform = platform_that_names("");
     PointCloudDecoder("log.bag", platform, warnings).decode(cloud.message, read);
     const Time largest = layout.zero == absolute ? scan.end : scan.end - scan.start;
-    // Twice: the scan's start and the point's time are both rounded.
+    // Factor two: the scan's start and the point's time are both rounded.
     EXPECT_LE(worst_ns(read, scan), 2.0 * layout.quantum_ns(largest) + 2.0) << layout.field;
     EXPECT_EQ(warnings.count("lidar.told_from_content"), 1);
   }
 }
 
-/// PCL's PointXYZINormal has a curvature, of a surface and mostly zero.
+/// PCL's PointXYZINormal has the curvature of a surface, mostly zero.
 TEST(PointLayouts, TheCurvatureOfASurfaceIsNoTime) {
   const LidarScan scan = turn_about_a_second();
-  // A third is the most that a surface bends; in s that were a scan of 0.3 s.
+  // A surface's curvature is at most a third; in seconds this would be a scan of 0.3 s.
   for (const float largest : {0.0F, 0.1F, 0.33F, 1.0F}) {
     AlterableCloud cloud(scan);  // "t" at 24
     cloud.message.fields.push_back({"curvature", 28, Field::float32, 1});
@@ -181,7 +181,7 @@ TEST(PointLayouts, TheCurvatureOfASurfaceIsNoTime) {
     const Platform platform = platform_that_names("");
     PointCloudDecoder("log.bag", platform, warnings).decode(cloud.message, read);
     EXPECT_EQ(worst_ns(read, scan), 0.0) << largest;
-    // Without other times it does not stand in for them.
+    // It is not used either if there are no other times.
     cloud.message.fields.erase(cloud.message.fields.begin() + 5);
     EXPECT_THAT(line_refusing(cloud, platform_that_names("")),
                 AllOf(HasSubstr("no point field is readable as each point's time: 'curvature'"),
@@ -216,7 +216,7 @@ TEST(PointLayouts, CoordinatesMayBeCapitalLettersAndSmallOnesComeFirst) {
   PointCloudDecoder("log.bag", platform, warnings).decode(cloud.message, read);
   ASSERT_EQ(read.points.size(), scan.points.size());
   for (std::size_t i = 0; i < scan.points.size(); ++i) EXPECT_EQ(read.points[i].position, scan.points[i].position);
-  // Both: an X beside x is something else.
+  // If x and X exist, X is another quantity.
   AlterableCloud both(scan);
   both.message.fields.insert(both.message.fields.begin(), {"X", 12, Field::float32, 1});
   PointCloudDecoder("log.bag", platform, warnings).decode(both.message, read);

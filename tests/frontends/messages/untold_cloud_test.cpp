@@ -21,22 +21,22 @@ TEST(RealUntoldCloud, OusterScansTellTheirTimesThemselves) {
   platform.imu.topic = "/ouster/imu";
   platform.suite.imu.rate_hz = 100.0;
   WarningLog warnings;
-  const std::vector<LidarScan> told = scans_of(path, platform, warnings);
+  const std::vector<LidarScan> stated = scans_of(path, platform, warnings);
   platform.lidar.stamp.reset();
   platform.lidar.time_unit.reset();
   platform.lidar.time_field.clear();
   platform.lidar.intensity_field.clear();
   platform.lidar.ring_field.clear();
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 0);
-  const std::vector<LidarScan> untold = scans_of(path, platform, warnings);
+  const std::vector<LidarScan> inferred = scans_of(path, platform, warnings);
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 1);
-  ASSERT_EQ(untold.size(), told.size());
-  for (std::size_t k = 0; k < told.size(); ++k) {
-    EXPECT_EQ(untold[k].start, told[k].start);
-    ASSERT_EQ(untold[k].points.size(), told[k].points.size());
-    for (std::size_t i = 0; i < told[k].points.size(); ++i) {
-      ASSERT_EQ(untold[k].points[i].offset_ns, told[k].points[i].offset_ns);
-      ASSERT_EQ(untold[k].points[i].ring, told[k].points[i].ring);
+  ASSERT_EQ(inferred.size(), stated.size());
+  for (std::size_t k = 0; k < stated.size(); ++k) {
+    EXPECT_EQ(inferred[k].start, stated[k].start);
+    ASSERT_EQ(inferred[k].points.size(), stated[k].points.size());
+    for (std::size_t i = 0; i < stated[k].points.size(); ++i) {
+      ASSERT_EQ(inferred[k].points[i].offset_ns, stated[k].points[i].offset_ns);
+      ASSERT_EQ(inferred[k].points[i].ring, stated[k].points[i].ring);
     }
   }
 }

@@ -1,4 +1,4 @@
-// The field of real rooms. Protocols and reference figures: README.md of the data.
+// The field of real rooms. Protocols and reference results: README.md of the data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace {
 
 using testing::read_csv;
 
-/// One run of the AaltoML set: motion-capture position and field in map axes, sampled together. Runs are told apart in
-/// time, as passes of one survey.
+/// One run of the AaltoML set: motion-capture position and field in map axes, sampled together. Runs are separated in
+/// time, like passes of one survey.
 std::vector<FieldObservation> read_aalto(int run) {
   const std::string stem =
       (testing::real_data_folder() / "magnetic" / "aalto" / ("invensense-" + std::to_string(run))).string();
@@ -90,7 +90,7 @@ TEST_F(AaltoField, MapOfThreeRunsPredictsTheFourthAsWellAsTheBestKernelFit) {
     EXPECT_LT(rms.x(), 1.1 * 3.0);
     EXPECT_LT(rms.y(), 1.1 * 3.2);
     EXPECT_LT(rms.z(), 1.1 * 1.3);
-    // The map's own sigma, white noise aside. Without the error between drives this is 1.3 to 3.
+    // The map's own sigma, without white noise. Without the error between drives, this is 1.3 to 3.
     EXPECT_LT(normalized.maxCoeff(), resolution < 0.1 ? 1.5 : 1.3);
     EXPECT_GT(normalized.minCoeff(), 0.7);
   }
@@ -125,23 +125,23 @@ TEST_F(AaltoField, SigmaIsThatOfOtherDrivesThroughTheUnchangedRoom) {
   EXPECT_NEAR(result.map.errors().correlation_m, 0.3, 0.15);
 }
 
-// The data's README knows a fit that comes to 5.4 cm by a protocol that it does not spell out in full. Here: prior 10
-// cm an axis (14 cm in the plane), error in the plane, every third reading near the track. Gauss-Newton comes to 10.2
-// cm (7.2 cm an axis); exhaustive search for the same posterior's maximum to 8.5 to 9 cm (6.0 an axis), so most of the
-// rest is the map's and the survey's error, not the method's.
+// The data's README reports 5.4 cm with a protocol that is not fully described. Here: prior of 10 cm per axis (14 cm in
+// the plane), error in the plane, every third reading near the track. Gauss-Newton gives 10.2 cm (7.2 cm per axis);
+// exhaustive search for the maximum of the same posterior gives 8.5 to 9 cm (6.0 cm per axis). Most of the rest is
+// therefore the error of map and survey, not of the method.
 TEST_F(AaltoField, OneReadingImprovesOnItsPrior) {
   MagneticMapOptions options;
   options.resolution_m = 0.05;
   const MagneticMapResult result = build_magnetic_map(training_, options);
   SensorSuite suite;
   suite.magnetometers.push_back({"invensense", Pose{}, 1.0});
-  suite.magnetometers[0].noise_ut = 0.3;  // what else a reading errs by is in the map's sigma
+  suite.magnetometers[0].noise_ut = 0.3;  // the map's sigma contains all other errors of a reading
   MagneticLocalizationOptions localization;
   localization.interpolation = FieldInterpolation::bicubic;
 
-  constexpr double prior_m = 0.1;  // an axis: 14 cm in the plane
+  constexpr double prior_m = 0.1;  // per axis: 14 cm in the plane
   Vector6 sigma;
-  sigma << 1e-6, 1e-6, 1e-6, prior_m, prior_m, 1e-6;  // heading and height known
+  sigma << 1e-6, 1e-6, 1e-6, prior_m, prior_m, 1e-6;  // heading and height are known
   const Matrix6 prior = sigma.cwiseAbs2().asDiagonal();
   std::mt19937_64 generator(7);
   std::normal_distribution<double> normal;

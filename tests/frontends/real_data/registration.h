@@ -10,19 +10,19 @@
 
 namespace lodestone {
 
-/// Where a scan came to lie on a map.
+/// Result of registering a scan to a map.
 struct Registration {
   Pose pose;           ///< T_map_imu
   CondensedCost cost;  ///< of the last association
   int iterations = 0;
 };
 
-/// Gauss-Newton on the condensed cost with new correspondences at each iteration: LiDAR alone, no prediction. What the
-/// pose is taken to be uncertain to, and the distance gate with it, narrows from `start_sigma_m` to 1 cm.
+/// Gauss-Newton on the condensed cost with new correspondences in each iteration: LiDAR alone, without prediction. The
+/// assumed uncertainty of the pose, and with it the distance gate, decreases from `start_sigma_m` to 1 cm.
 inline Registration register_points(std::span<const Eigen::Vector3f> points, const Pose& start, const PlaneMap& map,
                                     const LidarModel& lidar, AssociationOptions options, double start_sigma_m = 0.5) {
   constexpr double kEndSigmaM = 0.01;
-  constexpr double kRotationPerMetre = 0.1;  // rad: points ten metres off
+  constexpr double kRotationPerMetre = 0.1;  // rad: at points ten metres away
   const double gate_m = options.max_distance_m;
   Registration result{start, {}, 0};
   for (double sigma_m = start_sigma_m; result.iterations < 60; sigma_m = std::max(kEndSigmaM, 0.7 * sigma_m)) {

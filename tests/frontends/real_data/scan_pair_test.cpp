@@ -1,4 +1,4 @@
-// A real pair of scans and its registration, both made by others (small_gicp): planes of the one, points of the other.
+// A real pair of scans with its registration from small_gicp: planes of one scan, points of the other.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -33,7 +33,7 @@ TEST(ScanPair, CondensedRegistrationRecoversItFromIdentity) {
   const std::vector<Eigen::Vector3f> source = read_point_cloud(source_path, warnings);
   const std::vector<Eigen::Vector3f> target = read_point_cloud(target_path, warnings);
   const Pose truth = read_transform(transform_path);
-  // Voxels of a metre span too many surfaces of this street: 21 mm.
+  // Voxels of a metre contain too many surfaces of this street: 21 mm.
   for (const double voxel_m : {0.5, 0.7}) {
     PlaneMapOptions map_options;
     map_options.voxel_m = voxel_m;

@@ -351,7 +351,7 @@ TEST_F(BagSourceTest, ScanStampsAtTheEndAndAbsolutePointTimesMeanTheSame) {
   EXPECT_EQ(at_end.scans[3].start, expected.scans[3].start);
   EXPECT_EQ(at_end.scans[3].end, expected.scans[3].end);
 
-  // Seconds since 1970 in a double, as Velodyne and Hesai drivers write them: exact to a quarter of a microsecond.
+  // Seconds since 1970 in a double, as written by Velodyne and Hesai drivers: exact to a quarter of a microsecond.
   change_platform = [](Platform& platform) { platform.lidar.time_unit = PointTimeUnit::seconds; };
   log.on_scan = [](int, ros1::PointCloudMessage& cloud, std::vector<std::uint8_t>& data) {
     cloud.fields[4] = {"t", 24, ros1::PointField::float64, 1};
@@ -383,7 +383,7 @@ double resident_mb() {
 
 TEST_F(BagSourceTest, MemoryDoesNotGrowWithTheLog) {
   log.scans = 400;
-  log.points_per_scan = 16384;  // 0.5 MB a scan, 210 MB in all
+  log.points_per_scan = 16384;  // 0.5 MB per scan, 210 MB in total
   log.write(path);
   WarningLog warnings;
   BagSource source(path, platform(), warnings);

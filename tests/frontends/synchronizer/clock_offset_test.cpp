@@ -1,4 +1,4 @@
-// Clock offsets that the platform file states, through BagSource.
+// Clock offsets stated in the platform file, applied by BagSource.
 #include <gtest/gtest.h>
 
 #include "tests/frontends/logs/log_contents.h"
@@ -14,7 +14,7 @@ testing::Contents measurements_of(const testing::SyntheticLog& log, const Platfo
   return testing::read_all(folder / "log.bag", platform);
 }
 
-/// An offset is a stamp less the IMU's time: late stamps have a positive one.
+/// An offset is a stamp minus the IMU's time: late stamps have a positive offset.
 TEST(ClockOffset, IsSubtractedFromStamps) {
   const testing::SyntheticLog log;
   Platform platform = log.platform();
@@ -36,7 +36,7 @@ TEST(ClockOffset, IsSubtractedFromStamps) {
   EXPECT_TRUE(after.warnings.entries().empty());
 }
 
-/// A log whose LiDAR is late is read as that of a robot with one clock.
+/// A log with a late LiDAR clock is read like that of a robot with one clock.
 TEST(ClockOffset, UndoesALateClock) {
   testing::SyntheticLog log;
   Platform platform = log.platform();

@@ -20,7 +20,7 @@ using ::lodestone::testing::TemporaryFolder;
 constexpr Time period = 100'000'000;
 constexpr Time first_start = 1'700'000'000'000'000'000;
 
-/// What is at a moment, in the imu frame: each time has a point of its own.
+/// The visible point at a given time, in the imu frame: each time has its own point.
 Vector3 point_at(Time time) {
   const auto i = static_cast<double>((time - first_start) / 10'000 % 1000);
   return {3.0 + 0.004 * i, 2.0 - 0.003 * i, 0.5 + 0.001 * i};
@@ -46,8 +46,8 @@ struct TwoLidars : ::testing::Test {
     rear.T_imu_lidar = {so3::exp(Vector3(0.2, 0.0, 3.0)), Vector3(-0.4, 0.1, 0.25)};
   }
 
-  /// Every point lies where it was at its time, and times lie within the scan. Adds its times to `seen`, by LiDAR to
-  /// `counts`.
+  /// Every point is at the position of its time, and times are within the scan. Adds the scan's times to `seen`, and
+  /// the points of each LiDAR to `counts`.
   void expect_right(const LidarScan& scan) {
     for (const LidarPoint& point : scan.points) {
       const Time time = scan.start + point.offset_ns;
@@ -67,7 +67,7 @@ struct TwoLidars : ::testing::Test {
 
 TEST_F(TwoLidars, EveryPointJoinsTheScanOfItsTimeOnce) {
   ScanMerger merger(front, {rear}, warnings);
-  const Time shift = 37'000'000 + 20'000;  // the other LiDAR turns out of step
+  const Time shift = 37'000'000 + 20'000;  // the two LiDARs are not synchronized
   std::vector<LidarScan> merged;
   LidarScan scan;
   for (int i = 0; i < 6; ++i) {
@@ -93,7 +93,7 @@ TEST_F(TwoLidars, EveryPointJoinsTheScanOfItsTimeOnce) {
     EXPECT_EQ(count, 1);
     ++points;
   }
-  // All of the first LiDAR's, and of the other's those up to the last end.
+  // All points of the first LiDAR, and those of the other up to the last end.
   EXPECT_EQ(points, 6U * 2500U + 6U * 2500U - static_cast<std::size_t>((shift + 40'000) / 40'000));
   EXPECT_TRUE(warnings.entries().empty());
 }
@@ -131,7 +131,7 @@ TEST_F(TwoLidars, OneThatIsSilentIsNotWaitedForLong) {
     while (merger.take(scan)) ++merged;
   }
   EXPECT_EQ(merged, 18);
-  // What comes too late is dropped and counted, never put into another scan.
+  // Late points are dropped and counted, never added to another scan.
   merger.add(1, scan_at(first_start + 10 * period, rear.T_imu_lidar));
   merger.finish();
   while (merger.take(scan)) {
@@ -149,7 +149,7 @@ TEST_F(TwoLidars, WithoutTheFirstNothingPilesUp) {
 }
 
 TEST_F(TwoLidars, LimitsOfRangeAreEachLidarsOwn) {
-  // All that is here lies within 3.6 m to 7.1 m of the imu.
+  // All points are within 3.6 m to 7.1 m of the imu.
   front.max_range_m = 8.0;
   rear.T_imu_lidar.position = {-40.0, 0.1, 0.25};
   rear.min_range_m = 10.0;

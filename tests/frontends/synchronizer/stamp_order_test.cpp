@@ -11,7 +11,7 @@ TEST(StampOrder, WhatARecorderThatStoodStillWritesLateIsTakenAndWhatFollowsToo) 
   StampOrder order;
   for (int i = 0; i < 4000; ++i) {
     const Time stamp = Time{i} * 5'000'000;
-    // Still from 5 s to 17 s, then everything at once.
+    // No records from 5 s to 17 s, then everything at once.
     const Time recorded = stamp < 5'000'000'000 ? stamp : std::max(stamp, Time{17'000'000'000});
     ASSERT_NE(order.judge(recorded, stamp).what, StampOrder::Verdict::broken) << i;
     order.take(recorded, stamp);

@@ -56,7 +56,7 @@ TEST(SurveyTest, SplitsInBlocksOfWay) {
   ASSERT_EQ(held_out.size(), 10U);
   EXPECT_EQ(held_out.front(), from_seconds(1025.0));  // block 5 of 0..9
   EXPECT_EQ(held_out.back(), from_seconds(1079.0));
-  // Thinned, each part has its own readings alone.
+  // After thinning, each part contains only its own readings.
   const SurveySplit split = split_survey(observations, 0.5, blocks);
   ASSERT_EQ(split.held_out.size(), 10U);
   EXPECT_EQ(split.training.size(), 90U);

@@ -11,7 +11,7 @@ namespace {
 constexpr Time ms = 1'000'000;
 constexpr Time origin = 1'700'000'000'000'000'000;
 
-/// Measurements in memory, handed out in order of completion.
+/// Measurements in memory, returned in order of completion.
 class ListSource : public MeasurementSource {
  public:
   bool next(Measurement& measurement) override {
@@ -32,7 +32,8 @@ class ListSource : public MeasurementSource {
   std::size_t position = 0;
 };
 
-/// 100 ms scans, 5 ms IMU whose angular velocity is the time in s, 10 ms fields of two magnetometers.
+/// Scans of 100 ms; IMU samples every 5 ms, with the time in s as angular velocity; fields of two magnetometers every
+/// 10 ms.
 class SynchronizerTest : public ::testing::Test {
  protected:
   SynchronizerTest() { suite.magnetometers.resize(2); }
@@ -68,7 +69,7 @@ class SynchronizerTest : public ::testing::Test {
     return result;
   }
 
-  /// What holds of every sequence of bundles (core/measurements.h).
+  /// Properties of every sequence of bundles (core/measurements.h).
   static void check_contract(const std::vector<ScanBundle>& bundles) {
     for (std::size_t k = 0; k < bundles.size(); ++k) {
       const ScanBundle& bundle = bundles[k];
@@ -284,7 +285,7 @@ TEST_F(SynchronizerTest, EmptyScansAndAnEmptyLogAreNoTrouble) {
   EXPECT_EQ(bundles().size(), 10U);
 }
 
-/// Reports how far the consumer lags behind: what lies between is what the synchronizer holds.
+/// Records how far the consumer lags behind: the synchronizer stores the measurements in between.
 class EndlessSource : public MeasurementSource {
  public:
   bool next(Measurement& measurement) override {

@@ -56,7 +56,7 @@ void write_converted(const fs::path& folder) {
   fs::remove(bag);
 }
 
-/// A log that was packed as a whole.
+/// A log packed as a whole.
 void write_packed_log(const fs::path& folder) {
   write_converted<LogFormat::mcap, Codec::none>(folder);
   const std::string plain = read_text_file((folder / "log").string());
@@ -66,7 +66,7 @@ void write_packed_log(const fs::path& folder) {
       .write(reinterpret_cast<const char*>(packed.data()), static_cast<std::streamsize>(packed.size()));
 }
 
-/// Turns a message into what the estimators get.
+/// Decodes a message to the estimators' input.
 void decode(MessageDecoder& decoder, PointCloudDecoder& clouds, const TopicInfo& topic, const RawMessage& raw) {
   if (topic.encoding == Encoding::other || message_type(topic.type) == MessageType::other) return;
   ros1::Message message;
@@ -115,7 +115,7 @@ void write_csv_magnetometer(const fs::path& folder) {
   write_text(folder / "magnetometers/left.csv", field);
 }
 
-/// The first byte of the file `message` says the type; the rest are its bytes.
+/// The first byte of the file `message` is the type; the rest are the message's bytes.
 const TopicInfo kKnownTopics[] = {
     {"/points", "sensor_msgs/PointCloud2", Encoding::ros1, 1, 0, 0, "", ""},
     {"/livox", "livox_ros_driver/CustomMsg", Encoding::ros1, 1, 0, 0, "", ""},
@@ -170,7 +170,7 @@ void write_binary_cloud(const fs::path& folder) {
   write_text(folder / "cloud.pcd", std::string(kCloudHeader) + "DATA binary\n" + std::string(16 * 12, '?'));
 }
 
-/// LZF of literals alone: a length less one, then the bytes. Packed clouds hold each field in one piece.
+/// LZF with literals only: length minus one, then the bytes. Packed clouds store each field contiguously.
 void write_packed_cloud(const fs::path& folder) {
   const std::string plain(16 * 12, '?');
   std::string packed;
@@ -197,7 +197,7 @@ void read_cloud(const fs::path& folder) {
   read_point_cloud((folder / "cloud.pcd").string(), warnings);
 }
 
-/// Faces stand before the vertices, and each vertex has a list of its own: what a reader must pass over.
+/// Faces precede the vertices, and each vertex has a list: a reader must skip both.
 std::string ply_header(const char* format) {
   return std::string("ply\nformat ") + format +
          " 1.0\ncomment of a map\nelement face 4\nproperty list uchar int vertex_index\nelement vertex 16\n"
@@ -252,7 +252,7 @@ void read_table(const fs::path& folder) {
   import_field_table((folder / "table.csv").string(), {}).map.for_each_node([](const Eigen::Vector4f&) {});
 }
 
-/// A message of a type that the log itself defines: its definition in one file, its bytes in the other.
+/// A message of a type defined in the log: the definition in one file, the bytes in the other.
 void write_defined_message(const fs::path& folder) {
   write_text(folder / "definition",
              "std_msgs/Header header\nReading[] readings\nstring<=9 name \"none\"\nfloat32[3] rate\nuint8 A=1\n"

@@ -4,21 +4,21 @@
 #include <string>
 #include <vector>
 
-/// Every place where bytes of others come in, each with a small valid input: what the fuzzers and the tests of altered
-/// bytes work on.
+/// All places where external bytes are read, each with a small valid input: used by the fuzzers and the tests with
+/// altered bytes.
 namespace lodestone::testing {
 
 struct Boundary {
   std::string name;
   std::string file;                                    ///< below the folder: the one whose bytes are altered
   void (*write)(const std::filesystem::path& folder);  ///< a valid input, its companions included
-  /// Reads all of it. Throws InputError where it is refused; anything else is a defect.
+  /// Reads the whole input. Throws InputError if it is refused; any other exception is a defect.
   void (*read)(const std::filesystem::path& folder);
 };
 
 const std::vector<Boundary>& boundaries();
 
-/// Throws std::invalid_argument, naming those there are.
+/// Throws std::invalid_argument that lists the known names.
 const Boundary& boundary(const std::string& name);
 
 }  // namespace lodestone::testing

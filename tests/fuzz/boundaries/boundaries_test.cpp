@@ -1,4 +1,4 @@
-// Whatever bytes are altered or missing, an input is read or refused in one line; nothing else is thrown.
+// With any bytes altered or missing, an input is either read, or refused in one line; no other exception is thrown.
 #include "tests/fuzz/boundaries/boundaries.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ std::string altered(std::string bytes, std::mt19937_64& random) {
       case 3:  // lost
         bytes.erase(at, length);
         break;
-      case 4:  // twice
+      case 4:  // duplicated
         bytes.insert(at, bytes.substr(at, 64));
         break;
       case 5:  // digits
@@ -78,7 +78,7 @@ TEST_P(EachBoundary, ReadsTheValidAndRefusesTheAlteredInOneLine) {
 INSTANTIATE_TEST_SUITE_P(Inputs, EachBoundary, ::testing::ValuesIn(testing::boundaries()),
                          [](const auto& info) { return info.param.name; });
 
-/// What fuzzers found, read again: what was wrong with it shows with the sanitizers.
+/// Inputs found by fuzzers, read again: the sanitizers detect the former defects.
 TEST(FoundInputs, AreReadOrRefusedInOneLine) {
   struct Found {
     std::string boundary;
@@ -87,13 +87,13 @@ TEST(FoundInputs, AreReadOrRefusedInOneLine) {
   std::string empty_livox(43, '\0');  // a Livox message without points: no first point to count offsets from
   empty_livox[0] = static_cast<char>(0x95);
   empty_livox[22] = static_cast<char>(0x80);
-  // A header that goes on after its end, with more fields than memory was taken for.
+  // A header that continues after its end, with more fields than memory was allocated for.
   const std::string twice =
       "VERSION 0.7\nFIELDS x y z intensity ring t\nSIZE 4 4 4 4 2 4\nTYPE F F F F U U\nCOUNT 1 1 1 1 1 1\nWIDTH "
       "2\nHEIGHT 1\n"
       "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\nFIELDS-1e\nWIDTH 90000\nDATA ascii\nFIELDS-1e-2001  0 0\n"
       "1 2 3 4 5 6\n1 2 3 4 5 6\n";
-  const std::string far_future = "name: late\nstart_time_s: 17400000000\n";  // whose nanoseconds no 64 bits hold
+  const std::string far_future = "name: late\nstart_time_s: 17400000000\n";  // its nanoseconds overflow 64 bits
   for (const Found& found : {Found{"world", far_future}, Found{"message_cdr", empty_livox}, Found{"csv_cloud", twice},
                              Found{"cloud_ascii", twice}}) {
     const TemporaryFolder folder;

@@ -78,7 +78,7 @@ TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
   const ProgramResult first = run_lodestone(call("--set max_moments=300 --out " + out.string()));
   ASSERT_EQ(first.code, 0) << first.errors;
   EXPECT_THAT(first.output,
-              HasSubstr("all magnetometers alike: scale along all axes together: not shown by this motion"));
+              HasSubstr("all magnetometers alike: scale along all axes together: not determined by this motion"));
   const Platform calibrated = load_platform(out.string());
   for (std::size_t j = 0; j < 2; ++j) {
     EXPECT_LT((calibrated.magnetometers[j].hard_iron_ut - array_.truth[j].hard_iron_ut).cwiseAbs().maxCoeff(), 0.3);
@@ -90,7 +90,7 @@ TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
   EXPECT_LT(json["magnetometers"][0]["residual_after_ut"], 1.0);
   EXPECT_EQ(json["magnetometers"][1]["parameters"].size(), 12U);
 
-  // The reader takes the calibration off: a second one, of the same log, begins where this one ended.
+  // The reader applies the calibration: a second calibration of the same log starts from the result of the first.
   const std::filesystem::path again = folder_ / "again" / "platform.yaml";
   const ProgramResult second = run_lodestone("calibrate magnetometers " + log_.string() + " --platform " +
                                              out.string() + " --set max_moments=300 --out " + again.string());
@@ -154,7 +154,7 @@ TEST_F(CalibrateInAChangedFieldCommand, SaysThatTheMapIsStaleAndLeavesTheMagneto
                          (folder_ / "truth.tum").string() + " --out " + out.string()));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, HasSubstr("common to all magnetometers: the map is stale, survey it again"));
-  EXPECT_THAT(result.output, HasSubstr("left as given, since the log does not show them"));
+  EXPECT_THAT(result.output, HasSubstr("not changed, because the change is below two standard deviations"));
   EXPECT_THAT(result.output, HasSubstr("all magnetometers alike: scale along all axes together"));
   const Platform calibrated = load_platform(out.string());
   for (const MagnetometerMessageLayout& layout : calibrated.magnetometers) {
@@ -171,7 +171,7 @@ TEST_F(CalibrateInAChangedFieldCommand, SaysThatTheMapIsStaleAndLeavesTheMagneto
   EXPECT_THAT(places, ::testing::StartsWith("x_m,y_m,z_m,moments,difference_x_ut,"));
   EXPECT_EQ(static_cast<std::size_t>(std::count(places.begin(), places.end(), '\n')),
             json["field_change"]["places"].get<std::size_t>() + 1);
-  // Against the array alone there is no such file.
+  // Without a map, this file does not exist.
   ASSERT_EQ(run_lodestone(call("--set max_moments=100 --out " + out.string())).code, 0);
   EXPECT_FALSE(std::filesystem::exists(out.parent_path() / "field_change.csv"));
 }

@@ -1,4 +1,4 @@
-// What of a calibration goes into the platform file.
+// Changes of a calibration that go into the platform file.
 #include "tools/calibrate/shown_changes.h"
 
 #include <gtest/gtest.h>
@@ -38,8 +38,8 @@ TEST(ShownChanges, KeepWhatExceedsTwoSigmasAndNothingElse) {
 }
 
 TEST(ShownChanges, ASumThatIsKnownIsKeptWholeWhereItsPartsAreNot) {
-  // In a field of 40 µT that hardly changes, an offset along x and a scale along x do the same: 10 µT in all, to 0.1
-  // µT.
+  // In a nearly constant field of 40 µT, an offset along x and a scale along x have the same effect: 10 µT in total, to
+  // 0.1 µT.
   MagnetometerCalibrationResult result = known();
   constexpr double kField_ut = 40.0, kOffset_ut = 6.0, kScale = 0.1;
   Eigen::Matrix2d information = Eigen::Vector2d(1.0 / (20.0 * 20.0), 1.0 / (0.25 * 0.25)).asDiagonal();  // priors

@@ -1,5 +1,5 @@
-// `lodestone check` finds what is wrong, and nothing else: faults of the simulator's list and mistakes in platform
-// file, maps and start, on a drive of eight seconds.
+// `lodestone check` finds each fault and reports nothing else: faults of the simulator, and mistakes in platform file,
+// maps and initial pose, on a drive of eight seconds.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ TEST(CheckFaults, ExchangedMagnetometers) {
         std::swap(platform.magnetometers[ring[0]].topic, platform.magnetometers[ring[i]].topic);
     });
   };
-  // Neighbours of one side; front and rear, which look the other way; three in a ring.
+  // Neighbours of one row; front and rear, which face opposite directions; three in a ring.
   for (const std::vector<std::size_t>& ring : {std::vector<std::size_t>{0, 2}, {1, 6}, {0, 3, 5}}) {
     EXPECT_THAT(alarms(exchange(ring)), UnorderedElementsAre("magnetometer.exchanged"));
   }
@@ -133,7 +133,7 @@ TEST(CheckFaults, ClocksOfMagnetometers) {
   const std::size_t at = change.find("magnetometer_clock_offset_s: ");
   ASSERT_NE(at, std::string::npos) << change;
   ASSERT_EQ(std::sscanf(change.c_str() + at, "magnetometer_clock_offset_s: %lf", &stated_s), 1);
-  EXPECT_NEAR(stated_s, 0.05, 0.01 + 1e-9);  // a step of the search
+  EXPECT_NEAR(stated_s, 0.05, 0.01 + 1e-9);  // one step of the search
 }
 
 TEST(CheckFaults, SteelThatPasses) {
@@ -164,7 +164,7 @@ TEST(CheckFaults, WrongLinesOfThePlatformFile) {
   }
   const auto two_lines = [](Platform& platform) {
     platform.suite.imu.rate_hz = 100.0;
-    platform.suite.magnetometers[5].T_imu_mag.rotation.setIdentity();  // it looks backwards
+    platform.suite.magnetometers[5].T_imu_mag.rotation.setIdentity();  // it faces backwards
   };
   EXPECT_THAT(alarms(site().call_with(two_lines)), UnorderedElementsAre("imu.rate", "magnetometer.turned"));
 }
@@ -203,7 +203,7 @@ TEST(CheckFaults, ATurnedLidarIsToldWithoutAMap) {
   EXPECT_THAT(alone(site().call_with(turn(so3::exp(Vector3(0, 0, 2 * quarter))))),
               UnorderedElementsAre("extrinsic.heading"));
 
-  // The same messages as those of a second LiDAR: right, and then rolled.
+  // The same messages as those of a second LiDAR: first correct, then with a rolled mounting.
   const auto second = [&](double roll) {
     return site().call_with([roll](Platform& platform) {
       platform.further_lidars = {platform.lidar};

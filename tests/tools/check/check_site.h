@@ -20,8 +20,8 @@
 
 namespace lodestone {
 
-/// A hall with a rack and steel in its floor; a robot that stands, goes straight, and turns a corner. Logs, maps and
-/// platform files lie in a folder; the field map is the true field at its nodes.
+/// A hall with a rack and steel in its floor; a robot that stands, drives straight, and turns a corner. Logs, maps and
+/// platform files are in a folder; the field map is the true field at its nodes.
 class CheckSite {
  public:
   static constexpr double duration_s = 8.0;
@@ -52,7 +52,7 @@ class CheckSite {
   const Platform& platform() const { return platform_; }
   const std::vector<Eigen::Vector3f>& cloud() const { return cloud_; }
 
-  /// The log of a drive with these faults, as a world's YAML lists them; made once.
+  /// The log of a drive with these faults (YAML of a world); made once.
   std::string log(const std::string& faults) {
     const auto [found, is_new] = logs_.try_emplace(faults, file(fmt::format("log{}.bag", logs_.size())));
     if (!is_new) return found->second;
@@ -67,7 +67,7 @@ class CheckSite {
     return found->second;
   }
 
-  /// Everything right: log without fault, platform, both maps, the start from the truth.
+  /// No mistakes: log without faults, platform, both maps, initial pose from the ground truth.
   CheckCall call(const std::string& faults = "") {
     CheckCall call;
     call.log = log(faults);
@@ -78,7 +78,7 @@ class CheckSite {
     return call;
   }
 
-  /// The same with a platform file that was edited.
+  /// The same with an edited platform file.
   CheckCall call_with(const std::function<void(Platform&)>& edit) {
     Platform edited = platform_;
     edit(edited);
@@ -121,7 +121,7 @@ sequences:
   int edits_ = 0;
 };
 
-/// The one of all tests of a process.
+/// Shared by all tests of a process.
 inline CheckSite& site() {
   static CheckSite the_site;
   return the_site;

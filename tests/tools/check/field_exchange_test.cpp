@@ -12,13 +12,13 @@ namespace {
 
 constexpr std::size_t mounts = 6;
 
-/// The field at mount k along a drive, µT: mounts are 0.2 m apart, steel makes waves of 2 m.
+/// The field at mount k along a drive, µT: mounts are 0.2 m apart, the field of steel has waves of 2 m.
 Vector3 field_at(std::size_t mount, double way_m) {
   const double place = 3.0 * (way_m + 0.2 * static_cast<double>(mount));
   return {20.0 + 6.0 * std::sin(place), 5.0 * std::cos(1.3 * place), -40.0 + 7.0 * std::sin(0.8 * place + 0.5)};
 }
 
-/// What is named j has the readings of mount `read[j]`, with its offset.
+/// Magnetometer j has the readings of mount `read[j]`, with its own offset.
 std::vector<FieldSeries> make_array(const std::vector<std::size_t>& read, double offset_ut, std::mt19937& random) {
   std::normal_distribution<double> noise(0.0, 0.3);
   std::normal_distribution<double> offset(0.0, offset_ut);
@@ -27,7 +27,7 @@ std::vector<FieldSeries> make_array(const std::vector<std::size_t>& read, double
     const Vector3 iron(offset(random), offset(random), offset(random));
     for (int i = 0; i < 300; ++i) {
       const double way_m = 0.02 * i;
-      if (i % 50 == static_cast<int>(j)) continue;  // lost messages: not all have the same stamps
+      if (i % 50 == static_cast<int>(j)) continue;  // lost messages: the magnetometers have different stamps
       all[j].times.push_back(from_seconds(0.02 * i));
       all[j].expected_ut.push_back(field_at(j, way_m));
       all[j].measured_ut.push_back(field_at(read[j], way_m) + iron +
@@ -58,7 +58,7 @@ TEST(FieldExchange, BlamesNoHardIronOnTheWiring) {
   }
 }
 
-/// One plug in two sockets: the second reading is wrong, but nobody has what it lacks.
+/// Two channels with the readings of one magnetometer: the second is wrong, but no channel has the missing readings.
 TEST(FieldExchange, NeedsAWholeRing) {
   std::mt19937 random(7);
   EXPECT_EQ(match_mounts(make_array({0, 0, 2, 3, 4, 5}, 0.0, random)), (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));

@@ -9,7 +9,7 @@
 namespace lodestone {
 namespace {
 
-/// The field that a magnetometer of a robot in a bend would read among steel, µT.
+/// Field readings of a magnetometer on a turning robot near steel, µT.
 Vector3 turning_field(double seconds) {
   const double turn = 0.3 * seconds;
   return {20.0 * std::cos(turn) + 8.0 * std::sin(2.1 * seconds), -20.0 * std::sin(turn) + 6.0 * std::cos(1.7 * seconds),

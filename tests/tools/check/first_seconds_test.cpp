@@ -1,4 +1,4 @@
-// What `lodestone run` sees of a log's first seconds before it begins.
+// Checks of `lodestone run` on the first seconds of a log.
 #include "tools/run/first_seconds.h"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::message_of;
 
-/// A call with the map and the true start, moved by `offset_m` in the map and by `T_start` from there.
+/// A call with the map and the true initial pose; the pose is moved by `offset_m` in the map and then by `T_start`.
 struct Begin {
   Platform platform = site().platform();
   std::string log = site().log("");
@@ -71,7 +71,7 @@ TEST(CheckFirstSeconds, AnInverseIsToldByTheStart) {
   Begin begin;
   Pose& T_imu_lidar = begin.platform.suite.lidar.T_imu_lidar;
   const Pose inverse{Quaternion::Identity(), Vector3(-0.3, 0.0, 0.0)};
-  begin.T_start = T_imu_lidar * inverse;  // so that the true one would be the inverse of `inverse`
+  begin.T_start = T_imu_lidar * inverse;  // the true extrinsics are then the inverse of `inverse`
   T_imu_lidar = inverse;
   EXPECT_THAT(begin.warnings(),
               ElementsAre(AllOf(HasSubstr("check.extrinsic.inverse: the scan fits 0.60 m"),

@@ -1,4 +1,4 @@
-// Checks of a log by itself, on a robot at rest with whatever a test wants to be wrong with it.
+// Checks of a log without maps, on a robot at rest with one defect per test.
 #include "tools/check/log_checks.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ class LogChecks : public ::testing::Test {
     return kinds;
   }
 
-  /// A healthy robot: it sees a wall, and its field is noisy, or the monitor would call it stuck.
+  /// A healthy robot: it sees a wall. Its field is noisy, because a constant field counts as stuck.
   static SyntheticLog healthy() {
     SyntheticLog log;
     log.on_scan = [](int, ros1::PointCloudMessage&, std::vector<std::uint8_t>& data) {
@@ -110,7 +110,7 @@ TEST_F(LogChecks, UnitsOfTheImu) {
                      }),
                      still().platform()),
               UnorderedElementsAre("imu.acceleration_unit"));
-  // A tenth of a degree a second of noise, a bias of 0.2 °/s: as degrees they are 57 times as large.
+  // Noise of a tenth of a degree per second, bias of 0.2 °/s: in degrees, the numbers are 57 times as large.
   const auto in_degrees = [&](double bias) {
     return alarms(with_imu([bias](int i, ros1::ImuMessage& imu) {
                     for (std::size_t axis = 0; axis < 3; ++axis)

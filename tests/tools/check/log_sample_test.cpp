@@ -1,4 +1,4 @@
-// The checks see what a run sees: sensors in messages of any type, calibrations, several LiDARs.
+// The checks use the same measurements as a run: sensors in messages of any type, calibrations, several LiDARs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -85,7 +85,7 @@ TEST_F(LogSampleTest, HoldsWhatARunReads) {
       EXPECT_EQ(calibrated(platform_.magnetometers[j], sample.fields[j][i].field_ut), fields[j][i].field_ut);
     }
   }
-  EXPECT_NE(sample.fields[1][0].field_ut, fields[1][0].field_ut) << "units are told by what was read";
+  EXPECT_NE(sample.fields[1][0].field_ut, fields[1][0].field_ut) << "the unit is inferred from the readings";
   ASSERT_EQ(sample.lidars.size(), 2U);
   for (const LidarSample& lidar : sample.lidars) {
     ASSERT_EQ(lidar.scans.size(), scans.size());

@@ -11,7 +11,7 @@
 namespace lodestone {
 namespace {
 
-/// A floor of 10 m by 10 m, of so many points a square metre, `noise_m` thick, and a bush of 1 m.
+/// A floor of 10 m by 10 m with this many points per square metre, `noise_m` thick, and a bush of 1 m.
 std::vector<Eigen::Vector3f> floor_and_bush(int points_a_m2, double noise_m) {
   std::mt19937_64 generator(3);
   std::uniform_real_distribution<float> place(0.0F, 10.0F);

@@ -1,10 +1,10 @@
-// Three scans of a moving OS-1-128 against the map and the poses that ouster-sdk ships with them. x, y, z of the
-// messages are in the sensor frame, which is what the poses move. Nothing is deskewed: the map was built of scans taken
-// as rigid, and points brought to one instant at the poses' own speed (2.5 m/s) lie further from it, whether the poses
-// are taken to name a scan's start, middle or end.
-// How far points lie depends on which of them count: 38 to 40 mm rms with the poses, 69 and 70 mm without (scans 2 and
-// 3), where a point in a voxel that holds an edge looks for a plane next door; 16 to 19 mm and 55 to 56 mm where it
-// counts for nothing.
+// Three scans of a moving OS-1-128, compared with the map and the poses that ouster-sdk provides. x, y, z of the
+// messages are in the sensor frame, to which the poses refer. The scans are not deskewed: the map was built from rigid
+// scans. Deskewing at the poses' own speed (2.5 m/s) increases the distances to the map, whether the poses are those of
+// a scan's start, middle or end.
+// The distances depend on the selection of points: 38 to 40 mm rms with the poses, 69 and 70 mm without (scans 2 and
+// 3), if a point in a voxel with an edge uses a plane of a neighbouring voxel; 16 to 19 mm and 55 to 56 mm if such
+// points are ignored.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ std::vector<Pose> read_kitti_poses(const std::string& path) {
   }
 }
 
-/// The scans as a run reads them, and as `check` thins them.
+/// The scans as a run reads them, thinned as by `check`.
 std::vector<LidarScan> read_thinned_scans(const std::string& path) {
   Platform platform;
   platform.imu.topic = "/ouster/imu";
@@ -52,7 +52,7 @@ std::vector<LidarScan> read_thinned_scans(const std::string& path) {
   return scans;
 }
 
-/// Points of each scan beyond the sensor's own housing, in the frame of the message, not deskewed.
+/// Points of each scan outside the sensor's housing, in the frame of the message, not deskewed.
 std::vector<std::vector<Eigen::Vector3f>> read_scans(const std::string& path) {
   Platform platform;
   platform.imu.topic = "/ouster/imu";
@@ -72,7 +72,7 @@ std::vector<std::vector<Eigen::Vector3f>> read_scans(const std::string& path) {
   return scans;
 }
 
-/// How far the points of a scan lie from the map's planes.
+/// Distances of a scan's points to the map's planes.
 struct Fit {
   double rms_m = 0.0;
   double share = 0.0;  ///< of the points that have a plane
@@ -89,14 +89,14 @@ class OusterMap : public ::testing::Test {
     poses_ = read_kitti_poses(poses_path);
     WarningLog warnings;
     PlaneMapOptions map_options;
-    map_options.voxel_m = 0.5;  // a sparse map: smaller voxels hold too few of its points for a plane
+    map_options.voxel_m = 0.5;  // a sparse map: smaller voxels have too few points for a plane
     map_ = std::make_unique<PlaneMap>(read_point_cloud(map_path, warnings), map_options);
     ASSERT_EQ(scans_.size(), 3U);
     ASSERT_EQ(poses_.size(), 3U);
   }
 
   Fit fit(std::size_t scan, const Pose& pose) const {
-    // Every point within the distance gate counts, whatever its residual: the pose is taken as unknown.
+    // Uses every point within the distance gate, for any residual: the pose is treated as unknown.
     const auto matches = associate(scans_[scan], pose, Matrix6::Identity(), *map_, LidarModel{}, AssociationOptions{});
     double sum = 0.0;
     for (const Correspondence& match : matches) {

@@ -10,7 +10,7 @@
 namespace lodestone {
 namespace {
 
-/// A turn rate about the robot's vertical that no shift repeats.
+/// A turn rate about the robot's vertical that differs from all its time shifts.
 double turn_rate(double seconds) {
   return 0.5 * std::sin(1.3 * seconds) + 0.3 * std::sin(2.9 * seconds + 1.0);
 }
@@ -20,8 +20,8 @@ struct Motion {
   std::vector<ImuSample> imu;
 };
 
-/// Twenty seconds; the IMU's stamps are late by `offset_s`, its readings `scale` times the truth, with a bias that
-/// steps. `sway_rad_s`: how fast it pitches and rolls.
+/// Twenty seconds. The IMU's stamps are late by `offset_s`; its readings are `scale` times the true ones, with a bias
+/// that changes by a step. `sway_rad_s`: rate of pitch and roll.
 Motion make_motion(const Quaternion& R_imu_lidar, double offset_s, double scale, const Vector3& bias_step,
                    double sway_rad_s = 0.0) {
   Motion motion;
@@ -69,10 +69,10 @@ TEST(RotationFit, TellsAMountingFromItsInverse) {
   EXPECT_LT(inverted->axis_error_inverse_rad, 0.01);
 }
 
-/// The way's own axis says nothing of the turn about it; pitching and rolling do, as far as they stand out from noise.
+/// Turns about one axis contain no information on the rotation about this axis; pitch and roll above the noise do.
 TEST(RotationFit, TellsTheTurnAboutTheAxisByTheSwayAlone) {
   std::mt19937 random(4);
-  std::normal_distribution<double> noise(0.0, 3e-4);  // rad a scan
+  std::normal_distribution<double> noise(0.0, 3e-4);  // rad per scan
   const double half_turn = 3.0;
   const Quaternion wrong = so3::exp(Vector3(0, 0, half_turn)) * kMount;
   for (const double sway_rad_s : {0.0, 0.02}) {

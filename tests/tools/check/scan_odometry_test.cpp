@@ -1,4 +1,4 @@
-// The odometry of `lodestone check` against the truth of shipped worlds whose scans are sparse.
+// The odometry of `lodestone check`, compared with the ground truth in shipped worlds with sparse scans.
 #include "tools/check/scan_odometry.h"
 
 #include <gtest/gtest.h>
@@ -39,9 +39,9 @@ Drive drive_through(const std::string& name, double seconds) {
 
 class ScanOdometryIn : public ::testing::TestWithParam<const char*> {};
 
-/// In a tunnel, between racks and on a quay few points of one scan make planes, and along the first nothing is seen:
-/// the turns are followed all the same, and are those of the scans' middles, not late by a quarter of a scan as at
-/// their ends.
+/// In a tunnel, between racks and on a quay, few points of one scan define planes, and the tunnel has a degenerate
+/// direction. The turns are tracked nevertheless. They are those of the scans' middles, not a quarter of a scan late as
+/// at the ends.
 TEST_P(ScanOdometryIn, FollowsTheTurnsToTheEndAndInTime) {
   const Drive drive = drive_through(GetParam(), 12.0);
   const ScanOdometry odometry = follow_scans(drive.scans, drive.lidar);
@@ -75,7 +75,7 @@ TEST_P(ScanOdometryIn, FollowsTheTurnsToTheEndAndInTime) {
 
 INSTANTIATE_TEST_SUITE_P(Worlds, ScanOdometryIn, ::testing::Values("tunnel", "warehouse", "seaport"));
 
-/// Three seconds without a scan: what comes after is followed for itself.
+/// Three seconds without a scan: the following motion is tracked separately.
 TEST(ScanOdometry, StartsAnewAfterAnOutage) {
   Drive drive = drive_through("warehouse", 10.0);
   const Time begin = drive.scans.front().start;
@@ -90,7 +90,7 @@ TEST(ScanOdometry, StartsAnewAfterAnOutage) {
   EXPECT_EQ(odometry.poses.size(), drive.scans.size());
 }
 
-/// A robot that falls over, or a recorder that was carried on.
+/// A robot that falls over, or a recorder that is carried elsewhere.
 TEST(ScanOdometry, EndsWhereTheScansAreNoneOfOnePlace) {
   const Drive tunnel = drive_through("tunnel", 1.0);
   Drive mixed = tunnel;
@@ -105,7 +105,7 @@ TEST(ScanOdometry, EndsWhereTheScansAreNoneOfOnePlace) {
   }
   const ScanOdometry odometry = follow_scans(mixed.scans, mixed.lidar);
   EXPECT_TRUE(odometry.lost);
-  EXPECT_EQ(odometry.poses.size(), tunnel.scans.size());  // the first of the other place fits too badly
+  EXPECT_EQ(odometry.poses.size(), tunnel.scans.size());  // the first scan of the other place fits too badly
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// `lodestone convert` as a user calls it: a run does not see which kind of log it was given.
+// `lodestone convert` as called by users: the results of a run do not depend on the format of its log.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ class ConvertCommand : public testing::Test {
     const ProgramResult result = run_lodestone(arguments);
     ASSERT_EQ(result.code, 0) << arguments << "\n" << result.errors;
   }
-  /// The files of a run on the log, without diagnostics.csv, which holds wall times.
+  /// The files of a run on the log, without diagnostics.csv, which contains wall times.
   std::vector<std::string> run(const std::string& log) const {
     const std::string out = path("run-of-" + log);
     expect_done("run " + path(log) + " --platform " + path("platform.yaml") + " --cloud " + path("cloud.pcd") +
@@ -126,7 +126,7 @@ TEST_F(ConvertCommand, ManyPartsAreReadWhereTheShellAllowsFewFiles) {
   for (const int files : {6, 8, 12, 30}) {
     const std::string few = "bash -c 'ulimit -n " + std::to_string(files) + "; exec " LODESTONE_PROGRAM " convert " +
                             path("parts") + " --out " + path("a.bag") + " 2>" + path("err") + "'";
-    if (std::system(few.c_str()) == 0) continue;  // enough: parts are opened one after the other
+    if (std::system(few.c_str()) == 0) continue;  // enough descriptors: parts are opened one after the other
     const std::string line = content_of(path("err"));
     EXPECT_THAT(line, ::testing::HasSubstr("raise the limit (ulimit -n)")) << files;
     EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
@@ -143,7 +143,7 @@ TEST_F(ConvertCommand, AFullDiskIsOneLineAndLeavesNothing) {
   std::filesystem::create_directory(path("full"));
   for (const char* out : {"full/a.bag --compression none", "full/b.bag --compression lz4", "full/c.mcap",
                           "full/d.mcap --compression none", "full/e.db3", "full/f.db3 --compression zstd"}) {
-    // A limit on the size of files stands for the disk: 48 KiB.
+    // A limit on file sizes (48 KiB) simulates a full disk.
     const std::string command = "ulimit -f 48; exec " LODESTONE_PROGRAM " convert " + path("log.bag") + " --out " +
                                 path(out) + " >/dev/null 2>" + path("err");
     const int status = std::system(("bash -c \"" + command + "\"").c_str());

@@ -1,4 +1,4 @@
-// `lodestone evaluate` as a user calls it.
+// `lodestone evaluate` as called by users.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// The figures that evo 1.36.5 gives (matching window 0.01 s).
+/// Results of evo 1.36.5 (matching window 0.01 s).
 class EvaluateOracle : public testing::Test {
  protected:
   void SetUp() override {
@@ -79,7 +79,7 @@ class EvaluateCommand : public testing::Test {
 
 TEST_F(EvaluateCommand, InterpolatesTheTruthWhenAsked) {
   expect_refused(both(), "no stamps match");
-  // A truth of 1 Hz is too sparse to be trusted between its poses.
+  // Ground truth at 1 Hz is too sparse for interpolation.
   expect_refused(both() + "--interpolate", "no stamps match");
   std::string dense;
   for (int i = 0; i <= 300; ++i) dense += std::to_string(0.01 * i) + " " + std::to_string(0.01 * i) + " 0 0 0 0 0 1\n";
@@ -92,7 +92,7 @@ TEST_F(EvaluateCommand, InterpolatesTheTruthWhenAsked) {
 
 TEST_F(EvaluateCommand, ReportsNeesOfACovarianceFile) {
   write("truth.tum", "0.5 0.5 0 0 0 0 0 1\n1.5 1.5 0 0 0 0 0 1\n");
-  // Sigma 0.1 m against an error of 0.3 m along y: 9 over 6 degrees of freedom.
+  // Sigma 0.1 m and an error of 0.3 m along y: 9 over 6 degrees of freedom.
   const std::string upper = "1e-4,0,0,0,0,0,1e-4,0,0,0,0,1e-4,0,0,0,0.01,0,0,0.01,0,0.01\n";
   write("covariance.csv", "t_s\n0.500000000," + upper + "1.500000000," + upper);
   const std::string nees = "--covariance " + path("covariance.csv");

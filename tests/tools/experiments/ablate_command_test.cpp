@@ -1,4 +1,4 @@
-// `lodestone ablate` as a user calls it, on a yard that takes seconds.
+// `lodestone ablate` as called by users, in a yard that takes seconds.
 #include <gmock/gmock.h>
 
 #include <map>
@@ -54,11 +54,11 @@ TEST_F(AblateCommand, RunsComparesGoesOnAndGivesTheSameBytes) {
   const std::vector<double> ate = before.numbers("ate_m");
   EXPECT_NE(ate[2], ate[0]) << "fewer magnetometers make another trajectory";
   for (const double success : before.numbers("success")) EXPECT_EQ(success, 1.0);
-  // Figures are those of the runs' own summaries.
+  // The figures are those of the runs' summaries.
   const std::string summary = content_of(folder_ / "out" / before.texts("folder")[2] / "smoother/summary.json");
   EXPECT_THAT(summary, HasSubstr("\"ate_m\": " + CsvTable(folder_ / "out/tables/yard-runs.csv").texts("ate_m")[2]));
 
-  // Nothing to do: everything to the same bytes, times too.
+  // Nothing to do: all files keep their bytes and times.
   const auto tables = files("tables");
   const ProgramResult again = ablate(quick);
   EXPECT_EQ(again.code, 0);
@@ -66,7 +66,7 @@ TEST_F(AblateCommand, RunsComparesGoesOnAndGivesTheSameBytes) {
   EXPECT_EQ(files("tables"), tables);
   EXPECT_EQ(files("figures"), pictures);
 
-  // As if it had been stopped in one run: that run again, on the map that stayed, with the same figures.
+  // As if the call had been interrupted in one run: the run is repeated with the kept map, and gives the same figures.
   fs::remove(folder_ / "out" / before.texts("folder")[1] / "step.json");
   const ProgramResult resumed = ablate(quick);
   EXPECT_EQ(resumed.code, 0);
@@ -77,7 +77,7 @@ TEST_F(AblateCommand, RunsComparesGoesOnAndGivesTheSameBytes) {
     EXPECT_EQ(runs().texts(figure), before.texts(figure));
   }
 
-  // Another ablation in the same folder has the runs that it shares.
+  // Another ablation in the same folder reuses common runs.
   std::string other = changed("name: yard", "name: other");
   other.replace(other.find("one magnetometer: {magnetic.magnetometers: 1}"), 45,
                 "rear alone: {magnetic.magnetometers: rear}");

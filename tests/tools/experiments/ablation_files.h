@@ -18,7 +18,7 @@ seeds: [1, 2]
 quick: {seeds: [1], duration_s: 3, only: [yard-out-30m]}
 )";
 
-/// Writes world and ablation into `folder` and gives the ablation's path.
+/// Writes world and ablation into `folder` and returns the ablation's path.
 inline std::string write_yard(const TemporaryFolder& folder, const std::string& ablation = kYardAblation) {
   std::ofstream(folder / "yard.yaml") << reproduce::kYard;
   std::ofstream(folder / "ablation.yaml") << ablation;

@@ -75,11 +75,11 @@ TEST(AblationFile, ValuesAreThoseInForce) {
   EXPECT_EQ(value(0, "noise_ut"), "") << "the world's";
 }
 
-/// Every mistake is one line with the file's name and line, and names what is right.
+/// Every mistake is reported in one line with the file's name, the line and the correction.
 TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
   struct Case {
     std::string text;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong :
        {Case{changed("variants:", "variant:"), "unknown key 'variant'; did you mean 'variants'?"},
@@ -94,7 +94,7 @@ TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
         Case{changed("{degeneracy.rule: none}", "{}"), "'as shipped' and 'no mask' set the same"},
         Case{changed("baseline: as shipped", "baseline: as shiped"), "did you mean 'as shipped'?"},
         Case{changed("baseline: as shipped\n", ""), "baseline"},
-        Case{changed("no mask:", "\"no, mask\":"), "names a variant"},
+        Case{changed("no mask:", "\"no, mask\":"), "a variant's name must not contain"},
         Case{changed("title:", "estimator: smother\ntitle:"), "did you mean 'smoother'?"},
         Case{changed("[30, 5]", "[30, 30]"), "two runs would be called"},
         Case{changed("duration_s: 3", "duration: 3"), "duration_s"},
@@ -104,9 +104,9 @@ TEST(AblationFile, MistakesAreOneLineWithTheirPlace) {
     const std::string file = write_yard(folder, wrong.text);
     try {
       load_ablation(file, false);
-      ADD_FAILURE() << "accepted, though: " << wrong.said;
+      ADD_FAILURE() << "accepted, though: " << wrong.expected_text;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(wrong.said));
+      EXPECT_THAT(error.what(), HasSubstr(wrong.expected_text));
       EXPECT_TRUE(std::regex_search(error.what(), std::regex("^" + file + "(:[0-9]+)?: "))) << error.what();
       EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
     }
@@ -173,7 +173,7 @@ TEST_F(AblationPlan, NoiseMakesItsOwnLogsAndOptionsOfTheMapTheirOwnMaps) {
     std::set<std::string> names;
     std::set<std::string> folders;
     for (const auto& step : one.steps) {
-      names.insert(step.name);  // also of its log
+      names.insert(step.name);  // also names of log files
       folders.insert(step.folder);
     }
     EXPECT_EQ(names.size(), one.steps.size());

@@ -7,7 +7,7 @@
 
 namespace lodestone::reproduce {
 
-/// A world that takes a second: a yard with one box, driven through two ways, with a cart that stands there on one day.
+/// A world that takes a second: a yard with one box, two drives, and a cart that is present on one day.
 inline constexpr const char* kYard = R"(
 name: yard
 earth_field_ut: [20, 0, -40]
@@ -60,7 +60,7 @@ figures:
 quick: {seeds: [1], duration_s: 3, only: [ways/yard-out-30m]}
 )";
 
-/// Writes both files into `folder` and gives the experiment's path.
+/// Writes both files into `folder` and returns the experiment's path.
 inline std::string write_yard(const TemporaryFolder& folder, const std::string& experiment = kYardExperiment) {
   std::ofstream(folder / "yard.yaml") << kYard;
   std::ofstream(folder / "experiment.yaml") << experiment;

@@ -98,7 +98,7 @@ TEST(ReproduceExperiment, RepeatedEntriesAreReadOnceForEachValue) {
   EXPECT_EQ(experiment.criteria[1].group, "field");
 }
 
-/// Every mistake is one line with the file's name and line, and names what is right.
+/// Every mistake is reported in one line with the file's name, the line and the correction.
 TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   const auto changed_in = [](std::string text, const std::string& from, const std::string& to) {
     EXPECT_NE(text.find(from), std::string::npos) << from;
@@ -114,7 +114,7 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   };
   struct Case {
     std::string text;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong :
        {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
@@ -142,7 +142,7 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
         Case{changed_block("name: \"{grade}\"", "name: \"{grade\""), "expected {grade} of 'for_each', found {grade"},
         Case{changed_block("when: {grade: [field]}", "when: {grade: [feld]}"), "did you mean 'field'?"},
         Case{changed_block("when: {grade: [field]}", "when: {grad: [field]}"), "did you mean 'grade'?"},
-        Case{changed_block("\"{grade}\": {for_each", "all: {for_each"), "the group 'all' is there twice"},
+        Case{changed_block("\"{grade}\": {for_each", "all: {for_each"), "the group 'all' appears twice"},
         Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {grade: [field, field]}"), "twice"},
         Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {grade: []}"), "at least one value"},
         Case{changed_block("for_each: {grade: [exact, field]}", "for_each: {}"), "expected one name"}}) {
@@ -150,9 +150,9 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
     const std::string file = write_yard(folder, wrong.text);
     try {
       load_experiment(file, false);
-      ADD_FAILURE() << "accepted, though: " << wrong.said;
+      ADD_FAILURE() << "accepted, though: " << wrong.expected_text;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(wrong.said));
+      EXPECT_THAT(error.what(), HasSubstr(wrong.expected_text));
       EXPECT_TRUE(std::regex_search(error.what(), std::regex("^" + file + ":[0-9]+: "))) << error.what();
       EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
     }

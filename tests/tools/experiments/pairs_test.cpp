@@ -1,4 +1,4 @@
-// Pairing and its statistics, on results that were written by hand into the folders of runs.
+// Pairs and their statistics, with hand-written results in the folders of runs.
 #include "tools/experiments/pairs.h"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 class AblationPairs : public testing::Test {
  protected:
-  /// The run of `variant` (index) is done with this ATE.
+  /// Writes a finished run of `variant` (index) with this ATE.
   void put(std::size_t variant, const std::string& drive, int seed, double ate, bool success = true) {
     const std::string group = recipe_name(ablation_, ablation_.variants[variant]);
     for (std::size_t i = 0; i < plan_.runs.size(); ++i) {

@@ -37,9 +37,9 @@ TEST_F(ReproducePlan, StepsThatRunsShareAreDoneOnce) {
   const Plan all = plan();
   EXPECT_EQ(all.runs.size(), 2U * 2U + 2U);
   EXPECT_EQ(count(all, StepKind::run), all.runs.size());
-  EXPECT_EQ(count(all, StepKind::cloud), 2U);       // one a seed
-  EXPECT_EQ(count(all, StepKind::log), 2U + 1U);    // one a drive and seed, for all ranges and maps
-  EXPECT_EQ(count(all, StepKind::field), 2U + 2U);  // one a drive, seed and scene
+  EXPECT_EQ(count(all, StepKind::cloud), 2U);       // one per seed
+  EXPECT_EQ(count(all, StepKind::log), 2U + 1U);    // one per drive and seed, for all ranges and maps
+  EXPECT_EQ(count(all, StepKind::field), 2U + 2U);  // one per drive, seed and scene
   EXPECT_EQ(fingerprints(all).size(), all.steps.size());
 }
 
@@ -85,7 +85,7 @@ TEST_F(ReproducePlan, WhatAResultDependsOnChangesItsFingerprintAndNothingElse) {
   EXPECT_NE(fingerprints(plan("another build")), before);
   EXPECT_EQ(plan("another build").steps.front().recipe, plan().steps.front().recipe);
 
-  // A changed option changes the runs of its group, not the simulations.
+  // A changed run option changes the runs of its group, but not the simulations.
   experiment_.groups.front().run_settings = {"lidar.use=true"};
   std::size_t changed = 0;
   for (const std::string& fingerprint : fingerprints(plan())) changed += before.count(fingerprint) == 0 ? 1 : 0;
@@ -104,7 +104,7 @@ TEST_F(ReproducePlan, GradesOfRealityShareNothingAndJudgeTheCalibration) {
   experiment_.groups[1].name = "field";
   experiment_.groups[1].grade = "field";
   const Plan both = plan();
-  EXPECT_EQ(count(both, StepKind::cloud), 2U * 2U);  // one a grade and seed
+  EXPECT_EQ(count(both, StepKind::cloud), 2U * 2U);  // one per grade and seed
   EXPECT_EQ(count(both, StepKind::log), 2U * 2U);
   EXPECT_EQ(count(both, StepKind::field), 2U * 2U);
   EXPECT_EQ(fingerprints(both).size(), both.steps.size());
@@ -144,7 +144,7 @@ TEST_F(ReproducePlan, DifferencesOfMapsNeedTheMapsOfBothScenes) {
   for (const Step& step : all.steps) {
     EXPECT_EQ(step.keep, step.kind == StepKind::field && step.folder.find("back") != std::string::npos) << step.name;
   }
-  // The log's own scene against itself.
+  // The log's own scene, compared with itself.
   EXPECT_EQ(all.steps[all.differences[0].step].needs[0], all.steps[all.differences[0].step].needs[1]);
 }
 

@@ -1,4 +1,4 @@
-// `lodestone reproduce` as a user calls it, on a yard that takes seconds.
+// `lodestone reproduce` as called by users, in a yard that takes seconds.
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,7 +28,7 @@ class ReproduceCommand : public testing::Test {
     return run_lodestone("reproduce " + experiment_ + " --out " + (folder_ / out).string() + " " + options);
   }
 
-  /// Every table of an output folder, by name. Times are no results.
+  /// Every table of an output folder, by name, without times.
   std::map<std::string, std::string> tables(const std::string& out) const {
     std::map<std::string, std::string> all;
     for (const auto& entry : fs::directory_iterator(folder_ / out / "tables")) {
@@ -65,8 +65,8 @@ class ReproduceCommand : public testing::Test {
     return result.errors.substr(begin + 1, end - begin - 1);
   }
 
-  /// Of logs and clouds nothing is left but the thinned cloud of a run's overview; magnetic maps that a figure shows
-  /// may be.
+  /// Logs and clouds are removed, except for the thinned cloud of a run's overview; magnetic maps that a figure shows
+  /// may remain.
   void expect_no_logs(const std::string& out) const {
     for (const auto& entry : fs::recursive_directory_iterator(folder_ / out)) {
       if (entry.path().parent_path().filename() == "overview") continue;
@@ -80,7 +80,7 @@ class ReproduceCommand : public testing::Test {
 };
 
 TEST_F(ReproduceCommand, RunsWhatIsMissingSkipsWhatIsDoneAndGoesOnAfterAnInterruption) {
-  // Stopped in the middle: what is done stays, nothing half done is believed.
+  // Interrupted in the middle: finished steps are kept, unfinished ones are repeated.
   const std::string first_seed = "--seeds 1";
   interrupt_once_there("out", first_seed, "runs/ways/yard-out-30m/seed1/step.json");
   const ProgramResult resumed = reproduce("out", first_seed + " --jobs 2");
@@ -110,12 +110,12 @@ TEST_F(ReproduceCommand, RunsWhatIsMissingSkipsWhatIsDoneAndGoesOnAfterAnInterru
   EXPECT_EQ(json["tables"].size(), 3U);
   EXPECT_THAT(content_of(folder_ / "out/tables/criteria.md"), HasSubstr("| reaches the end | 2 of 2, 2 wanted |"));
 
-  // The map of the log's own day does not differ from itself; the cart of the other day is seen.
+  // The map of the log's own day does not differ from itself; the cart of the other day is found.
   const auto days = json["tables"][1]["rows"];
   EXPECT_EQ(std::stod(days[0][3].get<std::string>()), 0.0);
   EXPECT_GT(std::stod(days[1][3].get<std::string>()), 0.1);
 
-  // Nothing to do; then, with a changed world, everything.
+  // Nothing to do; then, after a change of the world, everything.
   const auto before = tables("out");
   const ProgramResult again = reproduce("out", first_seed);
   EXPECT_EQ(again.code, 0);

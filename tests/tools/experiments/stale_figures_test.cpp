@@ -10,7 +10,7 @@
 namespace lodestone::reproduce {
 namespace {
 
-/// 4 m x 1 m; from x = 2.5 m on the field is stronger by `step_ut`, from 2.0 m on the step rises.
+/// 4 m x 1 m; from x = 2.5 m on the field is larger by `step_ut`, with a transition from 2.0 m on.
 MagneticMap map_with_step(double step_ut) {
   FieldGrid grid;
   grid.resolution_m = 0.5;
@@ -28,7 +28,7 @@ MagneticMap map_with_step(double step_ut) {
 
 class StaleFigures : public ::testing::Test {
  protected:
-  /// Six cells; the last one lies off the map.
+  /// Six cells; the last one is off the map.
   std::filesystem::path cells(const std::string& places) const {
     const std::filesystem::path path = folder_ / "field_cells.csv";
     std::ofstream file(path);

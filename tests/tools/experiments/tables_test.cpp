@@ -25,10 +25,11 @@ TEST(ReproduceTableFiles, EscapeWhatTheirFormatsReserve) {
   for (const char letter : latex) EXPECT_LT(static_cast<unsigned char>(letter), 128) << latex;
 }
 
-/// Results that were written by hand into the folders of runs.
+/// Hand-written results in the folders of runs.
 class ReproduceTables : public testing::Test {
  protected:
-  /// The run is done with these figures; what its other estimators gave is unknown unless they are put too.
+  /// Writes a finished run with these figures; the figures of its other estimators are unknown unless they are written
+  /// too.
   void put(const std::string& run, const std::string& estimator, double ate, bool success = true) {
     for (const char* other : {"smoother", "ieskf"}) {
       const std::filesystem::path place = folder_ / "runs" / run / other;
@@ -97,7 +98,7 @@ TEST_F(ReproduceTables, CoverageAndCalibrationAreColumns) {
   choice.columns[2].figure = "calibration.nees";
   EXPECT_THAT(make_table(choice, experiment_, results()).rows[0],
               ElementsAre("yard", "out", "30", "0.3750", "0.2500", "2.0000"));
-  // The share of a lost run says how long it was right; its other figures say nothing.
+  // The share of a lost run is meaningful; its other figures are not.
   put_summary("ways/yard-out-30m/seed2", 0.25, 2.5, false);
   EXPECT_THAT(make_table(choice, experiment_, results()).rows[0],
               ElementsAre("yard", "out", "30", "0.3750", "0.2500", "/"));
@@ -109,11 +110,11 @@ TEST_F(ReproduceTables, CriteriaAreMetMissedOrOpen) {
   EXPECT_THAT(result("reaches the end"), HasSubstr("open"));  // one seed of two
   put("ways/yard-out-30m/seed2", "smoother", 0.4);
   EXPECT_THAT(result("as good as theirs"), HasSubstr("open: 1 of 2 rows"));
-  EXPECT_EQ(result("impossible"), "missed");  // whatever the open rows give
+  EXPECT_EQ(result("impossible"), "missed");  // for any result of the open rows
   put("ways/yard-out-5m/seed1", "smoother", 7.0);
   put("ways/yard-out-5m/seed2", "smoother", 7.0);
   EXPECT_EQ(result("reaches the end"), "met");
-  EXPECT_EQ(result("as good as theirs"), "met");  // theirs is lost where ours is at 7 m
+  EXPECT_EQ(result("as good as theirs"), "met");  // the published method is lost where the estimator has 7 m
   put("ways/yard-out-30m/seed2", "smoother", 0.6);
   EXPECT_EQ(result("as good as theirs"), "missed");  // the worst seed counts
   put("ways/yard-out-5m/seed2", "smoother", 7.0, false);
@@ -155,7 +156,7 @@ TEST_F(ReproduceTables, MedianIsOfTheRowsMeantAndOfAnotherFigureToo) {
   EXPECT_EQ(result("median"), "missed");
   experiment_.criteria[0].only = {"*-none"};
   EXPECT_EQ(result("median"), "met");                 // 0.1
-  experiment_.criteria[0].over_figure = "nees_pose";  // of which nothing is known
+  experiment_.criteria[0].over_figure = "nees_pose";  // which no run provides
   EXPECT_EQ(result("median"), "open: 0 of 1 rows ran");
 }
 

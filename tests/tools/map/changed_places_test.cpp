@@ -1,4 +1,4 @@
-// Places where two maps differ, of changes put into one of them.
+// Places where two maps differ after known changes of one of them.
 #include "tools/map/changed_places.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace lodestone {
 namespace {
 
-/// Two maps of 150 x 100 nodes at 0.1 m, in two layers, of which the second has `change` µT more along z.
+/// Two maps of 150 x 100 nodes at 0.1 m, in two layers; the second map has `change` µT more along z.
 MagneticDifference difference_by(const std::function<double(int layer, int row, int column)>& change) {
   const FieldGrid grid{0.1, {-5.0, 3.0}, 150, 100, {0.2, 0.6}};
   std::vector<Eigen::Vector4f> before;
@@ -29,7 +29,7 @@ TEST(ChangedPlaces, AreTheConnectedStretchesAboveTheThreshold) {
   const auto change = [](int layer, int row, int column) {
     if (row >= 60 && row < 70 && column >= 60 && column < 80)
       return layer == 1 && row == 65 && column == 70 ? 20.0 : 8.0;
-    if (row == 70 && column == 80) return 12.0;  // touches it by a corner
+    if (row == 70 && column == 80) return 12.0;  // touches the place at a corner
     if (row == 10 && column > 90) return 15.0;   // cut by the gap
     return layer == 0 ? 1.0 : 0.0;
   };

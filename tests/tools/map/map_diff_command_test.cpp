@@ -39,7 +39,7 @@ TEST(MapDiffCommand, WritesFiguresPictureRasterAndPlaces) {
   const auto json = nlohmann::json::parse(content_of(folder / "out/diff.json"));
   EXPECT_NEAR(json["largest_ut"], 20.0, 1e-5);
   EXPECT_NEAR(json["compared_m2"], 41 * 31 * 0.01, 1e-9);
-  EXPECT_NEAR(json["area_above_threshold_m2"], 21 * 0.01, 1e-9);  // 21 nodes lie within 2.5 nodes of one
+  EXPECT_NEAR(json["area_above_threshold_m2"], 21 * 0.01, 1e-9);  // 21 nodes are within 2.5 nodes of the centre
   EXPECT_NEAR(json["share_above_3_sigma"], 21.0 / (41 * 31), 1e-9);
   EXPECT_EQ(json["places_above_threshold"], 1);
   EXPECT_THAT(content_of(folder / "out/places.csv"), HasSubstr("\n1,1.000,1.000,0.21,20.000,20.000,"));

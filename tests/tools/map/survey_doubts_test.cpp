@@ -1,4 +1,4 @@
-// When a survey and a trajectory are doubted to belong together.
+// Conditions for the warning that survey and trajectory may not belong together.
 #include "tools/map/survey_doubts.h"
 
 #include <gmock/gmock.h>
@@ -33,7 +33,7 @@ TEST(SurveyDoubts, AreNoneWhereReadingsAgree) {
             "");  // errors of the survey, below the noise
   EXPECT_EQ(survey_doubts(fit_with(2.5, 2.0), kReading_ut, missed_by(1.2)), "");
   EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, std::nullopt), "");
-  EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, missed_by(9.0, 5)), "");  // five cells say nothing
+  EXPECT_EQ(survey_doubts(fit_with(0.09, 0.09), kReading_ut, missed_by(9.0, 5)), "");  // five cells are too few
 }
 
 TEST(SurveyDoubts, NameFiguresAndCauses) {

@@ -1,4 +1,4 @@
-// One drawing, three kinds of file: what a viewer needs is in each, and the same calls give the same bytes.
+// One drawing in three file formats: each is complete for its viewers, and the same calls give the same bytes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ void draw_everything(Canvas& canvas) {
   canvas.vertical_text({16.0, 70.0}, "error, m", 15.0, ink::text);
 }
 
-/// Every element that is opened is closed, in order, and no bare '&' or '<' stands in a text.
+/// Every element is closed in order, and no text contains a bare '&' or '<'.
 void expect_well_formed(const std::string& xml) {
   std::vector<std::string> open;
   const std::regex tag(R"re(<(/?)([A-Za-z]+)((?:\s+[A-Za-z:-]+="[^"<]*")*)\s*(/?)>|<\?xml[^?]*\?>)re");

@@ -1,4 +1,4 @@
-// Figures of made-up runs. They are looked at by people: set LODESTONE_KEEP_PICTURES to a folder to keep them.
+// Figures of made-up runs. To inspect them, set LODESTONE_KEEP_PICTURES to a folder.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -73,7 +73,7 @@ class Figures : public testing::Test {
     return keep != nullptr ? std::filesystem::path(keep) / name : folder_ / name;
   }
 
-  /// Draws twice; all three files are there both times, with the same bytes. Returns the SVG.
+  /// Draws twice: all three files exist both times, with the same bytes. Returns the SVG.
   template <class Draw>
   std::string drawn(const std::string& name, Draw draw) {
     draw(file(name));
@@ -142,7 +142,7 @@ TEST_F(Figures, ALostRunsDistributionEndsWhereItWasLost) {
   const std::string svg = drawn("distribution_lost", [&](const auto& path) {
     draw_error_distributions(path, {{"world", {half}}});
   });
-  // Three of six scans: the curve's last stretch runs at half height, which is the middle of the panel.
+  // Three of six scans: the last segment of the curve is at half height, the middle of the panel.
   MethodErrors whole = half;
   whole.expected = 0;
   EXPECT_NE(svg, drawn("distribution_whole", [&](const auto& path) {

@@ -1,5 +1,5 @@
-// Pictures of made-up runs: a tunnel drive that one method loses, and the corner cases. They are looked at by people:
-// set LODESTONE_KEEP_PICTURES to a folder to keep them.
+// Pictures of made-up runs: a tunnel drive in which one method loses track, and corner cases. To inspect them, set
+// LODESTONE_KEEP_PICTURES to a folder.
 #include "tools/plotting/pictures.h"
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ class Pictures : public testing::Test {
     EXPECT_EQ(content.substr(1, 3), "PNG");
   }
 
-  /// All three files of a picture are there.
+  /// All three files of a picture exist.
   static void expect_picture(const std::filesystem::path& stem) {
     expect_png(stem.string() + ".png");
     EXPECT_EQ(content_of(stem.string() + ".pdf").substr(0, 5), "%PDF-");

@@ -1,4 +1,4 @@
-// What a report's page is made of: thinning, rasters, buckets, safe text.
+// Data of a report's page: thinning, rasters, buckets, safe text.
 #include "tools/report/page_data.h"
 
 #include <gmock/gmock.h>
@@ -95,7 +95,7 @@ TEST(CloudThinning, LeavesOutWhatIsFarFromTheDrive) {
   EXPECT_EQ(thinning.points().size(), 21U * 21U);
 }
 
-/// |B| rises with x by 1 µT a metre and with y by 3; a hole at one node.
+/// |B| rises by 1 µT per metre along x and by 3 along y; one node has no field.
 MagneticMap slope() {
   FieldGrid grid;
   grid.resolution_m = 0.5;
@@ -151,7 +151,7 @@ TEST(FieldRaster, IsCutToTheDriveAndNoLargerThanAsked) {
   const PlanRaster whole = strength_raster(map, 0.2, {-100.0, 100.0, -100.0, 100.0}, 1'000'000);
   const PlanRaster coarse = coarsened(whole, 60);
   EXPECT_LE(coarse.values.total(), 66U);
-  // A mean of neighbours on a slope is the slope at their middle.
+  // On a slope, the mean of neighbours is the value at their middle.
   EXPECT_NEAR(coarse.values(0, 0), 40.0 + (coarse.x_m + 2.0) + 3.0 * (coarse.y_m - 3.0), 1e-3);
 }
 
@@ -180,7 +180,7 @@ TEST(PageData, RoundsAndSaysWhatIsNoNumber) {
   EXPECT_EQ(with_decimals({100.12345, -0.0004}, 3).dump(), "[100.123,0]");
 }
 
-/// The licences' list says what is in the page, and no file names a registry's host.
+/// The list of licences is complete, and no file contains the address of a registry.
 TEST(PagePackages, AreListedPinnedAndOfNoPlace) {
   const std::filesystem::path source = LODESTONE_SOURCE_DIR;
   const std::string lock = content_of(source / "tools/report/page/package-lock.json");

@@ -1,5 +1,5 @@
-// `lodestone report` on a real short run, opened in Chromium as a reader would. LODESTONE_KEEP_REPORT names a file to
-// keep the page in, to look at.
+// `lodestone report` on a real short run, opened in Chromium like by a reader. To inspect the page, set
+// LODESTONE_KEEP_REPORT to a file name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using testing::StartsWith;
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
-/// A lane between two walls longer than the LiDAR reaches: along it only steel tells one place from another.
+/// A lane between two walls that extend beyond LiDAR range: only steel distinguishes the places along it.
 constexpr const char* kLane = R"(
 name: lane
 start_time_s: 1700000000
@@ -52,7 +52,7 @@ class ReportPage : public testing::Test {
     run("--truth " + path("lane/truth.tum") + " --estimator smoother,ieskf --out " + path("lane/run"));
     run("--out " + path("lane/alone"));
     fs::create_directories(*folder_ / "kept");
-    // Log and maps may go: the run keeps what its report needs.
+    // Log and maps are removed: the run keeps all data of its report.
     for (const char* name : {"log.bag", "cloud.pcd", "field.yaml", "field.tif", "truth.tum"}) {
       fs::rename(*folder_ / "lane" / name, *folder_ / "kept" / name);
     }
@@ -82,7 +82,7 @@ class ReportPage : public testing::Test {
     return seen;
   }
 
-  /// What holds for every page, however it is opened.
+  /// Properties of every page, for all ways to open it.
   static void expect_sound(const Json& seen) {
     ASSERT_TRUE(seen.is_object());
     EXPECT_TRUE(seen["ready"].get<bool>());

@@ -1,5 +1,5 @@
-// What a run estimated of the calibration, written into a platform file: with the new file and no correction, the same
-// is predicted as with the old file and the correction.
+// A run's estimated calibration, written to a platform file: the new file without corrections gives the same
+// predictions as the old file with corrections.
 #include "tools/run/calibrated_platform.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ class CalibratedPlatformTest : public testing::Test {
     platform_.magnetometer_clock_offset_s = -0.002;
     platform_.magnetometers[3].hard_iron_ut = {4.0, -3.0, 7.0};
     platform_.magnetometers[3].soft_iron_correction << 1.02, 0.01, 0.0, 0.02, 0.97, 0.01, -0.01, 0.03, 1.01;
-    // Far larger than usual: what holds to first order alone would show.
+    // Much larger than usual, to reveal formulas that hold to first order only.
     estimate_.lidar = {{{0.05, -0.04, 0.06}, {0.02, -0.03, 0.01}, 0.003}, {1e-4, 2e-4, 5e-5}, {1e-3, 2e-3, 3e-3}, 4e-4};
     for (std::size_t k = 0; k < platform_.suite.magnetometers.size(); ++k) {
       const double size = 0.01 * static_cast<double>(k + 1);
@@ -56,7 +56,7 @@ class CalibratedPlatformTest : public testing::Test {
   CalibrationEstimate estimate_;
 };
 
-/// A point of the LiDAR lies in the map where the corrected mounting sees it, whichever way the correction is applied.
+/// A LiDAR point has the same position in the map with the corrected mounting, for both ways to apply the correction.
 TEST_F(CalibratedPlatformTest, APointOfTheLidarIsSeenWhereTheCorrectionSeesIt) {
   const Platform result = calibrated();
   const Pose T_map_imu{so3::exp({0.2, 0.3, -2.0}), {12.0, -7.0, 1.5}};
@@ -92,7 +92,7 @@ std::shared_ptr<const MagneticMap> uniform_map(const Eigen::Vector3f& field_ut) 
   return std::make_shared<MagneticMap>(grid, std::vector<Eigen::Vector4f>(4, node), 5.0);
 }
 
-/// The residual of a raw reading, calibrated by `platform`, with `parameters` as the state of the matrices.
+/// The residual of a raw reading, calibrated by `platform`, with `parameters` as states of the matrices.
 Vector3 residual_of(const Platform& platform, std::size_t k, const Vector3& raw_ut, const std::vector<double>& matrices,
                     const std::shared_ptr<const MagneticMap>& map, const Pose& T_map_imu) {
   FieldReading reading;
@@ -122,7 +122,7 @@ TEST_F(CalibratedPlatformTest, AReadingThatTheCorrectionExplainsIsExplainedByThe
   }
   none.assign(states.size(), 0.0);
   for (std::size_t k = 0; k < platform_.magnetometers.size(); ++k) {
-    // The reading at which the old file with the correction has no residual.
+    // The reading that has no residual with the old file and the corrections.
     const Vector3 expected =
         -residual_of(platform_, k, platform_.magnetometers[k].hard_iron_ut, states, map, T_map_imu);
     const Vector3 raw =

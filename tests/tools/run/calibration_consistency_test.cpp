@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// A LiDAR that the platform file has turned by 90° about z, and one magnetometer that is turned by 180°.
+/// A LiDAR that is rotated by 90° about z in the platform file, and one magnetometer that is rotated by 180°.
 SensorSuite suite_of_two() {
   SensorSuite suite;
   suite.lidar.T_imu_lidar = {so3::exp({0.0, 0.0, 90.0 * kDegree}), {0.1, 0.2, 0.3}};
@@ -26,8 +26,8 @@ SensorSuite suite_of_two() {
   return suite;
 }
 
-/// As `simulate` writes it: the LiDAR 2° further about the x axis of the imu and 1 cm in front, 3 ms late; the
-/// magnetometer 1° further about its own y axis, with 2 % more along x, and 5 ms early.
+/// As written by `simulate`: the LiDAR rotated by further 2° about the x axis of the imu, 1 cm in front, 3 ms late; the
+/// magnetometer rotated by further 1° about its own y axis, with 2 % more along x, and 5 ms early.
 constexpr const char* kReality = R"(
 seed: 1
 imu:
@@ -69,14 +69,14 @@ TEST_F(CalibrationConsistencyTest, TrueValuesAreDeparturesFromThePlatformFile) {
   EXPECT_LT((calibration.imu.axes - axes).norm(), 1e-12);
   EXPECT_EQ(calibration.magnetometer_clock_s, -0.005);
   ASSERT_EQ(calibration.magnetometers.size(), 1U);
-  // To second order of the angle: 1.5e-4, and half the distortion times the angle.
+  // Second order in the angle: 1.5e-4, and half the distortion times the angle.
   const auto& magnetometer = calibration.magnetometers[0];
   EXPECT_NEAR((magnetometer.turn_rad - Vector3(0.0, 1.0 * kDegree, 0.0)).norm(), 0.0, 2e-4);
   EXPECT_NEAR(magnetometer.distortion[0], 0.02, 2e-4);
   EXPECT_LT(magnetometer.distortion.tail<5>().norm(), 3e-4);
 }
 
-/// What a magnetometer reads is given by the mounting and matrix that were drawn; the departures must give the same.
+/// The drawn mounting and matrix determine a magnetometer's readings; the departures must give the same readings.
 TEST_F(CalibrationConsistencyTest, DeparturesOfAMagnetometerGiveItsReadings) {
   const auto magnetometer = truth().magnetometers[0];
   double parameters[CalibrationEstimate::kMatrixParameters];
@@ -104,7 +104,7 @@ TEST_F(CalibrationConsistencyTest, ErrorsOverSigmasOfWhatWasEstimated) {
   EXPECT_EQ(result->parameters, 4);
   EXPECT_NEAR(result->nees, (4.0 + 0.25 + 1.0 + 0.25) / 4.0, 1e-9);
   EXPECT_NEAR(result->nees_lidar.value(), (4.0 + 0.25 + 1.0) / 3.0, 1e-9);
-  // The platform file's sigmas are 10 mm, 3 ms, 10 ms; it is off by (10 mm, 0 mm), 3 ms and 5 ms.
+  // The platform file's sigmas are 10 mm, 3 ms, 10 ms; its errors are (10 mm, 0 mm), 3 ms and 5 ms.
   EXPECT_NEAR(result->prior_nees, (1.0 + 0.0 + 1.0 + 0.25) / 4.0, 1e-9);
 
   write_calibration(folder_ / "calibration.csv", suite_, estimate);

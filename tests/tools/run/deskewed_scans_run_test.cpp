@@ -1,4 +1,4 @@
-// Runs on scans that the driver has deskewed already: one time for all points, and no field of a time.
+// Runs on scans that the driver has deskewed: one time for all points, and no time field.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Of the ground truth, which has the rate of the IMU.
+/// Interpolates the ground truth, which has the rate of the IMU.
 Pose true_pose(const Trajectory& truth, Time time) {
   return interpolate(truth, std::clamp(time, truth.front().time, truth.back().time), 20'000'000).value();
 }
@@ -44,7 +44,7 @@ class DeskewedScansRun : public ::testing::Test {
     write_deskewed();
   }
 
-  /// The log with every scan brought to its end by the ground truth, as a driver with exact odometry would.
+  /// Writes the log with every scan deskewed to its end by the ground truth, as by a driver with exact odometry.
   void write_deskewed() {
     WarningLog warnings;
     BagSource source(base_ + "/log.bag", platform_, warnings, {.magnetometers = false});
@@ -68,7 +68,7 @@ class DeskewedScansRun : public ::testing::Test {
         }
         scan->start = scan->end;
         ros1::PointCloudMessage message = testing::CloudLayout{}.write(*scan, data);
-        message.fields.pop_back();  // that of the times
+        message.fields.pop_back();  // the field of times
         writer.write(platform_.lidar.topic, scan->end, message);
       }
     }

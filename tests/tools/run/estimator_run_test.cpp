@@ -1,4 +1,4 @@
-// One estimator's pass over a log, with a stand-in that knows the truth and errs as told.
+// One estimator's pass over a log, with a substitute estimator that has the ground truth and given errors.
 #include "tools/run/estimator_run.h"
 
 #include <gmock/gmock.h>
@@ -36,11 +36,11 @@ Trajectory true_path() {
   return truth;
 }
 
-/// The truth, off by `offset`; hands out its best estimates two scans late, as a smoother does.
+/// Ground truth plus `offset`; returns its best estimates two scans late, like a smoother.
 class StandIn : public Estimator {
  public:
   Vector3 offset = Vector3::Zero();
-  Vector3 jump = Vector3::Zero();  // half-way, for good
+  Vector3 jump = Vector3::Zero();  // from the middle of the log on
   Health last_health = Health::good;
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override {
@@ -90,7 +90,7 @@ class EstimatorRunTest : public testing::Test {
     return run;
   }
 
-  /// The same log, with `before` called ahead of every bundle.
+  /// The same log; calls `before` ahead of every bundle.
   static std::function<OpenedLog()> opened_with(const EstimatorRun& run, std::function<void(int)> before) {
     return [open = run.open, before]() {
       OpenedLog log = open();
@@ -137,7 +137,7 @@ TEST_F(EstimatorRunTest, WritesEveryFileWhole) {
   }
 }
 
-/// Must not be asked.
+/// An estimator that must not be called.
 class Unused final : public Estimator {
   void process(const ScanBundle&, EstimateSink&) override { ADD_FAILURE(); }
   void finish(EstimateSink&) override { ADD_FAILURE(); }
@@ -164,7 +164,7 @@ TEST_F(EstimatorRunTest, AResumedRunReplaysWhatHadEnded) {
   EXPECT_EQ(run_estimator(run, again).summary.status, RunStatus::lost);
   for (const auto& [name, content] : wanted) EXPECT_TRUE(content_of(run.folder / name) == content) << name;
 
-  // A damaged recording is no recording.
+  // A damaged recording counts as none.
   std::string recorded = content_of(run.recording);
   recorded[recorded.size() / 2] ^= 1;
   std::ofstream(run.recording, std::ios::binary) << recorded;
@@ -346,7 +346,7 @@ TEST(RunReport, TableAndWarningsNameEveryRun) {
   EXPECT_EQ(json["call"]["refine"], "batch");
   EXPECT_EQ(json["call"]["set"], nlohmann::json({"smoother.window_s=2"}));
   EXPECT_EQ(json["call"]["config"], nlohmann::json({"night.yaml"}));
-  EXPECT_FALSE(json["call"].contains("threads"));  // what changes no result must change no byte
+  EXPECT_FALSE(json["call"].contains("threads"));  // options that do not affect results must not affect the file
   EXPECT_FALSE(json["call"].contains("resume"));
   EXPECT_EQ(json["status"], "done");
   EXPECT_TRUE(json["magnetic"].is_null());
@@ -394,7 +394,7 @@ TEST(EstimateFiles, WriteNoFigureWhereNothingWasMeasured) {
     EXPECT_EQ(table.texts(column)[0], "nan") << column;
     EXPECT_TRUE(std::isfinite(table.numbers(column)[1])) << column;
   }
-  // What is counted is none, not unknown.
+  // Counts are zero, not unknown.
   for (const char* column :
        {"points", "correspondences", "degenerate_directions", "magnetic_samples", "magnetic_rejected"}) {
     EXPECT_EQ(table.numbers(column)[0], 0.0) << column;

@@ -1,5 +1,5 @@
-// The stale-map report of a made-up drive of 60 m over a map in which 8 m are stale: files, text, picture. Set
-// LODESTONE_KEEP_PICTURES to a folder to keep the picture.
+// The stale-map report of a made-up drive of 60 m over a map with 8 m of stale field: files, text, picture. To inspect
+// the picture, set LODESTONE_KEEP_PICTURES to a folder.
 #include "tools/run/field_report.h"
 
 #include <gmock/gmock.h>
@@ -118,7 +118,7 @@ TEST_F(FieldReportTest, NamesThePlaceAndTheOffset) {
 TEST_F(FieldReportTest, WritesARowAScanAndARowAPlace) {
   const FieldReport found = report();
   ASSERT_GE(found.rows.size(),
-            static_cast<std::size_t>(kFieldScans - 1));  // the first scan's readings are before any pose
+            static_cast<std::size_t>(kFieldScans - 1));  // the first scan's readings precede all poses
   for (const FieldRow& row : found.rows) {
     const double t = to_seconds(row.time);
     EXPECT_LT((row.position - pose_at(t).position).norm(), 0.1);
@@ -157,7 +157,7 @@ TEST_F(FieldReportTest, WhatIsLostIsNotJudged) {
 TEST_F(FieldReportTest, AWrongMapIsSaidToBeSuspect) {
   FieldGrid grid = map_.grid();
   std::vector<Eigen::Vector4f> nodes = map_.nodes();
-  for (std::size_t i = 0; i < nodes.size(); ++i) {  // three thirds, each wrong in its own way: no offset explains them
+  for (std::size_t i = 0; i < nodes.size(); ++i) {  // three thirds with different errors: no offset explains them
     const std::size_t third = i % 641 / 214;
     nodes[i].head<3>() += Eigen::Vector3f::Constant(third == 0 ? 9.0F : (third == 1 ? -9.0F : 25.0F));
   }

@@ -25,7 +25,7 @@ TEST(InitialPose, IsInterpolatedInATrajectory) {
   const Trajectory trajectory{{from_seconds(10.0), {Quaternion::Identity(), {1.0, 0.0, 0.0}}},
                               {from_seconds(10.5), {Quaternion::Identity(), {2.0, 0.0, 0.0}}}};
   EXPECT_NEAR(initial_pose_from(trajectory, "t.tum", from_seconds(10.1)).position.x(), 1.2, 1e-12);
-  // The trajectory may begin a little later than the log, for the robot stands still.
+  // The trajectory may begin a little later than the log, because the robot stands still.
   EXPECT_EQ(initial_pose_from(trajectory, "t.tum", from_seconds(9.5)).position.x(), 1.0);
   EXPECT_THROW(initial_pose_from(trajectory, "t.tum", from_seconds(8.9)), InputError);
   EXPECT_THROW(initial_pose_from(trajectory, "t.tum", from_seconds(10.6)), InputError);

@@ -7,7 +7,7 @@
 namespace lodestone {
 namespace {
 
-/// Within 100 days of time's begin a double holds whole nanoseconds: a PointCloud2 then loses nothing against a
+/// Up to 100 days after time 0, a double represents whole nanoseconds: a PointCloud2 is then as accurate as a
 /// CustomMsg.
 constexpr const char* livox_office = R"(
 name: office

@@ -2,7 +2,7 @@
 
 namespace lodestone {
 
-/// A small office, driven through for a second and a half by few beams, so that many runs take seconds.
+/// A small office and a drive of a second and a half with few beams: many runs take seconds.
 inline constexpr const char* office_world = R"(
 name: office
 earth_field_ut: [20, 0, -40]

@@ -29,7 +29,7 @@ void write_imu(ros1::BagWriter& writer, const Platform& platform, const ImuSampl
   writer.write(platform.imu.topic, sample.time, message);
 }
 
-/// Writes the log with each scan as `write` does it.
+/// Writes the log with each scan written by `write`.
 template <class WriteScan>
 void write_log(const std::vector<Measurement>& log, const Platform& platform, const std::string& to,
                const WriteScan& write) {
@@ -53,7 +53,7 @@ std::vector<Measurement> measurements_of(const std::string& log, const Platform&
   return found;
 }
 
-/// Its points as they fired, or ring by ring, which is not sorted by time.
+/// Points in order of firing, or ring by ring, which is not the order of time.
 LidarScan arranged(LidarScan scan, bool by_ring) {
   std::stable_sort(scan.points.begin(), scan.points.end(), [by_ring](const LidarPoint& a, const LidarPoint& b) {
     return by_ring && a.ring != b.ring ? a.ring < b.ring : a.offset_ns < b.offset_ns;
@@ -61,8 +61,8 @@ LidarScan arranged(LidarScan scan, bool by_ring) {
   return scan;
 }
 
-/// All that an estimator sees of the scans, as bytes; ring and intensity, which not every vendor writes, are none of
-/// it.
+/// All data of the scans that estimators use, as bytes. Ring and intensity are not included, because not every vendor
+/// writes them.
 std::string seen_of(const std::vector<Measurement>& log) {
   std::string bytes;
   const auto add = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
@@ -79,7 +79,7 @@ std::string seen_of(const std::vector<Measurement>& log) {
   return bytes;
 }
 
-/// The simulated log with every other point of a scan seen by a second LiDAR at `rear`.
+/// The simulated log with every second point of a scan assigned to a second LiDAR at `rear`.
 void split(const std::string& from, const Platform& platform, const Pose& T_imu_rear, const std::string& to) {
   WarningLog warnings;
   BagSource source(from, platform, warnings, {.magnetometers = false});
@@ -95,7 +95,7 @@ void split(const std::string& from, const Platform& platform, const Pose& T_imu_
       rear.points.clear();
       for (std::size_t i = 0; i < scan->points.size(); ++i) {
         LidarPoint point = scan->points[i];
-        // The last firing stays with the first LiDAR, which sets the scan's end.
+        // The last firing is assigned to the first LiDAR, which determines the scan's end.
         const bool last = scan->start + point.offset_ns == scan->end;
         if (i % 2 == 0 || last) {
           front.points.push_back(point);
@@ -113,7 +113,7 @@ void split(const std::string& from, const Platform& platform, const Pose& T_imu_
   writer.close();
 }
 
-/// A small office, driven through for a second and a half by few beams, so that many runs take seconds.
+/// A small office and a drive of a second and a half with few beams: many runs take seconds.
 class PointLayoutsRun : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -135,8 +135,8 @@ class PointLayoutsRun : public ::testing::Test {
     return read_trajectory(base_ + "/" + out + "/smoother/trajectory.tum");
   }
 
-  /// The platform file says nothing of the cloud but, where no content tells it, the stamp.
-  Platform untold(PointTimeZero zero, ScanStamp stamp) const {
+  /// A platform file without information on the cloud, except for the stamp if the content does not determine it.
+  Platform minimal_platform(PointTimeZero zero, ScanStamp stamp) const {
     Platform platform = platform_;
     platform.lidar.intensity_field.clear();
     platform.lidar.ring_field.clear();
@@ -155,7 +155,8 @@ class PointLayoutsRun : public ::testing::Test {
   Trajectory expected_;
 };
 
-/// How far a trajectory is from another at most, at its own times: half a scan too late at 1 m/s are 50 mm.
+/// Largest difference of a trajectory to another, at its own times. For comparison: half a scan too late at 1 m/s is 50
+/// mm.
 struct Apart {
   double time_us = 0.0;
   double position_mm = 0.0;
@@ -180,8 +181,8 @@ Apart apart(const Trajectory& found, const Trajectory& expected) {
   return worst;
 }
 
-/// Vendors' fields x what their times count from x when the stamp was taken x the points' order and no-returns. Cells
-/// from which the same scans are read, bit for bit, share one run.
+/// Vendors' fields x zero of the times x time of the stamp x order of points and no-returns. Cases with bitwise equal
+/// scans share one run.
 TEST_F(PointLayoutsRun, EveryVendorsCloudGivesTheSameTrajectoryToAMillimetre) {
   using testing::Arrangement;
   int cells = 0;
@@ -201,10 +202,10 @@ TEST_F(PointLayoutsRun, EveryVendorsCloudGivesTheSameTrajectoryToAMillimetre) {
                     [&](const LidarScan& scan, std::vector<std::uint8_t>& data) {
                       return vendor.write(arranged(scan, by_ring), zero, stamp, arrangement, clock_origin, data);
                     });
-          const Platform platform = untold(zero, stamp);
-          save_platform(platform, base_ + "/untold.yaml");
+          const Platform platform = minimal_platform(zero, stamp);
+          save_platform(platform, base_ + "/minimal.yaml");
           const auto [place, is_new] = runs.try_emplace(seen_of(measurements_of(base_ + "/vendor.bag", platform)));
-          if (is_new) place->second = apart(run(base_ + "/vendor.bag", base_ + "/untold.yaml", "vendor"), expected_);
+          if (is_new) place->second = apart(run(base_ + "/vendor.bag", base_ + "/minimal.yaml", "vendor"), expected_);
           EXPECT_LT(place->second.position_mm, 1.0);
           EXPECT_LT(place->second.time_us, 2.0);
           worst.position_mm = std::max(worst.position_mm, place->second.position_mm);
@@ -219,15 +220,15 @@ TEST_F(PointLayoutsRun, EveryVendorsCloudGivesTheSameTrajectoryToAMillimetre) {
   EXPECT_GE(cells, 100);
 }
 
-/// What the matrix would see of a layout that is misread: here a stamp in the middle, taken for the start's.
+/// Effect of a misread layout in this matrix: a stamp in the middle of the scan that is interpreted as the start.
 TEST_F(PointLayoutsRun, HalfAScanTooLateIsSeen) {
   const std::vector<testing::VendorCloud> vendors = testing::vendor_clouds();
   write_log(log_, platform_, base_ + "/vendor.bag", [&](const LidarScan& scan, std::vector<std::uint8_t>& data) {
     return vendors.front().write(arranged(scan, false), PointTimeZero::scan_start, ScanStamp::middle,
                                  testing::Arrangement::firing_order, 0, data);
   });
-  save_platform(untold(PointTimeZero::scan_start, ScanStamp::start), base_ + "/untold.yaml");
-  const Apart found = apart(run(base_ + "/vendor.bag", base_ + "/untold.yaml", "vendor"), expected_);
+  save_platform(minimal_platform(PointTimeZero::scan_start, ScanStamp::start), base_ + "/minimal.yaml");
+  const Apart found = apart(run(base_ + "/vendor.bag", base_ + "/minimal.yaml", "vendor"), expected_);
   EXPECT_GT(found.time_us, 40e3);
   EXPECT_GT(found.position_mm, 20.0);
 }
@@ -246,7 +247,7 @@ TEST_F(PointLayoutsRun, TwoLidarsThatShareTheBeamsAreAsGoodAsOne) {
   two.further_lidars = {rear};
   two.suite.further_lidars = {model};
   save_platform(two, base_ + "/two.yaml");
-  // The same points in another order: thinning takes others of them, so that only the errors can be alike.
+  // The same points in another order: thinning selects other points, so that only the errors can be similar.
   const Trajectory truth = read_trajectory(base_ + "/truth.tum");
   const auto rms_mm = [&](const Trajectory& found) {
     double sum = 0.0;

@@ -1,4 +1,4 @@
-// Real scans of a handheld LiDAR in two maps made of different scans of the same place, with default options.
+// Real scans of a handheld LiDAR in two maps from different scans of the same place, with default options.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -53,8 +53,8 @@ TEST_F(RealScans, TheSmootherTracksThemAndTwoMapsDifferByWhatItsCovariancesSay) 
     EXPECT_LT(made->smoother_ate_m, 1.05 * made->filter_ate_m);
   }
   ASSERT_EQ(a.poses.size(), b.poses.size());
-  // Odd scans are in neither map. Both runs share the noise of the scan and, since the calibration is estimated, the
-  // error of the calibration. Their covariances contain both, their difference neither.
+  // Odd scans are in neither map. Both runs share the noise of the scan and, because calibration is estimated, the
+  // error of the calibration. Their covariances contain both errors; their difference contains neither.
   double position = 0.0;
   double rotation = 0.0;
   int scans = 0;
@@ -69,7 +69,7 @@ TEST_F(RealScans, TheSmootherTracksThemAndTwoMapsDifferByWhatItsCovariancesSay) 
   std::printf("NEES of the difference: position %.2f, rotation %.2f\n", position / scans, rotation / scans);
   EXPECT_GT(position / scans, 0.1);
   EXPECT_LT(position / scans, 2.0);
-  // The rotation's covariance is nearly all calibration, of the LiDAR's mounting and of the IMU's axes.
+  // The covariance of the rotation is dominated by calibration: the LiDAR's mounting and the IMU's axes.
   EXPECT_LT(rotation / scans, 2.0);
 }
 

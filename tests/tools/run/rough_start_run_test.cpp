@@ -1,5 +1,5 @@
-// A robot at rest whose LiDAR is mounted a degree and some centimetres off, in a map where a quarter of the objects
-// stands elsewhere. Most correspondences of the first scan are wrong. They must not set the robot in motion.
+// A robot at rest, with a LiDAR mounting that is wrong by a degree and some centimetres, in a map in which a quarter of
+// the objects has moved. Most correspondences of the first scan are wrong. They must not set the robot in motion.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ TEST_P(RoughStart, LeavesTheRobotAtRest) {
   ASSERT_EQ(result.code, 0) << result.errors;
   const std::vector<double> errors_m = CsvTable(out + "/smoother/errors.csv").numbers("error_m");
   EXPECT_LT(*std::max_element(errors_m.begin(), errors_m.end()), 0.15);
-  // What the first scan says of motion agrees with the second.
+  // The motion estimated from the first scan agrees with the second scan.
   const std::vector<double> nis = CsvTable(out + "/smoother/diagnostics.csv").numbers("lidar_nis");
   ASSERT_GT(nis.size(), 10U);
   EXPECT_LT(nis[1], 4.0);

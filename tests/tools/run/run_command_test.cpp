@@ -1,4 +1,4 @@
-// `lodestone run` as a user calls it, on a log of a robot that stands in a room for three seconds.
+// `lodestone run` as called by users, on a log of a robot that stands in a room for three seconds.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -30,7 +30,7 @@ constexpr Time kBegin = 1'700'000'000'000'000'000;
 constexpr double kDuration = 3.0;
 const Vector3 kRoom{8.0, 6.0, 3.0};  // metres; the robot stands in its middle
 
-/// Where a ray from the middle of the room meets its walls.
+/// Intersection of a ray from the middle of the room with its walls.
 Vector3 wall_along(const Vector3& direction) {
   return direction * (0.5 * kRoom.array() / direction.array().abs()).minCoeff();
 }
@@ -161,7 +161,7 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused("run " + path("truth.tum") + rest + " --cloud " + path("cloud.pcd"), "truth.tum");
   expect_refused("run " + path("log.bag") + rest + " --cloud " + path("nowhere.pcd"), "nowhere.pcd");
   const std::string whole = content_of(folder_ / "log.bag");
-  // Nothing but its head; what is cut later is read up to there (CutBagTest).
+  // Only the head of the bag; bags that are cut later are read up to the cut (CutBagTest).
   std::ofstream(folder_ / "cut.bag", std::ios::binary) << whole.substr(0, 1000);
   expect_refused("run " + path("cut.bag") + rest + " --cloud " + path("cloud.pcd"), "cut.bag");
   expect_refused("run " + path("log.bag") + rest + " --magnetic " + path("nowhere.yaml"), "nowhere.yaml");
@@ -203,7 +203,7 @@ TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
     expect_refused("run " + path("log") + maps + " --out " + path(out), "is in the folder of the log");
   }
   EXPECT_FALSE(fs::exists(folder_ / "log/deep"));
-  // A run removes its own recordings alone.
+  // A run removes only its own recordings.
   std::ofstream(folder_ / "out/checkpoint/model.pt") << "weeks of work";
   std::ofstream(folder_ / "out/checkpoint/smoother.estimates") << "of old";
   expect_refused(call(""), "model.pt: no run wrote this file");
@@ -261,7 +261,7 @@ TEST_F(RunCommand, ThePlatformFileItWritesBeginsTheNextRun) {
   const std::string again = "run " + path("log.bag") + " --platform " + written + " --cloud " + path("cloud.pcd");
   EXPECT_EQ(run_lodestone(again + " --out " + path("again") + start).code, 0);
   expect_refused(again + " --out " + path("out") + start, "is among the files");
-  // Of another estimator's run nothing of it is left.
+  // Results of another estimator's run are deleted.
   ASSERT_EQ(run_lodestone(call("--estimator ieskf" + start)).code, 0);
   EXPECT_FALSE(std::filesystem::exists(written));
   EXPECT_FALSE(std::filesystem::exists(path("out/smoother/calibration.csv")));
@@ -274,7 +274,7 @@ TEST_F(RunCommand, NothingOfAnEarlierRunStaysBesideTheNewResults) {
   ASSERT_TRUE(std::filesystem::exists(out / "pictures/error.png"));
   std::ofstream(out / "lidar-inertial/notes.txt") << "mine";
   std::ofstream(out / "pictures/mine.png") << "mine";
-  std::filesystem::create_directories(out / "ieskf/summary.json");  // a folder of that name is none of ours
+  std::filesystem::create_directories(out / "ieskf/summary.json");  // a folder of this name is not a result file
   ASSERT_EQ(run_lodestone(call("--estimator smoother --max-range 30" + start)).code, 0);
   EXPECT_FALSE(std::filesystem::exists(out / "lidar-inertial/trajectory.tum"));
   EXPECT_FALSE(std::filesystem::exists(out / "smoother/errors.csv"));
@@ -287,12 +287,12 @@ TEST_F(RunCommand, NothingOfAnEarlierRunStaysBesideTheNewResults) {
   EXPECT_EQ(call_of["max_range_m"], 30.0);
   EXPECT_EQ(call_of["estimators"], nlohmann::json({"smoother"}));
   EXPECT_EQ(call_of["log"], path("log.bag"));
-  // A run that fails leaves what is there.
+  // A failed run leaves existing files unchanged.
   expect_refused(call("--estimator smoother --initial-pose '900 2 3 0 0 0 1'"), "this map has no plane");
   EXPECT_TRUE(std::filesystem::exists(out / "smoother/trajectory.tum"));
 }
 
-/// What of a run's folder has the same bytes on every call: all but what holds times of the machine, and leftovers.
+/// Files of a run's folder with the same bytes on every call: all but machine times and leftovers.
 std::map<std::string, std::string> results_in(const std::filesystem::path& folder) {
   std::map<std::string, std::string> results;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -343,7 +343,7 @@ TEST_F(RunCommand, KilledAtAnyMomentItLeavesTheOldFileOrTheNewOne) {
 }
 
 TEST_F(RunCommand, AFullDiskIsOneLineAndLeavesNothingHalfWritten) {
-  // A limit on the size of files stands for the disk.
+  // A limit on file sizes simulates a full disk.
   const TemporaryFolder folder;
   const std::string command =
       "ulimit -f 4; exec " LODESTONE_PROGRAM " " + call("") + " >/dev/null 2>" + (folder / "err").string();

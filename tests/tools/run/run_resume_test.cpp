@@ -1,5 +1,5 @@
-// `lodestone run --resume` as a user calls it: killed or interrupted at any moment it ends with the bytes of an
-// unbroken run.
+// `lodestone run --resume` as called by users: after being killed or interrupted at any time, it gives the same bytes
+// as an uninterrupted run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
-/// Everything that a run leaves, but what tells of the machine's time and memory.
+/// All results of a run, without times and memory of the machine.
 std::map<std::string, std::string> results_in(const fs::path& folder) {
   static const std::set<std::string> kOfTheMachine{"wall_s", "refine_s", "real_time_factor", "peak_rss_mb"};
   std::map<std::string, std::string> results;
@@ -90,7 +90,7 @@ class RunResume : public testing::Test {
            " " + options;
   }
 
-  /// Starts the call and sends it `signal` once `when` says so; how it ended.
+  /// Starts the call and sends `signal` when `when` returns true; returns how the call ended.
   static int broken_off(const std::string& arguments, int signal, const std::function<bool()>& when) {
     const pid_t child = fork();
     if (child == 0) {
@@ -117,7 +117,7 @@ class RunResume : public testing::Test {
     return [=]() { return fs::exists(path(file)); };
   }
 
-  /// Seconds that the unbroken call takes; its results come to `wanted`.
+  /// Duration of the uninterrupted call, s; its results are stored in `wanted`.
   static double run_unbroken(const std::string& out, const std::string& options,
                              std::map<std::string, std::string>& wanted) {
     fs::remove_all(path(out));
@@ -148,7 +148,7 @@ TEST_F(RunResume, KilledTwentyTimesItEndsWithTheSameBytes) {
   const double whole_s = run_unbroken("unbroken", options, wanted);
   std::mt19937_64 random(5);
   int kept = 0;
-  // Each is killed again and again, a third of a whole run later on average, until one comes to its end.
+  // Calls are killed repeatedly, each a third of a whole run later on average, until one finishes.
   int kills = 0;
   while (kills < 20) {
     fs::remove_all(path("killed"));
@@ -173,7 +173,7 @@ TEST_F(RunResume, InterruptedItKeepsWhatHadEnded) {
   std::map<std::string, std::string> wanted;
   run_unbroken("unbroken", options, wanted);
   int status = 0;
-  for (int attempt = 0; attempt < 5; ++attempt) {  // a busy machine may let the call end before it is signalled
+  for (int attempt = 0; attempt < 5; ++attempt) {  // on a busy machine, the call may finish before the signal
     fs::remove_all(path("interrupted"));
     status = broken_off(call("interrupted", options), SIGINT, once_there("interrupted/checkpoint/ieskf.estimates"));
     ASSERT_TRUE(WIFEXITED(status));
@@ -229,7 +229,7 @@ TEST_F(RunResume, RefusesResultsOfAnotherCall) {
   expect_refused(call("refused", options + " --resume"), "call.json: the file is damaged");
   write(path("refused/checkpoint/call.json"), identity);
 
-  // An estimator with a damaged recording runs again.
+  // An estimator with a damaged recording is run again.
   const std::string whole = content_of(recording);
   write(recording, whole.substr(0, whole.size() / 2));
   const ProgramResult resumed = run_lodestone(call("refused", options + " --resume"));
@@ -241,7 +241,7 @@ TEST_F(RunResume, RefusesResultsOfAnotherCall) {
 TEST_F(RunResume, WithoutTheWordItBeginsAnew) {
   fs::create_directories(path("anew/checkpoint"));
   std::ofstream(path("anew/checkpoint/ieskf.estimates")) << "of old";
-  // What a process that was killed had written aside.
+  // Temporary files of a killed process.
   const std::vector<std::string> aside{"anew/bound.csv.partial-7", "anew/ieskf/trajectory.tum.partial-7",
                                        "anew/pictures/map.png.partial-7", "anew/overview/truth.tum.partial-7"};
   for (const std::string& file : aside) {

@@ -8,8 +8,7 @@
 
 #include "tests/frontends/messages/cloud_layout.h"
 
-/// Clouds as vendors' drivers lay them out: fields, their order, types and places, gaps between them, rows and
-/// no-returns.
+/// Clouds with the layouts of vendors' drivers: fields, their order, types and offsets, gaps, rows and no-returns.
 namespace lodestone::testing {
 
 enum class FieldRole { x, y, z, intensity, ring, time, seconds, nanoseconds, other };
@@ -21,7 +20,7 @@ struct VendorField {
   FieldRole role = FieldRole::other;
 };
 
-/// How the points of a scan follow each other.
+/// Order of a scan's points.
 enum class Arrangement { firing_order, rings_with_zeros, rings_with_nan };
 
 struct VendorCloud {
@@ -47,7 +46,7 @@ struct VendorCloud {
     data.clear();
     for (const auto& row : rows) {
       for (const LidarPoint* point : row) {
-        // What is between the fields is anything; a point that did not return is zeros, its time too.
+        // Bytes between fields are arbitrary; a no-return has only zeros, also as its time.
         data.resize(data.size() + point_step, point != nullptr ? 0x5A : 0);
         std::uint8_t* at = data.data() + data.size() - point_step;
         if (point != nullptr) {
@@ -73,7 +72,8 @@ struct VendorCloud {
     });
   }
 
-  /// One row of all points, or one a ring with a no-return after every fifteen points, all of one length.
+  /// One row of all points, or one row per ring with a no-return after every fifteen points; all rows have the same
+  /// length.
   static std::vector<std::vector<const LidarPoint*>> rows_of(const LidarScan& scan, Arrangement arrangement) {
     std::vector<std::vector<const LidarPoint*>> rows(1);
     for (const LidarPoint& point : scan.points) {
@@ -139,7 +139,7 @@ struct VendorCloud {
   }
 };
 
-/// Names, types and order of what the drivers publish; packed, or aligned as PCL does it.
+/// Names, types and order of the drivers' fields; packed, or aligned as in PCL.
 inline std::vector<VendorCloud> vendor_clouds() {
   using Field = ros1::PointField;
   using Role = FieldRole;

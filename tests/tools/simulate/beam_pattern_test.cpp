@@ -34,7 +34,7 @@ std::vector<Vector3> beams_of_scan(const BeamPattern& pattern, int scan) {
   return beams;
 }
 
-/// Share of the field of view's cells of one degree that the first `scans` scans have hit.
+/// Share of the field of view's cells of one degree that are hit in the first `scans` scans.
 double coverage(const BeamPattern& pattern, const LidarOptions& options, int scans) {
   const int rows = static_cast<int>(options.highest_elevation_deg - options.lowest_elevation_deg);
   std::vector<bool> hit(static_cast<std::size_t>(360 * rows));
@@ -61,7 +61,7 @@ TEST(Rosette, CoverageGrowsWithIntegrationTime) {
   EXPECT_GT(after_0_5, after_0_1 + 0.3);
   EXPECT_GT(after_1, after_0_5);
   EXPECT_GT(after_3, after_1);
-  EXPECT_GT(after_3, 0.96);  // the rest lies above the fan where it is level
+  EXPECT_GT(after_3, 0.96);  // the rest is above the fan, where the fan is level
 }
 
 TEST(Rosette, NoScanRepeatsAnother) {
@@ -71,7 +71,7 @@ TEST(Rosette, NoScanRepeatsAnother) {
     const auto beams = beams_of_scan(pattern, other);
     double nearest = 1e9;
     for (std::size_t i = 0; i < beams.size(); ++i) nearest = std::min(nearest, (beams[i] - first[i]).norm());
-    EXPECT_GT(nearest / degree, 0.3) << other;  // at no moment of the scan does the beam pass where it did
+    EXPECT_GT(nearest / degree, 0.3) << other;  // no beam repeats an earlier direction of the scan
   }
 }
 
@@ -96,7 +96,7 @@ TEST(Rosette, StaysWithinTheFieldOfViewAndReachesItsEnds) {
   }
 }
 
-/// Figures read off the published pattern: see beam_pattern.cpp.
+/// Values measured from the published pattern: see beam_pattern.cpp.
 TEST(Rosette, TurnsAndNodsAsThePublishedPattern) {
   const BeamPattern pattern(rosette());
   std::vector<Vector3> firing(4), later(4);
@@ -106,7 +106,7 @@ TEST(Rosette, TurnsAndNodsAsThePublishedPattern) {
   EXPECT_NEAR(std::remainder(azimuth_deg(firing[1]) - azimuth_deg(later[1]), 360.0), 0.0, 1.0);
   pattern.directions(0, 1001, later);
   EXPECT_NEAR(azimuth_deg(later[1]) - azimuth_deg(firing[1]), -1.28, 0.2);
-  // Lines that stand above one another on one side stand in reverse on the other side.
+  // Lines have the opposite vertical order on the other side.
   int reversed = 0, upright = 0;
   for (int f = 0; f < pattern.firings(); ++f) {
     pattern.directions(0, f, firing);

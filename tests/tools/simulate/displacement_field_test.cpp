@@ -44,8 +44,8 @@ TEST(DisplacementField, MovesAndTurnsARobotAsTheMapAroundIt) {
   const Pose pose{so3::exp(Vector3(0.01, -0.02, 2.0)), Vector3(30.0, -12.0, 0.2)};
   const Pose displaced = field.displaced(pose);
   EXPECT_EQ(displaced.position, pose.position + field.at(pose.position));
-  // What stands 2 m around the robot is seen from the displaced pose where the map has it: the rest is strain, which is
-  // as large as the rotation (2 m of 20 m times 5 cm), and its mean over all directions is none.
+  // Objects within 2 m of the robot, seen from the displaced pose, agree with the map except for strain. Strain is as
+  // large as the rotation (2 m of 20 m times 5 cm), and its mean over all directions is zero.
   Vector3 mean = Vector3::Zero(), mean_turn = Vector3::Zero();
   constexpr int directions = 72;
   for (int i = 0; i < directions; ++i) {
@@ -58,7 +58,7 @@ TEST(DisplacementField, MovesAndTurnsARobotAsTheMapAroundIt) {
     mean_turn += arm.cross(error) / (4.0 * directions);
   }
   EXPECT_LT(mean.norm(), 2e-3);
-  EXPECT_LT(std::abs(mean_turn.z()), 1e-4);  // rad: nothing of the rotation about the vertical is left
+  EXPECT_LT(std::abs(mean_turn.z()), 1e-4);  // rad: no rotation about the vertical remains
   EXPECT_EQ(DisplacementField{}.displaced(pose).position, pose.position);
 }
 

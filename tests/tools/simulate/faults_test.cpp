@@ -58,7 +58,8 @@ class Faults : public ::testing::Test {
   }
   double seconds(const Measurement& measurement) const { return to_seconds(completion_time(measurement) - start_); }
 
-  /// Every measurement is what `expected` makes of the healthy one (nothing: not there), to the bit, in the same order.
+  /// Every measurement equals the result of `expected` for the healthy one (nothing: missing), bit for bit, in the same
+  /// order.
   void expect_stream(const std::string& faults,
                      const std::function<std::optional<Measurement>(Measurement)>& expected) const {
     const std::vector<Measurement> found = drain(faults);
@@ -75,7 +76,7 @@ class Faults : public ::testing::Test {
     EXPECT_EQ(index, found.size()) << faults;
     EXPECT_GT(changed, 0U) << faults << " does nothing";
   }
-  /// The same for readings of one magnetometer; everything else must stay.
+  /// The same for readings of one magnetometer; all other measurements must be unchanged.
   void expect_readings(const std::string& faults, int magnetometer,
                        const std::function<std::optional<Vector3>(const MagneticSample&, double)>& expected) const {
     expect_stream(faults, [&](Measurement measurement) -> std::optional<Measurement> {
@@ -142,7 +143,7 @@ TEST_F(Faults, SoftIronIsAMatrixHoweverItIsWritten) {
 }
 
 TEST_F(Faults, AMisalignedSensorReadsTheFieldInAxesThatAreTurned) {
-  // Turned by 90° about z: what lies along y it reads along its x.
+  // Rotated by 90° about z: the field along y is read along the sensor's x.
   const auto found = drain("{kind: misalignment, magnetometer: left, rotation_rpy_deg: [0, 0, 90]}");
   ASSERT_EQ(found.size(), healthy().size());
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -373,7 +374,7 @@ TEST_F(Faults, SameSeedSameBitsOnAnyNumberOfThreads) {
 TEST_F(Faults, MistakesAreOneLineThatNamesTheRightKey) {
   struct Case {
     const char* fault;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong : {
            Case{"{kind: hard_irn, magnetometer: left}", "did you mean 'hard_iron'?"},
@@ -400,7 +401,7 @@ TEST_F(Faults, MistakesAreOneLineThatNamesTheRightKey) {
            Case{"{kind: clock_offset, sensor: lidar, offset_s: 100}", "within"},
        }) {
     const std::string error = error_of(wrong.fault);
-    EXPECT_NE(error.find(wrong.said), std::string::npos) << wrong.fault << " gives: " << error;
+    EXPECT_NE(error.find(wrong.expected_text), std::string::npos) << wrong.fault << " gives: " << error;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
     EXPECT_NE(error.find("faults"), std::string::npos) << error;
   }

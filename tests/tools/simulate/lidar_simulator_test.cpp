@@ -72,7 +72,7 @@ class RollingScan : public ::testing::Test {
         motion_(plan_drive(winding()), 0.2, FloorOptions{}, 9) {
     options_.position_m = {0.1, -0.05, 0.3};
     options_.rotation_rpy_deg = {1.0, -2.0, 30.0};
-    options_.direction_noise_rad = 0.0;  // beams go where they say
+    options_.direction_noise_rad = 0.0;  // exact beam directions
   }
 
   static Sequence winding() {
@@ -110,7 +110,7 @@ TEST_F(RollingScan, NoiseFreePointsLandOnTheSurfacesFromTheirOwnTimes) {
     }
   }
   EXPECT_LT(worst, 1e-3);
-  EXPECT_GT(worst_frozen, 0.05);  // the scan does roll
+  EXPECT_GT(worst_frozen, 0.05);  // the robot rolls during the scan
 }
 
 TEST_F(RollingScan, HasOustersShape) {
@@ -162,13 +162,13 @@ TEST_F(RollingScan, BeamsGoAsideByTheNoiseOfTheirDirections) {
 }
 
 TEST_F(RollingScan, RangeAndIncidenceLimitWhatComesBack) {
-  options_.max_range_m = 2.5;  // the walls are 3 m away: only the floor is left
+  options_.max_range_m = 2.5;  // the walls are 3 m away: only the floor is in range
   options_.max_incidence_deg = 70.0;
   options_.rotation_rpy_deg = {0.0, 0.0, 0.0};
   const LidarSimulator lidar(caster_, motion_, options_, 0, 1);
   const LidarScan scan = lidar.scan(10);
   EXPECT_GT(scan.points.size(), 100U);
-  // Half a metre below, the floor is met under less than 70° only nearer than 0.5 m / cos 70° (and noise).
+  // From half a metre above, the angle of incidence on the floor is below 70° only within 0.5 m / cos 70° (and noise).
   for (const LidarPoint& point : scan.points)
     EXPECT_LT(point.position.norm(), 0.5 / std::cos(70.0 * M_PI / 180.0) + 0.1);
 }
@@ -205,7 +205,7 @@ TEST_F(RollingScan, RosetteFiresAtItsOwnPaceAndFromItsOwnTimes) {
   EXPECT_LT(worst, 1e-3);
 }
 
-/// A pane at x = 3 m before a wall at x = 6 m, seen from a LiDAR that stands at the origin.
+/// A pane at x = 3 m in front of a wall at x = 6 m, seen from a LiDAR at the origin.
 class GlassPane : public ::testing::Test {
  protected:
   static Solid pane(double transparency, double max_incidence_deg) {

@@ -35,7 +35,7 @@ class LivoxMessages : public ::testing::Test {
  protected:
   void SetUp() override { write_text_file(folder_ / "hall.yaml", long_hall); }
 
-  /// Two seconds of log that begins at `start_s`, recorded in `format`; the scans as they were simulated.
+  /// Two seconds of log from `start_s` on, recorded in `format`; returns the simulated scans.
   std::vector<LidarScan> record(ScanFormat format, double start_s) const {
     const World world = load_world(folder_ / "hall.yaml", {"start_time_s=" + std::to_string(start_s)});
     SimulationSource source(world, std::make_shared<Environment>(world), "short", SimulationSource::Drive::sequence, 1,
@@ -96,7 +96,7 @@ class LivoxMessages : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-// A double holds whole nanoseconds up to 104 days.
+// A double represents whole nanoseconds up to 104 days.
 constexpr double within_100_days_s = 1.0e6;
 
 TEST_F(LivoxMessages, BothGiveTheSameScansBitByBit) {
@@ -122,7 +122,7 @@ TEST_F(LivoxMessages, OnePlatformFileServesBoth) {
   const auto custom = read(platform);
   record(ScanFormat::livox, within_100_days_s);
   expect_same_bits(custom, read(platform));
-  // Keys that describe a PointCloud2 do not hinder a CustomMsg.
+  // Keys that describe a PointCloud2 do not affect a CustomMsg.
   record(ScanFormat::livox_custom, within_100_days_s);
   expect_same_bits(custom, read(platform_for(ScanFormat::livox)));
 }
@@ -151,10 +151,10 @@ TEST_F(LivoxMessages, AnotherLidarWithoutANamedTimeFieldTellsItself) {
   EXPECT_EQ(warnings.count("lidar.told_from_content"), 1);
 }
 
-/// A bag of one CustomMsg of 777 points that says it has `said` and is `bytes` long.
+/// A bag with one CustomMsg of 777 points, with `stated_count` as its stated count, and `bytes` bytes of points.
 class MalformedCustomMsg : public LivoxMessages {
  protected:
-  void write(std::uint32_t said, std::size_t bytes) const {
+  void write(std::uint32_t stated_count, std::size_t bytes) const {
     const std::vector<std::uint8_t> data(20'000);
     ros1::BagWriter writer(folder_ / "log.bag", Codec::none);
     for (int i = 0; i < 300; ++i) {
@@ -165,7 +165,7 @@ class MalformedCustomMsg : public LivoxMessages {
     }
     ros1::LivoxMessage message;
     message.stamp = 1'700'000'001'000'000'000;
-    message.point_count = said;
+    message.point_count = stated_count;
     message.data = data.data();
     message.data_size = bytes;
     writer.write("/livox/lidar", message.stamp, message);
@@ -180,7 +180,7 @@ class MalformedCustomMsg : public LivoxMessages {
 TEST_F(MalformedCustomMsg, IsNamedInOneLine) {
   const auto one_line = AllOf(HasSubstr("log.bag"), HasSubstr("/livox/lidar"), HasSubstr("1700000001 s"),
                               HasSubstr("19 bytes per point"), ::testing::Not(HasSubstr("\n")));
-  write(778, 777 * 19);  // counts another number than it lists
+  write(778, 777 * 19);  // the stated count differs from the length of the list
   EXPECT_THAT(error(), one_line);
   write(777, 777 * 19 + 7);  // bytes after the last point
   EXPECT_THAT(error(), one_line);
@@ -189,7 +189,7 @@ TEST_F(MalformedCustomMsg, IsNamedInOneLine) {
   const std::string count("\x09\x03\x00\x00\x00\x00\x00\x00\x09\x03\x00\x00", 12);  // 777, id and reserved, 777
   const std::size_t at = bytes.find(count);
   ASSERT_NE(at, std::string::npos);
-  bytes[at + 1] = bytes[at + 9] = '\x04';  // both say 1033 points: the message ends before
+  bytes[at + 1] = bytes[at + 9] = '\x04';  // both counts are 1033: the message ends before
   std::ofstream(folder_ / "log.bag", std::ios::binary) << bytes;
   EXPECT_THAT(error(), one_line);
 }
@@ -200,7 +200,7 @@ TEST_F(MalformedCustomMsg, TheSameMessageWholeIsRead) {
   BagSource source(folder_ / "log.bag", platform_for(ScanFormat::livox_custom), warnings, {.magnetometers = false});
   int scans = 0;
   for (Measurement measurement; source.next(measurement);) scans += std::holds_alternative<LidarScan>(measurement);
-  EXPECT_EQ(scans, 1);  // all its points lie at the origin, which is how drivers say "no return"
+  EXPECT_EQ(scans, 1);  // all its points are at the origin, which means "no return"
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ TEST(MagneticField, BarIsADipoleFromAfar) {
   for (const double distance : {10.0, 20.0, 40.0}) {
     const Vector3 place = distance * Vector3(0.3, -0.5, 0.8).normalized();
     const Vector3 difference = source_field_ut(rod, place) - source_field_ut(point, place);
-    // The next multipole falls off by (length / distance)² more.
+    // The next multipole decreases by a further factor of (length / distance)².
     EXPECT_LT(difference.norm(), 2.0 / (distance * distance) * source_field_ut(point, place).norm());
   }
 }
@@ -62,7 +62,7 @@ TEST(MagneticField, IsCurlFreeAndSourceFree) {
       const Vector3 offset = h * Vector3::Unit(axis);
       gradient.col(axis) = (field.field_ut(place + offset) - field.field_ut(place - offset)) / (2 * h);
     }
-    // Interpolating what is far leaves four orders less than the gradients.
+    // The error of interpolating the far field is four orders below the gradients.
     EXPECT_NEAR(gradient.trace(), 0.0, 2e-3);
     EXPECT_LT((gradient - gradient.transpose()).cwiseAbs().maxCoeff(), 2e-3);
   }
@@ -90,7 +90,7 @@ TEST(MagneticField, HasNoStepsAcrossCells) {
     largest = std::max(largest, (slope - previous).norm());
     previous = slope;
   }
-  // A step of 1e-3 µT would show as a slope of 10 µT/m.
+  // A step of 1e-3 µT would appear as a slope of 10 µT/m.
   EXPECT_LT(largest, 3.0);
 }
 

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 const std::string world_file = LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml";
 
-/// 2 × 1 m with a node without field and one above the limit of sigma.
+/// 2 × 1 m, with one node without field and one above the limit of sigma.
 void write_map(const std::string& path) {
   FieldGrid grid{0.1, {20.0, -0.5}, 21, 11, {0.12}};
   std::vector<Eigen::Vector4f> nodes(21 * 11, Eigen::Vector4f(1.0F, 2.0F, 3.0F, 0.5F));

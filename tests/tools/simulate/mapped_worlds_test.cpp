@@ -1,4 +1,4 @@
-// Maps of shipped worlds against the field that the worlds have.
+// Maps of shipped worlds, compared with the worlds' true field.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -20,10 +20,10 @@ struct Section {
 };
 
 constexpr double length_m = 4.0;
-constexpr double half_width_m = 0.85;  // what an array of 0.5 m covers in lanes 0.6 m off the path
+constexpr double half_width_m = 0.85;  // covered by an array of 0.5 m in lanes 0.6 m beside the path
 constexpr double height_m = 0.12;
 
-/// Lanes `spacing` apart over the strip, a reading every centimetre with 1 µT of noise, places wrong by 2 mm.
+/// Lanes `spacing` apart over the strip, one reading per centimetre with 1 µT of noise, positions with 2 mm of error.
 std::vector<FieldObservation> survey(const MagneticField& field, const Section& section, double spacing) {
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal;
@@ -93,8 +93,8 @@ TEST(MappedWorlds, CurlFreeMapsErrAsMuchAsComponentsAlone) {
           "(length scales %.2f and %.2f m)\n",
           world.name.c_str(), spacing, first.rms_ut, first.normalized, alone.nodes, second.rms_ut, second.normalized,
           together.nodes, together.fit.potential->length_scale_m, together.fit.potential->vertical_length_scale_m);
-      // At one height the potential ties B_x to B_y alone, and steel's field is no draw of its kernel: measured 0.93
-      // to 1.05.
+      // At one height, the potential relates B_x and B_y only, and the field of steel is not a draw from its kernel:
+      // measured 0.93 to 1.05.
       EXPECT_LT(second.rms_ut, 1.1 * first.rms_ut);
       EXPECT_GT(second.normalized, 0.5);
       EXPECT_LT(second.normalized, 2.0);

@@ -41,7 +41,7 @@ TEST(Motion, ThirdDerivativeHasNoSteps) {
   const auto jerk = [&](double t) {
     return ((motion.at(t + h).acceleration - motion.at(t - h).acceleration) / (2 * h)).eval();
   };
-  // Across a knot (every plan_step_s) the jerk changes as little as within an interval.
+  // Across a knot (every plan_step_s), the jerk changes as little as within an interval.
   for (int k = 200; k < 900; k += 7) {
     const double knot = k * plan_step_s;
     const double across = (jerk(knot + 2 * h) - jerk(knot - 2 * h)).norm();
@@ -53,7 +53,7 @@ TEST(Motion, ThirdDerivativeHasNoSteps) {
 TEST(Motion, IdealImuIntegratesToTheTruth) {
   const Motion motion = winding_motion();
   constexpr double gravity = 9.80665;
-  // At 200 Hz what is left is the trapezoid's own error, a velocity of dt²/12 times the jerk at the start.
+  // At 200 Hz, the remaining error is that of the trapezoid: a velocity of dt²/12 times the jerk at the start.
   for (const auto [dt, tolerance] : {std::pair{0.001, 1e-4}, std::pair{0.005, 2e-3}})
     for (const double start : {0.0, 4.0, 12.0}) {
       const MotionSample first = motion.at(start);

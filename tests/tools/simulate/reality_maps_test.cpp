@@ -9,7 +9,7 @@
 #include "tests/tools/simulate/reality_world.h"
 #include "tools/simulate/route.h"
 
-/// Effects of the section `reality` on the maps, and what differs between the survey and the drive.
+/// Effects of the section `reality` on the maps, and differences between the survey and the drive.
 namespace lodestone::simulation {
 namespace {
 
@@ -71,7 +71,7 @@ TEST_F(RealityOfMaps, AScanAtTheTruthLiesOnTheDisplacedMap) {
     }
   }
   ASSERT_GT(count, 1000);
-  // What is left is the strain of the map over at most 6 of its 20 m.
+  // The remaining error is the strain of the map over at most 6 of its 20 m.
   EXPECT_LT(std::sqrt(squares / count), 0.015);
   EXPECT_LT(squares, 0.1 * undisplaced);
 }
@@ -90,7 +90,7 @@ TEST_F(RealityOfMaps, TheSurveyMapsTheFieldInTheDisplacedFrame) {
     if (!pose) continue;
     const Pose T_map_mag =
         *pose * world.magnetometers.mounts[static_cast<std::size_t>(sample->magnetometer)].T_imu_mag();
-    // The place in the true world that the map shows here: one step of the inverse is exact to a tenth of a millimetre.
+    // The true place that the map shows here: one step of the inverse is exact to a tenth of a millimetre.
     const Vector3 true_place =
         T_map_mag.position - displacement.at(T_map_mag.position - displacement.at(T_map_mag.position));
     const Pose frame = displacement.displaced({Quaternion::Identity(), true_place});
@@ -127,7 +127,7 @@ TEST_F(RealityOfMaps, TheCloudHasItsOwnNoise) {
     squares += point.z() * point.z();
     ++count;
   }
-  // A few points are of the foot of a wall or a crate.
+  // A few points belong to the foot of a wall or a crate.
   EXPECT_NEAR(std::sqrt(squares / static_cast<double>(count)), 0.03, 0.006);
   const World own = load("exact", {"cloud.noise_m=0.02"});
   EXPECT_EQ(cloud_of(own), cloud_of(load("{people: 1}", {"cloud.noise_m=0.02"})));
@@ -175,7 +175,7 @@ TEST_F(RealityOfMaps, ObjectsAreMovedGoneOrAddedOffThePathOfEverySequence) {
       EXPECT_LE(step, 2.0);
     }
   }
-  // Of 48 crates 40 %: 19, give or take 3.4.
+  // 40 % of 48 crates: 19, with a standard deviation of 3.4.
   EXPECT_NEAR(shifted + gone + added, 19, 10);
   EXPECT_GT(shifted, 0);
   EXPECT_GT(gone, 0);

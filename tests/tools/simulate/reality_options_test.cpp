@@ -152,7 +152,7 @@ TEST_F(RealityOptionsOfAWorld, DensitiesOfThePlatformAreOffByAFactorThatIsLogUni
 }
 
 TEST_F(RealityOptionsOfAWorld, ThePlatformStatesTheSigmasOfTheGrade) {
-  const CalibrationSigmas usual;  // of a platform file that states none
+  const CalibrationSigmas usual;  // of a platform file without sigmas
   const CalibrationSigmas field = sensor_suite(load("field")).calibration;
   EXPECT_EQ(field.lidar.translation_sigma_m, usual.lidar.translation_sigma_m);
   EXPECT_EQ(field.lidar.rotation_sigma_deg, usual.lidar.rotation_sigma_deg);

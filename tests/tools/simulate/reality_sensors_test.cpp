@@ -7,8 +7,8 @@
 #include "core/angles.h"
 #include "tests/tools/simulate/reality_world.h"
 
-/// Each effect of the section `reality` on what the sensors of a drive record. The world is free of noise, so that what
-/// differs from grade exact is the effect.
+/// Effects of the section `reality` on the sensors of a drive. The world is free of noise: every difference to grade
+/// exact is the effect.
 namespace lodestone::simulation {
 namespace {
 
@@ -123,7 +123,7 @@ TEST_F(RealityOfSensors, PointsAreThoseOfALidarThatIsMountedElsewhere) {
       };
       const auto height = [&](const Pose& T_imu_lidar) { return place(T_imu_lidar).z(); };
       const Vector3 hit = place(actual);
-      // Of the floor: neither of a wall nor of a crate.
+      // Points on the floor, not on a wall or a crate.
       if (std::abs(hit.z()) > 0.1 || std::abs(hit.x()) > 19.0 || std::abs(hit.y()) > 9.0) continue;
       largest = std::max(largest, std::abs(height(actual)));
       largest_believed = std::max(largest_believed, std::abs(height(believed)));
@@ -195,7 +195,7 @@ TEST_F(RealityOfSensors, SomeBeamsAtEdgesReturnAPointInBetween) {
       nearer += step < 0.0 ? 1.0 : 0.0;
     }
   }
-  // Beams are 50 mrad apart here, and a crate's edge is met by one beam of forty.
+  // Beams are 50 mrad apart here, and one beam in forty meets a crate's edge.
   EXPECT_GT(changed, points / 20000);
   EXPECT_LT(changed, points / 200);
   EXPECT_GT(nearer, 0.0);
@@ -236,7 +236,7 @@ TEST_F(RealityOfSensors, MagnetometersReadThroughTheirResidualsAndTheMotors) {
     }
     largest = std::max(largest, field);
   }
-  // It starts with 0.6 m/s² and turns with 0.5 rad/s or so.
+  // The robot starts with about 0.6 m/s² and turns with about 0.5 rad/s.
   const MagnetometerErrors& front = motor_reality.magnetometers[0];
   EXPECT_GT(largest, 0.3 * 0.6 * front.acceleration_field.norm());
   EXPECT_LT(largest, 6.0);

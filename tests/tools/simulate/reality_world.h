@@ -13,7 +13,7 @@
 
 namespace lodestone::simulation {
 
-/// A hall with crates, without noise, whose section `reality` a test sets: what differs from grade exact is then the
+/// A hall with crates and without noise. A test sets its section `reality`: every difference to grade exact is the
 /// effect.
 class RealityHall : public ::testing::Test {
  protected:

@@ -23,7 +23,7 @@ std::vector<std::string> shipped_worlds() {
   return files;
 }
 
-/// Every scene, and none.
+/// All scenes, and no scene.
 std::vector<std::string> scenes_of(const World& world) {
   std::vector<std::string> names{""};
   for (const auto& entry : world.scenes) names.push_back(entry.first);
@@ -78,8 +78,8 @@ FieldStatistics field_statistics(const World& world, const Sequence& sequence) {
   return statistics;
 }
 
-/// A field with which a map of 0.5 µT error places eight magnetometers to a centimetre or two: gradients near those
-/// measured in buildings at this height, and structure that a map of 0.1 m cells can hold.
+/// In this field, a map with 0.5 µT of error localizes eight magnetometers to a centimetre or two: gradients near those
+/// measured in buildings at this height, and structures that a map of 0.1 m cells can represent.
 TEST(ShippedWorlds, FieldAlongEveryPathCanPlaceARobot) {
   for (const std::string& file : shipped_worlds()) {
     const World world = load_world(file);
@@ -138,7 +138,7 @@ TEST(ShippedWorlds, NothingStandsWhereTheRobotAndItsSurveyDrive) {
   }
 }
 
-/// Seconds of a sequence, in one piece, in which a LiDAR of that range sees nothing but the floor.
+/// Longest continuous time of a sequence in which a LiDAR of this range sees only the floor, s.
 double longest_blind_stretch(const World& world, const Sequence& sequence, double max_range_m) {
   const RayCaster caster(build_scene(world).mesh);
   const Motion motion(plan_drive(sequence), world.imu.height_m, world.floor, 1);
@@ -182,7 +182,7 @@ TEST(ShippedWorlds, EmptyYardsOfTheSeaportLeaveNothingToBeSeenAtTenMetres) {
   }
 }
 
-/// The paper's sizes: a sequence stays within its world and uses a good part of its length.
+/// The paper's sizes: a sequence stays within its world and covers most of its length.
 TEST(ShippedWorlds, SequencesFillTheWorldsThatThePaperDescribes) {
   const std::map<std::string, Eigen::Vector2d> sizes = {{"warehouse", {90, 80}},
                                                         {"seaport", {300, 300}},
@@ -207,8 +207,8 @@ TEST(ShippedWorlds, SequencesFillTheWorldsThatThePaperDescribes) {
   }
 }
 
-/// Largest difference between the fields of two scenes, µT, within the reach of a map of the survey: at the
-/// magnetometers along its lanes, and as far beside them as the map goes on.
+/// Largest difference between the fields of two scenes, µT, within the area of a survey's map: at the magnetometers
+/// along its lanes, and beside them up to the map's border.
 double largest_change_ut(const World& world, const Sequence& sequence, const std::string& a, const std::string& b) {
   const std::size_t common = build_scene(world).sources.size();
   const std::vector<FieldSource> first = build_scene(world, a).sources, second = build_scene(world, b).sources;
@@ -240,12 +240,13 @@ TEST(ShippedWorlds, ParkedCarsChangeTheFieldAsMuchAsInThePaper) {
     for (const auto& [scene, expected] : changes_ut) {
       const double change = largest_change_ut(world, sequence, scene, sequence.scene);
       std::cout << "carpark sequence " << name << ", " << scene << ": largest change " << change << " uT\n";
-      EXPECT_NEAR(change, expected, 0.1 * expected + 1e-9) << scene;  // sums round
+      EXPECT_NEAR(change, expected, 0.1 * expected + 1e-9) << scene;  // rounding of sums
     }
   }
 }
 
-/// No portal, no end: from anywhere on the path every return is of the bore, and beams along it are lost.
+/// Neither portal nor end is visible: from everywhere on the path, all returns are from the bore, and beams along it
+/// give no return.
 TEST(ShippedWorlds, TheTunnelGoesOnPastTheLidarsRange) {
   const World world = load_world(LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml");
   ASSERT_EQ(world.solids.size(), 1U);

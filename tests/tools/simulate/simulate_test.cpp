@@ -65,7 +65,7 @@ TEST_F(SimulateCommand, WritesALogThatReadsBackAsWhatWasDriven) {
   for (Measurement measurement; source.next(measurement);) {
     if (const auto* scan = std::get_if<LidarScan>(&measurement)) {
       ++scans;
-      // On the floor and the box, seen from where the truth says.
+      // Points are on the floor and on the box, at the true poses.
       for (const LidarPoint& point : scan->points) {
         const auto pose = interpolate(truth, scan->start + point.offset_ns, from_seconds(0.01));
         ASSERT_TRUE(pose.has_value());
@@ -106,7 +106,7 @@ TEST_F(SimulateCommand, SameSeedSameBytesOtherSeedOtherBytes) {
       EXPECT_FALSE(bytes("a", file) == bytes("c", file)) << file;
     }
   }
-  // Nothing is left beside these files.
+  // No other files remain.
   int files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_ / "a")) ++files;
   EXPECT_EQ(files, 7);
@@ -187,14 +187,14 @@ TEST_F(SimulateCommand, SetChangesTheWorldAndItsPlatform) {
 TEST_F(SimulateCommand, WrongCallsAreOneClearLineAndCode2) {
   struct Case {
     const char* options;
-    const char* said;
+    const char* expected_text;
   };
   for (const Case& wrong : {Case{"--sequence 9", "short"}, Case{"--set sensors.lidar.row=3", "rows"},
                             Case{"--set sensors.lidar.rows=no", "rows"}, Case{"--set nonsense", "nonsense"},
                             Case{"--scene quiet", "busy"}, Case{"--only logs", "logs"}}) {
     const ProgramResult result = simulate("wrong", wrong.options);
     EXPECT_EQ(result.code, 2) << wrong.options;
-    EXPECT_NE(result.errors.find(wrong.said), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find(wrong.expected_text), std::string::npos) << result.errors;
     EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
   }
   const ProgramResult missing = run_lodestone("simulate /no/such/world.yaml --out " + (folder_ / "x").string());

@@ -19,7 +19,7 @@ namespace {
 
 using Drive = SimulationSource::Drive;
 
-/// A world that the code has never seen: a room with a rack and a pillar.
+/// A world that no code refers to: a room with a rack and a pillar.
 constexpr const char* room = R"(
 name: room
 steel_seed: 3
@@ -193,11 +193,12 @@ TEST_F(SimulatedRoom, SceneLeavesTheSteelOfTheWorldAsItIs) {
     ASSERT_TRUE(same(alone.sources[i], tuesday.sources[i])) << i;
   }
   EXPECT_GT(monday.mesh.triangles.size(), alone.mesh.triangles.size());
-  // The same thing on another day is magnetized as it was, whatever else came or went; another thing is not.
+  // An object with the same name on another day has the same magnetization, whatever else has changed; other objects
+  // differ.
   EXPECT_TRUE(same(monday.sources.back(), tuesday.sources.back()));
   EXPECT_NE(monday.sources[alone.sources.size()].moment, monday.sources.back().moment);
   EXPECT_NE(tuesday.sources[alone.sources.size()].moment, monday.sources[alone.sources.size()].moment);
-  // And the field is the sum of both.
+  // The field is the sum of both.
   const Vector3 place(4.5, 3.5, 0.1);
   const MagneticField field(world.earth_field_ut, monday.sources), bare(world.earth_field_ut, alone.sources);
   Vector3 expected = bare.field_of_all_ut(place);
@@ -234,13 +235,13 @@ TEST_F(SimulatedRoom, CloudCoversWhatIsSeenAndNothingElse) {
     on_floor += std::abs(point.z()) < 0.05F;
     inside_pillar_foot += std::hypot(point.x() - 3.0F, point.y() + 4.0F) < 0.22F && point.z() < 3.9F;
   }
-  // The floor of 192 m² is there twice (it is the room's bottom as well); one point per (0.09 m)².
+  // The floor of 192 m² exists twice (it is the bottom of the room as well); one point per (0.09 m)².
   EXPECT_NEAR(static_cast<double>(on_floor), 2 * 192 / 0.0081, 0.1 * 2 * 192 / 0.0081);
   EXPECT_EQ(inside_pillar_foot, 0U);
 }
 
 TEST_F(SimulatedRoom, GlassIsSurveyedInFewPointsAndHidesLittle) {
-  // A pane from wall to wall before y = 4.5 m, rack behind it.
+  // A pane from wall to wall in front of y = 4.5 m, with the rack behind it.
   const auto cloud_with = [&](const char* pane) {
     std::string text = room;
     text.insert(text.find("  - {name: floor"), pane);
@@ -267,7 +268,7 @@ TEST_F(SimulatedRoom, GlassIsSurveyedInFewPointsAndHidesLittle) {
   EXPECT_NEAR(count(glass, 4.7F, 7.0F) / count(open, 4.7F, 7.0F), 0.9, 0.05);
   EXPECT_GT(count(mirror, 4.44F, 4.56F), 0);
   EXPECT_LT(count(mirror, 4.44F, 4.56F), 0.5 * count(glass, 4.44F, 4.56F));
-  // Before the pane nothing changes but what it hides from nobody: the same surfaces, as dense.
+  // In front of the pane nothing changes: the same surfaces with the same density.
   EXPECT_NEAR(count(glass, -6.5F, 4.3F) / count(open, -6.5F, 4.3F), 1.0, 0.02);
 }
 

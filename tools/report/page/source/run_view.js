@@ -189,7 +189,7 @@ export async function runView(run) {
   const limits = run.estimators.map((one) => one.degeneracy_limit_m).filter(Number.isFinite);
 
   const element = h('div', {},
-    run.status !== 'done' && run.status !== 'lost' ? h('p', { class: 'notice' }, `The run was ${run.status}; the report shows the results up to that time.`) : null,
+    !['done', 'regained', 'lost'].includes(run.status) ? h('p', { class: 'notice' }, `The run was ${run.status}; the report shows the results up to that time.`) : null,
     h('section', { id: 'comparison' }, h('h2', {}, run.estimators.length > 1 ? 'Comparison' : 'Figures'), comparison(run)),
     plan.element,
     h('section', { id: 'time' }, h('h2', {}, 'Time'),

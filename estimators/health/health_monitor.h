@@ -1,0 +1,53 @@
+#pragma once
+
+#include <deque>
+#include <map>
+
+#include "estimators/health/place_evidence.h"
+
+namespace lodestone {
+
+struct Verdict {
+  Health health = Health::good;
+  HealthReason reason = HealthReason::none;
+};
+
+/// What state and covariance alone show: not finite, or a position sigma above 3 m: lost; above 0.5 m: uncertain.
+Verdict judge_covariance(const Estimate& estimate);
+
+/// Judges each estimate by its covariance and by how scans and readings agree with the maps, whatever the estimator
+/// made of them: at a wrong place the covariance stays small, for some points and readings always fit.
+class HealthMonitor {
+ public:
+  /// `input` must outlive this.
+  explicit HealthMonitor(const EstimatorInput& input) : judge_(input), has_planes_(input.planes != nullptr) {}
+
+  /// The newest estimate of a bundle, in order of time: sets its health, and the evidence in its diagnostics.
+  void judge(const ScanBundle& bundle, Estimate& causal);
+
+  /// The estimate of a time once it is refined: by its own covariance and the evidence of that time.
+  Verdict judge_refined(const Estimate& refined) const;
+
+  /// Forgets the evidence of an estimator that was lost; its verdicts stay.
+  void restart();
+
+ private:
+  void add_station(const PlaceEvidence& evidence, const Estimate& causal);
+  Verdict judge_evidence(const Estimate& causal) const;
+
+  /// Evidence of scans and readings a metre apart: neighbours repeat each other.
+  struct Station {
+    Vector3 position = Vector3::Zero();
+    double scan_odds = 0.0;
+    double field_odds = 0.0;
+  };
+
+  PlaceJudge judge_;
+  bool has_planes_;
+  std::deque<Station> stations_;
+  double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds, where they alone observe a direction
+  Time last_ = 0;
+  std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept
+};
+
+}  // namespace lodestone

@@ -1,0 +1,92 @@
+#include "estimators/health/place_evidence.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/lidar/deskew.h"
+#include "core/lidar/plane_map.h"
+#include "core/magnetometer/array_reading.h"
+#include "estimators/initialization/start_finder.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::size_t kPoints = 400;     // of a scan; neighbours say the same
+constexpr std::size_t kFewest = 20;      // points above the floor that a share is taken of
+constexpr double kAboveFloor_m = 0.3;    // all floors look alike
+constexpr double kFloorRange_m = 20.0;   // where the floor is looked for
+constexpr double kLowestShare = 0.02;    // of the points: the floor
+constexpr float kOnPlane_m = 0.15F;      // of a point that agrees with a plane
+constexpr double kReadingSpan_s = 0.05;  // of the mean of each magnetometer's readings
+
+/// Poses where the robot is not: x and y in metres, yaw in radians, from the estimate.
+constexpr std::array<std::array<double, 3>, 6> kDecoys{
+    {{2.1, 0.7, 0.6}, {-1.3, 2.4, -0.9}, {0.9, -3.2, 1.7}, {-3.4, -1.1, 2.6}, {4.3, 2.2, -2.2}, {-2.6, 3.7, -1.5}}};
+
+Pose decoy(const Pose& T_map_imu, const std::array<double, 3>& offset) {
+  const Quaternion turn(Eigen::AngleAxisd(offset[2], Vector3::UnitZ()));
+  return {(turn * T_map_imu.rotation).normalized(), T_map_imu.position + Vector3(offset[0], offset[1], 0.0)};
+}
+
+double share_on_map(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map) {
+  const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
+  int hits = 0;
+  for (const Eigen::Vector3f& point : points) {
+    const Eigen::Vector3f place = ((rotation * point).cast<double>() + T_map_imu.position).cast<float>();
+    if (map.agrees(place, kOnPlane_m)) ++hits;
+  }
+  return static_cast<double>(hits) / static_cast<double>(points.size());
+}
+
+}  // namespace
+
+PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const NavState& state) {
+  PlaceEvidence evidence;
+  if (!state.T_map_imu.position.allFinite() || !state.T_map_imu.rotation.coeffs().allFinite()) return evidence;
+  if (input_.planes != nullptr && !bundle.scan.points.empty()) judge_scan(bundle, state, evidence);
+  if (input_.field != nullptr && !bundle.magnetic.empty()) judge_field(bundle, state, evidence);
+  return evidence;
+}
+
+void PlaceJudge::judge_scan(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) const {
+  std::vector<LidarPoint> sample;
+  const std::size_t every = std::max<std::size_t>(1, bundle.scan.points.size() / kPoints);
+  for (std::size_t i = 0; i < bundle.scan.points.size(); i += every) {
+    const LidarPoint& point = bundle.scan.points[i];
+    if (point.position.allFinite() && point.position.norm() > 0.1F) sample.push_back(point);
+  }
+  std::vector<Eigen::Vector3f> points =
+      deskew(sample, bundle.scan.start, ScanMotion(state, bundle.imu), input_.suite.lidar.T_imu_lidar);
+  const Eigen::Vector3f up = (state.T_map_imu.rotation.conjugate() * Vector3::UnitZ()).cast<float>();
+  std::vector<float> heights_m;
+  for (const Eigen::Vector3f& point : points) {
+    if (point.norm() < kFloorRange_m) heights_m.push_back(up.dot(point));
+  }
+  if (heights_m.size() < kFewest) return;
+  const auto lowest = heights_m.begin() + static_cast<std::ptrdiff_t>(kLowestShare * heights_m.size());
+  std::nth_element(heights_m.begin(), lowest, heights_m.end());
+  const float floor_m = *lowest + static_cast<float>(kAboveFloor_m);
+  std::erase_if(points, [&](const Eigen::Vector3f& point) { return up.dot(point) < floor_m; });
+  if (points.size() < kFewest) return;
+  const auto map = input_.planes->around(state.T_map_imu.position);
+  evidence.scan_points = static_cast<int>(points.size());
+  evidence.scan_share = share_on_map(points, state.T_map_imu, *map);
+  for (const std::array<double, 3>& offset : kDecoys) {
+    evidence.decoy_share += share_on_map(points, decoy(state.T_map_imu, offset), *map) / kDecoys.size();
+  }
+}
+
+void PlaceJudge::judge_field(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) {
+  const auto array = reading_at_end(bundle, state, input_.suite, kReadingSpan_s);
+  if (!array) return;
+  if (!background_) background_ = field_background(*input_.field);
+  const FieldEvidence here = field_evidence(*array, state.T_map_imu, input_.suite, *input_.field, *background_);
+  const Pose far{state.T_map_imu.rotation, Vector3::Constant(1e7)};
+  const FieldEvidence anywhere = field_evidence(*array, far, input_.suite, *input_.field, *background_);
+  evidence.field_readings = here.on_map;
+  evidence.field_odds = here.log_likelihood - anywhere.log_likelihood;
+}
+
+}  // namespace lodestone

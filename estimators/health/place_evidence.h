@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/imu/scan_motion.h"
+#include "core/lidar/plane_map_source.h"
+#include "estimators/factory.h"
+#include "estimators/initialization/field_evidence.h"
+
+namespace lodestone {
+
+/// How well a scan and its magnetometer readings agree with the maps at one pose.
+struct PlaceEvidence {
+  double scan_share = 0.0;   ///< of the scan's points above the floor: those where the cloud map is occupied
+  double decoy_share = 0.0;  ///< the same at poses where the robot is not: what fits by chance
+  int scan_points = 0;       ///< points above the floor that were looked up
+  double field_odds = 0.0;   ///< ln p(readings | pose) − ln p(readings | anywhere), tempered as in the initial search
+  int field_readings = 0;    ///< readings where the map has field
+};
+
+/// Compares scans and readings with the maps, independently of an estimator's association: a fixed sample of the scan's
+/// points, and the newest array reading.
+class PlaceJudge {
+ public:
+  /// `input` must outlive this.
+  explicit PlaceJudge(const EstimatorInput& input) : input_(input) {}
+
+  /// `state`: at the scan's end. Zeros for what the bundle or the maps do not have.
+  PlaceEvidence judge(const ScanBundle& bundle, const NavState& state);
+
+ private:
+  void judge_scan(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) const;
+  void judge_field(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence);
+
+  const EstimatorInput& input_;
+  std::optional<FieldBackground> background_;  // of the whole field map, read when first needed
+};
+
+}  // namespace lodestone

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "estimators/estimator.h"
+#include "estimators/health/health_monitor.h"
+#include "estimators/initialization/start_finder.h"
+
+namespace lodestone {
+
+/// Any estimator, with the health of its estimates and a new initialization after it was lost: the search of
+/// `--initial-pose auto` on the scans since then (docs/design/050-health.md). An estimator at a wrong place is not
+/// continued; one that merely does not know enough is, until the search is certain of another place.
+class Supervised final : public Estimator {
+ public:
+  using Make = std::function<std::unique_ptr<Estimator>(const EstimatorInput&)>;
+
+  Supervised(EstimatorInput input, Make make);
+  ~Supervised() override;
+
+  void process(const ScanBundle& bundle, EstimateSink& sink) override;
+  void finish(EstimateSink& sink) override;
+  std::string solver() const override { return estimator_->solver(); }
+
+  /// Of the estimator that processed the most scans.
+  const CalibrationEstimate* calibration() const override;
+
+ private:
+  class JudgingSink;
+
+  void estimate(const ScanBundle& bundle, EstimateSink& sink);
+  void report_lost(const ScanBundle& bundle, EstimateSink& sink);
+  void stop_estimator(EstimateSink& sink);
+  void keep(const ScanBundle& bundle);
+  std::optional<StartHypothesis> search();
+  void start_again(const StartHypothesis& found, EstimateSink& sink);
+
+  EstimatorInput input_;
+  Make make_;
+  std::unique_ptr<Estimator> estimator_;
+  bool stopped_ = false;  // the estimator was lost, and has handed out its estimates
+  std::int64_t scans_ = 0;
+  HealthMonitor monitor_;
+  Estimate newest_;              // causal
+  Time reported_ = -1;           // estimates up to then were reported by an estimator before this one
+  Time lost_since_ = 0;          // 0: not lost
+  std::deque<ScanBundle> kept_;  // since the loss, as many as a search looks at
+  double next_search_s_ = 0.0;   // of data kept
+  double wait_s_ = 0.0;          // until the search after that
+  std::unique_ptr<StartFinder> finder_;
+  bool searchable_;
+  std::optional<CalibrationEstimate> best_calibration_;  // of estimators before this one
+  std::int64_t best_scans_ = 0;
+};
+
+}  // namespace lodestone
