@@ -41,9 +41,9 @@ struct Keyframe {
   std::vector<FieldReading> field_readings;     ///< with their last weights
   double field_variance_ut2 = 0.0;              ///< of the shared field error, per reading (FieldError)
   Degeneracy degeneracy;
-  Pose associated;               ///< pose of the scan in the map at the last association
-  Pose analysed;                 ///< pose at which the degeneracy was analysed
-  Estimate estimate;             ///< diagnostics are filled while the scan is processed
+  Pose associated;    ///< pose of the scan in the map at the last association
+  Pose analysed;      ///< pose at which the degeneracy was analysed
+  Estimate estimate;  ///< diagnostics are filled while the scan is processed
 
   /// Whether `seen` is further than `distance_m` or `angle_deg` from the pose of the last association.
   bool moved(const Pose& seen, double distance_m, double angle_deg) const {
