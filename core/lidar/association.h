@@ -20,14 +20,16 @@ struct AssociationOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("max_distance_m", max_distance_m, "a point further than this from its plane has no correspondence");
-    visitor.field("gate_sigmas", gate_sigmas,
-                  "nor has one whose residual is beyond this many sigmas of it, the predicted pose's own included");
-    visitor.field("surface_roughness_m", surface_roughness_m, "one sigma of real surfaces about their planes");
+    visitor.field("max_distance_m", max_distance_m, "a point farther than this from its plane is rejected");
+    visitor.field(
+        "gate_sigmas", gate_sigmas,
+        "a point is rejected if its residual exceeds this many sigmas; the sigma includes that of the predicted pose");
+    visitor.field("surface_roughness_m", surface_roughness_m,
+                  "sigma of the roughness of real surfaces, added to the noise of each point");
     visitor.field(
         "map_error_repeats", map_error_repeats,
-        "an estimate averages the noise of scans, but not the error of a plane that they all meet: its variance "
-        "counts as often as scans are averaged along its normal, at most so often");
+        "averaging scans does not reduce the error of the map's planes: a plane's variance is multiplied by the number "
+        "of scans that are averaged along its normal, at most by this factor");
   }
 
   void check() const {

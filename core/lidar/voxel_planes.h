@@ -20,18 +20,20 @@ struct PlaneMapOptions {
 
   template <class Visitor>
   void visit(Visitor& visitor) {
-    visitor.field("voxel_m", voxel_m, "edge of a voxel; each holds at most one plane");
-    visitor.field("margin_m", margin_m,
-                  "a voxel's plane is fitted to the points up to so far outside it, too: more than the map's noise");
+    visitor.field("voxel_m", voxel_m, "edge of a voxel; each voxel has at most one plane");
+    visitor.field(
+        "margin_m", margin_m,
+        "a voxel's plane is also fitted to points up to this far outside the voxel; more than the map's noise");
     visitor.field("max_thickness_over_median", max_thickness_over_median,
-                  "in a map of even noise, a plane thicker than this many times the median contains a piece of another "
-                  "surface; in a map of uneven noise the limit is three times the spread of thickness; 0: no limit");
+                  "a plane thicker than this many times the median is rejected, as it contains a part of another "
+                  "surface; in a map of uneven noise, the limit is three standard deviations of the planes' thickness; "
+                  "0: no limit");
     visitor.section("fit", fit);
     visitor.field(
         "tile_above_points", tile_above_points,
-        "a cloud of more points is cut into tiles, of which only those round the robot are in memory; the results "
-        "are the same");
-    visitor.field("tile_m", tile_m, "edge of such a tile, rounded to whole voxels");
+        "a cloud of more points is divided into tiles, and only tiles near the robot are in memory; the results are "
+        "the same");
+    visitor.field("tile_m", tile_m, "edge of a tile, rounded to whole voxels");
   }
 
   void check() const {

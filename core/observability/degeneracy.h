@@ -44,16 +44,19 @@ struct DegeneracyOptions {
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("rule", rule,
-                  "none, paper, marginal or probabilistic: the criterion by which a direction is degenerate for LiDAR");
-    visitor.field("mask", mask, "hard or soft: whether a direction is dropped or faded out");
-    visitor.field("paper_threshold", paper_threshold, "τ of the paper's rule: least eigenvalue of ΣJᵀJ, unit weights");
+                  "criterion by which a direction is degenerate for LiDAR: none, paper, marginal or probabilistic");
+    visitor.field("mask", mask,
+                  "how LiDAR acts in a degenerate direction: hard (not at all) or soft (with a weight from 0 to 1)");
+    visitor.field("paper_threshold", paper_threshold,
+                  "paper: smallest eigenvalue of ΣJᵀJ (unit weights) of a direction that is not degenerate (τ)");
     visitor.field(
         "max_sigma_m", max_sigma_m,
-        "marginal and probabilistic rule: a direction is degenerate above this predicted sigma; rotations count at "
-        "the scan's rms range");
-    visitor.field("min_probability", min_probability,
-                  "probabilistic rule: a direction is degenerate where its sigma lies below max_sigma_m with less "
-                  "probability");
+        "marginal and probabilistic: a direction is degenerate if its predicted sigma exceeds this; rotations are "
+        "converted to metres by the scan's rms range");
+    visitor.field(
+        "min_probability", min_probability,
+        "probabilistic: a direction is degenerate if its sigma is below max_sigma_m with a smaller probability than "
+        "this");
   }
 
   void check() const {
