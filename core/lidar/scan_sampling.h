@@ -22,6 +22,7 @@ struct ScanSamplingOptions {
 
   void check() const {
     option_checks::not_negative("voxel_m", voxel_m);
+    if (voxel_m > 0.0) option_checks::within("voxel_m", voxel_m, 0.01, 100.0);
     option_checks::within("max_points", max_points, 0, 10000000);
   }
 };

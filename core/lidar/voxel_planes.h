@@ -45,7 +45,8 @@ struct PlaneMapOptions {
   }
 };
 
-/// The integer coordinates of the voxel that contains `point`: floor(point · inverse_voxel).
+/// The integer coordinates of the voxel that contains `point`: floor(point · inverse_voxel). They must be in the range
+/// of int: readers of clouds and scans discard points beyond 131 km.
 inline Eigen::Vector3i voxel_of(const Eigen::Vector3f& point, float inverse_voxel) {
   return (point * inverse_voxel).array().floor().cast<int>();
 }

@@ -22,8 +22,15 @@ bool same_fields(const std::vector<PointField>& a, const std::vector<PointField>
   });
 }
 
+/// No LiDAR measures that far. The voxels of nearer points have coordinates within the range of int.
+constexpr float kFarthest_m = 131'072.0F;
+
+bool is_far(const Eigen::Vector3f& position) {
+  return position.allFinite() && position.cwiseAbs().maxCoeff() > kFarthest_m;
+}
+
 bool is_return(const Eigen::Vector3f& position) {
-  return position.allFinite() && !position.isZero(0.0F);
+  return position.allFinite() && !position.isZero(0.0F) && !is_far(position);
 }
 
 /// True if the rows of an organized cloud are longer than their points.
@@ -307,12 +314,13 @@ void PointCloudDecoder::read_times(const PointCloudMessage& message, std::size_t
 
 void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan& scan) {
   std::size_t kept = 0;
-  std::int64_t not_finite = 0, untimed = 0;
+  std::int64_t not_finite = 0, far = 0, untimed = 0;
   // For a point without a time, drivers write NaN, or zero among absolute times.
   const bool absolute = reading_->zero == PointTimeZero::epoch;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const Eigen::Vector3f& position = scan.points[i].position;
     if (!position.allFinite()) ++not_finite;
+    if (is_far(position)) ++far;
     if (!is_return(position)) continue;
     if (times_[i] == farthest_time || (absolute && times_[i] == 0)) {
       ++untimed;
@@ -327,6 +335,11 @@ void PointCloudDecoder::keep_returns(const PointCloudMessage& message, LidarScan
   if (not_finite > 0) {
     warnings_.add("lidar.nan_points", fmt::format("{}: points without a finite position were dropped", layout_.topic),
                   message.stamp, not_finite);
+  }
+  if (far > 0) {
+    warnings_.add("lidar.far_points",
+                  fmt::format("{}: points farther than 131 km from the LiDAR were dropped", layout_.topic),
+                  message.stamp, far);
   }
   if (untimed == 0) return;
   if (static_cast<std::size_t>(untimed) > kept) {

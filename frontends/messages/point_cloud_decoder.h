@@ -22,10 +22,10 @@ namespace lodestone {
 /// are known.
 ///
 /// Rows of organized clouds may be padded (row_step). Points that are not finite are dropped and counted
-/// ("lidar.nan_points"). Points at the exact origin, which mean "no return" in organized clouds, are also dropped. A
-/// scan without points keeps its stamp and gets the nominal period ("lidar.empty_scan"). The same applies to a scan
-/// during which the LiDAR's clock jumps ("lidar.clock_jump"), and to a scan with too few points to infer omitted
-/// settings.
+/// ("lidar.nan_points"), as are points farther than 131 km ("lidar.far_points"). Points at the exact origin, which mean
+/// "no return" in organized clouds, are also dropped. A scan without points keeps its stamp and gets the nominal period
+/// ("lidar.empty_scan"). The same applies to a scan during which the LiDAR's clock jumps ("lidar.clock_jump"), and to a
+/// scan with too few points to infer omitted settings.
 ///
 /// With point_times: none, there is no time field, and a scan, empty or not, begins and ends at its stamp.
 class PointCloudDecoder {

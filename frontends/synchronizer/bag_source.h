@@ -16,10 +16,10 @@ namespace lodestone {
 ///
 /// Errors that spoil a run throw InputError at construction: a missing or truncated file, a missing topic (the message
 /// lists the topics), a cloud without per-point time, an IMU in g, a magnetometer in another unit than in the platform
-/// file, sensors with different clocks. Other errors are counted in `warnings`: lidar.nan_points, lidar.empty_scan,
-/// lidar.packed_points, lidar.told_from_content, lidar.clock_jump, lidar.unmerged_points, magnetometer.magnitude,
-/// imu.gap; and for lidar, imu and magnetometer PART.stamp_back, PART.stamp_repeated, PART.stamp_jump and
-/// PART.not_finite, whose data are discarded.
+/// file, sensors with different clocks. Other errors are counted in `warnings`: lidar.nan_points, lidar.far_points,
+/// lidar.empty_scan, lidar.packed_points, lidar.told_from_content, lidar.clock_jump, lidar.unmerged_points,
+/// magnetometer.magnitude, imu.gap; and for lidar, imu and magnetometer PART.stamp_back, PART.stamp_repeated,
+/// PART.stamp_jump and PART.not_finite, whose data are discarded.
 class BagSource : public MeasurementSource {
  public:
   /// `warnings` must outlive this.

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "core/error.h"
 #include "tools/simulate/beam_pattern.h"
 
 namespace lodestone {
@@ -192,6 +193,19 @@ INSTANTIATE_TEST_SUITE_P(Patterns, SampledScan,
                          [](const auto& info) {
                            return info.param == simulation::LidarPattern::rotating ? "rotating" : "rosette";
                          });
+
+TEST(ScanSamplingOptions, VoxelsAreZeroOrAtLeastACentimetre) {
+  for (const double voxel_m : {0.0, 0.01, 0.3, 100.0}) {
+    ScanSamplingOptions options;
+    options.voxel_m = voxel_m;
+    EXPECT_NO_THROW(options.check()) << voxel_m;
+  }
+  for (const double voxel_m : {-1.0, 1e-9, 1e9}) {
+    ScanSamplingOptions options;
+    options.voxel_m = voxel_m;
+    EXPECT_THROW(options.check(), InputError) << voxel_m;
+  }
+}
 
 }  // namespace
 }  // namespace lodestone

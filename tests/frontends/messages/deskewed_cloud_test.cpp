@@ -63,6 +63,18 @@ struct DeskewedCloud : ::testing::Test {
   WarningLog warnings;
 };
 
+TEST_F(DeskewedCloud, PointsBeyondEveryLidarAreDropped) {
+  platform.lidar.point_times = PointTimes::none;
+  LidarScan scan = deskewed_scan();
+  scan.points[7].position = {1e20F, 0.0F, 0.0F};
+  scan.points[8].position = {0.0F, 0.0F, -131'100.0F};
+  scan.points[9].position = {0.0F, 131'000.0F, 0.0F};
+  with_times = CloudLayout{}.write(scan, data);
+  EXPECT_EQ(read(with_times).points.size(), 1997U);
+  EXPECT_EQ(warnings.count("lidar.far_points"), 2);
+  EXPECT_EQ(warnings.count("lidar.nan_points"), 1);
+}
+
 TEST_F(DeskewedCloud, IsTakenAsOfItsStamp) {
   platform.lidar.point_times = PointTimes::none;
   const std::optional<ScanStamp> stamps[] = {std::nullopt, ScanStamp::start, ScanStamp::middle, ScanStamp::end};
