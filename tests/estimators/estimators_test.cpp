@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 
 #include "core/error.h"
-#include "estimators/health.h"
 #include "tests/estimators/drive.h"
 
 namespace lodestone::testing {
@@ -139,23 +138,6 @@ TEST(Magnetic, SaysThatItIsLostWhereFieldAndMapDisagree) {
     EXPECT_EQ(result.causal_estimates.back().health, Health::lost) << name;
     EXPECT_EQ(result.best_estimates.back().health, Health::lost) << name;
   }
-}
-
-TEST(FieldAgreement, NeedsSecondsOfDisagreementAndComesBack) {
-  FieldAgreement agreement;
-  Diagnostics diagnostics;
-  diagnostics.magnetic_samples = 4;
-  diagnostics.magnetic_weight = 0.1;
-  int steps = 0;
-  for (; !agreement.lost(); ++steps) agreement.add(diagnostics, 0.1);
-  EXPECT_NEAR(steps, 25, 1);         // 3 s · ln(0.9 / 0.4)
-  diagnostics.magnetic_samples = 0;  // off the map: the verdict does not change
-  for (int i = 0; i < 100; ++i) agreement.add(diagnostics, 0.1);
-  EXPECT_TRUE(agreement.lost());
-  diagnostics.magnetic_samples = 4;
-  diagnostics.magnetic_weight = 1.0;
-  for (int i = 0; i < 10; ++i) agreement.add(diagnostics, 0.1);
-  EXPECT_FALSE(agreement.lost());
 }
 
 TEST(Smoother, BridgesAnOutageOfTheLidar) {

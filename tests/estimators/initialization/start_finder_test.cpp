@@ -1,67 +1,21 @@
-// Initial pose anywhere on the map: in a room that looks the same from both ends, and at random places of a shipped
-// world.
+// Initial pose anywhere on the map of a room that looks the same from both ends.
 #include "estimators/initialization/start_finder.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <random>
 
 #include "core/error.h"
 #include "frontends/maps/tiled_plane_map.h"
 #include "frontends/synchronizer/synchronizer.h"
-#include "tools/simulate/cloud_map.h"
+#include "tests/estimators/room.h"
 #include "tools/simulate/random_starts.h"
 
 namespace lodestone {
 namespace {
-
-/// Empty except for four equal pillars: after half a turn the room looks the same, but the steel in its floor differs.
-constexpr const char* kRoom = R"(
-name: room
-steel_seed: 3
-earth_field_ut: [20, 0, -40]
-sensors:
-  lidar: {rows: 16, columns: 512}
-  magnetometer_mounts:
-    - {position_m: [0.3, 0.25, -0.08]}
-    - {position_m: [0.3, -0.25, -0.08]}
-    - {position_m: [-0.3, 0.25, -0.08]}
-    - {position_m: [-0.3, -0.25, -0.08]}
-solids:
-  - {name: floor, shape: rectangle, size_m: [16, 10], steel: [{kind: rods, from_m: [-8, -5, -0.6], to_m: [8, 5, -0.4],
-     density_per_m2: 1.5, length_m: [0.5, 1.5], moment_sigma_a_m2: 45}]}
-  - {name: room, shape: box, at_m: [0, 0, 2], size_m: [16, 10, 4]}
-  - {name: pillars, shape: box, at_m: [-4, -2, 2], size_m: [0.6, 0.6, 4], repeat: {count: [2, 2, 1], step_m: [8, 4, 0]}}
-cloud: {point_spacing_m: 0.08}
-sequences:
-  loop: {waypoints_m: [[-6, -3.5], [6, -3.5], [6, 3.5], [-6, 3.5]], speed: [[0, 1.0]]}
-)";
-
-std::shared_ptr<const MagneticMap> true_field(const simulation::World& world,
-                                              const simulation::Environment& environment, const Eigen::Vector2d& low,
-                                              const Eigen::Vector2d& high) {
-  FieldGrid grid;
-  grid.resolution_m = 0.15;
-  grid.origin = low;
-  grid.columns = static_cast<int>((high.x() - low.x()) / grid.resolution_m) + 1;
-  grid.rows = static_cast<int>((high.y() - low.y()) / grid.resolution_m) + 1;
-  grid.heights_m = {world.imu.height_m + world.magnetometers.mounts.front().T_imu_mag().position.z()};
-  std::vector<Eigen::Vector4f> nodes;
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const Vector3 field = environment.field.field_ut(
-          Vector3(low.x() + grid.resolution_m * column, low.y() + grid.resolution_m * row, grid.heights_m.front()));
-      nodes.emplace_back(field.x(), field.y(), field.z(), 0.3F);
-    }
-  }
-  return std::make_shared<MagneticMap>(grid, nodes, 3.0);
-}
 
 /// The beginning of a log, with its true pose.
 struct Beginning {
@@ -102,49 +56,26 @@ double angle_deg(const Pose& a, const Pose& b) {
 
 class StartInARoom : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    const auto file =
-        std::filesystem::temp_directory_path() / ("lodestone-room-" + std::to_string(::getpid()) + ".yaml");
-    std::ofstream(file) << kRoom;
-    world_ = std::make_unique<simulation::World>(simulation::load_world(file.string()));
-    std::filesystem::remove(file);
-    environment_ = std::make_shared<const simulation::Environment>(*world_);
-    cloud_ = sample_cloud(*world_, *environment_, 1);
-    input_ = std::make_unique<EstimatorInput>();
-    input_->suite = simulation::sensor_suite(*world_);
-    input_->planes = std::make_shared<PlaneMap>(cloud_, PlaneMapOptions{});
-    input_->field = true_field(*world_, *environment_, {-8.0, -5.0}, {8.0, 5.0});
-  }
-  static void TearDownTestSuite() {
-    input_.reset();
-    environment_.reset();
-    world_.reset();
-    cloud_.clear();
-  }
+  static void SetUpTestSuite() { room_ = std::make_unique<testing::Room>(testing::load_room()); }
+  static void TearDownTestSuite() { room_.reset(); }
 
   static std::vector<simulation::RandomStart> starts(int count, double moving_share) {
     simulation::RandomStarts options;
     options.count = count;
     options.seed = 5;
     options.moving_share = moving_share;
-    return random_starts(*environment_, options);
+    return random_starts(*room_->environment, options);
   }
   static Beginning beginning(const simulation::RandomStart& start, double data_s = 1.5) {
-    return begin(*world_, environment_, input_->suite, start, 17, data_s);
+    return begin(room_->world, room_->environment, room_->input.suite, start, 17, data_s);
   }
 
-  static std::unique_ptr<simulation::World> world_;
-  static std::shared_ptr<const simulation::Environment> environment_;
-  static std::vector<Eigen::Vector3f> cloud_;
-  static std::unique_ptr<EstimatorInput> input_;
+  static std::unique_ptr<testing::Room> room_;
 };
-std::unique_ptr<simulation::World> StartInARoom::world_;
-std::shared_ptr<const simulation::Environment> StartInARoom::environment_;
-std::vector<Eigen::Vector3f> StartInARoom::cloud_;
-std::unique_ptr<EstimatorInput> StartInARoom::input_;
+std::unique_ptr<testing::Room> StartInARoom::room_;
 
 TEST_F(StartInARoom, IsFoundWhereTheFieldTellsTheEndsApart) {
-  const StartFinder finder(*input_);
+  const StartFinder finder(room_->input);
   for (const simulation::RandomStart& start : starts(4, 0.0)) {
     const Beginning log = beginning(start);
     const FoundStart found = finder.find(log.bundles);
@@ -157,7 +88,7 @@ TEST_F(StartInARoom, IsFoundWhereTheFieldTellsTheEndsApart) {
 }
 
 TEST_F(StartInARoom, IsNotSureByLidarAlone) {
-  EstimatorInput input = *input_;
+  EstimatorInput input = room_->input;
   input.field = nullptr;
   const StartFinder finder(input);
   for (const simulation::RandomStart& start : starts(4, 0.0)) {
@@ -176,7 +107,7 @@ TEST_F(StartInARoom, IsNotSureByLidarAlone) {
 }
 
 TEST_F(StartInARoom, IsFoundUnderWayWithItsVelocity) {
-  const StartFinder finder(*input_);
+  const StartFinder finder(room_->input);
   const auto moving = starts(2, 1.0);
   ASSERT_FALSE(moving.empty());
   for (const simulation::RandomStart& start : moving) {
@@ -191,7 +122,7 @@ TEST_F(StartInARoom, IsFoundUnderWayWithItsVelocity) {
 }
 
 TEST_F(StartInARoom, IsRefusedForAScanOfNothing) {
-  const StartFinder finder(*input_);
+  const StartFinder finder(room_->input);
   Beginning log = beginning(starts(1, 0.0).front());
   std::mt19937_64 generator(1);
   std::uniform_real_distribution<float> place(-6.0F, 6.0F);
@@ -209,14 +140,14 @@ TEST_F(StartInARoom, IsTheSameOnOneAndTwoThreadsAndInTiles) {
   PlaneMapOptions tiles;
   tiles.tile_m = 4.0;
   TiledPlaneMapBuilder builder(tiles, std::filesystem::temp_directory_path().string());
-  builder.add(cloud_);
-  EstimatorInput tiled = *input_;
+  builder.add(room_->cloud);
+  EstimatorInput tiled = room_->input;
   tiled.planes = builder.build(120.0);
   const Beginning log = beginning(starts(1, 0.0).front());
   std::vector<FoundStart> found;
   for (const std::size_t threads : {1U, 2U}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    found.push_back(StartFinder(*input_).find(log.bundles));
+    found.push_back(StartFinder(room_->input).find(log.bundles));
   }
   found.push_back(StartFinder(tiled).find(log.bundles));
   for (const FoundStart& other : found) {
@@ -228,7 +159,7 @@ TEST_F(StartInARoom, IsTheSameOnOneAndTwoThreadsAndInTiles) {
 }
 
 TEST_F(StartInARoom, NeedsACloudMap) {
-  EstimatorInput input = *input_;
+  EstimatorInput input = room_->input;
   input.planes = nullptr;
   EXPECT_THROW(StartFinder{input}, InputError);
 }

@@ -1,0 +1,163 @@
+// A lost estimator is initialized again, in a room that looks the same from both ends.
+#include "estimators/health/supervised.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "estimators/ieskf/ieskf.h"
+#include "frontends/synchronizer/synchronizer.h"
+#include "tests/estimators/room.h"
+
+namespace lodestone {
+namespace {
+
+constexpr double kDrive_s = 14.0;
+
+/// Loses its state with the first scan.
+class LosesItsState final : public Estimator {
+ public:
+  void process(const ScanBundle& bundle, EstimateSink& sink) override {
+    Estimate estimate;
+    estimate.time = bundle.scan.end;
+    estimate.state.T_map_imu.position.setConstant(std::numeric_limits<double>::quiet_NaN());
+    sink.causal(estimate);
+    sink.best(estimate);
+  }
+  void finish(EstimateSink& /*sink*/) override {}
+};
+
+struct Estimates final : EstimateSink {
+  std::vector<Estimate> causals;
+  std::vector<Estimate> bests;
+  void causal(const Estimate& estimate) override { causals.push_back(estimate); }
+  void best(const Estimate& estimate) override { bests.push_back(estimate); }
+};
+
+class SupervisedInARoom : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    room_ = std::make_unique<testing::Room>(testing::load_room());
+    simulation::SimulationSource source(room_->world, room_->environment, "loop",
+                                        simulation::SimulationSource::Drive::sequence, 3, kDrive_s);
+    truth_ = source.trajectory();
+    WarningLog warnings;
+    Synchronizer synchronizer(source, room_->input.suite, warnings);
+    for (ScanBundle bundle; synchronizer.next(bundle);) bundles_.push_back(bundle);
+  }
+  static void TearDownTestSuite() {
+    room_.reset();
+    bundles_.clear();
+    truth_.clear();
+  }
+
+  static Estimates estimate(Estimator& estimator, const std::vector<ScanBundle>& bundles) {
+    Estimates result;
+    for (const ScanBundle& bundle : bundles) estimator.process(bundle, result);
+    estimator.finish(result);
+    return result;
+  }
+
+  /// The room's input, with an initial pose metres away from the robot and turned.
+  EstimatorInput wrong_input() {
+    EstimatorInput input = room_->input;
+    input.initial_pose = truth_.front().pose;
+    input.initial_pose.position += Vector3(7.5, 4.0, 0.0);
+    input.initial_pose.rotation = Quaternion(Eigen::AngleAxisd(2.0, Vector3::UnitZ())) * input.initial_pose.rotation;
+    input.warnings = &warnings_;
+    return input;
+  }
+
+  /// Each scan has one estimate, in order of time.
+  static void expect_every_scan_once(const std::vector<Estimate>& estimates) {
+    ASSERT_EQ(estimates.size(), bundles_.size());
+    for (std::size_t i = 0; i < estimates.size(); ++i) EXPECT_EQ(estimates[i].time, bundles_[i].scan.end) << i;
+  }
+
+  /// Seconds of the log until the first estimate that is lost, or is not.
+  static double seconds_until(const std::vector<Estimate>& estimates, bool lost) {
+    for (const Estimate& estimate : estimates) {
+      if ((estimate.health == Health::lost) == lost) return to_seconds(estimate.time - bundles_.front().scan.start);
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+
+  static void expect_near_the_truth(const Estimate& estimate, double limit_m) {
+    const auto truth = interpolate(truth_, estimate.time, 20'000'000);
+    ASSERT_TRUE(truth);
+    EXPECT_LT((estimate.state.T_map_imu.position - truth->position).norm(), limit_m) << to_seconds(estimate.time);
+  }
+
+  static std::unique_ptr<testing::Room> room_;
+  static std::vector<ScanBundle> bundles_;
+  static Trajectory truth_;
+  WarningLog warnings_;
+};
+std::unique_ptr<testing::Room> SupervisedInARoom::room_;
+std::vector<ScanBundle> SupervisedInARoom::bundles_;
+Trajectory SupervisedInARoom::truth_;
+
+TEST_F(SupervisedInARoom, AnEstimatorThatLosesItsStateIsReplaced) {
+  int made = 0;
+  Supervised supervised(wrong_input(), [&](const EstimatorInput& input) -> std::unique_ptr<Estimator> {
+    if (++made == 1) return std::make_unique<LosesItsState>();
+    return std::make_unique<IteratedFilter>(input);
+  });
+  const Estimates result = estimate(supervised, bundles_);
+  EXPECT_EQ(made, 2);
+  EXPECT_EQ(warnings_.count("run.found_again"), 1);
+  expect_every_scan_once(result.causals);
+  expect_every_scan_once(result.bests);
+  EXPECT_EQ(result.causals.front().reason, HealthReason::not_finite);
+  EXPECT_LT(seconds_until(result.causals, false), 5.5);  // the second search has 4.5 s of data
+  bool found = false;
+  for (const Estimate& causal : result.causals) {
+    if (causal.health == Health::lost) {
+      EXPECT_FALSE(found) << to_seconds(causal.time);
+      continue;
+    }
+    found = true;
+    expect_near_the_truth(causal, 0.1);
+  }
+}
+
+TEST_F(SupervisedInARoom, AnEstimatorAtAWrongPlaceIsLostAndFoundAgain) {
+  const auto smoother = make_estimator("smoother", wrong_input());
+  const Estimates result = estimate(*smoother, bundles_);
+  EXPECT_LT(seconds_until(result.causals, true), 5.0);
+  EXPECT_GE(warnings_.count("run.found_again"), 1);
+  EXPECT_NE(result.causals.back().health, Health::lost);
+  expect_near_the_truth(result.causals.back(), 0.1);
+  expect_near_the_truth(result.bests.back(), 0.1);
+  expect_every_scan_once(result.causals);
+  expect_every_scan_once(result.bests);
+}
+
+TEST_F(SupervisedInARoom, WithoutAPlaceEachScanIsReportedAsLost) {
+  std::vector<ScanBundle> empty = bundles_;
+  for (ScanBundle& bundle : empty) bundle.scan.points.clear();
+  int made = 0;
+  Supervised supervised(wrong_input(), [&](const EstimatorInput&) {
+    ++made;
+    return std::make_unique<LosesItsState>();
+  });
+  const Estimates result = estimate(supervised, empty);
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(warnings_.count("run.found_again"), 0);
+  expect_every_scan_once(result.causals);
+  expect_every_scan_once(result.bests);
+  for (const Estimate& best : result.bests) EXPECT_EQ(best.health, Health::lost);
+  EXPECT_EQ(result.bests.back().reason, HealthReason::searching);
+}
+
+TEST_F(SupervisedInARoom, WithoutACloudMapTheEstimatorContinues) {
+  EstimatorInput input = wrong_input();
+  input.planes = nullptr;
+  Supervised supervised(input, [](const EstimatorInput&) { return std::make_unique<LosesItsState>(); });
+  const Estimates result = estimate(supervised, bundles_);
+  expect_every_scan_once(result.causals);
+  EXPECT_EQ(result.causals.back().reason, HealthReason::not_finite);
+}
+
+}  // namespace
+}  // namespace lodestone
