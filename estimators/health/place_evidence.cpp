@@ -13,13 +13,13 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kPoints = 400;     // of a scan; neighbours say the same
-constexpr std::size_t kFewest = 20;      // points above the floor that a share is taken of
-constexpr double kAboveFloor_m = 0.3;    // all floors look alike
-constexpr double kFloorRange_m = 20.0;   // where the floor is looked for
-constexpr double kLowestShare = 0.02;    // of the points: the floor
-constexpr float kOnPlane_m = 0.15F;      // of a point that agrees with a plane
-constexpr double kReadingSpan_s = 0.05;  // of the mean of each magnetometer's readings
+constexpr std::size_t kSampledPoints = 400;  // of a scan; neighbours say the same
+constexpr std::size_t kFewest = 20;          // points above the floor that a share is taken of
+constexpr double kAboveFloor_m = 0.3;        // all floors look alike
+constexpr double kFloorRange_m = 20.0;       // where the floor is looked for
+constexpr double kLowestShare = 0.02;        // of the points: the floor
+constexpr float kOnPlane_m = 0.15F;          // of a point that agrees with a plane
+constexpr double kMeanReading_s = 0.05;      // of the mean of each magnetometer's readings
 
 /// Poses where the robot is not: x and y in metres, yaw in radians, from the estimate.
 constexpr std::array<std::array<double, 3>, 6> kDecoys{
@@ -52,7 +52,7 @@ PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const NavState& state)
 
 void PlaceJudge::judge_scan(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) const {
   std::vector<LidarPoint> sample;
-  const std::size_t every = std::max<std::size_t>(1, bundle.scan.points.size() / kPoints);
+  const std::size_t every = std::max<std::size_t>(1, bundle.scan.points.size() / kSampledPoints);
   for (std::size_t i = 0; i < bundle.scan.points.size(); i += every) {
     const LidarPoint& point = bundle.scan.points[i];
     if (point.position.allFinite() && point.position.norm() > 0.1F) sample.push_back(point);
@@ -79,7 +79,7 @@ void PlaceJudge::judge_scan(const ScanBundle& bundle, const NavState& state, Pla
 }
 
 void PlaceJudge::judge_field(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) {
-  const auto array = reading_at_end(bundle, state, input_.suite, kReadingSpan_s);
+  const auto array = reading_at_end(bundle, state, input_.suite, kMeanReading_s);
   if (!array) return;
   if (!background_) background_ = field_background(*input_.field);
   const FieldEvidence here = field_evidence(*array, state.T_map_imu, input_.suite, *input_.field, *background_);

@@ -13,7 +13,6 @@ namespace {
 constexpr double kConfirmed_s = 1.0;     // of being lost, before the estimator is stopped
 constexpr double kFirstSearch_s = 1.5;   // of data
 constexpr double kLongestWait_s = 60.0;  // between two searches that found nothing
-constexpr double kSamePlace_m = 0.5;
 
 /// A lost estimator whose state contradicts the maps only gets worse.
 bool is_wrong(HealthReason reason) {

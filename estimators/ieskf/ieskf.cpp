@@ -19,8 +19,8 @@ namespace {
 
 // Where the iterations of an update end (docs/design/048-options-that-went.md).
 constexpr int kMagneticIterations = 3;
-constexpr double kConverged_m = 1e-3;
-constexpr double kConverged_deg = 1e-2;
+constexpr double kUpdateConverged_m = 1e-3;
+constexpr double kUpdateConverged_deg = 1e-2;
 
 }  // namespace
 
@@ -162,8 +162,8 @@ void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy&
     }
     return sum;
   };
-  const UpdatedState updated = iterated_update(state_, covariance_, evidence,
-                                               {kMagneticIterations, kConverged_m, kConverged_deg * M_PI / 180.0});
+  const UpdatedState updated = iterated_update(
+      state_, covariance_, evidence, {kMagneticIterations, kUpdateConverged_m, kUpdateConverged_deg * M_PI / 180.0});
   state_ = updated.state;
   covariance_ = updated.covariance;
 }
@@ -192,8 +192,9 @@ void IteratedFilter::update_by_lidar(const Scan& scan, const Degeneracy& degener
     }
     return masked_evidence(cost, state.T_map_imu, mask);
   };
-  const UpdatedState updated = iterated_update(
-      state_, covariance_, evidence, {options.ieskf.lidar_iterations, kConverged_m, kConverged_deg * M_PI / 180.0});
+  const UpdatedState updated =
+      iterated_update(state_, covariance_, evidence,
+                      {options.ieskf.lidar_iterations, kUpdateConverged_m, kUpdateConverged_deg * M_PI / 180.0});
   state_ = updated.state;
   covariance_ = updated.covariance;
   diagnostics.iterations = updated.iterations;

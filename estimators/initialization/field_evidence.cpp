@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kLeastMapSigma_ut = 0.5;
 constexpr double kBackgroundCorrelation_m = 0.5;
-constexpr double kMapCorrelation_m = 0.3;  // errors of the magnetic map are one over this distance
-constexpr double kPositionSigma_m = 0.03;  // of a candidate once it is registered
+constexpr double kMapCorrelation_m = 0.3;    // errors of the magnetic map are one over this distance
+constexpr double kRegisteredSigma_m = 0.03;  // of a candidate once it is registered
 
 double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covariance) {
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
@@ -72,7 +72,7 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
     if (field) {
       residuals.row(i) = (measured - field->field_ut).transpose();
       sigma[i] = std::sqrt(std::pow(std::max(field->sigma_ut, kLeastMapSigma_ut), 2) +
-                           field->gradient.squaredNorm() / 3.0 * std::pow(kPositionSigma_m, 2));
+                           field->gradient.squaredNorm() / 3.0 * std::pow(kRegisteredSigma_m, 2));
       squares += residuals.row(i).squaredNorm();
       ++result.on_map;
     } else {

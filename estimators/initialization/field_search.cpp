@@ -15,8 +15,8 @@ constexpr double kStep_m = 0.15;
 constexpr double kSigma_ut = 4.0;      // change of the field within half a step
 constexpr double kWorstSquare = 16.0;  // limit of a reading's squared residual, sigmas²: one broken sensor must not win
 constexpr double kCrowding = 3.0;      // number of readings that share one error of the map
-constexpr std::size_t kScored = 3000;     // places with the best fit to the field that are also scored by the cloud map
-constexpr std::size_t kCandidates = 100;  // largest number of places that are registered
+constexpr std::size_t kScored = 3000;  // places with the best fit to the field that are also scored by the cloud map
+constexpr std::size_t kFieldCandidates = 100;  // largest number of places that are registered
 constexpr double kPlacesApart_m = 0.3;
 constexpr double kPlacesApart_rad = 10.0 * std::numbers::pi / 180.0;
 
@@ -119,7 +119,7 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
   std::sort(order.begin(), order.end());
   std::vector<Place> result;
   for (const auto& [cost, i] : order) {
-    if (result.size() >= kCandidates) break;
+    if (result.size() >= kFieldCandidates) break;
     const Place& place = places[i];
     const bool is_near = std::any_of(result.begin(), result.end(), [&](const Place& other) {
       return other.level == place.level && (other.position_m - place.position_m).norm() < kPlacesApart_m &&

@@ -13,9 +13,9 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kHitAtPlace = 0.8;       // share of a scan that is explained at its true place
-constexpr double kLeastShare = 0.6;       // of the best score: worse places are discarded
-constexpr std::size_t kCandidates = 250;  // largest number of places that are registered
+constexpr double kHitAtPlace = 0.8;           // share of a scan that is explained at its true place
+constexpr double kLeastShare = 0.6;           // of the best score: worse places are discarded
+constexpr std::size_t kScanCandidates = 250;  // largest number of places that are registered
 constexpr double kApart_m = 0.5;
 constexpr double kApart_rad = 5.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kBatch = 256;  // number of blocks divided together
@@ -168,7 +168,7 @@ PlaceSearchResult PlaceSearch::best(std::span<const SearchPoint> points) const {
     return a.level == b.level && (a.position_m - b.position_m).norm() < kApart_m &&
            std::abs(std::remainder(a.yaw - b.yaw, 2.0 * std::numbers::pi)) < kApart_rad;
   };
-  while (!open.empty() && result.places.size() < kCandidates) {
+  while (!open.empty() && result.places.size() < kScanCandidates) {
     const Block top = open.top();
     const double best = result.places.empty() ? static_cast<double>(top.bound) : result.places.front().score;
     if (best <= 0.0 || static_cast<double>(top.bound) < kLeastShare * best) break;
