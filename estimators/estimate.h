@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/geometry/nav_state.h"
 #include "core/time.h"
 
@@ -58,6 +60,9 @@ struct Estimate {
   Time time = 0;
   NavState state;
   Matrix6 covariance = Matrix6::Zero();  ///< of the pose; tangent order φ (right, body), p (map)
+  /// Pose at which the scan fits the cloud map with the platform file's calibration: the state's pose, moved by the
+  /// estimated calibration and map error. None: the state's pose.
+  std::optional<Pose> scan_pose;
   Diagnostics diagnostics;
   Health health = Health::good;
   HealthReason reason = HealthReason::none;

@@ -9,10 +9,17 @@ namespace {
 
 constexpr double kUncertain_m = 0.5;
 constexpr double kLost_m = 3.0;
+
+// Thresholds of evidence: docs/design/050-health.md.
+constexpr double kScanMemory_s = 0.5;
+constexpr double kScanContradicts = 0.25;  // fit of scans
+constexpr double kScanUnclear = 0.4;
 constexpr double kStation_m = 1.0;
 constexpr std::size_t kStations = 5;
+constexpr double kFieldFits = 4.0;  // sum of the odds of stations
 constexpr double kFieldMemory_s = 3.0;
 constexpr double kLeastFieldWeight = 0.5;  // below, more than half of the readings contradict the map
+constexpr double kMostlyAlone = 0.5;
 
 Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
@@ -22,7 +29,7 @@ Verdict worse(const Verdict& a, const Verdict& b) {
 
 Verdict judge_covariance(const Estimate& estimate) {
   const double variance_m2 = estimate.covariance.diagonal().tail<3>().maxCoeff();
-  if (!estimate.state.T_map_imu.position.allFinite() || !std::isfinite(variance_m2)) {
+  if (!estimate.state.T_map_imu.position.allFinite() || !estimate.covariance.allFinite()) {
     return {Health::lost, HealthReason::not_finite};
   }
   if (variance_m2 > kLost_m * kLost_m) return {Health::lost, HealthReason::covariance};
@@ -31,14 +38,17 @@ Verdict judge_covariance(const Estimate& estimate) {
 }
 
 void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
-  const PlaceEvidence evidence = judge_.judge(bundle, causal.state);
+  const PlaceEvidence evidence = judge_.judge(bundle, causal);
   Diagnostics& diagnostics = causal.diagnostics;
   diagnostics.place_share = evidence.scan_share;
   diagnostics.decoy_share = evidence.decoy_share;
   diagnostics.place_points = evidence.scan_points;
   diagnostics.field_odds = evidence.field_odds;
-  add_station(evidence, causal);
-  const Verdict by_evidence = judge_evidence(causal);
+  const double step_s = last_ == 0 ? 0.0 : to_seconds(causal.time - last_);
+  last_ = causal.time;
+  add_scan(evidence, step_s);
+  add_readings(evidence, causal, step_s);
+  const Verdict by_evidence = judge_evidence();
   if (by_evidence.health != Health::good) verdicts_[causal.time] = by_evidence;
   const Verdict verdict = worse(judge_covariance(causal), by_evidence);
   causal.health = verdict.health;
@@ -51,32 +61,52 @@ Verdict HealthMonitor::judge_refined(const Estimate& refined) const {
 }
 
 void HealthMonitor::restart() {
+  scan_fit_.reset();
   stations_.clear();
   field_weight_ = 1.0;
+  field_alone_ = 0.0;
   last_ = 0;
 }
 
-void HealthMonitor::add_station(const PlaceEvidence& evidence, const Estimate& causal) {
-  const Vector3& position = causal.state.T_map_imu.position;
-  if (stations_.empty() || !((position - stations_.back().position).norm() < kStation_m)) {
-    stations_.push_back({position, 0.0, 0.0});
-    if (stations_.size() > kStations) stations_.pop_front();
-  }
-  stations_.back().field_odds = evidence.field_odds;
-
-  const double step_s = last_ == 0 ? 0.0 : to_seconds(causal.time - last_);
-  last_ = causal.time;
-  const bool alone = !has_planes_ || causal.diagnostics.degenerate_directions > 0;
-  if (!alone) {
-    field_weight_ = 1.0;
-  } else if (causal.diagnostics.magnetic_samples > 0) {
-    field_weight_ += (1.0 - std::exp(-step_s / kFieldMemory_s)) * (causal.diagnostics.magnetic_weight - field_weight_);
-  }
+void HealthMonitor::add_scan(const PlaceEvidence& evidence, double step_s) {
+  if (evidence.scan_points == 0) return;
+  const double fit = scan_fit(evidence);
+  scan_fit_ = scan_fit_ ? *scan_fit_ + (1.0 - std::exp(-step_s / kScanMemory_s)) * (fit - *scan_fit_) : fit;
 }
 
-Verdict HealthMonitor::judge_evidence(const Estimate&) const {
-  if (field_weight_ < kLeastFieldWeight) return {Health::lost, HealthReason::field_off_map};
+void HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s) {
+  const Vector3& position = causal.state.T_map_imu.position;
+  if (evidence.field_readings > 0) {
+    if (stations_.empty() || !((position - stations_.back().position).norm() < kStation_m)) {
+      stations_.push_back({position, 0.0});
+      if (stations_.size() > kStations) stations_.pop_front();
+    }
+    stations_.back().field_odds = evidence.field_odds;
+  }
+  if (causal.diagnostics.magnetic_samples == 0) return;
+  const double gain = 1.0 - std::exp(-step_s / kFieldMemory_s);
+  field_weight_ += gain * (causal.diagnostics.magnetic_weight - field_weight_);
+  const bool alone = causal.diagnostics.correspondences == 0 || causal.diagnostics.degenerate_directions > 0;
+  field_alone_ += gain * ((alone ? 1.0 : 0.0) - field_alone_);
+}
+
+Verdict HealthMonitor::judge_evidence() const {
+  const bool field_contradicts = field_weight_ < kLeastFieldWeight;
+  if (scan_fit_ && *scan_fit_ < kScanContradicts) {
+    double field_odds = 0.0;
+    for (const Station& station : stations_) field_odds += station.field_odds;
+    return {field_odds > kFieldFits && !field_contradicts ? Health::uncertain : Health::lost,
+            HealthReason::scan_off_map};
+  }
+  if (field_contradicts) {
+    return {field_alone_ > kMostlyAlone ? Health::lost : Health::uncertain, HealthReason::field_off_map};
+  }
+  if (scan_fit_ && *scan_fit_ < kScanUnclear) return {Health::uncertain, HealthReason::scan_off_map};
   return {};
+}
+
+double scan_fit(const PlaceEvidence& evidence) {
+  return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
 }
 
 }  // namespace lodestone

@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <map>
+#include <optional>
 
 #include "estimators/health/place_evidence.h"
 
@@ -20,7 +21,7 @@ Verdict judge_covariance(const Estimate& estimate);
 class HealthMonitor {
  public:
   /// `input` must outlive this.
-  explicit HealthMonitor(const EstimatorInput& input) : judge_(input), has_planes_(input.planes != nullptr) {}
+  explicit HealthMonitor(const EstimatorInput& input) : judge_(input) {}
 
   /// The newest estimate of a bundle, in order of time: sets its health, and the evidence in its diagnostics.
   void judge(const ScanBundle& bundle, Estimate& causal);
@@ -32,22 +33,26 @@ class HealthMonitor {
   void restart();
 
  private:
-  void add_station(const PlaceEvidence& evidence, const Estimate& causal);
-  Verdict judge_evidence(const Estimate& causal) const;
+  void add_scan(const PlaceEvidence& evidence, double step_s);
+  void add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s);
+  Verdict judge_evidence() const;
 
-  /// Evidence of scans and readings a metre apart: neighbours repeat each other.
+  /// Field evidence of a metre of the way: neighbouring readings repeat each other.
   struct Station {
     Vector3 position = Vector3::Zero();
-    double scan_odds = 0.0;
     double field_odds = 0.0;
   };
 
   PlaceJudge judge_;
-  bool has_planes_;
+  std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
-  double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds, where they alone observe a direction
+  double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
+  double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
   Time last_ = 0;
   std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept
 };
+
+/// How well scans fit: 1 if all points are on the map, 0 if no more than at places where the robot is not.
+double scan_fit(const PlaceEvidence& evidence);
 
 }  // namespace lodestone

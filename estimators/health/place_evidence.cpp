@@ -42,15 +42,18 @@ double share_on_map(std::span<const Eigen::Vector3f> points, const Pose& T_map_i
 
 }  // namespace
 
-PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const NavState& state) {
+PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const Estimate& estimate) {
   PlaceEvidence evidence;
+  const NavState& state = estimate.state;
   if (!state.T_map_imu.position.allFinite() || !state.T_map_imu.rotation.coeffs().allFinite()) return evidence;
-  if (input_.planes != nullptr && !bundle.scan.points.empty()) judge_scan(bundle, state, evidence);
+  if (input_.planes != nullptr && !bundle.scan.points.empty()) judge_scan(bundle, estimate, evidence);
   if (input_.field != nullptr && !bundle.magnetic.empty()) judge_field(bundle, state, evidence);
   return evidence;
 }
 
-void PlaceJudge::judge_scan(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) const {
+void PlaceJudge::judge_scan(const ScanBundle& bundle, const Estimate& estimate, PlaceEvidence& evidence) const {
+  NavState state = estimate.state;
+  if (estimate.scan_pose) state.T_map_imu = *estimate.scan_pose;
   std::vector<LidarPoint> sample;
   const std::size_t every = std::max<std::size_t>(1, bundle.scan.points.size() / kSampledPoints);
   for (std::size_t i = 0; i < bundle.scan.points.size(); i += every) {

@@ -26,11 +26,11 @@ class PlaceJudge {
   /// `input` must outlive this.
   explicit PlaceJudge(const EstimatorInput& input) : input_(input) {}
 
-  /// `state`: at the scan's end. Zeros for what the bundle or the maps do not have.
-  PlaceEvidence judge(const ScanBundle& bundle, const NavState& state);
+  /// `estimate`: at the scan's end. Zeros for what the bundle or the maps do not have.
+  PlaceEvidence judge(const ScanBundle& bundle, const Estimate& estimate);
 
  private:
-  void judge_scan(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) const;
+  void judge_scan(const ScanBundle& bundle, const Estimate& estimate, PlaceEvidence& evidence) const;
   void judge_field(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence);
 
   const EstimatorInput& input_;

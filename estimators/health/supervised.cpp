@@ -10,13 +10,15 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kConfirmed_s = 1.0;     // of being lost, before the estimator is stopped
+constexpr double kStop_s = 3.0;          // of contradicting the maps, before an estimator is stopped
 constexpr double kFirstSearch_s = 1.5;   // of data
 constexpr double kLongestWait_s = 60.0;  // between two searches that found nothing
+constexpr double kForget_s = 10.0;       // without suspicion, after which the next search does not wait
+constexpr double kSamePlace_m = 0.5;
+constexpr double kSamePlace_rad = 0.2;
 
-/// A lost estimator whose state contradicts the maps only gets worse.
-bool is_wrong(HealthReason reason) {
-  return reason != HealthReason::covariance && reason != HealthReason::none;
+bool contradicts_maps(HealthReason reason) {
+  return reason == HealthReason::scan_off_map || reason == HealthReason::field_off_map;
 }
 
 }  // namespace
@@ -66,27 +68,40 @@ Supervised::Supervised(EstimatorInput input, Make make)
 Supervised::~Supervised() = default;
 
 void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
+  const Time now = bundle.scan.end;
   if (stopped_) {
     report_lost(bundle, sink);
   } else {
     estimate(bundle, sink);
     const bool lost = newest_.health == Health::lost;
-    if (!lost) {
-      lost_since_ = 0;
+    if (!lost) lost_since_.reset();
+    if (!lost && !contradicts_maps(newest_.reason)) {
+      suspect_since_.reset();
       kept_.clear();
       return;
     }
-    if (lost_since_ == 0) {
-      lost_since_ = bundle.scan.end;
-      next_search_s_ = kFirstSearch_s;
-      wait_s_ = kFirstSearch_s;
-    }
+    if (lost && !lost_since_) lost_since_ = now;
     if (!searchable_) return;
-    if (is_wrong(newest_.reason) && to_seconds(bundle.scan.end - lost_since_) >= kConfirmed_s) stop_estimator(sink);
+    suspect(now);
+    const double stop_after_s = newest_.reason == HealthReason::not_finite ? 0.0 : kStop_s;
+    const bool is_wrong = lost && newest_.reason != HealthReason::covariance;
+    if (is_wrong && to_seconds(now - *lost_since_) >= stop_after_s) stop_estimator(sink);
   }
   if (!searchable_) return;
+  last_suspect_ = now;
   keep(bundle);
-  if (const std::optional<StartHypothesis> found = search()) start_again(*found, sink);
+  const std::optional<StartHypothesis> found = search();
+  if (found && !confirms_estimator(*found)) start_again(*found, sink);
+}
+
+void Supervised::suspect(Time now) {
+  if (suspect_since_) return;
+  suspect_since_ = now;
+  if (wait_s_ == 0.0 || to_seconds(now - last_suspect_) > kForget_s) {
+    wait_s_ = kFirstSearch_s;
+    next_search_ = 0;
+  }
+  next_search_ = std::max(next_search_, now + from_seconds(kFirstSearch_s));
 }
 
 void Supervised::estimate(const ScanBundle& bundle, EstimateSink& sink) {
@@ -118,24 +133,36 @@ void Supervised::stop_estimator(EstimateSink& sink) {
 }
 
 void Supervised::keep(const ScanBundle& bundle) {
-  kept_.push_back(bundle);
-  while (to_seconds(kept_.back().scan.end - kept_.front().scan.start) > input_.options.search.data_s) kept_.pop_front();
+  kept_.push_back({bundle, newest_.state.T_map_imu});
+  const double most_s = input_.options.search.data_s;
+  while (to_seconds(kept_.back().bundle.scan.end - kept_.front().bundle.scan.start) > most_s) kept_.pop_front();
 }
 
 std::optional<StartHypothesis> Supervised::search() {
-  const double data_s = to_seconds(kept_.back().scan.end - lost_since_);
-  if (data_s < next_search_s_) return std::nullopt;
+  const Time now = kept_.back().bundle.scan.end;
+  if (now < next_search_) return std::nullopt;
   wait_s_ = std::min(2.0 * wait_s_, kLongestWait_s);
-  next_search_s_ = data_s + wait_s_;
+  next_search_ = now + from_seconds(wait_s_);
   try {
     if (finder_ == nullptr) finder_ = std::make_unique<StartFinder>(input_);
-    const std::vector<ScanBundle> bundles(kept_.begin(), kept_.end());
+    std::vector<ScanBundle> bundles;
+    for (const Kept& kept : kept_) bundles.push_back(kept.bundle);
     FoundStart found = finder_->find(bundles);
     if (found.sure) return found.best.front();
   } catch (const InputError&) {
     // No scan with points, or a map without a floor.
   }
   return std::nullopt;
+}
+
+/// The search found what the running estimator says: it is the maps that have changed.
+bool Supervised::confirms_estimator(const StartHypothesis& found) const {
+  if (stopped_ || newest_.reason == HealthReason::covariance) return false;
+  const Kept& first = kept_.front();
+  Pose moved = found.T_map_imu;  // to the end of the scan
+  moved.position += to_seconds(first.bundle.scan.end - first.bundle.scan.start) * found.velocity;
+  const Vector6 difference = moved.boxminus(first.T_map_imu);
+  return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSamePlace_rad;
 }
 
 void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {
@@ -145,21 +172,22 @@ void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {
   if (!stopped_) stop_estimator(sink);
   if (input_.warnings != nullptr) {
     const Vector3& p = found.T_map_imu.position;
-    input_.warnings->add(
-        "run.found_again",
-        fmt::format("lost at {:.3f} s; the search found the position {:.2f} {:.2f} {:.2f} at {:.3f} s",
-                    to_seconds(lost_since_), p.x(), p.y(), p.z(), to_seconds(kept_.front().scan.start)),
-        kept_.back().scan.end);
+    input_.warnings->add("run.found_again",
+                         fmt::format("lost at {:.3f} s; the search found the position {:.2f} {:.2f} {:.2f} at {:.3f} s",
+                                     to_seconds(lost_since_.value_or(*suspect_since_)), p.x(), p.y(), p.z(),
+                                     to_seconds(kept_.front().bundle.scan.start)),
+                         kept_.back().bundle.scan.end);
   }
-  reported_ = kept_.back().scan.end;
+  reported_ = kept_.back().bundle.scan.end;
   estimator_ = make_(input);
   stopped_ = false;
   scans_ = 0;
-  lost_since_ = 0;
+  lost_since_.reset();
+  suspect_since_.reset();
   monitor_.restart();
-  const std::deque<ScanBundle> bundles = std::move(kept_);
+  const std::deque<Kept> kept = std::move(kept_);
   kept_.clear();
-  for (const ScanBundle& bundle : bundles) estimate(bundle, sink);
+  for (const Kept& scan : kept) estimate(scan.bundle, sink);
 }
 
 void Supervised::finish(EstimateSink& sink) {

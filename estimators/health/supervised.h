@@ -12,8 +12,9 @@
 namespace lodestone {
 
 /// Any estimator, with the health of its estimates and a new initialization after it was lost: the search of
-/// `--initial-pose auto` on the scans since then (docs/design/050-health.md). An estimator at a wrong place is not
-/// continued; one that merely does not know enough is, until the search is certain of another place.
+/// `--initial-pose auto` on the scans since then (docs/design/050-health.md). The search begins as soon as scans or
+/// readings contradict the maps. An estimator at a wrong place is stopped after some seconds; one that merely does not
+/// know enough is continued until the search is certain of another place.
 class Supervised final : public Estimator {
  public:
   using Make = std::function<std::unique_ptr<Estimator>(const EstimatorInput&)>;
@@ -31,11 +32,18 @@ class Supervised final : public Estimator {
  private:
   class JudgingSink;
 
+  struct Kept {
+    ScanBundle bundle;
+    Pose T_map_imu;  // causal estimate
+  };
+
   void estimate(const ScanBundle& bundle, EstimateSink& sink);
   void report_lost(const ScanBundle& bundle, EstimateSink& sink);
   void stop_estimator(EstimateSink& sink);
+  void suspect(Time now);
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
+  bool confirms_estimator(const StartHypothesis& found) const;
   void start_again(const StartHypothesis& found, EstimateSink& sink);
 
   EstimatorInput input_;
@@ -44,12 +52,14 @@ class Supervised final : public Estimator {
   bool stopped_ = false;  // the estimator was lost, and has handed out its estimates
   std::int64_t scans_ = 0;
   HealthMonitor monitor_;
-  Estimate newest_;              // causal
-  Time reported_ = -1;           // estimates up to then were reported by an estimator before this one
-  Time lost_since_ = 0;          // 0: not lost
-  std::deque<ScanBundle> kept_;  // since the loss, as many as a search looks at
-  double next_search_s_ = 0.0;   // of data kept
-  double wait_s_ = 0.0;          // until the search after that
+  Estimate newest_;                    // causal
+  Time reported_ = -1;                 // estimates up to then were reported by an estimator before this one
+  std::optional<Time> suspect_since_;  // lost, or contradicted by the maps
+  std::optional<Time> lost_since_;
+  Time last_suspect_ = 0;
+  std::deque<Kept> kept_;  // of the suspicion, as many as a search looks at
+  Time next_search_ = 0;
+  double wait_s_ = 0.0;  // between the next search and the one after it
   std::unique_ptr<StartFinder> finder_;
   bool searchable_;
   std::optional<CalibrationEstimate> best_calibration_;  // of estimators before this one

@@ -137,6 +137,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.diagnostics.clock_offset_s = window_->clock_offset().offset_s;
   estimate.diagnostics.clock_sigma_s = window_->clock_offset().sigma_s;
   Estimate causal = estimate;
+  causal.scan_pose = window_->seen_pose(newest);
   if (leaves) {
     report(0, covariances[1], sink);
     window_->marginalize_oldest();

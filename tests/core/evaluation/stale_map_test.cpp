@@ -65,8 +65,7 @@ struct Drive {
             estimate,
             covariances,
             [this](const Vector3& position) { return map->query(position, FieldInterpolation::bicubic); },
-            kHeight_m,
-            0.0};
+            kHeight_m};
   }
 };
 

@@ -51,6 +51,7 @@ class MonitorOfReadings : public ::testing::Test {
     estimate.diagnostics.magnetic_samples = samples;
     estimate.diagnostics.magnetic_weight = weight;
     estimate.diagnostics.degenerate_directions = degenerate_directions;
+    estimate.diagnostics.correspondences = correspondences_;
     ScanBundle bundle;
     bundle.scan.end = estimate.time;
     monitor.judge(bundle, estimate);
@@ -59,6 +60,7 @@ class MonitorOfReadings : public ::testing::Test {
   Health health(HealthMonitor& monitor, int samples, double weight) { return step(monitor, samples, weight).health; }
 
   int steps_ = 0;
+  int correspondences_ = 0;
 };
 
 TEST_F(MonitorOfReadings, NeedsSecondsOfDisagreementAndComesBack) {
@@ -98,20 +100,106 @@ TEST_F(MonitorOfReadings, JudgesARefinedEstimateByTheEvidenceOfItsTime) {
   EXPECT_EQ(monitor.judge_refined(last).health, Health::uncertain);
 }
 
-TEST_F(MonitorOfReadings, IgnoresWeightsWhereLidarObservesEveryDirection) {
-  std::vector<Eigen::Vector3f> floor;
-  for (int i = 0; i < 400; ++i) {
-    floor.emplace_back(0.05F * static_cast<float>(i % 20), 0.05F * static_cast<float>(i / 20), 0.125F);
-  }
-  EstimatorInput input;
-  input.planes = std::make_shared<PlaneMap>(floor, PlaneMapOptions{});
+TEST_F(MonitorOfReadings, IsOnlyUncertainWhereLidarObservesEveryDirection) {
+  const EstimatorInput input;
   HealthMonitor monitor(input);
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(step(monitor, 4, 0.1, 0).health, Health::good);
-  while (steps_ < 200 && step(monitor, 4, 0.1, 1).health == Health::good) {
-  }
-  EXPECT_NEAR(steps_, 125, 1);
+  correspondences_ = 1000;
+  for (int i = 0; i < 100; ++i) EXPECT_NE(step(monitor, 4, 0.1, 0).health, Health::lost);
+  EXPECT_EQ(step(monitor, 4, 0.1, 0).health, Health::uncertain);
+  EXPECT_EQ(step(monitor, 4, 0.1, 0).reason, HealthReason::field_off_map);
+  for (int i = 0; i < 25; ++i) step(monitor, 4, 0.1, 1);
   EXPECT_EQ(step(monitor, 4, 0.1, 1).health, Health::lost);
-  EXPECT_EQ(step(monitor, 4, 0.1, 0).health, Health::good);
+}
+
+/// Floor and walls of a room of 12 m x 7 m with a partition.
+std::vector<Eigen::Vector3f> room() {
+  std::vector<Eigen::Vector3f> points;
+  const auto wall = [&](const Vector3& from, const Vector3& to) {
+    const double length_m = (to - from).norm();
+    for (double s = 0.0; s < length_m; s += 0.05) {
+      for (double z = 0.02; z < 2.5; z += 0.05) {
+        Vector3 point = from + s / length_m * (to - from);
+        point.z() = z;
+        points.push_back(point.cast<float>());
+      }
+    }
+  };
+  wall({-6.02, -3.02, 0.0}, {6.02, -3.02, 0.0});
+  wall({-6.02, 4.02, 0.0}, {6.02, 4.02, 0.0});
+  wall({-6.02, -3.02, 0.0}, {-6.02, 4.02, 0.0});
+  wall({6.02, -3.02, 0.0}, {6.02, 4.02, 0.0});
+  wall({2.02, 1.0, 0.0}, {2.02, 4.0, 0.0});
+  for (double x = -6.0; x < 6.0; x += 0.05) {
+    for (double y = -3.0; y < 4.0; y += 0.05) points.emplace_back(x, y, 0.02);
+  }
+  return points;
+}
+
+Pose in_room(double x, double y, double yaw_rad) {
+  return {Quaternion(Eigen::AngleAxisd(yaw_rad, Vector3::UnitZ())), {x, y, 0.5}};
+}
+
+class MonitorOfScans : public ::testing::Test {
+ protected:
+  MonitorOfScans() { input_.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{}); }
+
+  /// The verdict after two seconds of a robot at rest at `actual`, of which the first `share` of points are measured
+  /// and the others come from an object that surrounds the LiDAR.
+  Verdict verdict(const Pose& actual, const Pose& estimated, double share = 1.0) {
+    ScanBundle bundle;
+    const std::vector<Eigen::Vector3f> points = room();
+    const Pose inverse = actual.inverse();
+    for (std::size_t i = 0; i < points.size(); i += 7) {
+      LidarPoint point;
+      point.position = (inverse * points[i].cast<double>()).cast<float>();
+      if (static_cast<double>(i % 700) >= 700.0 * share) point.position *= 0.9F / point.position.norm();
+      bundle.scan.points.push_back(point);
+    }
+    HealthMonitor monitor(input_);
+    Estimate estimate = with_sigma(0.01);
+    estimate.state.T_map_imu = estimated;
+    for (int i = 1; i <= 20; ++i) {
+      estimate.time = from_seconds(kStep_s * i);
+      bundle.scan.start = estimate.time;
+      bundle.scan.end = estimate.time;
+      monitor.judge(bundle, estimate);
+    }
+    return {estimate.health, estimate.reason};
+  }
+
+  EstimatorInput input_;
+};
+
+TEST_F(MonitorOfScans, ScansThatFitAreGood) {
+  EXPECT_EQ(verdict(in_room(-2.0, 1.0, 0.3), in_room(-2.0, 1.0, 0.3)).health, Health::good);
+  EXPECT_EQ(verdict(in_room(4.0, 2.0, 2.0), in_room(4.0, 2.0, 2.0)).health, Health::good);
+  EXPECT_EQ(verdict(in_room(4.0, 2.0, 2.0), in_room(4.0, 2.0, 2.0), 0.75).health, Health::good);
+}
+
+TEST_F(MonitorOfScans, ScansThatDoNotFitAreLost) {
+  for (const Pose& wrong : {in_room(0.0, -1.0, 0.3), in_room(-2.0, 1.0, 1.3), in_room(30.0, 1.0, 0.3)}) {
+    const Verdict result = verdict(in_room(-2.0, 1.0, 0.3), wrong);
+    EXPECT_EQ(result.health, Health::lost) << wrong.position.transpose();
+    EXPECT_EQ(result.reason, HealthReason::scan_off_map);
+  }
+}
+
+TEST_F(MonitorOfScans, TheEstimatedPoseOfTheScanIsJudged) {
+  // The estimator found that the LiDAR is mounted half a metre beside the platform file's position.
+  HealthMonitor monitor(input_);
+  ScanBundle bundle;
+  const Pose actual = in_room(-2.0, 1.0, 0.3);
+  for (const Eigen::Vector3f& point : room()) {
+    LidarPoint measured;
+    measured.position = (actual.inverse() * point.cast<double>()).cast<float>();
+    bundle.scan.points.push_back(measured);
+  }
+  Estimate estimate = with_sigma(0.01);
+  estimate.state.T_map_imu = in_room(-2.0, 0.5, 0.8);
+  estimate.scan_pose = actual;
+  monitor.judge(bundle, estimate);
+  EXPECT_EQ(estimate.health, Health::good);
+  EXPECT_GT(estimate.diagnostics.place_share, 0.95);
 }
 
 }  // namespace
