@@ -19,7 +19,7 @@ class InputError : public std::runtime_error {
       char character = message[i];
       if ((character >= 0 && character < ' ') || character == '\x7f') character = '?';
       // U+0080 to U+009F are C2 80 to C2 9F in UTF-8.
-      if (character == '\xc2' && i + 1 < message.size() && message[i + 1] >= '\x80' && message[i + 1] <= '\x9f') {
+      if (character == '\xc2' && i + 1 < message.size() && static_cast<unsigned char>(message[i + 1]) - 0x80U < 0x20U) {
         character = '?';
         ++i;
       }
