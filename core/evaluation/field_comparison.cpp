@@ -51,7 +51,6 @@ void compare_field(const FieldComparison& comparison, const std::function<void(c
   ComparedArray array;
   for (std::size_t i = 0; i < comparison.readings.size(); ++i) {
     array.time = comparison.readings.time(i);
-    if (array.time > comparison.trusted_until) break;
     const std::optional<Pose> pose = interpolate(trajectory, array.time, kLargestGap);
     if (!pose || !pose->position.allFinite() || !pose->rotation.coeffs().allFinite()) continue;
     while (trajectory[array.pose_index].time < array.time) ++array.pose_index;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -39,7 +38,6 @@ struct FieldComparison {
   const std::vector<Matrix6>& covariances;  ///< one per pose; φ (right, rad), p (map, m)
   std::function<std::optional<FieldValue>(const Vector3&)> map;
   std::optional<double> only_height_m;  ///< height of a map with a single layer, which has no slope along z
-  Time trusted_until = std::numeric_limits<Time>::max();  ///< later readings are ignored
 };
 
 /// Calls `visit` for every array reading that has a pose, in order of time. If the map has a single layer, the slope

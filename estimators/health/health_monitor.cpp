@@ -20,6 +20,7 @@ constexpr double kFieldFits = 4.0;  // sum of the odds of stations
 constexpr double kFieldMemory_s = 3.0;
 constexpr double kLeastFieldWeight = 0.5;  // below, more than half of the readings contradict the map
 constexpr double kMostlyAlone = 0.5;
+constexpr double kReach_s = 5.0;  // of a loss, back to the scans that caused it
 
 Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
@@ -46,10 +47,12 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   diagnostics.field_odds = evidence.field_odds;
   const double step_s = last_ == 0 ? 0.0 : to_seconds(causal.time - last_);
   last_ = causal.time;
-  add_scan(evidence, step_s);
-  add_readings(evidence, causal, step_s);
+  const bool scan_contradicts = add_scan(evidence, step_s);
+  const bool readings_contradict = add_readings(evidence, causal, step_s);
+  if (!scan_contradicts && !readings_contradict) contradicting_.clear();
+  if (scan_contradicts || readings_contradict) contradicting_.push_back(causal.time);
   const Verdict by_evidence = judge_evidence();
-  if (by_evidence.health != Health::good) verdicts_[causal.time] = by_evidence;
+  record(causal.time, by_evidence);
   const Verdict verdict = worse(judge_covariance(causal), by_evidence);
   causal.health = verdict.health;
   causal.reason = verdict.reason;
@@ -62,19 +65,32 @@ Verdict HealthMonitor::judge_refined(const Estimate& refined) const {
 
 void HealthMonitor::restart() {
   scan_fit_.reset();
+  contradicting_.clear();
   stations_.clear();
   field_weight_ = 1.0;
   field_alone_ = 0.0;
   last_ = 0;
 }
 
-void HealthMonitor::add_scan(const PlaceEvidence& evidence, double step_s) {
-  if (evidence.scan_points == 0) return;
-  const double fit = scan_fit(evidence);
-  scan_fit_ = scan_fit_ ? *scan_fit_ + (1.0 - std::exp(-step_s / kScanMemory_s)) * (fit - *scan_fit_) : fit;
+/// A loss is seen after the scans that cause it. Those that were not good either are lost, too, for estimates that are
+/// refined later.
+void HealthMonitor::record(Time time, const Verdict& by_evidence) {
+  if (by_evidence.health != Health::good) verdicts_[time] = by_evidence;
+  if (by_evidence.health != Health::lost) return;
+  for (const Time earlier : contradicting_) {
+    if (to_seconds(time - earlier) < kReach_s) verdicts_[earlier] = by_evidence;
+  }
+  contradicting_.clear();
 }
 
-void HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s) {
+bool HealthMonitor::add_scan(const PlaceEvidence& evidence, double step_s) {
+  if (evidence.scan_points == 0) return false;
+  const double fit = scan_fit(evidence);
+  scan_fit_ = scan_fit_ ? *scan_fit_ + (1.0 - std::exp(-step_s / kScanMemory_s)) * (fit - *scan_fit_) : fit;
+  return fit < kScanUnclear;
+}
+
+bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s) {
   const Vector3& position = causal.state.T_map_imu.position;
   if (evidence.field_readings > 0) {
     if (stations_.empty() || !((position - stations_.back().position).norm() < kStation_m)) {
@@ -83,11 +99,12 @@ void HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& 
     }
     stations_.back().field_odds = evidence.field_odds;
   }
-  if (causal.diagnostics.magnetic_samples == 0) return;
+  if (causal.diagnostics.magnetic_samples == 0) return false;
   const double gain = 1.0 - std::exp(-step_s / kFieldMemory_s);
   field_weight_ += gain * (causal.diagnostics.magnetic_weight - field_weight_);
   const bool alone = causal.diagnostics.correspondences == 0 || causal.diagnostics.degenerate_directions > 0;
   field_alone_ += gain * ((alone ? 1.0 : 0.0) - field_alone_);
+  return causal.diagnostics.magnetic_weight < kLeastFieldWeight;
 }
 
 Verdict HealthMonitor::judge_evidence() const {

@@ -3,6 +3,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "estimators/health/place_evidence.h"
 
@@ -33,8 +34,10 @@ class HealthMonitor {
   void restart();
 
  private:
-  void add_scan(const PlaceEvidence& evidence, double step_s);
-  void add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s);
+  /// Return whether the scan's points, and its readings, contradict the maps.
+  bool add_scan(const PlaceEvidence& evidence, double step_s);
+  bool add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s);
+  void record(Time time, const Verdict& by_evidence);
   Verdict judge_evidence() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
@@ -49,6 +52,7 @@ class HealthMonitor {
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
   double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
   Time last_ = 0;
+  std::vector<Time> contradicting_;   // scans that contradict the maps, without a break until now
   std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept
 };
 

@@ -18,6 +18,7 @@ constexpr std::size_t kFewest = 20;          // points above the floor that a sh
 constexpr double kAboveFloor_m = 0.3;        // all floors look alike
 constexpr double kFloorRange_m = 20.0;       // where the floor is looked for
 constexpr double kLowestShare = 0.02;        // of the points: the floor
+constexpr double kFarthest_m = 1e5;          // from the map's origin; beyond, voxels have no index
 constexpr float kOnPlane_m = 0.15F;          // of a point that agrees with a plane
 constexpr double kMeanReading_s = 0.05;      // of the mean of each magnetometer's readings
 
@@ -73,8 +74,9 @@ void PlaceJudge::judge_scan(const ScanBundle& bundle, const Estimate& estimate, 
   const float floor_m = *lowest + static_cast<float>(kAboveFloor_m);
   std::erase_if(points, [&](const Eigen::Vector3f& point) { return up.dot(point) < floor_m; });
   if (points.size() < kFewest) return;
-  const auto map = input_.planes->around(state.T_map_imu.position);
   evidence.scan_points = static_cast<int>(points.size());
+  if (state.T_map_imu.position.cwiseAbs().maxCoeff() > kFarthest_m) return;
+  const auto map = input_.planes->around(state.T_map_imu.position);
   evidence.scan_share = share_on_map(points, state.T_map_imu, *map);
   for (const std::array<double, 3>& offset : kDecoys) {
     evidence.decoy_share += share_on_map(points, decoy(state.T_map_imu, offset), *map) / kDecoys.size();

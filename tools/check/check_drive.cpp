@@ -123,9 +123,6 @@ Findings CheckDrive::check(const Pose& start, const LogSample& sample, const Fin
     comparison.map = [&](const Vector3& position) { return field->query(position, options.magnetic.interpolation); };
     const std::vector<double>& heights = field->grid().heights_m;
     if (heights.size() == 1) comparison.only_height_m = heights.front();
-    for (const EstimateRecord::Step& step : record.steps()) {
-      if (step.health == Health::lost) comparison.trusted_until = std::min(comparison.trusted_until, step.time);
-    }
     append(findings, check_field_along(comparison, platform, broken_magnetometers(before)));
   }
   for (const auto& [kind, entry] : warnings.entries()) {

@@ -114,12 +114,6 @@ FieldReport report_field(const FieldReportInputs& inputs, const ArrayLog& readin
   comparison.map = [&](const Vector3& position) { return inputs.map->query(position, magnetic.interpolation); };
   const std::vector<double>& heights = inputs.map->grid().heights_m;
   if (heights.size() == 1) comparison.only_height_m = heights.front();
-  for (const EstimateRecord::Step& step : record.steps()) {
-    if (step.health == Health::lost) {
-      comparison.trusted_until = step.time;
-      break;
-    }
-  }
   FieldReport report;
   report.stale = find_stale_places(comparison, inputs.options->report.stale_map);
   report.rows = field_rows(comparison, report.stale.offsets, record);

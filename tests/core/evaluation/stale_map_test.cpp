@@ -321,9 +321,6 @@ TEST(StaleMap, NothingDrivenThroughIsNothingStale) {
   FieldComparison elsewhere = made.comparison();
   elsewhere.map = [](const Vector3&) { return std::nullopt; };
   EXPECT_TRUE(find_stale_places(elsewhere, {}).cells.empty());
-  FieldComparison distrusted = made.comparison();
-  distrusted.trusted_until = -1;
-  EXPECT_TRUE(find_stale_places(distrusted, {}).places.empty());
 }
 
 TEST(StaleMap, TailOfTheChiSquareDistribution) {

@@ -20,9 +20,9 @@ namespace {
 constexpr double kStepS = 0.1;
 constexpr int kSamples = 20;
 
-class Random {
+class RandomVectors {
  public:
-  explicit Random(std::uint64_t seed) : generator_(seed) {}
+  explicit RandomVectors(std::uint64_t seed) : generator_(seed) {}
   Vector3 vector(double scale = 1.0) {
     const double x = normal_(generator_);
     const double y = normal_(generator_);
@@ -87,7 +87,7 @@ TEST(Deskewing, TheStatesDepartureBringsPointsBackThatAWrongImuAndVelocityDispla
 }
 
 TEST(Deskewing, AMotionBetweenTwoStatesHasThemAtItsEnds) {
-  Random random(5);
+  RandomVectors random(5);
   const NavState end = end_state();
   const ScanMotion motion(end, imu_samples(Vector3::Zero()));
   NavState before = end;
@@ -107,7 +107,7 @@ TEST(Deskewing, AMotionBetweenTwoStatesHasThemAtItsEnds) {
 }
 
 TEST(Deskewing, AMapTurnedWithAllThatMovesInItChangesNothing) {
-  Random random(12);
+  RandomVectors random(12);
   Deskewing deskewing;
   deskewing.turn = so3::exp(random.vector(0.1));
   deskewing.velocity = random.vector();
@@ -147,7 +147,7 @@ struct Points {
 };
 
 Points points_round_the_robot(std::uint64_t seed, int count, double variance_m2 = 1e-4) {
-  Random random(seed);
+  RandomVectors random(seed);
   Points result;
   result.pose = {so3::exp(random.vector()), random.vector(3.0)};
   result.planes.resize(static_cast<std::size_t>(count));
@@ -308,7 +308,7 @@ TEST(SweptCost, ADenseScanKnowsNoMoreThanTheGyroscopesLastMillisecondsLetIt) {
 }
 
 TEST(SweptCost, WithoutNoiseItIsOneResidualAPoint) {
-  Random random(9);
+  RandomVectors random(9);
   const Points points = points_round_the_robot(2, 300);
   const CondensedCost cost = condense(points.matches, points.pose);
   const SweptCost swept = sweep(cost, points.matches, points.pose, deskewing_with(1e-18, 1e-18));

@@ -88,10 +88,13 @@ TEST_F(MonitorOfReadings, OfANewEstimatorBeginsWithoutDisagreement) {
 TEST_F(MonitorOfReadings, JudgesARefinedEstimateByTheEvidenceOfItsTime) {
   const EstimatorInput input;
   HealthMonitor monitor(input);
+  const Estimate before = step(monitor, 4, 1.0);
   const Estimate first = step(monitor, 4, 0.1);
+  EXPECT_EQ(first.health, Health::good);
   for (int i = 0; i < 40; ++i) health(monitor, 4, 0.1);
   Estimate last = step(monitor, 4, 0.1);
-  EXPECT_EQ(monitor.judge_refined(first).health, Health::good);
+  EXPECT_EQ(monitor.judge_refined(before).health, Health::good);
+  EXPECT_EQ(monitor.judge_refined(first).health, Health::lost);  // the first of the scans that showed the loss
   EXPECT_EQ(monitor.judge_refined(last).health, Health::lost);
   EXPECT_EQ(monitor.judge_refined(last).reason, HealthReason::field_off_map);
   last.time += 1;
