@@ -142,6 +142,10 @@ Pose in_room(double x, double y, double yaw_rad) {
   return {Quaternion(Eigen::AngleAxisd(yaw_rad, Vector3::UnitZ())), {x, y, 0.5}};
 }
 
+ImuSample at_rest(Time time) {
+  return {time, Vector3::Zero(), {0.0, 0.0, 9.80665}};
+}
+
 class MonitorOfScans : public ::testing::Test {
  protected:
   MonitorOfScans() { input_.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{}); }
@@ -165,6 +169,7 @@ class MonitorOfScans : public ::testing::Test {
       estimate.time = from_seconds(kStep_s * i);
       bundle.scan.start = estimate.time;
       bundle.scan.end = estimate.time;
+      bundle.imu = {at_rest(estimate.time - from_seconds(kStep_s)), at_rest(estimate.time)};
       monitor.judge(bundle, estimate);
     }
     return {estimate.health, estimate.reason};
@@ -197,6 +202,7 @@ TEST_F(MonitorOfScans, TheEstimatedPoseOfTheScanIsJudged) {
     measured.position = (actual.inverse() * point.cast<double>()).cast<float>();
     bundle.scan.points.push_back(measured);
   }
+  bundle.imu = {at_rest(-from_seconds(kStep_s)), at_rest(0)};
   Estimate estimate = with_sigma(0.01);
   estimate.state.T_map_imu = in_room(-2.0, 0.5, 0.8);
   estimate.scan_pose = actual;
