@@ -46,7 +46,8 @@ double share_on_map(std::span<const Eigen::Vector3f> points, const Pose& T_map_i
 PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const Estimate& estimate) {
   PlaceEvidence evidence;
   const NavState& state = estimate.state;
-  if (!state.T_map_imu.position.allFinite() || !state.T_map_imu.rotation.coeffs().allFinite()) return evidence;
+  if (bundle.imu.empty() || !state.T_map_imu.position.allFinite() || !state.T_map_imu.rotation.coeffs().allFinite())
+    return evidence;
   if (input_.planes != nullptr && !bundle.scan.points.empty()) judge_scan(bundle, estimate, evidence);
   if (input_.field != nullptr && !bundle.magnetic.empty()) judge_field(bundle, state, evidence);
   return evidence;
