@@ -26,6 +26,11 @@ Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
 }
 
+/// How well a scan fits: 1 if all points are on the map, 0 if no more than at places where the robot is not.
+double fit_of(const PlaceEvidence& evidence) {
+  return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
+}
+
 }  // namespace
 
 Verdict judge_covariance(const Estimate& estimate) {
@@ -49,8 +54,11 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   last_ = causal.time;
   const bool scan_contradicts = add_scan(evidence, step_s);
   const bool readings_contradict = add_readings(evidence, causal, step_s);
-  if (!scan_contradicts && !readings_contradict) contradicting_.clear();
-  if (scan_contradicts || readings_contradict) contradicting_.push_back(causal.time);
+  if (scan_contradicts || readings_contradict) {
+    contradicting_.push_back(causal.time);
+  } else {
+    contradicting_.clear();
+  }
   const Verdict by_evidence = judge_evidence();
   record(causal.time, by_evidence);
   const Verdict verdict = worse(judge_covariance(causal), by_evidence);
@@ -85,7 +93,7 @@ void HealthMonitor::record(Time time, const Verdict& by_evidence) {
 
 bool HealthMonitor::add_scan(const PlaceEvidence& evidence, double step_s) {
   if (evidence.scan_points == 0) return false;
-  const double fit = scan_fit(evidence);
+  const double fit = fit_of(evidence);
   scan_fit_ = scan_fit_ ? *scan_fit_ + (1.0 - std::exp(-step_s / kScanMemory_s)) * (fit - *scan_fit_) : fit;
   return fit < kScanUnclear;
 }
@@ -120,10 +128,6 @@ Verdict HealthMonitor::judge_evidence() const {
   }
   if (scan_fit_ && *scan_fit_ < kScanUnclear) return {Health::uncertain, HealthReason::scan_off_map};
   return {};
-}
-
-double scan_fit(const PlaceEvidence& evidence) {
-  return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
 }
 
 }  // namespace lodestone

@@ -56,7 +56,4 @@ class HealthMonitor {
   std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept
 };
 
-/// How well scans fit: 1 if all points are on the map, 0 if no more than at places where the robot is not.
-double scan_fit(const PlaceEvidence& evidence);
-
 }  // namespace lodestone

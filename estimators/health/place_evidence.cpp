@@ -6,6 +6,7 @@
 
 #include "core/lidar/deskew.h"
 #include "core/lidar/plane_map.h"
+#include "core/lidar/voxel_planes.h"
 #include "core/magnetometer/array_reading.h"
 #include "estimators/initialization/start_finder.h"
 
@@ -18,9 +19,7 @@ constexpr std::size_t kFewest = 20;          // points above the floor that a sh
 constexpr double kAboveFloor_m = 0.3;        // all floors look alike
 constexpr double kFloorRange_m = 20.0;       // where the floor is looked for
 constexpr double kLowestShare = 0.02;        // of the points: the floor
-constexpr double kFarthest_m = 1e5;          // from the map's origin; beyond, voxels have no index
 constexpr float kOnPlane_m = 0.15F;          // of a point that agrees with a plane
-constexpr double kMeanReading_s = 0.05;      // of the mean of each magnetometer's readings
 
 /// Poses where the robot is not: x and y in metres, yaw in radians, from the estimate.
 constexpr std::array<std::array<double, 3>, 6> kDecoys{
@@ -49,7 +48,7 @@ PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const Estimate& estima
   if (bundle.imu.empty() || !state.T_map_imu.position.allFinite() || !state.T_map_imu.rotation.coeffs().allFinite())
     return evidence;
   if (input_.planes != nullptr && !bundle.scan.points.empty()) judge_scan(bundle, estimate, evidence);
-  if (input_.field != nullptr && !bundle.magnetic.empty()) judge_field(bundle, state, evidence);
+  if (input_.field != nullptr) judge_field(bundle, state, evidence);
   return evidence;
 }
 
@@ -76,7 +75,7 @@ void PlaceJudge::judge_scan(const ScanBundle& bundle, const Estimate& estimate, 
   std::erase_if(points, [&](const Eigen::Vector3f& point) { return up.dot(point) < floor_m; });
   if (points.size() < kFewest) return;
   evidence.scan_points = static_cast<int>(points.size());
-  if (state.T_map_imu.position.cwiseAbs().maxCoeff() > kFarthest_m) return;
+  if (state.T_map_imu.position.cwiseAbs().maxCoeff() > voxels_reach_m(input_.planes->voxel_m())) return;
   const auto map = input_.planes->around(state.T_map_imu.position);
   evidence.scan_share = share_on_map(points, state.T_map_imu, *map);
   for (const std::array<double, 3>& offset : kDecoys) {
@@ -85,7 +84,7 @@ void PlaceJudge::judge_scan(const ScanBundle& bundle, const Estimate& estimate, 
 }
 
 void PlaceJudge::judge_field(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence) {
-  const auto array = reading_at_end(bundle, state, input_.suite, kMeanReading_s);
+  const auto array = reading_at_end(bundle, state, input_.suite);
   if (!array) return;
   if (!background_) background_ = field_background(*input_.field);
   const FieldEvidence here = field_evidence(*array, state.T_map_imu, input_.suite, *input_.field, *background_);

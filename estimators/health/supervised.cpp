@@ -87,7 +87,6 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
     const bool is_wrong = lost && newest_.reason != HealthReason::covariance;
     if (is_wrong && to_seconds(now - *lost_since_) >= stop_after_s) stop_estimator(sink);
   }
-  if (!searchable_) return;
   last_suspect_ = now;
   keep(bundle);
   const std::optional<StartHypothesis> found = search();

@@ -44,7 +44,7 @@ StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const
   const StartScan scan = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * state.velocity, input.suite,
                                        input.options.lidar.sampling.voxel_m);
   const std::vector<Eigen::Vector3f> points = above_floor(scan);
-  const auto array = reading_at_end(bundle, state, input.suite, kReadingSpan_s);
+  const auto array = reading_at_end(bundle, state, input.suite);
   StartCandidate candidate;
   candidate.T_map_imu = state.T_map_imu;
   evidence.weigh(points, array ? &*array : nullptr, *input.planes->around(state.T_map_imu.position), candidate);
@@ -106,10 +106,9 @@ struct Finalist {
 
 }  // namespace
 
-std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite,
-                                           double span_s) {
+std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite) {
   if (bundle.magnetic.empty()) return std::nullopt;
-  const Time earliest = bundle.magnetic.back().time - from_seconds(span_s);
+  const Time earliest = bundle.magnetic.back().time - from_seconds(kReadingSpan_s);
   const auto first = std::find_if(bundle.magnetic.begin(), bundle.magnetic.end(),
                                   [earliest](const MagneticArraySample& sample) { return sample.time >= earliest; });
   const auto count = static_cast<int>(bundle.magnetic.end() - first);
@@ -151,7 +150,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   const Vector3 up = still.T_map_imu.rotation.conjugate() * Vector3::UnitZ();
   const StartScan scan =
       prepare_start(bundle, up, Vector3::Zero(), input_.suite, input_.options.lidar.sampling.voxel_m);
-  const auto array = reading_at_end(bundle, still, input_.suite, kReadingSpan_s);
+  const auto array = reading_at_end(bundle, still, input_.suite);
   const StartCandidates candidates = search_->find(scan, array ? &*array : nullptr);
   result.candidates = candidates.found.size();
   if (candidates.found.empty()) {

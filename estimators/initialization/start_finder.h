@@ -46,8 +46,8 @@ class StartFinder {
   std::unique_ptr<StartSearch> search_;
 };
 
-/// The magnetometers' readings at the end of a bundle's scan: the mean over the last `span_s`. `end`: state there.
-std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite,
-                                           double span_s);
+/// The magnetometers' readings at the end of a bundle's scan: the mean over the last 0.05 s. `end`: state there. None
+/// if the bundle has no readings.
+std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite);
 
 }  // namespace lodestone

@@ -77,6 +77,14 @@ def scans(folder, out):
                 for row in csv.DictReader(file)]
 
 
+def is_right(scan):
+    return scan[2] is not None and scan[2] <= WRONG_M
+
+
+def is_good_and_wrong(scan):
+    return scan[1] == "good" and scan[2] is not None and scan[2] > WRONG_M
+
+
 class Figures:
     """Sums over the runs of one kind."""
 
@@ -87,16 +95,15 @@ class Figures:
 
     def add(self, rows):
         begin, end = rows[0][0], rows[-1][0]
-        right = [row for row in rows if row[2] is not None and row[2] <= WRONG_M]
-        good_wrong = [row for row in rows if row[1] == "good" and row[2] is not None and row[2] > WRONG_M]
+        right = [row for row in rows if is_right(row)]
         lost = [row for row in rows if row[1] == "lost"]
         self.runs += 1
         self.scans += len(rows)
-        self.good_wrong += len(good_wrong)
+        self.good_wrong += sum(is_good_and_wrong(row) for row in rows)
         self.lost += len(lost)
         longest, since = 0.0, None
         for row in rows:
-            if row[1] == "good" and row[2] is not None and row[2] > WRONG_M:
+            if is_good_and_wrong(row):
                 since = row[0] if since is None else since
                 longest = max(longest, row[0] - since)
             else:
@@ -104,8 +111,8 @@ class Figures:
         self.good_wrong_long += longest > LONG_S
         self.said += bool(lost) and lost[0][0] - begin <= LONG_S or bool(right) and right[0][0] - begin <= LONG_S
         last = [row for row in rows if row[0] > end - 1.0]
-        self.found += all(row[2] is not None and row[2] <= WRONG_M for row in last)
-        self.wrong_at_end += any(row[1] == "good" and row[2] is not None and row[2] > WRONG_M for row in last)
+        self.found += all(is_right(row) for row in last)
+        self.wrong_at_end += any(is_good_and_wrong(row) for row in last)
         if lost:
             self.seconds_to_lost.append(lost[0][0] - begin)
         if right:

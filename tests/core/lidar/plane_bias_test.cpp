@@ -106,12 +106,13 @@ TEST(PlaneMap, PlanesOfACurvedWallStandWhereItsPointsDo) {
   EXPECT_LT(std::abs(within.mean_m), 0.25 * kChordWithMargin_m);
 }
 
-/// For a floor of planes with few points: mean of the true height's square over the variance of the planes.
+/// Mean of the true height's square over a variance.
 struct SquaredErrors {
-  double over_map = 0.0;  ///< over the variance of the map's planes
-  double over_own = 0.0;  ///< over the variance from each plane's own points alone
+  double over_map = 0.0;  ///< that of the map's planes
+  double over_own = 0.0;  ///< that from each plane's own points alone
 };
 
+/// Of a floor of planes with few points.
 SquaredErrors squared_errors_of_a_floor() {
   std::mt19937_64 generator(5);
   std::normal_distribution<float> noise(0.0F, 0.01F);
