@@ -18,19 +18,20 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* metadata_name = "metadata.yaml";
+constexpr const char* file_name = "lodestone_0.db3";  // no recorder uses this name
 
-/// Throws InputError if there is something at `path` that is not a bag folder of this program or a recorder.
+/// Throws InputError if there is something at `path` that this class did not write.
 void check_replaceable(const fs::path& path) {
   std::error_code ignored;
   if (!fs::exists(fs::symlink_status(path, ignored))) return;
   const bool is_folder = fs::is_directory(path, ignored);
   const bool is_bag =
       is_folder && std::all_of(fs::directory_iterator(path), fs::directory_iterator(), [](const auto& entry) {
-        return entry.path().filename() == metadata_name || entry.path().extension() == ".db3";
+        return entry.path().filename() == metadata_name || entry.path().filename() == file_name;
       });
   if (is_bag) return;
   throw InputError(fmt::format("{}: is {}; choose another --out", path.string(),
-                               is_folder ? "a folder with other files than a bag's" : "a file; a bag is a folder"));
+                               is_folder ? "a folder with files that no export wrote" : "a file; a bag is a folder"));
 }
 
 /// The path without separators at its end, so that names beside the folder can be formed.
@@ -41,10 +42,7 @@ std::string without_slash(std::string path) {
 
 }  // namespace
 
-BagFolderWriter::BagFolderWriter(const std::string& path)
-    : path_(without_slash(path)),
-      aside_(aside_name(path_)),
-      file_name_(fs::path(path_).filename().string() + "_0.db3") {
+BagFolderWriter::BagFolderWriter(const std::string& path) : path_(without_slash(path)), aside_(aside_name(path_)) {
   check_replaceable(path_);
   std::error_code error;
   fs::remove_all(aside_, error);
@@ -52,7 +50,7 @@ BagFolderWriter::BagFolderWriter(const std::string& path)
   if (error)
     throw InputError(fmt::format("{}: cannot create the folder: {}; choose another --out", path_, error.message()));
   try {
-    file_ = std::make_unique<SqliteWriter>((fs::path(aside_) / file_name_).string(), Codec::none);
+    file_ = std::make_unique<SqliteWriter>((fs::path(aside_) / file_name).string(), Codec::none);
   } catch (...) {
     fs::remove_all(aside_, error);
     throw;
@@ -112,7 +110,7 @@ std::string BagFolderWriter::metadata() const {
                     "  relative_file_paths:\n    - \"{0}\"\n"
                     "  files:\n    - path: \"{0}\"\n      starting_time:\n        nanoseconds_since_epoch: {1}\n"
                     "      duration:\n        nanoseconds: {2}\n      message_count: {3}\n",
-                    file_name_, begin_, duration, messages_);
+                    file_name, begin_, duration, messages_);
 }
 
 }  // namespace lodestone

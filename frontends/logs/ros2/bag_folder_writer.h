@@ -14,7 +14,7 @@ namespace lodestone {
 /// The folder is written under a temporary name. close() renames the folder; without close() the folder is deleted.
 class BagFolderWriter : public LogWriter {
  public:
-  /// An existing bag folder at `path` is replaced by close(). Throws InputError if `path` has other content.
+  /// A folder of an earlier export at `path` is replaced by close(). Throws InputError if `path` has other content.
   explicit BagFolderWriter(const std::string& path);
   ~BagFolderWriter() override;
 
@@ -29,7 +29,7 @@ class BagFolderWriter : public LogWriter {
   };
   std::string metadata() const;
 
-  std::string path_, aside_, file_name_;
+  std::string path_, aside_;
   std::unique_ptr<LogWriter> file_;
   std::map<std::string, WrittenTopic> topics_;  ///< by name
   std::int64_t messages_ = 0;
