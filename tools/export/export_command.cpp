@@ -31,7 +31,7 @@ void add_export_command(CLI::App& app, int* code) {
       ->check(CLI::IsMember({"mcap", "db3", "kitti", "euroc", "tum"}));
   command->add_option("--estimator", call->estimators, "one or several with commas (default: all of the run)")
       ->delimiter(',');
-  files.input(command->add_option(
+  CLI::Option* log = files.input(command->add_option(
       "--log", call->log, "the log of the run: also write its scans, deskewed with the first estimator's poses"));
   files
       .input(command->add_option("--platform", call->platform,
