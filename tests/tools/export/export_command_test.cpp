@@ -166,6 +166,7 @@ TEST_F(ExportCommand, RefusesInOneLine) {
 
 TEST_F(ExportCommand, AFailedExportLeavesNoFile) {
   fs::copy(path("run"), path("broken"), fs::copy_options::recursive);
+  fs::remove(path("broken/export.mcap"));
   std::ofstream(path("broken/smoother/covariance.csv")) << "t_s\n1,2,3\n";
   expect_refused("export " + path("broken") + " --to mcap", "covariance.csv:2:");
   expect_refused("export " + path("run") + " --to mcap --out " + path("absent/a.mcap"), "cannot be written");
