@@ -8,8 +8,8 @@ namespace lodestone {
 
 namespace {
 
-/// Farther poses are those around a loss of the track.
-constexpr Time kLargestGap = 1'000'000'000;
+/// Between neighbouring poses. Larger gaps are losses of the track; the slowest LiDARs scan once a second.
+constexpr Time kLargestGap = 2'000'000'000;
 
 }  // namespace
 

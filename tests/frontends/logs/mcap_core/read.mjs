@@ -1,5 +1,6 @@
 // node read.mjs IN.mcap: reads an MCAP file without compression by its indexes with @mcap/core, for mcap_core_test.cpp.
-// Prints the profile, then for each topic: name, type, definition's encoding, messages, first time, first message in hex.
+// Prints the profile, then for each topic: name, type, encoding of the definition, messages, first time, first message
+// in hex.
 import { McapIndexedReader } from "@mcap/core";
 import { readFileSync } from "node:fs";
 
