@@ -24,6 +24,7 @@ void add_calibrate_command(CLI::App& app, int* code);
 void add_run_command(CLI::App& app, int* code);
 void add_evaluate_command(CLI::App& app, int* code);
 void add_report_command(CLI::App& app, int* code);
+void add_export_command(CLI::App& app, int* code);
 void add_reproduce_command(CLI::App& app, int* code);
 void add_ablate_command(CLI::App& app, int* code);
 

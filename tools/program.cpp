@@ -96,6 +96,7 @@ int run_program(int argument_count, char** arguments) {
   add_run_command(app, &code);
   add_evaluate_command(app, &code);
   add_report_command(app, &code);
+  add_export_command(app, &code);
   add_reproduce_command(app, &code);
   add_ablate_command(app, &code);
   try {

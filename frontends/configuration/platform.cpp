@@ -185,18 +185,18 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
   model.T_imu_mag = read_pose(node.at("T_imu_mag"));
 }
 
-Platform read_platform(const ConfigurationNode& root) {
+Platform read_platform(const ConfigurationNode& root, const SensorChoice& required) {
   root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_clock_offset_s",
                                "magnetometer_calibration", "magnetometers"});
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
   read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
-  read_first_lidar(root.at("lidar"), platform);
+  if (required.lidar || root.find("lidar") != nullptr) read_first_lidar(root.at("lidar"), platform);
   if (const ConfigurationNode* further = root.find("further_lidars")) {
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
   }
-  read_imu(root.at("imu"), platform);
+  if (required.imu || root.find("imu") != nullptr) read_imu(root.at("imu"), platform);
   read_clock_offset(root, "magnetometer_clock_offset_s", platform.magnetometer_clock_offset_s);
   read_calibration_sigmas(root, "magnetometer_calibration", platform.suite.calibration.magnetometers);
   if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
@@ -302,13 +302,13 @@ double microtesla_per(FieldUnit unit) {
   return 1e6;
 }
 
-Platform load_platform(const std::string& path) {
+Platform load_platform(const std::string& path, const SensorChoice& required) {
   require_kind(path, SeemingKind::platform, "a platform file");
-  return read_platform(ConfigurationNode::load(path));
+  return read_platform(ConfigurationNode::load(path), required);
 }
 
 Platform parse_platform(const std::string& text, const std::string& name) {
-  return read_platform(ConfigurationNode::parse(text, name));
+  return read_platform(ConfigurationNode::parse(text, name), {});
 }
 
 void save_platform(const Platform& platform, const std::string& path, const std::string& comment) {

@@ -6,6 +6,7 @@
 
 #include "core/options.h"
 #include "core/sensor_suite.h"
+#include "frontends/configuration/sensor_choice.h"
 
 namespace lodestone {
 
@@ -123,8 +124,9 @@ struct Platform {
 };
 
 /// Reads a platform file (config/platforms/). Throws InputError, with file and line, for missing or unknown keys,
-/// values of the wrong type and values out of range.
-Platform load_platform(const std::string& path);
+/// values of the wrong type and values out of range. The keys of LiDAR and IMU may be missing if they are not
+/// `required`; these sensors then have default values, which the caller must not use.
+Platform load_platform(const std::string& path, const SensorChoice& required = {});
 
 /// Throws InputError as load_platform does; `name` replaces the file name in messages.
 Platform parse_platform(const std::string& text, const std::string& name);

@@ -9,7 +9,9 @@
 
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/kitti_trajectory.h"
 #include "frontends/configuration/number_text.h"
+#include "frontends/configuration/table_lines.h"
 #include "frontends/configuration/text_file.h"
 
 namespace lodestone {
@@ -24,33 +26,7 @@ bool is_digit(char character) {
   return character >= '0' && character <= '9';
 }
 
-bool parse_finite(std::string_view text, double& value) {
-  return parse_number(text, value) && std::isfinite(value);
-}
-
-/// One line of a table of poses, with its file and number for messages.
-struct Line {
-  const std::string& path;
-  int number;
-  std::string_view text;
-
-  [[noreturn]] void fail(const std::string& message) const {
-    throw InputError(path + ":" + std::to_string(number) + ": " + message);
-  }
-};
-
-/// The line's values between any of `separators`, without empty ones.
-std::vector<std::string_view> split(std::string_view text, std::string_view separators) {
-  std::vector<std::string_view> parts;
-  for (std::size_t begin = text.find_first_not_of(separators); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
-    parts.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(separators, end);
-  }
-  return parts;
-}
-
-Pose make_pose(const Line& line, const std::array<double, 7>& values, bool scalar_first) {
+Pose make_pose(const TableLine& line, const std::array<double, 7>& values, bool scalar_first) {
   Pose pose;
   pose.position = Vector3(values[0], values[1], values[2]);
   const double* q = values.data() + 3;
@@ -67,21 +43,15 @@ Pose make_pose(const Line& line, const std::array<double, 7>& values, bool scala
 template <class Parse>
 Trajectory read_lines(const std::string& path, const std::string& text, const Parse& parse) {
   Trajectory trajectory;
-  Line line{path, 0, {}};
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    line.text = std::string_view(text).substr(begin, end - begin);
-    ++line.number;
-    begin = end + 1;
-    const std::size_t first = line.text.find_first_not_of(" \t\r");
-    if (first == std::string_view::npos || line.text[first] == '#') continue;
+  for_each_line(path, text, [&](const TableLine& line) {
     const StampedPose pose = parse(line);
     if (!trajectory.empty() && pose.time < trajectory.back().time) {
       line.fail("the stamp " + format_stamp(pose.time) + " goes back from " + format_stamp(trajectory.back().time) +
                 "; sort the file by time");
     }
     trajectory.push_back(pose);
-  }
+    return true;
+  });
   if (trajectory.empty()) throw InputError(path + ": holds no poses; expected lines of t x y z qx qy qz qw");
   return trajectory;
 }
@@ -90,8 +60,8 @@ Trajectory read_lines(const std::string& path, const std::string& text, const Pa
 constexpr const char* kStampsWithin = " within 127 years (4e9 s) of zero";
 
 Trajectory parse_tum(const std::string& path, const std::string& text) {
-  return read_lines(path, text, [](const Line& line) {
-    const auto parts = split(line.text, " \t\r");
+  return read_lines(path, text, [](const TableLine& line) {
+    const auto parts = split_line(line.text, " \t\r");
     if (parts.size() != 8) {
       line.fail("expected 8 values (t x y z qx qy qz qw), found " + std::to_string(parts.size()));
     }
@@ -108,8 +78,8 @@ Trajectory parse_tum(const std::string& path, const std::string& text) {
 }
 
 Trajectory parse_euroc(const std::string& path, const std::string& text) {
-  return read_lines(path, text, [](const Line& line) {
-    const auto parts = split(line.text, ", \t\r");
+  return read_lines(path, text, [](const TableLine& line) {
+    const auto parts = split_line(line.text, ", \t\r");
     if (parts.size() < 8) {
       line.fail("expected at least 8 values (t[ns],x,y,z,qw,qx,qy,qz), found " + std::to_string(parts.size()));
     }
@@ -183,6 +153,11 @@ Trajectory read_euroc(const std::string& path) {
 Trajectory read_trajectory(const std::string& path) {
   require_kind(path, SeemingKind::trajectory, "a trajectory (TUM or EuRoC csv)");
   const std::string text = read_text_file(path);
+  if (is_kitti_text(text)) {
+    throw InputError(path +
+                     ": is in KITTI's format (12 numbers in each line), which has no times; `lodestone evaluate` reads "
+                     "it with --times FILE; other commands require TUM or EuRoC csv");
+  }
   // Comments may contain commas in either format, so the first line of values decides.
   std::size_t begin = 0;
   while (begin < text.size() && (text[begin] == '#' || text[begin] == '\n' || text[begin] == '\r')) {
@@ -206,9 +181,22 @@ std::string format_tum(const StampedPose& pose) {
                      p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
+std::string euroc_text(const Trajectory& trajectory) {
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "#timestamp [ns],p_x [m],p_y [m],p_z [m],q_w [],q_x [],q_y [],q_z []\n");
+  for (const StampedPose& pose : trajectory) {
+    const Vector3& p = pose.pose.position;
+    const Quaternion& q = pose.pose.rotation;
+    fmt::format_to(out, "{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", pose.time, p.x(), p.y(), p.z(), q.w(),
+                   q.x(), q.y(), q.z());
+  }
+  return fmt::to_string(text);
+}
+
 void write_tum(const std::string& path, const Trajectory& trajectory, const std::string& comment) {
   fmt::memory_buffer text;
-  for (const std::string_view line : split(comment, "\n")) {
+  for (const std::string_view line : split_line(comment, "\n")) {
     fmt::format_to(std::back_inserter(text), "# {}\n", line);
   }
   for (const StampedPose& pose : trajectory) fmt::format_to(std::back_inserter(text), "{}\n", format_tum(pose));

@@ -22,7 +22,8 @@ Trajectory read_tum(const std::string& path);
 /// Reads a EuRoC ground-truth csv (t in integer ns, p x y z, q w x y z, further columns ignored). Throws as read_tum.
 Trajectory read_euroc(const std::string& path);
 
-/// Reads either of these formats; commas distinguish them.
+/// Reads either of these formats; commas distinguish them. KITTI's format has no times: throws InputError that names
+/// --times of `lodestone evaluate` (kitti_trajectory.h).
 Trajectory read_trajectory(const std::string& path);
 
 /// "x y z qx qy qz qw", the format of --initial-pose.
@@ -30,6 +31,9 @@ std::string pose_text(const Pose& pose);
 
 /// One line of a TUM file, without line end: stamp with nine decimals, nine significant digits.
 std::string format_tum(const StampedPose& pose);
+
+/// The text of a EuRoC csv: stamps in ns, nine significant digits.
+std::string euroc_text(const Trajectory& trajectory);
 
 /// Writes a TUM file (temporary file, then rename). `comment`, if any, becomes its first lines. Throws InputError.
 void write_tum(const std::string& path, const Trajectory& trajectory, const std::string& comment = {});

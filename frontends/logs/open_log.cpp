@@ -121,6 +121,9 @@ Source open_file(const std::string& path, WarningLog& warnings) {
     case FileKind::other:
       break;
   }
+  if (FileBytes(path).size() == 0) {
+    throw InputError(path + ": the file is empty (0 bytes); copy it again, or record the log again");
+  }
   refuse(path, "is not a log");
 }
 

@@ -27,7 +27,9 @@ inline void write_zeros(Ros1WireWriter& wire, int count) {
   for (int i = 0; i < count; ++i) wire.number(0.0);
 }
 
-inline void write(Ros1WireWriter& wire, const ros1::PointCloudMessage& message) {
+/// `Wire`: the writer of ROS 1, or of CDR.
+template <class Wire>
+void write(Wire& wire, const ros1::PointCloudMessage& message) {
   wire.header(message.stamp, message.frame);
   wire.number(message.height);
   wire.number(message.width);

@@ -84,9 +84,13 @@ class CdrWireWriter {
   void bytes(const std::uint8_t* data, std::size_t count) { cdr_.serializeArray(data, count); }
   template <class Number>
   void number(Number value) {
+    pad(sizeof(Number));
     cdr_.serialize(value);
   }
-  void text(const std::string& value) { cdr_.serialize(value); }
+  void text(const std::string& value) {
+    pad(sizeof(std::uint32_t));  // of the length
+    cdr_.serialize(value);
+  }
   void header(Time stamp, const std::string& frame) {
     number(static_cast<std::int32_t>(stamp / 1'000'000'000));
     number(static_cast<std::uint32_t>(stamp % 1'000'000'000));
@@ -98,6 +102,12 @@ class CdrWireWriter {
   }
 
  private:
+  /// Zeros up to a multiple of `size` after the first four bytes. Fast-CDR would skip them, and equal messages would
+  /// have different bytes.
+  void pad(std::size_t size) {
+    while ((cdr_.getSerializedDataLength() - 4) % size != 0) cdr_.serialize(std::uint8_t{0});
+  }
+
   eprosima::fastcdr::FastBuffer buffer_;
   eprosima::fastcdr::Cdr cdr_;
 };

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/evaluation/errors.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/kitti_trajectory.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/writers/covariance_file.h"
@@ -42,6 +43,10 @@ std::vector<double> in_degrees(std::vector<double> radians) {
 
 std::string span(const Trajectory& trajectory) {
   return format_stamp(trajectory.front().time) + " to " + format_stamp(trajectory.back().time);
+}
+
+Trajectory read_compared(const ComparisonCall& call, const std::string& path) {
+  return !call.times.empty() && is_kitti_file(path) ? read_kitti(path, call.times) : read_trajectory(path);
 }
 
 PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, const Trajectory& truth) {
@@ -121,8 +126,13 @@ Comparison compare(const ComparisonCall& call) {
     throw InputError("--covariance: NEES requires poses without alignment; omit --align");
   }
 
-  const Trajectory estimate = read_trajectory(call.estimate);
-  const Trajectory truth = read_trajectory(call.truth);
+  const Trajectory estimate = read_compared(call, call.estimate);
+  const Trajectory truth = read_compared(call, call.truth);
+  if (!call.times.empty() && !is_kitti_file(call.estimate) && !is_kitti_file(call.truth)) {
+    throw InputError(
+        fmt::format("--times: neither {} nor {} is in KITTI's format (12 numbers in each line); omit --times",
+                    call.estimate, call.truth));
+  }
   const PosePairs matched = associate(call, estimate, truth);
   const auto similarity = find_alignment(matched, result.alignment);
   if (!similarity) {

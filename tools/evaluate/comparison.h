@@ -13,6 +13,7 @@ namespace lodestone {
 struct ComparisonCall {
   std::string estimate;
   std::string truth;
+  std::string times;  ///< stamps of the poses of a KITTI file; empty: neither file is in KITTI's format
   std::string align = "none";
   std::vector<std::string> relations;  ///< empty: all
   double delta = 1.0;

@@ -25,8 +25,12 @@ void add_evaluate_command(CLI::App& app, int* code) {
   const auto call = std::make_shared<ComparisonCall>();
   const auto json = std::make_shared<bool>(false);
   CommandFiles files(*command);
-  files.input(command->add_option("ESTIMATE", call->estimate, "estimated trajectory, TUM"))->required();
-  files.input(command->add_option("TRUTH", call->truth, "ground-truth trajectory, TUM or EuRoC CSV"))->required();
+  files.input(command->add_option("ESTIMATE", call->estimate, "estimated trajectory: TUM, EuRoC csv or KITTI"))
+      ->required();
+  files.input(command->add_option("TRUTH", call->truth, "ground-truth trajectory: TUM, EuRoC csv or KITTI"))
+      ->required();
+  files.input(command->add_option("--times", call->times,
+                                  "times of the poses of a KITTI file, one stamp in seconds in each line"));
   command->add_option("--align", call->align, "none|se3|sim3|origin: alignment of the estimate with the ground truth")
       ->capture_default_str();
   command

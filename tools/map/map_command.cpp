@@ -42,6 +42,7 @@ struct MapMagneticCall {
 };
 
 constexpr Time max_pose_gap = from_seconds(0.25);
+constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magnetometers = true};
 
 /// Wall time since the previous lap.
 class Clock {
@@ -77,7 +78,7 @@ MagneticMapOptions read_options(const MapMagneticCall& call) {
 FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platform) {
   const Trajectory trajectory = read_trajectory(call.trajectory);
   WarningLog warnings;
-  BagSource source(call.survey, platform, warnings, {.lidar = false, .imu = false, .magnetometers = true});
+  BagSource source(call.survey, platform, warnings, magnetometers_only);
   Progress progress(std::filesystem::path(call.survey).filename().string(), source.begin_time(), source.end_time());
   const FieldSurvey survey = read_survey(source, trajectory, platform.suite, max_pose_gap, [&](Time time) {
     progress.update(time);
@@ -180,7 +181,7 @@ void map_magnetic(const MapMagneticCall& call) {
   const MagneticMapOptions options = read_options(call);
   const std::filesystem::path out = yaml_output(call.out);
 
-  const Platform platform = load_platform(call.platform);
+  const Platform platform = load_platform(call.platform, magnetometers_only);
   const FieldSurvey survey = read_survey_bag(call, platform);
   const double reading_s = clock.lap();
   fmt::print("{}: {} readings of {} magnetometers, {:.1f} s of log, read in {:.1f} s\n", call.survey,

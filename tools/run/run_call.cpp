@@ -27,6 +27,7 @@
 #include "tools/run/bound_run.h"
 #include "tools/run/estimator_run.h"
 #include "tools/run/first_seconds.h"
+#include "tools/run/folder_lock.h"
 #include "tools/run/initial_pose.h"
 #include "tools/run/output_folder_check.h"
 #include "tools/run/picture_series.h"
@@ -324,6 +325,7 @@ void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin,
 int execute(const RunCall& call) {
   catch_interrupts();
   check_call(call);
+  std::optional<FolderLock> lock(call.out);  // before the maps are loaded
   const ThreadLimit limit(call.threads.value_or(0));
   WarningLog shared;
   RunInputs inputs = load_small_files(call);
@@ -331,6 +333,7 @@ int execute(const RunCall& call) {
   load_maps(call, inputs, shared);
   run_first_checks(call, inputs, shared);
   const std::filesystem::path out = made_folder(call.out);
+  if (!lock->locked()) lock.emplace(out);  // the folder is new
   const RunIdentity identity = identify(call, inputs.options);
   if (const auto code = begin_or_resume(call, identity)) return *code;
   write_text_file(

@@ -33,7 +33,7 @@ McapIndex::McapIndex(const std::string& path, WarningLog& warnings) : file_(path
 
 void McapIndex::walk() {
   std::uint64_t offset = magic.size();
-  bool whole = false;
+  bool whole = false, in_chunk = false;
   while (!whole && file_.size() - offset >= record_prefix) {
     file_.read(offset, record_prefix, buffer_);
     const std::uint8_t opcode = buffer_[0];
@@ -48,7 +48,7 @@ void McapIndex::walk() {
       warnings_.add("log.damaged_record", fmt::format("{}: at byte {}: {}", path(), offset, error.what()), 0);
     }
     if (size > there) {
-      if (open_chunk_) segments_.back().cut = true;
+      if (open_chunk_) segments_.back().cut = in_chunk = true;
       break;
     }
     offset = content + size;
@@ -60,7 +60,13 @@ void McapIndex::walk() {
   const std::string what =
       fmt::format("{}: the file is cut off or damaged at byte {} of {}", path(), offset, file_.size());
   if (segments_.empty()) throw InputError(what + ", before the first message; record the log again");
-  warnings_.add("log.cut_off", what + "; the messages before are read", segments_.back().end);
+  // A recorder without compression may write the whole log as one chunk.
+  warnings_.add("log.cut_off",
+                in_chunk ? fmt::format("{}: the file is cut off at byte {}, in the chunk that begins at byte {}; the "
+                                       "complete messages before the cut are read",
+                                       path(), file_.size(), offset)
+                         : what + "; the messages before are read",
+                segments_.back().end);
 }
 
 void McapIndex::process_record(std::uint8_t opcode, std::uint64_t offset, std::uint64_t size) {

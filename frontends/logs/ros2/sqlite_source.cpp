@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "core/error.h"
 #include "frontends/logs/compression.h"
 #include "frontends/logs/file_bytes.h"
+#include "frontends/logs/isolated_times.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
 #include "frontends/logs/topic_list.h"
 
@@ -81,6 +83,7 @@ struct SqliteSource::Implementation {
   std::string find_row_number();
   void read_rows();
   void process_row(SqliteStatement& statement);
+  void repair_times();
   bool read_content(const Row& row, RawMessage& message);
 };
 
@@ -200,9 +203,22 @@ void SqliteSource::Implementation::process_row(SqliteStatement& statement) {
     warnings.add("log.unknown_channel", path + ": messages of an unnamed topic are ignored", time);
     return;
   }
-  const Row row{time, statement.integer(0), topic->second};
-  rows.push_back(row);
-  add_messages(topics[static_cast<std::size_t>(row.topic)], row.time, row.time, 1);
+  rows.push_back({time, statement.integer(0), topic->second});
+}
+
+/// A damaged time would move its message to another place of the log and lengthen the log.
+void SqliteSource::Implementation::repair_times() {
+  std::vector<Time> times;
+  times.reserve(rows.size());
+  for (const Row& row : rows) times.push_back(row.time);
+  for (const std::size_t i : isolated_times(times)) {
+    rows[i].time = times[i == 0 ? 1 : i - 1];
+    warnings.add("log.record_time",
+                 fmt::format("{}: message {} has a record time that is {:.0f} s away from those written before and "
+                             "after; the time of its neighbour is used",
+                             path, rows[i].number, std::abs(to_seconds(times[i] - rows[i].time))),
+                 rows[i].time);
+  }
 }
 
 /// Reads the table in the order of writing. After a missing or damaged page, the search for a readable page continues
@@ -236,6 +252,8 @@ void SqliteSource::Implementation::read_rows() {
       stride *= 2;
     }
   }
+  repair_times();
+  for (const Row& row : rows) add_messages(topics[static_cast<std::size_t>(row.topic)], row.time, row.time, 1);
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.time < b.time; });
   if (lost == 0 && announced <= file_bytes) return;
   if (rows.empty())

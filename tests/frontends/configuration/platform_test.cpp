@@ -255,6 +255,19 @@ TEST(PlatformFile, DeskewedScansHaveNoTimesOfPoints) {
   EXPECT_THAT(error_with("lidar:\n", "lidar:\n  point_time: none\n"), HasSubstr("did you mean 'point_times'"));
 }
 
+TEST(PlatformFile, LidarAndImuMayBeMissingIfTheyAreNotRequired) {
+  const testing::TemporaryFolder folder;
+  testing::write_text(folder / "array.yaml",
+                      "name: array\nmagnetometers:\n  - {name: a, topic: /a, unit: tesla, noise_ut: 1.0, T_imu_mag: "
+                      "{translation_m: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}}\n");
+  const Platform platform = load_platform(folder / "array.yaml", {.lidar = false, .imu = false});
+  EXPECT_EQ(platform.magnetometers.at(0).topic, "/a");
+  EXPECT_THAT(message_of<InputError>([&] { load_platform(folder / "array.yaml"); }),
+              HasSubstr("the key 'lidar' is missing"));
+  EXPECT_THAT(message_of<InputError>([&] { load_platform(folder / "array.yaml", {.lidar = false}); }),
+              HasSubstr("the key 'imu' is missing"));
+}
+
 TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_THAT(error_with("max_range_m:", "max_rnge_m:"), HasSubstr("did you mean 'max_range_m'"));
   EXPECT_THAT(error_with("max_range_m: 100.0", "max_range_m: far"), HasSubstr("lidar.max_range_m: expected a number"));

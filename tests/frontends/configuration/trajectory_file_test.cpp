@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "frontends/configuration/kitti_trajectory.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
@@ -38,6 +39,31 @@ TEST(Stamp, IsExactToTheNanosecond) {
   for (const Time exact : {Time{0}, Time{1}, Time{-1}, Time{1403715529112143517}, farthest_time, -farthest_time}) {
     EXPECT_EQ(stamp(format_stamp(exact)), exact);
   }
+}
+
+TEST(TrajectoryFile, EurocAndKittiAreReadBack) {
+  const TemporaryFolder folder;
+  Trajectory trajectory;
+  for (int i = 0; i < 50; ++i) {
+    trajectory.push_back({1'700'000'000'000'000'001 + i * 99'999'999LL,
+                          {so3::exp(Vector3(0.01 * i, -0.2, 0.1 * i)), Vector3(1.0 / 3.0 * i, -123.456789, 1e-7)}});
+  }
+  write_text(folder / "poses.csv", euroc_text(trajectory));
+  write_text(folder / "poses.kitti", kitti_text(trajectory));
+  write_text(folder / "times.txt", kitti_times_text(trajectory));
+  EXPECT_TRUE(is_kitti_file(folder / "poses.kitti"));
+  EXPECT_FALSE(is_kitti_file(folder / "poses.csv"));
+  EXPECT_FALSE(is_kitti_file(folder / "absent"));
+  for (const Trajectory& back :
+       {read_trajectory(folder / "poses.csv"), read_kitti(folder / "poses.kitti", folder / "times.txt")}) {
+    ASSERT_EQ(back.size(), trajectory.size());
+    for (std::size_t i = 0; i < back.size(); ++i) {
+      EXPECT_EQ(back[i].time, trajectory[i].time);
+      EXPECT_LT(back[i].pose.boxminus(trajectory[i].pose).norm(), 1e-6);
+    }
+  }
+  EXPECT_THAT(message_of<InputError>([&] { read_trajectory(folder / "poses.kitti"); }),
+              HasSubstr("is in KITTI's format (12 numbers in each line), which has no times"));
 }
 
 TEST(TrajectoryFile, ReadsBackWhatItWrote) {

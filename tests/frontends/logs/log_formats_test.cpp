@@ -247,7 +247,7 @@ TEST(OpenLog, SaysWhatIsNoLog) {
   testing::write_text(folder / "text.bag", "just some text, and no bag");
   EXPECT_THAT(error(folder / "text.bag"), HasSubstr("is not a log"));
   testing::write_text(folder / "empty.mcap", "");
-  EXPECT_THAT(error(folder / "empty.mcap"), HasSubstr("is not a log"));
+  EXPECT_THAT(error(folder / "empty.mcap"), HasSubstr("empty.mcap: the file is empty (0 bytes)"));
   testing::write_text(folder / "metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [a.mcap]\n");
   EXPECT_THAT(error(folder.path().string()), HasSubstr("a.mcap: there is no such file, but"));
   testing::write_text(folder / "metadata.yaml", "version: [");

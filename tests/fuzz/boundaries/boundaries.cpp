@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
+#include "frontends/configuration/kitti_trajectory.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/logs/compression.h"
@@ -319,6 +320,14 @@ void read_trajectory_file(const fs::path& folder) {
   read_trajectory((folder / "truth").string());
 }
 
+void write_kitti(const fs::path& folder) {
+  write_text(folder / "truth", "1 0 0 1.5 0 1 0 -2e0 0 0 1 3\n0 -1 0 1 1 0 0 2 0 0 1 3\n");
+  write_text(folder / "times", "0.0\n1.036224e-01\n");
+}
+void read_kitti_file(const fs::path& folder) {
+  read_kitti((folder / "truth").string(), (folder / "times").string());
+}
+
 void write_split_bag(const fs::path& folder) {
   write_converted<LogFormat::db3, Codec::none>(folder);
   write_text(
@@ -362,6 +371,7 @@ const std::vector<Boundary>& boundaries() {
       {"configuration", "options.yaml", write_configuration, read_configuration},
       {"tum", "truth", write_trajectory<false>, read_trajectory_file},
       {"euroc", "truth", write_trajectory<true>, read_trajectory_file},
+      {"kitti", "truth", write_kitti, read_kitti_file},
   };
   return all;
 }

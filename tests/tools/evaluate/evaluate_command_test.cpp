@@ -108,6 +108,32 @@ TEST_F(EvaluateCommand, ReportsNeesOfACovarianceFile) {
   expect_refused(both() + nees, "covariance.csv:2");
 }
 
+TEST_F(EvaluateCommand, ReadsKittiWithTimes) {
+  // Rows of 3x4 matrices; the second pose is turned by 90 degrees about z.
+  write("estimate.kitti", "1 0 0 0.5 0 1 0 0.3 0 0 1 0\n0 -1 0 1.5 1 0 0 0.3 0 0 1 0\n");
+  write("truth.tum", "0.5 0.5 0 0 0 0 0 1\n1.5 1.5 0 0 0 0 0.707106781 0.707106781\n");
+  write("times.txt", "5.0e-1\n1.5\n");
+  const std::string call = "evaluate " + path("estimate.kitti") + " " + path("truth.tum");
+  const ProgramResult result = run_lodestone(call + " --json --times " + path("times.txt"));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  const auto json = nlohmann::json::parse(result.output);
+  EXPECT_EQ(json["pairs"], 2);
+  EXPECT_NEAR(json["relations"]["translation"]["max"].get<double>(), 0.3, 1e-9);
+  EXPECT_LT(json["relations"]["angle"]["max"].get<double>(), 1e-4);
+
+  expect_refused(call, "estimate.kitti: is in KITTI's format (12 numbers in each line), which has no times");
+  expect_refused(call, "--times FILE");
+  expect_refused("evaluate " + path("truth.tum") + " " + path("truth.tum") + " --times " + path("times.txt"),
+                 "omit --times");
+  write("times.txt", "0.5\n");
+  expect_refused(call + " --times " + path("times.txt"), "has 1 stamps, but");
+  write("times.txt", "0.5\n0.4\n");
+  expect_refused(call + " --times " + path("times.txt"), "times.txt:2: the stamp 0.400000000 goes back");
+  write("estimate.kitti", "1 0 0 0.5 0 1 0 0.3 0 0 2 0\n");
+  write("times.txt", "0.5\n");
+  expect_refused(call + " --times " + path("times.txt"), "estimate.kitti:1: the first three columns are no rotation");
+}
+
 TEST_F(EvaluateCommand, RefusesWhatItCannotCompare) {
   write("estimate.tum", "1.0 1 0 0 0 0 0 1\n2.0 2 0 0 0 0 0 1\n3.0 3 0 0 0 0 0 1\n");
   expect_refused("evaluate " + path("nowhere.tum") + " " + path("truth.tum"), "nowhere.tum");

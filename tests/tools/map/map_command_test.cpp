@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include "tests/tools/program_runner.h"
 
@@ -41,6 +43,45 @@ TEST(MapCommand, EachMistakeIsOneLineAndCodeTwo) {
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --set regresion.seed=2"),
          "did you mean 'regression'");
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(MapCommand, RequiresNeitherLidarNorImuInThePlatformFile) {
+  const TemporaryFolder folder;
+  const std::string in = folder.path().string() + "/";
+  std::ofstream(in + "lane.yaml") << R"(
+name: lane
+start_time_s: 1700000000
+earth_field_ut: [20, 0, -40]
+sensors:
+  magnetometer_mounts:
+    - {name: front, position_m: [0.3, 0.2, -0.08]}
+    - {name: rear, position_m: [-0.3, -0.2, -0.08], rotation_rpy_deg: [0, 0, 180]}
+survey: {lateral_offsets_m: [-0.3, 0.0, 0.3]}
+solids:
+  - {shape: rectangle, size_m: [12, 8], steel: [{kind: rods, from_m: [-4, -3, -0.6], to_m: [6, 3, -0.4],
+     density_per_m2: 1.5, length_m: [0.5, 1.5], moment_sigma_a_m2: 30}]}
+sequences:
+  short: {waypoints_m: [[-2, 0], [2, 0]], speed: [[0, 1.0]]}
+)";
+  ASSERT_EQ(run_lodestone("simulate " + in + "lane.yaml --only survey --out " + in).code, 0);
+  // The file without the blocks of LiDAR and IMU: a line without indentation begins the next block.
+  std::istringstream lines(content_of(in + "platform.yaml"));
+  std::ofstream bare(in + "bare.yaml");
+  bool kept = true;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with(" ")) kept = line != "lidar:" && line != "imu:";
+    if (kept) bare << line << "\n";
+  }
+  bare.close();
+  for (const std::string name : {"platform", "bare"}) {
+    const ProgramResult result =
+        run_lodestone("map magnetic " + in + "survey.bag --trajectory " + in + "survey.tum --platform " + in + name +
+                      ".yaml --out " + in + "of-" + name + ".yaml");
+    ASSERT_EQ(result.code, 0) << result.errors;
+  }
+  EXPECT_EQ(content_of(in + "of-platform.tif"), content_of(in + "of-bare.tif"));
+  expect_refused("run " + in + "survey.bag --platform " + in + "bare.yaml --cloud absent.pcd --out " + in + "run",
+                 "the key 'lidar' is missing");
 }
 
 }  // namespace

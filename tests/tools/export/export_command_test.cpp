@@ -1,0 +1,179 @@
+// `lodestone export` as called by users, on a real short run.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <cstring>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "frontends/configuration/trajectory_file.h"
+#include "frontends/logs/open_log.h"
+#include "frontends/logs/ros2/sqlite_handle.h"
+#include "tests/tools/program_runner.h"
+#include "tests/tools/run/office_world.h"
+#include "tools/writers/covariance_file.h"
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsSupersetOf;
+
+/// Simulated and run once for all tests of this file.
+class ExportCommand : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    std::ofstream(path("office.yaml")) << office_world;
+    expect_done("simulate " + path("office.yaml") + " --sequence short --duration 2 --only log,cloud --out " +
+                path("site"));
+    expect_done("run " + path("site/log.bag") + " --platform " + path("site/platform.yaml") + " --cloud " +
+                path("site/cloud.pcd") + " --initial-pose-from " + path("site/truth.tum") + " --truth " +
+                path("site/truth.tum") + " --estimator smoother,lidar-inertial --out " + path("run"));
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static std::string path(const std::string& name) { return (*folder_ / name).string(); }
+
+  static void expect_done(const std::string& arguments) {
+    const ProgramResult result = run_lodestone(arguments);
+    ASSERT_EQ(result.code, 0) << arguments << "\n" << result.errors;
+  }
+
+  static Trajectory trajectory(const std::string& estimator) {
+    return read_tum(path("run/" + estimator + "/trajectory.tum"));
+  }
+
+  static std::unique_ptr<TemporaryFolder> folder_;
+};
+
+std::unique_ptr<TemporaryFolder> ExportCommand::folder_;
+
+std::map<std::string, TopicInfo> topics_in(const std::string& log) {
+  WarningLog warnings;
+  std::map<std::string, TopicInfo> topics;
+  for (const TopicInfo& topic : open_log(log, warnings)->topics()) topics[topic.name] = topic;
+  EXPECT_TRUE(warnings.entries().empty());
+  return topics;
+}
+
+/// Numbers at a byte of a message, without any reader of this program.
+template <class Number>
+Number number_at(const std::string& bytes, std::size_t at) {
+  Number value{};
+  if (at + sizeof(value) <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof(value));
+  return value;
+}
+
+TEST_F(ExportCommand, McapHasAllTopicsInTheLogsTime) {
+  expect_done("export " + path("run") + " --to mcap --log " + path("site/log.bag"));
+  const auto topics = topics_in(path("run/export.mcap"));
+  std::set<std::string> found;
+  for (const auto& [name, topic] : topics) found.insert(name + " " + topic.type);
+  EXPECT_THAT(found, IsSupersetOf({"/tf tf2_msgs/TFMessage", "/diagnostics diagnostic_msgs/DiagnosticArray",
+                                   "/lodestone/map sensor_msgs/PointCloud2", "/lodestone/truth nav_msgs/Path",
+                                   "/lodestone/scan sensor_msgs/PointCloud2", "/lodestone/smoother/path nav_msgs/Path",
+                                   "/lodestone/smoother/odometry nav_msgs/Odometry",
+                                   "/lodestone/lidar_inertial/path nav_msgs/Path",
+                                   "/lodestone/lidar_inertial/odometry nav_msgs/Odometry"}));
+  const Trajectory poses = trajectory("smoother");
+  const TopicInfo& odometry = topics.at("/lodestone/smoother/odometry");
+  EXPECT_EQ(odometry.messages, static_cast<std::int64_t>(poses.size()));
+  EXPECT_EQ(odometry.begin, poses.front().time);
+  EXPECT_EQ(odometry.end, poses.back().time);
+  EXPECT_EQ(topics.at("/tf").messages, static_cast<std::int64_t>(poses.size() + trajectory("lidar-inertial").size()));
+  EXPECT_EQ(topics.at("/lodestone/smoother/path").messages, 1);
+  EXPECT_GT(topics.at("/lodestone/scan").messages, 10);
+
+  // A second export replaces the first; one estimator, no scans.
+  expect_done("export " + path("run") + " --to mcap --estimator lidar-inertial");
+  const auto one = topics_in(path("run/export.mcap"));
+  EXPECT_EQ(one.count("/lodestone/smoother/path") + one.count("/lodestone/scan"), 0U);
+  EXPECT_EQ(one.count("/lodestone/lidar_inertial/path"), 1U);
+}
+
+TEST_F(ExportCommand, MessagesOfABagFolderAreThoseOfTheRun) {
+  expect_done("export " + path("run") + " --to db3 --out " + path("bag"));
+  EXPECT_THAT(content_of(path("bag/metadata.yaml")),
+              AllOf(HasSubstr("storage_identifier: sqlite3"), HasSubstr("type: nav_msgs/msg/Odometry"),
+                    HasSubstr("- \"lodestone_0.db3\"")));
+  const SqliteDatabase database = open_sqlite(path("bag/lodestone_0.db3"), SQLITE_OPEN_READONLY);
+  SqliteStatement select(database.get(),
+                         "SELECT messages.timestamp, messages.data FROM messages JOIN topics ON topics.id = topic_id "
+                         "WHERE topics.name = '/lodestone/smoother/odometry' ORDER BY messages.timestamp");
+  const Trajectory poses = trajectory("smoother");
+  const auto covariances = read_covariances(path("run/smoother/covariance.csv"));
+  ASSERT_EQ(covariances.size(), poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    ASSERT_TRUE(select.step());
+    EXPECT_EQ(select.integer(0), poses[i].time);
+    const auto blob = select.blob(1);
+    const std::string bytes(blob.begin(), blob.end());
+    // CDR: four bytes, stamp, "map", "imu", then position, quaternion and covariance, then the twist.
+    ASSERT_EQ(bytes.size(), 4U + 8 + 8 + 8 + 8 * (3 + 4 + 36 + 6 + 36));
+    EXPECT_EQ(number_at<std::int32_t>(bytes, 4) * Time{1'000'000'000} + number_at<std::uint32_t>(bytes, 8),
+              poses[i].time);
+    EXPECT_EQ(bytes.substr(12, 16), std::string("\4\0\0\0map\0\4\0\0\0imu\0", 16));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(number_at<double>(bytes, 28 + 8 * axis), poses[i].pose.position(static_cast<int>(axis)));
+    }
+    EXPECT_NEAR(number_at<double>(bytes, 28 + 8 * 6), poses[i].pose.rotation.w(), 1e-12);
+    // The position's variance is unchanged; rotations are about the map's axes.
+    const Matrix6& covariance = covariances[i].covariance;
+    EXPECT_NEAR(number_at<double>(bytes, 84), covariance(3, 3), 1e-15);
+    const Matrix3 turned = poses[i].pose.rotation.toRotationMatrix();
+    const Matrix3 rotation = turned * covariance.topLeftCorner<3, 3>() * turned.transpose();
+    EXPECT_NEAR(number_at<double>(bytes, 84 + 8 * 35), rotation(2, 2), 1e-15);
+    EXPECT_NEAR(number_at<double>(bytes, 84 + 8 * 22), rotation(0, 1), 1e-15);
+  }
+  EXPECT_FALSE(select.step());
+}
+
+TEST_F(ExportCommand, TrajectoriesAreReadBackByEvaluate) {
+  for (const std::string to : {"tum", "euroc", "kitti"}) {
+    const std::string out = path("poses." + to);
+    expect_done("export " + path("run") + " --estimator smoother --to " + to + " --out " + out);
+    const ProgramResult result =
+        run_lodestone("evaluate " + out + " " + path("run/smoother/trajectory.tum") +
+                      " --json --relation translation,angle" + (to == "kitti" ? " --times " + out + ".times" : ""));
+    ASSERT_EQ(result.code, 0) << result.errors;
+    const auto json = nlohmann::json::parse(result.output);
+    EXPECT_EQ(json["pairs"], trajectory("smoother").size());
+    EXPECT_LT(json["relations"]["translation"]["max"], 1e-7);
+    EXPECT_LT(json["relations"]["angle"]["max"], 1e-5);
+  }
+}
+
+TEST_F(ExportCommand, RefusesInOneLine) {
+  const std::string run = path("run");
+  expect_refused("export " + path("absent") + " --to mcap", "there is no such folder");
+  expect_refused("export " + path("site") + " --to mcap", "has no summary.json");
+  expect_refused("export " + run + " --to mcap --estimator smother", "did you mean 'smoother'?");
+  expect_refused("export " + run + " --to kitti", "choose one of smoother, lidar-inertial with --estimator");
+  expect_refused("export " + run + " --to kitti --log a.bag --estimator smoother", "has no scans");
+  expect_refused("export " + run + " --to mcap --out " + path("run/summary.json"), "among the results of");
+  expect_refused("export " + run + " --to mcap --out " + path("run/smoother/x.mcap"), "among the results of");
+  fs::create_directory(path("killed"));
+  fs::create_directory(path("killed/checkpoint"));
+  expect_refused("export " + path("killed") + " --to mcap", "is not finished");
+  EXPECT_FALSE(fs::exists(path("killed/export.mcap")));
+}
+
+TEST_F(ExportCommand, AFailedExportLeavesNoFile) {
+  fs::copy(path("run"), path("broken"), fs::copy_options::recursive);
+  fs::remove(path("broken/export.mcap"));
+  std::ofstream(path("broken/smoother/covariance.csv")) << "t_s\n1,2,3\n";
+  expect_refused("export " + path("broken") + " --to mcap", "covariance.csv:2:");
+  expect_refused("export " + path("run") + " --to mcap --out " + path("absent/a.mcap"), "cannot be written");
+  for (const auto& entry : fs::directory_iterator(path("broken"))) {
+    EXPECT_THAT(entry.path().filename().string(), testing::Not(testing::StartsWith("export")));
+  }
+}
+
+}  // namespace
+}  // namespace lodestone
