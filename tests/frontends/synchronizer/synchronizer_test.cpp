@@ -32,8 +32,8 @@ class ListSource : public MeasurementSource {
   std::size_t position = 0;
 };
 
-/// Scans of 100 millisecond; IMU samples every 5 millisecond, with the time in s as angular velocity; fields of two
-/// magnetometers every 10 millisecond.
+/// Scans of 100 ms; IMU samples every 5 ms, with the time in s as angular velocity; fields of two
+/// magnetometers every 10 ms.
 class SynchronizerTest : public ::testing::Test {
  protected:
   SynchronizerTest() { suite.magnetometers.resize(2); }
