@@ -191,7 +191,7 @@ Platform read_platform(const ConfigurationNode& root, const SensorChoice& requir
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
-  read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
+  if (required.imu || root.has("gravity_m_s2")) read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
   if (required.lidar || root.find("lidar") != nullptr) read_first_lidar(root.at("lidar"), platform);
   if (const ConfigurationNode* further = root.find("further_lidars")) {
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);

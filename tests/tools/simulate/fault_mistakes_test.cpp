@@ -11,6 +11,7 @@ namespace {
 
 constexpr const char* hall = R"(
 name: hall
+earth_field_ut: [20, 0, -40]
 sensors:
   lidar: {rows: 4, columns: 32}
   magnetometer_mounts:
