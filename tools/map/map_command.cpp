@@ -77,7 +77,8 @@ MagneticMapOptions read_options(const MapMagneticCall& call) {
 FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platform) {
   const Trajectory trajectory = read_trajectory(call.trajectory);
   WarningLog warnings;
-  BagSource source(call.survey, platform, warnings, {.lidar = false, .imu = false, .magnetometers = true});
+  BagSource source(call.survey, platform, warnings,
+                   {.lidar = false, .imu = false, .magnetometers = true, .wheels = false});
   Progress progress(std::filesystem::path(call.survey).filename().string(), source.begin_time(), source.end_time());
   const FieldSurvey survey = read_survey(source, trajectory, platform.suite, max_pose_gap, [&](Time time) {
     progress.update(time);
