@@ -65,8 +65,9 @@ class SlidingWindow {
   /// Sets or replaces the pose measured by the field at keyframe k, instead of a field factor.
   void set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask);
 
-  /// Sets or replaces keyframe k's wheel factor.
-  void set_wheels(std::size_t k, const WheelReading& reading);
+  /// Sets or replaces keyframe k's wheel factor. `slip_jump`: sigma by which the slip may have jumped at this keyframe,
+  /// relative to the velocity; 0: no jump. A replaced factor keeps its jump.
+  void set_wheels(std::size_t k, const WheelReading& reading, double slip_jump);
 
   /// Minimizes the cost by Ceres; returns the number of iterations. Ends with a step that lowers ½ Σ r² by less than
   /// 0.005. Integrates IMU factors again if their biases have left the linear range.
@@ -168,12 +169,11 @@ class SlidingWindow {
   MapErrorEpoch* map_error_epoch_at(const Vector3& position, const CondensedScan& scan);
   /// Recomputes the rates of motion at a keyframe, for the scans that begin or end there.
   void renew_rates(std::size_t k);
-  SlipEpoch* slip_epoch_at(Time time);
+  SlipEpoch* slip_epoch_at(Time time, double jump);
   /// The first slip epoch if `oldest` is its last keyframe. Adds its factors and variable to those that are eliminated.
   SlipEpoch* leaving_slip(const Keyframe& oldest, std::vector<WindowFactor>& involved,
                           std::vector<WindowBlock*>& eliminated);
   void remove_slip(SlipEpoch* leaving);
-  void renew_slip_weights();
   void remove_lidar(Keyframe& keyframe);
   bool add_imu_axes();  // false: they are not estimated
   ImuAxes imu_axes() const;

@@ -52,7 +52,6 @@ int SlidingWindow::solve() {
     const auto& blocks = epoch->walk.blocks;
     epoch->walk.content->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
   }
-  renew_slip_weights();
   SettledCallback settled;
   ceres::Solver::Options options;
   options.linear_solver_type = kLinearSolver;

@@ -14,26 +14,29 @@ constexpr double kSlipCorrelation_s = 20.0;
 
 }  // namespace
 
-SlidingWindow::SlipEpoch* SlidingWindow::slip_epoch_at(Time time) {
-  if (!slips_.empty() && to_seconds(time - slips_.back()->start) < kSlipEpoch_s - 1e-6) return slips_.back().get();
+SlidingWindow::SlipEpoch* SlidingWindow::slip_epoch_at(Time time, double jump) {
+  if (calibration_.wheels.slip_sigma == 0.0) jump = 0.0;
+  if (!slips_.empty() && jump == 0.0 && to_seconds(time - slips_.back()->start) < kSlipEpoch_s - 1e-6) {
+    return slips_.back().get();
+  }
   auto epoch = std::make_unique<SlipEpoch>();
   epoch->start = time;
   epoch->slip = {BlockKind::euclidean, {0.0}};
   add_block(epoch->slip);
   const double sigma = std::max(calibration_.wheels.slip_sigma, kHeldSigma);
   if (slips_.empty()) {
-    epoch->step = add_factor(std::make_unique<SlipFactor>(sigma, 0.0), {&epoch->slip});
+    epoch->step = add_factor(std::make_unique<SlipFactor>(sigma, 0.0, jump), {&epoch->slip});
   } else {
     SlipEpoch& before = *slips_.back();
     const double decay = std::exp(-to_seconds(time - before.start) / kSlipCorrelation_s);
     epoch->slip.values[0] = decay * before.slip.values[0];
-    epoch->step = add_factor(std::make_unique<SlipFactor>(sigma, decay), {&before.slip, &epoch->slip});
+    epoch->step = add_factor(std::make_unique<SlipFactor>(sigma, decay, jump), {&before.slip, &epoch->slip});
   }
   slips_.push_back(std::move(epoch));
   return slips_.back().get();
 }
 
-void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading) {
+void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading, double slip_jump) {
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.wheels) {
     keyframe.wheels.content->set(reading);
@@ -43,19 +46,10 @@ void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading) {
   add_calibration(
       wheel_calibration_, wheel_calibration_prior_,
       {std::max(calibration_.wheels.scale_sigma, kHeldSigma), turn_sigma_rad, turn_sigma_rad, turn_sigma_rad});
-  keyframe.slip = slip_epoch_at(keyframe.time);
+  keyframe.slip = slip_epoch_at(keyframe.time, slip_jump);
   ++keyframe.slip->keyframes;
   keyframe.wheels = add_factor(std::make_unique<WheelFactor>(reading),
                                {&keyframe.pose, &keyframe.motion, &wheel_calibration_, &keyframe.slip->slip});
-}
-
-void SlidingWindow::renew_slip_weights() {
-  if (calibration_.wheels.slip_sigma < kHeldSigma) return;
-  for (const auto& epoch : slips_) {
-    if (!epoch->step) continue;
-    const auto& blocks = epoch->step.blocks;
-    epoch->step.content->renew(blocks.front()->values[0], blocks.back()->values[0]);
-  }
 }
 
 SlidingWindow::SlipEpoch* SlidingWindow::leaving_slip(const Keyframe& oldest, std::vector<WindowFactor>& involved,
