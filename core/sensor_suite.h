@@ -79,7 +79,7 @@ struct ImuCalibrationSigmas {
 struct WheelCalibrationSigmas {
   double scale_sigma = 0.01;        ///< of the scale of velocities, relative: a constant
   double rotation_sigma_deg = 1.0;  ///< of T_imu_wheels, each axis
-  double slip_sigma = 0.005;        ///< of the slowly varying part of the scale, relative
+  double slip_sigma = 0.01;         ///< of the slowly varying part of the scale, relative
 };
 
 /// One standard deviation of every part of the calibration; 0: exact. The defaults are those of grade `field`
