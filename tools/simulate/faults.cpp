@@ -139,6 +139,8 @@ struct FaultInjector::Implementation {
     return true;
   }
 
+  bool apply_faults(WheelSample&) { return true; }
+
   bool apply_faults(LidarScan& scan) {
     const double seconds = seconds_of(scan.end);
     Time shift = 0;
