@@ -123,6 +123,10 @@ class SlidingWindow {
   /// The estimated correction of the LiDAR's calibration; zeros if not estimated.
   LidarCorrection lidar_correction() const;
 
+  /// The estimated slip of the wheels at keyframe k, relative to the velocity; for a keyframe without wheel factor, the
+  /// last one. 0: no wheels.
+  double wheel_slip(std::size_t k) const;
+
   /// The estimated correction of the wheels' calibration; the scale includes the slip at keyframe k. Zeros if not
   /// estimated.
   WheelCorrection wheel_correction(std::size_t k) const;

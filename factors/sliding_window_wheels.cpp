@@ -8,9 +8,8 @@ namespace lodestone {
 
 namespace {
 
-// The slip is constant over an epoch and has this correlation time (docs/design/049-wheels.md).
+// The slip is constant over an epoch (docs/design/049-wheels.md).
 constexpr double kSlipEpoch_s = 0.5;
-constexpr double kSlipCorrelation_s = 20.0;
 
 }  // namespace
 
@@ -71,12 +70,16 @@ void SlidingWindow::remove_slip(SlipEpoch* leaving) {
   slips_.pop_front();
 }
 
+double SlidingWindow::wheel_slip(std::size_t k) const {
+  const SlipEpoch* epoch = keyframes_[k]->slip;
+  if (epoch == nullptr && !slips_.empty()) epoch = slips_.back().get();
+  return epoch == nullptr ? 0.0 : epoch->slip.values[0];
+}
+
 WheelCorrection SlidingWindow::wheel_correction(std::size_t k) const {
   if (!wheel_calibration_prior_) return {};
   const double* values = wheel_calibration_.values.data();
-  const SlipEpoch* epoch = keyframes_[k]->slip;
-  if (epoch == nullptr && !slips_.empty()) epoch = slips_.back().get();
-  return {values[0] + (epoch == nullptr ? 0.0 : epoch->slip.values[0]), Vector3(values + 1)};
+  return {values[0] + wheel_slip(k), Vector3(values + 1)};
 }
 
 }  // namespace lodestone

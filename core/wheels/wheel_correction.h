@@ -4,6 +4,9 @@
 
 namespace lodestone {
 
+/// Correlation time of the slowly varying part of the wheels' scale (docs/design/049-wheels.md).
+inline constexpr double kSlipCorrelation_s = 20.0;
+
 /// Correction of the wheels' calibration in the platform file: the wheels report (1 + scale) times the velocity, and
 /// the rotation of T_imu_wheels is R₀ Exp(turn).
 struct WheelCorrection {

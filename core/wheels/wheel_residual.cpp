@@ -7,6 +7,22 @@
 
 namespace lodestone {
 
+namespace {
+
+// A larger innovation is a jump of the slip (docs/design/049-wheels.md).
+constexpr double kSlipJumpSigmas = 3.5;
+
+/// Covariance of the residual at the prediction, in units of the reading's sigmas.
+Matrix3 innovation_covariance(const WheelResidual& residual, const Matrix17& covariance,
+                              const WheelCalibrationSigmas& sigmas) {
+  const auto by_state = residual.by_state();
+  return Matrix3::Identity() + by_state * covariance * by_state.transpose() +
+         residual.by_calibration * wheel_calibration_variance(sigmas).asDiagonal() *
+             residual.by_calibration.transpose();
+}
+
+}  // namespace
+
 Eigen::Matrix<double, 3, tangent::size> WheelResidual::by_state() const {
   Eigen::Matrix<double, 3, tangent::size> result = Eigen::Matrix<double, 3, tangent::size>::Zero();
   result.middleCols<3>(tangent::rotation) = by_rotation;
@@ -34,17 +50,30 @@ WheelResidual wheel_residual(const WheelReading& reading, const Quaternion& R_ma
   return result;
 }
 
-double weigh_wheels(const NavState& predicted, const Matrix17& covariance, const WheelCorrection& correction,
-                    const WheelCalibrationSigmas& sigmas, double probability, WheelReading& reading) {
-  const WheelResidual residual =
-      wheel_residual(reading, predicted.T_map_imu.rotation, predicted.velocity, predicted.gyroscope_bias, correction);
-  const auto by_state = residual.by_state();
+Eigen::Vector4d wheel_calibration_variance(const WheelCalibrationSigmas& sigmas) {
   const double turn_sigma_rad = sigmas.rotation_sigma_deg * M_PI / 180.0;
   Eigen::Vector4d variance;
   variance << sigmas.scale_sigma * sigmas.scale_sigma + sigmas.slip_sigma * sigmas.slip_sigma,
       Vector3::Constant(turn_sigma_rad * turn_sigma_rad);
-  const Matrix3 innovation = Matrix3::Identity() + by_state * covariance * by_state.transpose() +
-                             residual.by_calibration * variance.asDiagonal() * residual.by_calibration.transpose();
+  return variance;
+}
+
+double slip_jump(const NavState& predicted, const Matrix17& covariance, const WheelCorrection& correction,
+                 const WheelCalibrationSigmas& sigmas, const WheelReading& reading) {
+  if (reading.standstill || sigmas.slip_sigma == 0.0) return 0.0;
+  const WheelResidual residual =
+      wheel_residual(reading, predicted.T_map_imu.rotation, predicted.velocity, predicted.gyroscope_bias, correction);
+  const double innovation = std::abs(residual.value.x());
+  const double expected = std::abs(residual.by_calibration(0, 0));  // in sigmas, as the innovation
+  const double sigma = std::sqrt(innovation_covariance(residual, covariance, sigmas)(0, 0));
+  return innovation > kSlipJumpSigmas * sigma && innovation <= expected ? innovation / expected : 0.0;
+}
+
+double weigh_wheels(const NavState& predicted, const Matrix17& covariance, const WheelCorrection& correction,
+                    const WheelCalibrationSigmas& sigmas, double probability, WheelReading& reading) {
+  const WheelResidual residual =
+      wheel_residual(reading, predicted.T_map_imu.rotation, predicted.velocity, predicted.gyroscope_bias, correction);
+  const Matrix3 innovation = innovation_covariance(residual, covariance, sigmas);
   const double threshold = mahalanobis_quantile(1, probability);
   double least = 1.0;
   for (int i = 0; i < 3; ++i) {

@@ -28,6 +28,17 @@ struct WheelResidual {
 WheelResidual wheel_residual(const WheelReading& reading, const Quaternion& R_map_imu, const Vector3& velocity,
                              const Vector3& gyroscope_bias, const WheelCorrection& correction);
 
+/// Gate of weigh_wheels: that of the field's Huber weight (docs/design/049-wheels.md).
+inline constexpr double kWheelProbability = 0.95;
+
+/// Variances of scale with slip, and of the rotation vector, rad².
+Eigen::Vector4d wheel_calibration_variance(const WheelCalibrationSigmas& sigmas);
+
+/// The size of a jump of the slip, relative to the velocity, that explains the forward velocity. 0: the innovation is
+/// within 3.5 sigmas, the wheels stand still, or the jump exceeds the velocity itself: spinning wheels.
+double slip_jump(const NavState& predicted, const Matrix17& covariance, const WheelCorrection& correction,
+                 const WheelCalibrationSigmas& sigmas, const WheelReading& reading);
+
 /// Reduces the weight of each component whose innovation is beyond the χ² quantile of `probability`: spinning or
 /// blocked wheels. `covariance`: of the predicted state. The weight is (quantile / distance)². Returns the least
 /// weight.
