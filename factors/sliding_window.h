@@ -87,6 +87,8 @@ class SlidingWindow {
   struct NewestCovariance {
     Matrix17 state;
     Matrix17 seen;
+    /// Of the wheels' calibration at the next keyframe: scale_sigma with slip, slip_sigma of the slip's step.
+    WheelCalibrationSigmas wheels;
   };
   NewestCovariance newest_covariance() const;
 
@@ -174,6 +176,7 @@ class SlidingWindow {
   /// Recomputes the rates of motion at a keyframe, for the scans that begin or end there.
   void renew_rates(std::size_t k);
   SlipEpoch* slip_epoch_at(Time time, double jump);
+  double slip_step_sigma() const;
   /// The first slip epoch if `oldest` is its last keyframe. Adds its factors and variable to those that are eliminated.
   SlipEpoch* leaving_slip(const Keyframe& oldest, std::vector<WindowFactor>& involved,
                           std::vector<WindowBlock*>& eliminated);

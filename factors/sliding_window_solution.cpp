@@ -200,11 +200,19 @@ SlidingWindow::NewestCovariance SlidingWindow::newest_covariance() const {
   const Keyframe& newest = *keyframes_.back();
   std::vector<const WindowBlock*> blocks{&newest.pose, &newest.motion, &gravity_};
   const Eigen::MatrixXd by_blocks = seen_jacobian(keyframes_.size() - 1, blocks);
+  const Eigen::Index wheels = by_blocks.cols();
+  if (wheel_calibration_prior_) blocks.insert(blocks.end(), {&wheel_calibration_, &slips_.back()->slip});
   const Eigen::MatrixXd joint = information().covariance(blocks);
   Eigen::MatrixXd to_seen = Eigen::MatrixXd::Zero(tangent::size, joint.cols());
   to_seen.leftCols<tangent::size>().setIdentity();
-  to_seen.topRows<6>() = by_blocks;
-  return {joint.topLeftCorner<tangent::size, tangent::size>(), to_seen * joint * to_seen.transpose()};
+  to_seen.topLeftCorner(6, wheels) = by_blocks;
+  WheelCalibrationSigmas next = calibration_.wheels;
+  if (wheel_calibration_prior_) {
+    const Eigen::Index slip = wheels + kWheelParameters;
+    next.scale_sigma = std::sqrt(std::max(0.0, joint(wheels, wheels) + joint(slip, slip) + 2.0 * joint(wheels, slip)));
+    next.slip_sigma = slip_step_sigma();
+  }
+  return {joint.topLeftCorner<tangent::size, tangent::size>(), to_seen * joint * to_seen.transpose(), next};
 }
 
 Matrix6 SlidingWindow::seen_covariance(std::size_t k) const {

@@ -35,6 +35,10 @@ SlidingWindow::SlipEpoch* SlidingWindow::slip_epoch_at(Time time, double jump) {
   return slips_.back().get();
 }
 
+double SlidingWindow::slip_step_sigma() const {
+  return calibration_.wheels.slip_sigma * std::sqrt(1.0 - std::exp(-2.0 * kSlipEpoch_s / kSlipCorrelation_s));
+}
+
 void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading, double slip_jump) {
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.wheels) {

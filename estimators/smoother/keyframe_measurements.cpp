@@ -257,11 +257,10 @@ void KeyframeMeasurements::set_field(const KeyframeField& field, std::size_t k, 
 }
 
 void KeyframeMeasurements::weigh_wheels(Keyframe& keyframe, const NavState& predicted, const Matrix17& covariance,
-                                        const WheelCorrection& correction) const {
+                                        const WheelCorrection& correction, WheelCalibrationSigmas sigmas) const {
   if (!input_.suite.wheels) return;
   keyframe.wheels = average_wheels(keyframe.wheel_samples, predicted, keyframe.imu, *input_.suite.wheels);
   if (!keyframe.wheels) return;
-  WheelCalibrationSigmas sigmas = input_.suite.calibration.wheels;
   keyframe.slip_jump = slip_jump(predicted, covariance, correction, sigmas, *keyframe.wheels);
   sigmas.slip_sigma = std::max(sigmas.slip_sigma, keyframe.slip_jump);
   keyframe.estimate.diagnostics.wheel_weight =

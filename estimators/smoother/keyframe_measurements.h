@@ -60,9 +60,9 @@ class KeyframeMeasurements {
   void set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const;
 
   /// Averages and weights the keyframe's wheel samples at the predicted state, and fills the diagnostics. `covariance`:
-  /// of that state; `correction`: of the wheels' calibration. No effect without wheels.
+  /// of that state; `correction` and `sigmas`: of the wheels' calibration. No effect without wheels.
   void weigh_wheels(Keyframe& keyframe, const NavState& predicted, const Matrix17& covariance,
-                    const WheelCorrection& correction) const;
+                    const WheelCorrection& correction, WheelCalibrationSigmas sigmas) const;
 
   /// Sets the keyframe's wheel factor at the present state, with the weights of the prediction.
   void set_wheels(const Keyframe& keyframe, const NavState& state, std::size_t k, SlidingWindow& window) const;

@@ -60,6 +60,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   imu_white_noise_.add(bundle.imu);
   keyframe->imu_noise = imu_white_noise_.bound(input_.suite.imu);
   Matrix17 predicted_covariance;
+  WheelCalibrationSigmas wheel_sigmas = input_.suite.calibration.wheels;
 
   if (window_ == nullptr) {
     InitialState start =
@@ -92,6 +93,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     window_->set_imu_noise(keyframe->imu_noise);
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
     predicted_covariance = covariance.state;
+    wheel_sigmas = covariance.wheels;
     keyframe->predicted_covariance = covariance.state.topLeftCorner<6, 6>();
     keyframe->gate_covariance = covariance.seen.topLeftCorner<6, 6>();
     // Consecutive scans see nearly the same planes.
@@ -108,7 +110,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   keyframes_.back()->predicted = window_->state(newest).T_map_imu;
 
   measurements_.weigh_wheels(*keyframes_.back(), window_->state(newest), predicted_covariance,
-                             window_->wheel_correction(newest));
+                             window_->wheel_correction(newest), wheel_sigmas);
   if (solved) relocate();
   keyframes_[newest]->motion_waits = solved && gate_is_wide(newest);
   renew(newest);

@@ -143,5 +143,34 @@ TEST(WheelResidual, SpinningWheelsGetLittleWeightAndGoodOnesKeepTheirs) {
   EXPECT_EQ(spinning.inverse_sigma_s_m.tail<2>(), full.tail<2>());  // sideways there is still no motion
 }
 
+TEST(SlipJump, IsTheSizeOfASlipAndNoneForNoiseStandstillAndSpinningWheels) {
+  const Curve curve;
+  const NavState state = curve.end();
+  Matrix17 covariance = 1e-6 * Matrix17::Identity();
+  covariance.diagonal().segment<3>(tangent::velocity).setConstant(1e-4);
+  const WheelCalibrationSigmas sigmas{0.005, 0.1, 0.005};
+  const auto jump_of = [&](double factor) {
+    std::vector<WheelSample> samples = curve.wheels({});
+    for (WheelSample& sample : samples) sample.forward_velocity_m_s *= factor;
+    if (factor == 0.0) {
+      for (WheelSample& sample : samples) sample.yaw_rate_rad_s = 0.0;
+    }
+    return slip_jump(state, covariance, {}, sigmas, *average_wheels(samples, state, curve.imu(), WheelModel{}));
+  };
+  EXPECT_EQ(jump_of(1.0), 0.0);
+  EXPECT_EQ(jump_of(1.02), 0.0);
+  EXPECT_NEAR(jump_of(1.1), 0.1, 1e-3);
+  EXPECT_NEAR(jump_of(0.8), 0.2, 1e-3);
+  EXPECT_EQ(jump_of(3.0), 0.0);
+  EXPECT_EQ(jump_of(0.0), 0.0);
+  // A jump of this size leaves the reading its weight.
+  std::vector<WheelSample> samples = curve.wheels({});
+  for (WheelSample& sample : samples) sample.forward_velocity_m_s *= 1.1;
+  WheelReading reading = *average_wheels(samples, state, curve.imu(), WheelModel{});
+  WheelCalibrationSigmas with_jump = sigmas;
+  with_jump.slip_sigma = jump_of(1.1);
+  EXPECT_EQ(weigh_wheels(state, covariance, {}, with_jump, kWheelProbability, reading), 1.0);
+}
+
 }  // namespace
 }  // namespace lodestone
