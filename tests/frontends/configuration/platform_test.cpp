@@ -72,6 +72,16 @@ TEST(PlatformFile, ReadsBackWheels) {
   EXPECT_THAT(error("lateral_motion: none", "lateral_motion: unknown"), HasSubstr("lateral_motion: none"));
 }
 
+TEST(PlatformFile, AShippedFileHasWheelsWithTheUsualSigmas) {
+  const Platform platform = load_platform(std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_wheels.yaml");
+  ASSERT_TRUE(platform.suite.wheels);
+  EXPECT_EQ(platform.wheels.topic, "/odom");
+  EXPECT_EQ(platform.suite.wheels->lateral_motion, LateralMotion::unknown);
+  EXPECT_EQ(platform.suite.calibration.wheels.scale_sigma, WheelCalibrationSigmas{}.scale_sigma);
+  EXPECT_EQ(platform.suite.calibration.wheels.slip_sigma, WheelCalibrationSigmas{}.slip_sigma);
+  EXPECT_TRUE(platform.suite.magnetometers.empty());
+}
+
 TEST(PlatformFile, ReadsBackWhatItWrote) {
   const testing::TemporaryFolder folder;
   Platform platform = load_platform(scout);

@@ -224,5 +224,17 @@ TEST_F(CalibratedPlatformTest, AParameterBeyondThreeSigmasIsWarnedOfWithItsKey) 
               HasSubstr("soft_iron_correction of " + platform_.suite.magnetometers[7].name));
 }
 
+TEST_F(CalibratedPlatformTest, AWheelScaleBeyondThreeSigmasIsWarnedOfWithItsKey) {
+  platform_.suite.wheels.emplace();
+  estimate_.wheels.correction.scale = 0.05;
+  estimate_.wheels.scale_sigma = 0.002;
+  WarningLog warnings;
+  warn_of_calibration(platform_.suite, estimate_, 7, warnings);
+  EXPECT_EQ(warnings.count("calibration.wheels.scale"), 1);
+  EXPECT_EQ(warnings.count("calibration.wheels.rotation"), 0);
+  EXPECT_THAT(warnings.entries().at("calibration.wheels.scale").first_detail,
+              HasSubstr("wheels.scale: scale differs by 0.05 from the platform file"));
+}
+
 }  // namespace
 }  // namespace lodestone
