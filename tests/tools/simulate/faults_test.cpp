@@ -298,36 +298,6 @@ TEST_F(Faults, AClockOffsetShiftsTheStampsOfItsSensorAloneAndTheStreamStaysInOrd
   }
 }
 
-TEST_F(Faults, SlippingWheelsReportMoreWhileTheSlipLastsAndOnlyARobotWithWheelsSlips) {
-  const std::string wheels = "sensors.wheels.rate_hz=20";
-  const auto samples = [&](const std::vector<std::string>& settings) {
-    std::vector<WheelSample> found;
-    for (const Measurement& measurement : drain(settings)) {
-      if (const auto* sample = std::get_if<WheelSample>(&measurement)) found.push_back(*sample);
-    }
-    return found;
-  };
-  const auto rolling = samples({wheels});
-  const auto slipping = samples({wheels, "faults=[{kind: slip, begin_s: 3, end_s: 3.5, fraction: 0.2}]"});
-  ASSERT_GT(rolling.size(), 70U);
-  ASSERT_EQ(slipping.size(), rolling.size());
-  int changed = 0;
-  for (std::size_t i = 0; i < rolling.size(); ++i) {
-    const double seconds = to_seconds(rolling[i].time - start_);
-    const double factor = seconds >= 3.0 && seconds < 3.5 ? 1.2 : 1.0;
-    EXPECT_EQ(slipping[i].forward_velocity_m_s, factor * rolling[i].forward_velocity_m_s) << seconds;
-    changed += slipping[i].forward_velocity_m_s != rolling[i].forward_velocity_m_s;
-  }
-  EXPECT_GE(changed, 9);
-  EXPECT_NE(error_of("{kind: slip, fraction: 0.2}").find("sensors.wheels"), std::string::npos);
-  try {
-    load_world(file_, {wheels, "faults=[{kind: slip, fraction: -2}]"});
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("blocked"), std::string::npos);
-  }
-}
-
 TEST_F(Faults, SteelThatPassesAddsTheFieldOfADipoleWhereverTheRobotIs) {
   const World world = load_world(file_, {});
   const SimulationSource source(world, std::make_shared<Environment>(world), "a", Drive::sequence, 3, 4.0);

@@ -215,30 +215,6 @@ TEST_F(RealityOfSensors, TheImuReadsThroughItsMatrices) {
   }
 }
 
-TEST_F(RealityOfSensors, WheelsReadTheVelocityOfTheirFrameTimesScaleAndSlip) {
-  const std::vector<std::string> settings{"sensors.wheels={velocity_noise_m_s: 1e-9, position_m: [-0.3, 0.1, -0.2]}"};
-  const World world = load("{wheel_scale_sigma: 0.02, wheel_rotation_sigma_deg: 2, wheel_slip_sigma: 0.02}", settings);
-  EXPECT_TRUE(all<WheelSample>(source_of(load("exact"))).empty());
-  EXPECT_TRUE(all<WheelSample>(source_of(world, 7, Drive::survey)).empty());
-  SimulationSource source = source_of(world, 7, Drive::sequence, 6.0);
-  const WheelErrors& errors = source.reality().wheels;
-  const Pose mounted = with_error(world.wheels->T_imu_wheels(), errors.mounting);
-  int moving = 0, resting = 0;
-  for (Measurement measurement; source.next(measurement);) {
-    const auto* sample = std::get_if<WheelSample>(&measurement);
-    if (sample == nullptr) continue;
-    const double seconds = to_seconds(sample->time - source.begin_time());
-    const MotionSample motion = source.motion().at(seconds);
-    const Vector3 velocity = mounted.rotation.conjugate() * (motion.T_map_imu.rotation.conjugate() * motion.velocity +
-                                                             motion.angular_velocity.cross(mounted.position));
-    const double factor = errors.scale + errors.slip.at({seconds, 0.0, 0.0}).x();
-    EXPECT_NEAR(sample->forward_velocity_m_s, factor * velocity.x(), 2e-4) << seconds;
-    ++(sample->forward_velocity_m_s == 0.0 ? resting : moving);
-  }
-  EXPECT_GT(moving, 60);
-  EXPECT_GT(resting, 20);
-}
-
 TEST_F(RealityOfSensors, MagnetometersReadThroughTheirResidualsAndTheMotors) {
   const std::string residual = "{magnetometer_offset_sigma_ut: 2, magnetometer_matrix_sigma: 0.02}";
   const Log exact = log("exact", 7, 20.0), off = log(residual, 7, 20.0);
