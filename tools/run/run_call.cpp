@@ -116,6 +116,7 @@ RunInputs load_small_files(const RunCall& call) {
   if (!call.initial_pose_from.empty()) inputs.initial_poses = read_trajectory(call.initial_pose_from);
   inputs.sensors.lidar = !call.cloud.empty();
   inputs.sensors.magnetometers = !call.magnetic.empty();
+  inputs.sensors.wheels = inputs.options.wheels.enabled;
   return inputs;
 }
 

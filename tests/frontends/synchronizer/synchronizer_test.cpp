@@ -100,6 +100,32 @@ class SynchronizerTest : public ::testing::Test {
   std::function<bool(Time, int)> has_field;
 };
 
+TEST_F(SynchronizerTest, DeliversEachWheelSampleOnceBetweenItsScans) {
+  fill(1.0);
+  const auto without = bundles();
+  for (const bool chosen : {false, true}) {
+    source.position = 0;
+    source.list.clear();
+    fill(1.0);
+    for (Time t = -50 * ms; t <= 1050 * ms; t += 20 * ms) source.list.push_back(WheelSample{origin + t, to_seconds(t)});
+    source.sort();
+    if (chosen) suite.wheels.emplace();
+    const auto result = bundles();
+    ASSERT_EQ(result.size(), without.size());
+    for (std::size_t k = 0; k < result.size(); ++k) {
+      const Time begin = k == 0 ? result[k].scan.start : result[k - 1].scan.end;
+      EXPECT_EQ(result[k].wheels.size(), chosen ? 5U : 0U) << k;
+      for (const WheelSample& sample : result[k].wheels) {
+        EXPECT_GT(sample.time, begin);
+        EXPECT_LE(sample.time, result[k].scan.end);
+      }
+      EXPECT_EQ(result[k].imu.size(), without[k].imu.size());
+      EXPECT_EQ(result[k].magnetic.size(), without[k].magnetic.size());
+    }
+  }
+  EXPECT_FALSE(warnings.entries().contains("wheels.late"));
+}
+
 TEST_F(SynchronizerTest, InterpolatesTheImuExactlyAtScanEnds) {
   fill(1.0);
   const auto result = bundles();
