@@ -23,7 +23,7 @@
 namespace lodestone {
 namespace {
 
-constexpr double right_m = 0.5;
+constexpr double right_m = 1.5;  // three sigmas of a found pose, begin_at()
 constexpr double right_rad = 5.0 * std::numbers::pi / 180.0;
 constexpr Time largest_gap = 1'000'000'000;
 
@@ -117,15 +117,18 @@ Counts searches(const Call& call, const std::filesystem::path& folder) {
 
 void run(const Call& call) {
   fmt::print(
-      "| log | starts | right, sure | right, not sure | wrong, not sure | wrong, sure | error m, median | data s, "
+      "| log | starts | right, sure | right, not sure | wrong, not sure | wrong, sure | error m, median / largest | "
+      "data s, "
       "median | search s, median |\n|---|---|---|---|---|---|---|---|---|\n");
   for (const std::string& folder : call.folders) {
     const std::filesystem::path path(folder);
     const Counts counts = searches(call, path);
-    fmt::print("| {}{} | {} | {} | {} | {} | {} | {:.3f} | {:.1f} | {:.1f} |\n", path.filename().string(),
+    double largest = 0.0;
+    for (const double error_m : counts.errors_m) largest = std::max(largest, error_m);
+    fmt::print("| {}{} | {} | {} | {} | {} | {} | {:.3f} / {:.3f} | {:.1f} | {:.1f} |\n", path.filename().string(),
                call.max_range_m > 0.0 ? fmt::format(", {:g} m", call.max_range_m) : "", counts.starts,
                counts.right_sure, counts.right_unsure, counts.wrong_unsure, counts.wrong_sure, median(counts.errors_m),
-               median(counts.data_s), median(counts.wall_s));
+               largest, median(counts.data_s), median(counts.wall_s));
     std::fflush(stdout);
   }
 }
