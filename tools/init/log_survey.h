@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "core/warnings.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/logs/message_source.h"
