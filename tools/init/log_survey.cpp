@@ -200,7 +200,7 @@ const SurveyedTopic& chosen_lidar(const LogSurvey& survey) {
   }
   if (best != nullptr) return *best;
   throw no_topic(survey, "a LiDAR that can be read (sensor_msgs/PointCloud2 or livox_ros_driver2/CustomMsg)",
-                 reasons.empty() ? "record the LiDAR's points, not its packets" : reasons);
+                 reasons.empty() ? "record the LiDAR's points, not its packets, or add a log that has them" : reasons);
 }
 
 const SurveyedTopic& chosen_imu(const LogSurvey& survey) {

@@ -45,6 +45,10 @@ std::string name_of_topic(const std::string& topic) {
   return name.empty() ? "magnetometer" : name;
 }
 
+std::string frame_of(const SurveyedTopic& topic) {
+  return topic.frame.empty() ? "without a frame id" : "frame '" + topic.frame + "'";
+}
+
 class PlatformDraft {
  public:
   PlatformDraft(const LogSurvey& survey, const std::string& name)
@@ -88,7 +92,7 @@ class PlatformDraft {
   void comment(const std::string& key, const std::string& text) { comments_[key] = text; }
 
   std::string described(const SurveyedTopic& topic, const char* others, const char* remedy) const {
-    std::string text = fmt::format("{}, frame '{}'", topic.info.type, topic.frame);
+    const std::string text = fmt::format("{}, {}", topic.info.type, frame_of(topic));
     const std::string more = other_topics(survey_, topic);
     return more.empty() ? text : fmt::format("{}; {}: {}{}", text, others, more, remedy);
   }
@@ -148,7 +152,7 @@ class PlatformDraft {
     platform_.magnetometers.push_back({topic.info.name, FieldUnit::tesla});
     MagnetometerModel& model = platform_.suite.magnetometers.emplace_back();
     model.name = name;
-    comment(key + ".topic", fmt::format("frame '{}'{}", topic.frame,
+    comment(key + ".topic", fmt::format("{}{}", frame_of(topic),
                                         topic.period_s > 0.0 ? fmt::format(", {:.4g} Hz", 1.0 / topic.period_s) : ""));
     model.T_imu_mag = mounting(key + ".T_imu_mag", topic.frame, "magnetometer");
   }
@@ -168,8 +172,9 @@ class PlatformDraft {
     }
     comment(key, fmt::format("guess: identity, because {}; measure the position of the {} in the axes of the IMU, in "
                              "metres, and how its axes are rotated (docs/user/platform-file.md)",
-                             survey_.transforms.empty()
-                                 ? std::string("the log has no /tf_static")
+                             survey_.transforms.empty() ? "the log has no /tf_static"
+                             : imu_.frame.empty() || frame.empty()
+                                 ? "the messages name no frames"
                                  : fmt::format("/tf_static does not connect '{}' with '{}'", imu_.frame, frame),
                              sensor));
     return {};

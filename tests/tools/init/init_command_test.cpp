@@ -38,7 +38,7 @@ class InitCommand : public ::testing::Test {
 TEST_F(InitCommand, TheFileIsCheckedWithoutAnError) {
   const ProgramResult written = run_lodestone("init " + path("log.bag") + " --out " + path("robot.yaml"));
   ASSERT_EQ(written.code, 0) << written.errors;
-  EXPECT_THAT(written.output, HasSubstr("LiDAR /ouster/points, IMU /imu/data, 2 magnetometers"));
+  EXPECT_THAT(written.output, HasSubstr("LiDAR /ouster/points, IMU /imu/data, 2 magnetometer(s)"));
   EXPECT_THAT(written.output, HasSubstr("next: lodestone check " + path("log.bag")));
   const ProgramResult checked = run_lodestone("check " + path("log.bag") + " --platform " + path("robot.yaml"));
   EXPECT_EQ(checked.code, 0) << checked.output << checked.errors;
