@@ -69,31 +69,34 @@ std::optional<Pose> StaticTransforms::between(const std::string& a, const std::s
   return std::nullopt;
 }
 
+void add_transforms(const std::string& path, const TopicInfo& topic, const RawMessage& raw,
+                    StaticTransforms& transforms) {
+  try {
+    if (topic.encoding == Encoding::cdr) {
+      CdrWireReader wire(raw.data, raw.size);
+      read_transforms(wire, transforms);
+    } else {
+      Ros1WireReader wire(raw.data, raw.size);
+      read_transforms(wire, transforms);
+    }
+  } catch (const ros1::MalformedMessage& error) {
+    throw InputError(
+        fmt::format("{}: topic {}, recorded at {} s: {}; record the log again, or cut it before this message", path,
+                    topic.name, raw.record_time / 1'000'000'000, error.what()));
+  }
+}
+
 void read_static_transforms(const std::string& path, MessageSource& log, StaticTransforms& transforms) {
+  std::vector<TopicInfo> topics;
   std::vector<std::string> names;
-  std::vector<Encoding> encodings;
   for (const TopicInfo& topic : log.topics()) {
     if (!has_static_transforms(topic)) continue;
+    topics.push_back(topic);
     names.push_back(topic.name);
-    encodings.push_back(topic.encoding);
   }
   if (names.empty()) return;
   log.select(names);
-  for (RawMessage raw; log.next(raw);) {
-    try {
-      if (encodings[raw.topic] == Encoding::cdr) {
-        CdrWireReader wire(raw.data, raw.size);
-        read_transforms(wire, transforms);
-      } else {
-        Ros1WireReader wire(raw.data, raw.size);
-        read_transforms(wire, transforms);
-      }
-    } catch (const ros1::MalformedMessage& error) {
-      throw InputError(
-          fmt::format("{}: topic {}, recorded at {} s: {}; record the log again, or cut it before this message", path,
-                      names[raw.topic], raw.record_time / 1'000'000'000, error.what()));
-    }
-  }
+  for (RawMessage raw; log.next(raw);) add_transforms(path, topics[raw.topic], raw, transforms);
 }
 
 }  // namespace lodestone

@@ -29,10 +29,14 @@ class StaticTransforms {
   std::map<std::string, Placed> parents_;  ///< by child
 };
 
-/// Adds the transforms of all topics named tf_static, in any namespace, with tf2_msgs/TFMessage (or ROS 1's
-/// tf/tfMessage). Transforms without a rotation (a quaternion of length 0) or with non-finite numbers are ignored.
-/// Selects these topics in `log`. `path` names the log in messages. Throws InputError, with topic and time, if a
-/// message's bytes are inconsistent.
+/// Adds the transforms of one tf2_msgs/TFMessage (or ROS 1's tf/tfMessage). Transforms without a rotation (a quaternion
+/// of length 0) or with non-finite numbers are ignored. `path` names the log in messages. Throws InputError, with topic
+/// and time, if the message's bytes are inconsistent.
+void add_transforms(const std::string& path, const TopicInfo& topic, const RawMessage& raw,
+                    StaticTransforms& transforms);
+
+/// Adds the transforms of all topics named tf_static, in any namespace. Selects these topics in `log`. Throws
+/// InputError as add_transforms does.
 void read_static_transforms(const std::string& path, MessageSource& log, StaticTransforms& transforms);
 
 }  // namespace lodestone

@@ -57,13 +57,13 @@ std::string head_of(const InitCall& call) {
          "# All keys: docs/user/platform-file.md\n";
 }
 
-void init(const InitCall& call) {
+void write_drafted_platform(const InitCall& call) {
   catch_interrupts();
   check_init_call(call);
   const fs::path out = yaml_output(call.out);
   WarningLog warnings;
   const LogSurvey survey = survey_logs(call.logs, warnings);
-  const CommentedPlatform draft = draft_platform(survey, out.stem().string(), call.seconds, warnings);
+  const CommentedPlatform draft = draft_platform(survey, out.stem().string(), call.seconds);
   const std::string text = head_of(call) + commented_text(draft);
   parse_platform(text, out.string());  // a file that cannot be read is never written
   OutputFile file(out);
@@ -95,7 +95,7 @@ void add_init_command(CLI::App& app, int* code) {
       ->capture_default_str();
   command->add_flag("--force", call->force, "replace the platform file if it exists");
   command->callback([call, code]() {
-    init(*call);
+    write_drafted_platform(*call);
     *code = exit_code::done;
   });
 }

@@ -31,7 +31,7 @@ constexpr double usual_accelerometer_walk = 5e-4;
 constexpr double usual_field_noise_ut = 1.0;
 
 /// Four significant digits: more are noise, and make the file hard to read.
-double rounded(double value) {
+double to_four_digits(double value) {
   return std::strtod(fmt::format("{:.4g}", value).c_str(), nullptr);
 }
 
@@ -70,12 +70,13 @@ class PlatformDraft {
   }
 
   /// Reads units and noise.
-  CommentedPlatform finish(double seconds, WarningLog& warnings) {
+  CommentedPlatform finish(double seconds) {
     std::vector<LogSample> samples;
+    WarningLog unheard;  // survey_logs has the same
     for (const std::string& log : survey_.logs) {
       throw_if_interrupted();
       samples.push_back(
-          read_log_sample(log, platform_, seconds, warnings, {.lidar = false, .imu = true, .magnetometers = true}));
+          read_log_sample(log, platform_, seconds, unheard, {.lidar = false, .imu = true, .magnetometers = true}));
     }
     infer_acceleration_unit(samples);
     infer_field_units(samples);
@@ -100,7 +101,7 @@ class PlatformDraft {
   void add_lidar() {
     platform_.lidar = lidar_.layout;
     LidarModel& model = platform_.suite.lidar;
-    model.scan_period_s = rounded(lidar_.period_s);
+    model.scan_period_s = to_four_digits(lidar_.period_s);
     comment("lidar.topic", described(lidar_, "the LiDAR with most points; others in the log",
                                      " (a second LiDAR is an entry of further_lidars)"));
     comment("lidar.scan_period_s", "median of the first stamps");
@@ -139,7 +140,8 @@ class PlatformDraft {
 
   void add_imu() {
     platform_.imu.topic = imu_.info.name;
-    platform_.suite.imu.rate_hz = imu_.period_s > 0.0 ? rounded(1.0 / imu_.period_s) : platform_.suite.imu.rate_hz;
+    platform_.suite.imu.rate_hz =
+        imu_.period_s > 0.0 ? to_four_digits(1.0 / imu_.period_s) : platform_.suite.imu.rate_hz;
     comment("imu.topic", described(imu_, "the IMU with most messages; others in the log", ""));
     comment("imu.rate_hz", imu_.period_s > 0.0 ? "median of the first stamps" : "guess: the log has a single message");
   }
@@ -226,7 +228,7 @@ class PlatformDraft {
 
   /// `found`: 0 if unknown.
   void set_density(const std::string& key, double found, double otherwise, const std::string& how, double& density) {
-    density = rounded(found > 0.0 ? found : otherwise);
+    density = to_four_digits(found > 0.0 ? found : otherwise);
     comment("imu." + key, found > 0.0 ? how : fmt::format("guess: {}; {}", no_standstill_, consumer_imu));
   }
 
@@ -249,7 +251,7 @@ class PlatformDraft {
 
   void set_field_noise(const std::optional<StandstillNoise>& noise, double seconds) {
     for (std::size_t i = 0; i < magnetometers_.size(); ++i) {
-      const double found = noise ? rounded(noise->fields_ut[i]) : 0.0;
+      const double found = noise ? to_four_digits(noise->fields_ut[i]) : 0.0;
       platform_.suite.magnetometers[i].noise_ut = found > 0.0 ? found : usual_field_noise_ut;
       comment(fmt::format("magnetometers[{}].noise_ut", i),
               found > 0.0 ? fmt::format("at rest for {:.1f} s; motors may add noise", noise->duration_s)
@@ -270,9 +272,8 @@ class PlatformDraft {
 
 }  // namespace
 
-CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds,
-                                 WarningLog& warnings) {
-  return PlatformDraft(survey, name).finish(seconds, warnings);
+CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds) {
+  return PlatformDraft(survey, name).finish(seconds);
 }
 
 }  // namespace lodestone

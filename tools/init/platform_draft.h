@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "core/warnings.h"
 #include "tools/init/log_survey.h"
 #include "tools/init/platform_text.h"
 
@@ -12,7 +11,6 @@ namespace lodestone {
 /// Describes the robot of the surveyed logs: one LiDAR, one IMU, all magnetometers. Reads the first `seconds` of IMU
 /// and magnetometers of each log for units and noise. Each value that is inferred or guessed has a comment. Throws
 /// InputError that lists the topics if there is no LiDAR or no IMU.
-CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds,
-                                 WarningLog& warnings);
+CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds);
 
 }  // namespace lodestone

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -21,7 +23,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 using ::testing::StartsWith;
 using testing::SyntheticLog;
 
@@ -71,7 +72,7 @@ class PlatformDraftTest : public ::testing::Test {
     for (const std::string& name : names) logs.push_back(folder_ / name);
     WarningLog warnings;
     const LogSurvey survey = survey_logs(logs, warnings);
-    return draft_platform(survey, "robot", 60.0, warnings);
+    return draft_platform(survey, "robot", 60.0);
   }
 
   /// The platform that load_platform reads from the text.
@@ -225,6 +226,43 @@ TEST_F(PlatformDraftTest, ChoosesTheLidarWithTimesAndNamesTheOther) {
   const CommentedPlatform camera = draft({"blind.bag", "camera.bag"});
   EXPECT_EQ(loaded(camera).lidar.topic, "/camera/points");
   EXPECT_EQ(camera.platform.lidar.point_times, PointTimes::none);
+}
+
+/// Livox' CustomMsg describes itself, and its driver gives the acceleration in g.
+TEST_F(PlatformDraftTest, ALivoxNeedsNoFields) {
+  SyntheticLog log = noisy_robot(9.80665);
+  log.lidar = false;
+  write(log, "imu.bag");
+  constexpr std::uint32_t points = 2000;
+  std::vector<std::uint8_t> data(points * ros1::LivoxMessage::point_step);
+  for (std::uint32_t i = 0; i < points; ++i) {
+    std::uint8_t* point = data.data() + i * ros1::LivoxMessage::point_step;
+    const std::uint32_t offset_ns = 49'000 * i;
+    const float position[3] = {5.0F, 0.001F * static_cast<float>(i), 1.0F};
+    std::memcpy(point, &offset_ns, 4);
+    std::memcpy(point + 4, position, 12);
+  }
+  ros1::LivoxMessage scan;
+  scan.frame = "livox_frame";
+  scan.point_count = points;
+  scan.data = data.data();
+  scan.data_size = data.size();
+  ros1::BagWriter writer(folder_ / "livox.bag", Codec::none);
+  for (int i = 0; i < 60; ++i) {
+    scan.stamp = SyntheticLog{}.start + i * SyntheticLog::period;
+    writer.write("/livox/lidar", scan.stamp + SyntheticLog::period, scan);
+  }
+  writer.close();
+  const CommentedPlatform commented = draft({"livox.bag", "imu.bag"});
+  const Platform platform = loaded(commented);
+  EXPECT_EQ(platform.lidar.topic, "/livox/lidar");
+  EXPECT_EQ(platform.lidar.point_times, PointTimes::field);
+  EXPECT_EQ(platform.lidar.time_field, "");
+  EXPECT_FALSE(platform.lidar.time_unit);
+  EXPECT_EQ(platform.lidar.stamp, ScanStamp::start);
+  EXPECT_NEAR(platform.suite.lidar.scan_period_s, 0.1, 1e-6);
+  EXPECT_EQ(platform.imu.acceleration_unit, AccelerationUnit::standard_gravity);
+  EXPECT_THAT(commented.comments.at("lidar.topic"), HasSubstr("livox_ros_driver2/CustomMsg, frame 'livox_frame'"));
 }
 
 TEST_F(PlatformDraftTest, EveryInferredOrGuessedLineHasAComment) {
