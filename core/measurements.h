@@ -25,6 +25,14 @@ struct MagneticSample {
   Vector3 field_ut = Vector3::Zero();  ///< µT
 };
 
+/// Velocity of the robot as its wheels measure it, in the wheel frame: x forwards, y left, z up.
+struct WheelSample {
+  Time time = 0;
+  double forward_velocity_m_s = 0.0;
+  double lateral_velocity_m_s = 0.0;  ///< to the left; 0 from robots that cannot measure it
+  double yaw_rate_rad_s = 0.0;
+};
+
 /// One point of a scan, in the (first) LiDAR's frame at the point's own time.
 struct LidarPoint {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();  ///< metres
@@ -47,12 +55,13 @@ struct LidarScan {
   std::vector<LidarPoint> points;
 };
 
-using Measurement = std::variant<ImuSample, MagneticSample, LidarScan>;
+using Measurement = std::variant<ImuSample, MagneticSample, LidarScan, WheelSample>;
 
 /// The time at which a measurement is complete: a scan's end, else the sample's stamp.
 inline Time completion_time(const Measurement& measurement) {
   if (const auto* scan = std::get_if<LidarScan>(&measurement)) return scan->end;
   if (const auto* imu = std::get_if<ImuSample>(&measurement)) return imu->time;
+  if (const auto* wheels = std::get_if<WheelSample>(&measurement)) return wheels->time;
   return std::get<MagneticSample>(measurement).time;
 }
 
@@ -69,6 +78,7 @@ struct ScanBundle {
   /// samples from the scan's start on.
   std::vector<ImuSample> imu;
   std::vector<MagneticArraySample> magnetic;  ///< in (previous end, end], in order of time
+  std::vector<WheelSample> wheels{};          ///< the same
 };
 
 }  // namespace lodestone

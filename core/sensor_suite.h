@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/geometry/pose.h"
+#include "core/options.h"
 
 namespace lodestone {
 
@@ -31,6 +33,26 @@ struct MagnetometerModel {
   double noise_ut = 1.0;  ///< white, one sigma for each sample and component
 };
 
+/// What is known about motion of the wheel frame to the side.
+enum class LateralMotion {
+  unknown,   ///< only the forward velocity is used
+  measured,  ///< the wheels measure the lateral velocity (mecanum or swerve drive)
+  none       ///< non-holonomic: the robot moves neither sideways nor vertically
+};
+
+constexpr auto enum_names(LateralMotion) {
+  return EnumNames<LateralMotion, 3>{
+      {{LateralMotion::unknown, "unknown"}, {LateralMotion::measured, "measured"}, {LateralMotion::none, "none"}}};
+}
+
+/// Wheel odometry: velocities of the wheel frame (x forwards, y left), usually base_link.
+struct WheelModel {
+  Pose T_imu_wheels;
+  double velocity_sigma_m_s = 0.02;  ///< white, one sigma of a sample's velocity
+  LateralMotion lateral_motion = LateralMotion::unknown;
+  double lateral_sigma_m_s = 0.05;  ///< of the lateral and vertical velocity between two scans, if `none`
+};
+
 /// Uncertainty of T_imu_lidar and of the LiDAR's clock.
 struct LidarCalibrationSigmas {
   double translation_sigma_m = 0.010;  ///< of T_imu_lidar, each axis
@@ -53,17 +75,25 @@ struct ImuCalibrationSigmas {
   double misalignment_sigma_deg = 0.1;  ///< of one axis relative to another
 };
 
+/// Uncertainty of the wheels' calibration, and of their slip.
+struct WheelCalibrationSigmas {
+  double scale_sigma = 0.01;        ///< of the scale of velocities, relative: a constant
+  double rotation_sigma_deg = 1.0;  ///< of T_imu_wheels, each axis
+  double slip_sigma = 0.01;         ///< of the slowly varying part of the scale, relative
+};
+
 /// One standard deviation of every part of the calibration; 0: exact. The defaults are those of grade `field`
 /// (config/worlds/README.md, section Reality): the calibration of a usual robot.
 struct CalibrationSigmas {
   LidarCalibrationSigmas lidar;  ///< of the first LiDAR; the others move rigidly with it
   MagnetometerCalibrationSigmas magnetometers;
   ImuCalibrationSigmas imu;
+  WheelCalibrationSigmas wheels{};
 };
 
 /// A calibration without errors.
 constexpr CalibrationSigmas exact_calibration() {
-  return {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}};
+  return {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
 }
 
 /// The sensors of a robot, for the estimators. Topics and message layouts belong to the reader.
@@ -72,6 +102,7 @@ struct SensorSuite {
   LidarModel lidar;                        ///< the first: scans are in its frame
   std::vector<LidarModel> further_lidars;  ///< usually none; they move rigidly with the first
   std::vector<MagnetometerModel> magnetometers;
+  std::optional<WheelModel> wheels{};  ///< empty: no wheel odometry
   double gravity_m_s2 = 9.80665;
   CalibrationSigmas calibration{};
 

@@ -49,8 +49,10 @@ struct Diagnostics {
   /// Share of the scan's points above the floor where the cloud map has something, at this pose and at decoy poses.
   double place_share = 0.0;
   double decoy_share = 0.0;
-  int place_points = 0;     ///< such points; 0: not judged
-  double field_odds = 0.0;  ///< log odds of the readings at this pose against anywhere on the field map
+  int place_points = 0;        ///< such points; 0: not judged
+  double field_odds = 0.0;     ///< log odds of the readings at this pose against anywhere on the field map
+  double wheel_weight = -1.0;  ///< least Huber weight of the wheels' velocity; below 0: no wheels
+  double wheel_slip = 0.0;     ///< estimated slip, relative to the velocity; positive: the wheels report too much
   int iterations = 0;
   double step_ms = 0.0;  ///< wall time of the step
 };

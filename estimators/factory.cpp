@@ -45,7 +45,9 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
 
 }  // namespace
 
-std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& input) {
+std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& all) {
+  EstimatorInput input = all;
+  if (!input.options.wheels.enabled) input.suite.wheels.reset();
   std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(
       input, [name](const EstimatorInput& again) { return make_unmonitored(name, again); });
   if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;

@@ -220,6 +220,16 @@ struct FilterOptions {
   }
 };
 
+struct WheelOptions {
+  bool enabled = true;
+
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("enabled", enabled,
+                  "use the wheel odometry of the platform file; false: as without its section wheels");
+  }
+};
+
 /// Options of the checks of a finished run.
 struct ReportOptions {
   StaleMapOptions stale_map;
@@ -230,12 +240,13 @@ struct ReportOptions {
   }
 };
 
-/// All options of a run. Sections `lidar`, `initial` and most of `magnetic` apply to every estimator.
+/// All options of a run. Sections `lidar`, `initial`, `wheels` and most of `magnetic` apply to every estimator.
 struct RunOptions {
   InitialOptions initial;
   LidarOptions lidar;
   DegeneracyOptions degeneracy;
   MagneticOptions magnetic;
+  WheelOptions wheels;
   SmootherOptions smoother;
   FilterOptions ieskf;
   PlaceSearchOptions search;
@@ -247,6 +258,7 @@ struct RunOptions {
     visitor.section("lidar", lidar);
     visitor.section("degeneracy", degeneracy);
     visitor.section("magnetic", magnetic);
+    visitor.section("wheels", wheels);
     visitor.section("smoother", smoother);
     visitor.section("ieskf", ieskf);
     visitor.section("search", search);

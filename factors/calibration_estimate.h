@@ -5,6 +5,7 @@
 #include "core/geometry/pose.h"
 #include "core/imu/preintegration.h"
 #include "core/lidar/lidar_correction.h"
+#include "core/wheels/wheel_correction.h"
 
 namespace lodestone {
 
@@ -27,8 +28,14 @@ struct CalibrationEstimate {
     ImuAxes axes = ImuAxes::Zero();
     ImuAxes sigma = ImuAxes::Zero();
   };
+  struct Wheels {
+    WheelCorrection correction;  ///< constant part of the scale, without slip
+    double scale_sigma = 0.0;
+    Vector3 turn_sigma_rad = Vector3::Zero();
+  };
   Imu imu;
   Lidar lidar;
+  Wheels wheels;
   std::vector<Magnetometer> magnetometers;
   double magnetometer_clock_s = 0.0;  ///< delay of the array's stamps
   double magnetometer_clock_sigma_s = 0.0;

@@ -272,6 +272,7 @@ void SlidingWindow::marginalize_oldest() {
       involved.push_back(map_errors_[1]->step);
     }
   }
+  SlipEpoch* slip = leaving_slip(oldest, involved, eliminated);
   MarginalPrior prior = marginalize_disturbed(involved, eliminated, stretch != nullptr);
   // Constant biases are no variables: the prior must not contain them.
   if (!options_.magnetometer_bias_states) {
@@ -294,6 +295,7 @@ void SlidingWindow::marginalize_oldest() {
   remove_factor(oldest.points);
   remove_factor(oldest.field);
   remove_factor(oldest.field_pose);
+  remove_factor(oldest.wheels);
   remove_factor(next.imu);
   if (next.lidar_in_prior) remove_factor(next.lidar);
   if (leaving != nullptr) {
@@ -306,6 +308,8 @@ void SlidingWindow::marginalize_oldest() {
     remove_factor(map_errors_[1]->step);
     remove_block(stretch->error);
   }
+  if (oldest.slip != nullptr) --oldest.slip->keyframes;
+  remove_slip(slip);
   if (oldest.epoch != nullptr) --oldest.epoch->keyframes;
   if (oldest.map_error != nullptr) --oldest.map_error->keyframes;
   remove_block(oldest.pose);

@@ -12,6 +12,7 @@
 #include "core/lidar/lidar_correction.h"
 #include "core/observability/window_information.h"
 #include "core/time.h"
+#include "core/wheels/wheel_reading.h"
 #include "factors/calibration_estimate.h"
 #include "factors/condensed_lidar_factor.h"
 #include "factors/field_factor.h"
@@ -64,6 +65,10 @@ class SlidingWindow {
   /// Sets or replaces the pose measured by the field at keyframe k, instead of a field factor.
   void set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask);
 
+  /// Sets or replaces keyframe k's wheel factor. `slip_jump`: sigma by which the slip may have jumped at this keyframe,
+  /// relative to the velocity; 0: no jump. A replaced factor keeps its jump.
+  void set_wheels(std::size_t k, const WheelReading& reading, double slip_jump);
+
   /// Minimizes the cost by Ceres; returns the number of iterations. Ends with a step that lowers ½ Σ r² by less than
   /// 0.005. Integrates IMU factors again if their biases have left the linear range.
   int solve();
@@ -82,6 +87,8 @@ class SlidingWindow {
   struct NewestCovariance {
     Matrix17 state;
     Matrix17 seen;
+    /// Of the wheels' calibration at the next keyframe: scale_sigma with slip, slip_sigma of the slip's step.
+    WheelCalibrationSigmas wheels;
   };
   NewestCovariance newest_covariance() const;
 
@@ -118,6 +125,14 @@ class SlidingWindow {
   /// The estimated correction of the LiDAR's calibration; zeros if not estimated.
   LidarCorrection lidar_correction() const;
 
+  /// The estimated slip of the wheels at keyframe k, relative to the velocity; for a keyframe without wheel factor, the
+  /// last one. 0: no wheels.
+  double wheel_slip(std::size_t k) const;
+
+  /// The estimated correction of the wheels' calibration; the scale includes the slip at keyframe k. Zeros if not
+  /// estimated.
+  WheelCorrection wheel_correction(std::size_t k) const;
+
   /// The estimated matrix E of a magnetometer: reading = bias + (1 + E) field.
   Matrix3 magnetometer_matrix(int magnetometer) const;
 
@@ -141,6 +156,7 @@ class SlidingWindow {
   struct Keyframe;
   struct BiasEpoch;
   struct MapErrorEpoch;
+  struct SlipEpoch;
   WindowFactor add_residual(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
   template <class Function>
   RenewableFactor<Function> add_factor(std::unique_ptr<Function> function, std::vector<WindowBlock*> blocks) {
@@ -159,6 +175,12 @@ class SlidingWindow {
   MapErrorEpoch* map_error_epoch_at(const Vector3& position, const CondensedScan& scan);
   /// Recomputes the rates of motion at a keyframe, for the scans that begin or end there.
   void renew_rates(std::size_t k);
+  SlipEpoch* slip_epoch_at(Time time, double jump);
+  double slip_step_sigma() const;
+  /// The first slip epoch if `oldest` is its last keyframe. Adds its factors and variable to those that are eliminated.
+  SlipEpoch* leaving_slip(const Keyframe& oldest, std::vector<WindowFactor>& involved,
+                          std::vector<WindowBlock*>& eliminated);
+  void remove_slip(SlipEpoch* leaving);
   void remove_lidar(Keyframe& keyframe);
   bool add_imu_axes();  // false: they are not estimated
   ImuAxes imu_axes() const;
@@ -193,15 +215,18 @@ class SlidingWindow {
   WindowBlock imu_axes_;
   WindowBlock lidar_calibration_;
   WindowBlock matrices_;  // of the magnetometers, 9 each
+  WindowBlock wheel_calibration_;
   // Empty: not estimated, or no measurement yet.
   WindowFactor imu_axes_prior_;
   WindowFactor clock_prior_;
   WindowFactor lidar_calibration_prior_;
   WindowFactor matrices_prior_;
+  WindowFactor wheel_calibration_prior_;
   mutable double clock_sigma_s_ = 0.0;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   std::deque<std::unique_ptr<BiasEpoch>> epochs_;
   std::deque<std::unique_ptr<MapErrorEpoch>> map_errors_;
+  std::deque<std::unique_ptr<SlipEpoch>> slips_;
   // Derivative of the prior's residual by map errors over tens of metres: columns of the sources of the first stretches
   // (LongErrors), six each, then independent ones.
   Eigen::MatrixXd prior_disturbance_;

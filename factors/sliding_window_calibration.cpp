@@ -158,6 +158,8 @@ void SlidingWindow::set_calibration(const CalibrationEstimate& estimate) {
       lidar.clock_s;
   imu_axes_.values.assign(estimate.imu.axes.begin(), estimate.imu.axes.end());
   clock_.values.assign(1, estimate.magnetometer_clock_s);
+  const WheelCorrection& wheels = estimate.wheels.correction;
+  wheel_calibration_.values = {wheels.scale, wheels.turn_rad.x(), wheels.turn_rad.y(), wheels.turn_rad.z()};
   matrices_.values.clear();
   for (const CalibrationEstimate::Magnetometer& magnetometer : estimate.magnetometers) {
     for (int i = 0; i < 3; ++i) matrices_.values.push_back(magnetometer.turn_rad[i]);
@@ -185,6 +187,11 @@ CalibrationEstimate SlidingWindow::calibration_estimate() const {
       result.magnetometers[i] = {Vector3(values), sigma.segment<3>(first), Eigen::Map<const Vector6>(values + 3),
                                  sigma.segment<6>(first + 3)};
     }
+  }
+  if (wheel_calibration_prior_) {
+    const Eigen::VectorXd sigma = sigmas(wheel_calibration_);
+    const double* values = wheel_calibration_.values.data();
+    result.wheels = {{values[0], Vector3(values + 1)}, sigma[0], sigma.tail<3>()};
   }
   if (clock_prior_) {
     result.magnetometer_clock_s = clock_.values[0];

@@ -9,6 +9,8 @@
 #include "factors/preintegration_factor.h"
 #include "factors/random_walk_factor.h"
 #include "factors/sliding_window.h"
+#include "factors/slip_factor.h"
+#include "factors/wheel_factor.h"
 
 namespace lodestone {
 
@@ -34,6 +36,14 @@ struct SlidingWindow::MapErrorEpoch {
   double long_way_m = 0.0;  // path since that error changed last
 };
 
+/// The wheels' slip over one epoch, and the step from the previous epoch.
+struct SlidingWindow::SlipEpoch {
+  Time start = 0;
+  WindowBlock slip;
+  RenewableFactor<SlipFactor> step;
+  int keyframes = 0;  // number of keyframes that use it
+};
+
 struct SlidingWindow::Keyframe {
   Time time = 0;
   WindowBlock pose{BlockKind::pose, std::vector<double>(7)};
@@ -47,11 +57,13 @@ struct SlidingWindow::Keyframe {
   bool lidar_in_prior = false;               // its factor depended on a keyframe that has left the window
   RenewableFactor<FieldFactor> field;
   RenewableFactor<PoseFactor> field_pose;  // instead of `field`, with measured poses
+  RenewableFactor<WheelFactor> wheels;
   BiasEpoch* epoch = nullptr;
+  SlipEpoch* slip = nullptr;
   MapErrorEpoch* map_error = nullptr;
 
   /// The measurements of this keyframe, set or not.
-  std::array<const WindowFactor*, 4> measurements() const { return {&lidar, &points, &field, &field_pose}; }
+  std::array<const WindowFactor*, 5> measurements() const { return {&lidar, &points, &field, &field_pose, &wheels}; }
 };
 
 }  // namespace lodestone

@@ -78,17 +78,21 @@ std::string SlidingWindow::solver_description() {
 }
 
 std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
-  // An epoch's biases, and a stretch's map error, follow the last keyframe that uses them: elimination in this order
-  // has almost no fill-in.
+  // An epoch's biases or slip, and a stretch's map error, follow the last keyframe that uses them: elimination in this
+  // order has almost no fill-in.
   std::vector<const WindowBlock*> result;
   std::size_t epoch = 0;
   std::size_t stretch = 0;
+  std::size_t slip = 0;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     result.push_back(&keyframes_[k]->pose);
     result.push_back(&keyframes_[k]->motion);
     while (keyframes_[k]->map_error != nullptr && stretch + 1 < map_errors_.size() &&
            map_errors_[stretch].get() != keyframes_[k]->map_error) {
       result.insert(result.end() - 2, &map_errors_[stretch++]->error);
+    }
+    while (keyframes_[k]->slip != nullptr && slip + 1 < slips_.size() && slips_[slip].get() != keyframes_[k]->slip) {
+      result.insert(result.end() - 2, &slips_[slip++]->slip);
     }
     if (!options_.magnetometer_bias_states || keyframes_[k]->epoch == nullptr) continue;
     while (epoch + 1 < epochs_.size() && epochs_[epoch].get() != keyframes_[k]->epoch) {
@@ -99,9 +103,11 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
   for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch)
     result.push_back(&epochs_[epoch]->biases);
   for (; stretch < map_errors_.size(); ++stretch) result.push_back(&map_errors_[stretch]->error);
+  for (; slip < slips_.size(); ++slip) result.push_back(&slips_[slip]->slip);
   if (imu_axes_prior_) result.push_back(&imu_axes_);
   if (lidar_calibration_prior_) result.push_back(&lidar_calibration_);
   if (matrices_prior_) result.push_back(&matrices_);
+  if (wheel_calibration_prior_) result.push_back(&wheel_calibration_);
   if (clock_prior_) result.push_back(&clock_);
   result.push_back(&gravity_);
   return result;
@@ -109,7 +115,8 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
 
 std::vector<const WindowFactor*> SlidingWindow::factors() const {
   std::vector<const WindowFactor*> result{&prior_};
-  for (const WindowFactor* factor : {&imu_axes_prior_, &lidar_calibration_prior_, &matrices_prior_, &clock_prior_}) {
+  for (const WindowFactor* factor :
+       {&imu_axes_prior_, &lidar_calibration_prior_, &matrices_prior_, &wheel_calibration_prior_, &clock_prior_}) {
     if (*factor) result.push_back(factor);
   }
   for (const auto& keyframe : keyframes_) {
@@ -123,6 +130,9 @@ std::vector<const WindowFactor*> SlidingWindow::factors() const {
   }
   for (const auto& stretch : map_errors_) {
     if (stretch->step) result.push_back(&stretch->step);
+  }
+  for (const auto& slip : slips_) {
+    if (slip->step) result.push_back(&slip->step);
   }
   return result;
 }
@@ -190,11 +200,19 @@ SlidingWindow::NewestCovariance SlidingWindow::newest_covariance() const {
   const Keyframe& newest = *keyframes_.back();
   std::vector<const WindowBlock*> blocks{&newest.pose, &newest.motion, &gravity_};
   const Eigen::MatrixXd by_blocks = seen_jacobian(keyframes_.size() - 1, blocks);
+  const Eigen::Index wheels = by_blocks.cols();
+  if (wheel_calibration_prior_) blocks.insert(blocks.end(), {&wheel_calibration_, &slips_.back()->slip});
   const Eigen::MatrixXd joint = information().covariance(blocks);
   Eigen::MatrixXd to_seen = Eigen::MatrixXd::Zero(tangent::size, joint.cols());
   to_seen.leftCols<tangent::size>().setIdentity();
-  to_seen.topRows<6>() = by_blocks;
-  return {joint.topLeftCorner<tangent::size, tangent::size>(), to_seen * joint * to_seen.transpose()};
+  to_seen.topLeftCorner(6, wheels) = by_blocks;
+  WheelCalibrationSigmas next = calibration_.wheels;
+  if (wheel_calibration_prior_) {
+    const Eigen::Index slip = wheels + kWheelParameters;
+    next.scale_sigma = std::sqrt(std::max(0.0, joint(wheels, wheels) + joint(slip, slip) + 2.0 * joint(wheels, slip)));
+    next.slip_sigma = slip_step_sigma();
+  }
+  return {joint.topLeftCorner<tangent::size, tangent::size>(), to_seen * joint * to_seen.transpose(), next};
 }
 
 Matrix6 SlidingWindow::seen_covariance(std::size_t k) const {

@@ -165,9 +165,6 @@ bool Supervised::confirms_estimator(const StartHypothesis& found) const {
 }
 
 void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {
-  EstimatorInput input = input_;
-  input.initial_pose = found.T_map_imu;
-  input.initial_velocity = found.velocity;
   if (!stopped_) stop_estimator(sink);
   if (input_.warnings != nullptr) {
     const Vector3& p = found.T_map_imu.position;
@@ -178,7 +175,7 @@ void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {
                          kept_.back().bundle.scan.end);
   }
   reported_ = kept_.back().bundle.scan.end;
-  estimator_ = make_(input);
+  estimator_ = make_(begin_at(found, input_));
   stopped_ = false;
   scans_ = 0;
   lost_since_.reset();

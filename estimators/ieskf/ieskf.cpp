@@ -9,6 +9,7 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/observability/robust_weight.h"
+#include "core/wheels/wheel_residual.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/ieskf/swept_evidence.h"
 #include "estimators/initialization/initialization.h"
@@ -19,6 +20,7 @@ namespace {
 
 // Where the iterations of an update end (docs/design/048-options-that-went.md).
 constexpr int kMagneticIterations = 3;
+constexpr int kWheelIterations = 2;  // nearly linear
 constexpr double kUpdateConverged_m = 1e-3;
 constexpr double kUpdateConverged_deg = 1e-2;
 
@@ -37,7 +39,9 @@ struct IteratedFilter::Scan {
 };
 
 IteratedFilter::IteratedFilter(EstimatorInput input)
-    : input_(std::move(input)), association_(input_.options.lidar.association) {
+    : input_(std::move(input)),
+      association_(input_.options.lidar.association),
+      wheel_watch_(input_.suite.calibration.wheels, input_.warnings) {
   association_.map_error_repeats = input_.options.ieskf.map_error_repeats;
 }
 
@@ -55,6 +59,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
 
   Estimate estimate;
   estimate.time = bundle.scan.end;
+  if (input_.suite.wheels) update_by_wheels(bundle, estimate.diagnostics);
   Scan scan;
   scan.predicted = state_.T_map_imu;
   Degeneracy degeneracy = no_degeneracy();
@@ -83,6 +88,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
 
   estimate.state = state_;
   estimate.covariance = covariance_.topLeftCorner<6, 6>();
+  wheel_watch_.add(estimate);
   diagnostics.step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   sink.causal(estimate);
   sink.best(estimate);
@@ -107,6 +113,37 @@ Degeneracy IteratedFilter::analyse(const Scan& scan) const {
   // A filter has no window: the information of the single scan is used, here and above.
   return analyse_by_sigma(scan.cost.hessian(scan.predicted) - kNormalNoiseMargin * scan.cost.spurious_information,
                           std::max(scan.cost.range_rms_m, 1.0), options);
+}
+
+void IteratedFilter::update_by_wheels(const ScanBundle& bundle, Diagnostics& diagnostics) {
+  const WheelCalibrationSigmas& sigmas = input_.suite.calibration.wheels;
+  auto reading = average_wheels(bundle.wheels, state_, bundle.imu, *input_.suite.wheels);
+  if (!reading) return;
+  diagnostics.wheel_weight = weigh_wheels(state_, covariance_, {}, sigmas, kWheelProbability, *reading);
+  const auto residual_at = [&](const NavState& state) {
+    return wheel_residual(*reading, state.T_map_imu.rotation, state.velocity, state.gyroscope_bias, {});
+  };
+  // Errors of the calibration are no states: as white noise with the integral of a process of the slip's correlation
+  // time (docs/design/049-wheels.md).
+  const double step_s = to_seconds(bundle.imu.back().time - bundle.imu.front().time);
+  const double repeats = std::max(1.0, 2.0 * kSlipCorrelation_s / step_s);
+  const WheelResidual predicted = residual_at(state_);
+  const Eigen::Vector4d variance = repeats * wheel_calibration_variance(sigmas);
+  const Matrix3 information =
+      (Matrix3::Identity() + predicted.by_calibration * variance.asDiagonal() * predicted.by_calibration.transpose())
+          .inverse();
+  const auto evidence = [&](const NavState& state) {
+    const WheelResidual residual = residual_at(state);
+    const auto by_state = residual.by_state();
+    StateEvidence result;
+    result.information = by_state.transpose() * information * by_state;
+    result.gradient = by_state.transpose() * (information * residual.value);
+    return result;
+  };
+  const UpdatedState updated = iterated_update(
+      state_, covariance_, evidence, {kWheelIterations, kUpdateConverged_m, kUpdateConverged_deg * M_PI / 180.0});
+  state_ = updated.state;
+  covariance_ = updated.covariance;
 }
 
 void IteratedFilter::update_by_field(const ScanBundle& bundle, const Degeneracy& degeneracy, Diagnostics& diagnostics) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/angles.h"
 #include "core/lidar/condensed_cost.h"
@@ -23,6 +24,7 @@ struct Stage {
 constexpr std::array<Stage, 3> kStages{{{12.0, 0.15, 1.5 * degree, 5},
                                         {25.0, 0.06, 0.5 * degree, 4},
                                         {std::numeric_limits<double>::infinity(), 0.03, 0.15 * degree, 4}}};
+constexpr double kChanceShare = 0.5;  // of a scan's points that fit at a wrong place
 constexpr double kConverged_m = 1e-3;
 constexpr double kConverged_rad = 1e-4;
 
@@ -71,6 +73,17 @@ double independent_points(std::size_t points) {
   return std::min(kIndependentPoints, 0.2 * static_cast<double>(points));
 }
 
+double scan_log_likelihood_off_map(std::size_t points) {
+  return -independent_points(points) * (1.0 - kChanceShare) * ScanAgreement::most;
+}
+
+double scan_log_likelihood(std::size_t points, double cost) {
+  // ln((1 − ε) exp(a) + ε exp(b)), computed from the larger term
+  const double a = std::log1p(-kUnmappedShare) - independent_points(points) * cost;
+  const double b = std::log(kUnmappedShare) + scan_log_likelihood_off_map(points);
+  return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
+}
+
 ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map) {
   ScanAgreement result;
   result.points = static_cast<int>(points.size());
@@ -82,14 +95,14 @@ ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_m
   for (const Eigen::Vector3f& point : points) {
     const Eigen::Vector3f turned = rotation * point;
     const Eigen::Vector3f place = (turned.cast<double>() + T_map_imu.position).cast<float>();
-    const Plane* plane = map.match(place, kReach_m);
+    const double sigma_m = 0.05 + 0.003 * static_cast<double>(point.norm());
     double cost = ScanAgreement::most;
-    if (plane != nullptr) {
-      const double sigma_m = 0.05 + 0.003 * static_cast<double>(point.norm());
-      const double ratio = static_cast<double>(plane->distance(place)) / sigma_m;
-      cost = std::min(cost, 0.5 * ratio * ratio);
+    if (const Plane* plane = map.match(place, kReach_m); plane != nullptr) {
+      cost = std::min(cost, 0.5 * std::pow(static_cast<double>(plane->distance(place)) / sigma_m, 2));
+      within += cost < ScanAgreement::most ? 1 : 0;
+    } else if (map.agrees(place, kReach_m)) {
+      cost = std::clamp(std::log(map.voxel_m() / (std::sqrt(2.0 * std::numbers::pi) * sigma_m)), 0.0, cost);
     }
-    if (cost < ScanAgreement::most) ++within;
     sum += cost;
   }
   result.cost = sum / static_cast<double>(points.size());

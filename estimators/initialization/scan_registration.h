@@ -22,18 +22,29 @@ RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose
 
 /// Agreement of a scan with the map.
 struct ScanAgreement {
-  double cost = 0.0;   ///< mean over points of min(r²/2σ², `most`), `most` for a point without plane
+  double cost = 0.0;  ///< mean over points, each at most `most`: r²/2σ² from its plane; ln(voxel/√(2π)σ), the cost of
+                      ///< a uniform distribution, in a voxel with points but no plane; `most` where the map is empty
   double share = 0.0;  ///< of points within 2.4 σ of their plane
   int points = 0;
   static constexpr double most = 3.0;
 };
 
-/// σ is 5 cm plus 3 mm per metre of range: the accuracy of a place before an estimator has refined it.
+/// `points`: imu frame. σ is 5 cm plus 3 mm per metre of range: the accuracy of a place before an estimator has refined
+/// it.
 ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map);
+
+inline constexpr double kUnmappedShare = 0.05;  ///< as kStaleShare of the magnetic map
 
 /// A scan counts as at most this number of independent points, since neighbours lie on the same surface
 /// (docs/design/024-initial-pose-search.md).
 inline constexpr double kIndependentPoints = 60.0;
+
+/// ln p(scan | pose) up to a constant, of `points` points with a mean cost. With probability kUnmappedShare the scan
+/// sees only what is not on the map, such as people in an open hall; this limits the evidence of few such points.
+double scan_log_likelihood(std::size_t points, double cost);
+
+/// The same for a scan off the map, where half of the points fit by chance.
+double scan_log_likelihood_off_map(std::size_t points);
 
 /// The number of independent points that `points` are worth: few points provide little evidence.
 double independent_points(std::size_t points);

@@ -26,6 +26,7 @@ constexpr double kStationsApart_m = 1.0;  // scans at this distance from each ot
 constexpr double kSame_m = 0.3;
 constexpr double kSame_rad = 3.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kReported = 5;
+constexpr double kFoundSigma_m = 0.5;  // of a found pose: the search distinguishes places, an estimator refines them
 
 std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
   std::vector<ImuSample> samples;
@@ -116,6 +117,14 @@ std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavSt
   std::vector<ArrayReading> arrays = average_array(samples, ScanMotion(end, bundle.imu), suite, count);
   if (arrays.empty()) return std::nullopt;
   return std::move(arrays.front());
+}
+
+EstimatorInput begin_at(const StartHypothesis& found, EstimatorInput input) {
+  input.initial_pose = found.T_map_imu;
+  input.initial_velocity = found.velocity;
+  InitialOptions& initial = input.options.initial;
+  initial.position_sigma_m = std::max(initial.position_sigma_m, kFoundSigma_m);
+  return input;
 }
 
 StartFinder::StartFinder(const EstimatorInput& input) : input_(input), options_(input.options.search) {

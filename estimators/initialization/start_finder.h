@@ -46,6 +46,10 @@ class StartFinder {
   std::unique_ptr<StartSearch> search_;
 };
 
+/// The input of an estimator that begins at a found pose: sigma 0.5 m along each axis, or that of the options if it is
+/// larger.
+EstimatorInput begin_at(const StartHypothesis& found, EstimatorInput input);
+
 /// The magnetometers' readings at the end of a bundle's scan: the mean over the last 0.05 s. `end`: state there. None
 /// if the bundle has no readings.
 std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite);

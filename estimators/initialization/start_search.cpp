@@ -17,7 +17,6 @@ namespace {
 constexpr double kFloorThickness_m = 0.15;
 constexpr double kSearchRange_m = 40.0;  // points farther from the robot are ignored by the search
 constexpr int kSearchPoints = 500;       // number of points of the scan that the search uses, evenly distributed
-constexpr double kNowhereShare = 0.5;    // of a scan that fits by chance at a wrong place
 constexpr std::size_t kJudgedPoints = 1500;
 constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, at each of some hundred places
 constexpr double kTilesTogether_m = 32.0;
@@ -56,7 +55,7 @@ StartEvidence::StartEvidence(const SensorSuite& suite, const MagneticMap* field)
 void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
                           StartCandidate& candidate) const {
   candidate.lidar = agreement(points, candidate.T_map_imu, planes);
-  candidate.log_likelihood = -independent_points(points.size()) * candidate.lidar.cost;
+  candidate.log_likelihood = scan_log_likelihood(points.size(), candidate.lidar.cost);
   if (field_ == nullptr || array == nullptr) return;
   candidate.field = field_evidence(*array, candidate.T_map_imu, suite_, *field_, background_);
   candidate.log_likelihood += candidate.field.log_likelihood;
@@ -64,7 +63,7 @@ void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayRe
 
 double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array,
                               const Quaternion& attitude) const {
-  double result = -independent_points(points.size()) * (1.0 - kNowhereShare) * ScanAgreement::most;
+  double result = scan_log_likelihood_off_map(points.size());
   if (field_ != nullptr && array != nullptr) {
     // Far from any map, with any heading.
     const Pose far{attitude, Vector3::Constant(1e7)};
@@ -111,7 +110,6 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   ScanLidars registered_lidars = scan.lidars;
   registered_lidars.of_points = thinned(scan.lidars.of_points, kRegisteredPoints);
   result.search_points = static_cast<int>(points.size());
-  result.nowhere_log_likelihood = evidence_.nowhere(judged, array, attitude);
 
   PlaceSearchResult by_lidar = search_.best(points);
   result.complete = by_lidar.complete;

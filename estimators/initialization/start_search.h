@@ -20,10 +20,9 @@ struct StartCandidate {
   double log_likelihood = 0.0;  ///< LiDAR and field together
 };
 
-/// All candidates, best first, and the likelihood that the scan was taken nowhere on the map.
+/// All candidates, best first.
 struct StartCandidates {
   std::vector<StartCandidate> found;
-  double nowhere_log_likelihood = 0.0;
   int search_points = 0;  ///< points of the scan above the floor
   bool complete = true;   ///< false: the search over the cloud map stopped early
 };
@@ -38,8 +37,7 @@ class StartEvidence {
   void weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
              StartCandidate& candidate) const;
 
-  /// Log-likelihood of the same data at a place off the map: half of the points fit by chance, and the field is the
-  /// background's.
+  /// Log-likelihood of the same data at a place off the map, where the field is the background's.
   double nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const Quaternion& attitude) const;
 
  private:

@@ -98,6 +98,7 @@ void BatchRefinement::renew_factors(SlidingWindow& window) {
   });
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     measurements_.set_lidar(*keyframes_[k], k, window);
+    measurements_.set_wheels(*keyframes_[k], window.state(k), k, window);
     if (input_.field == nullptr) continue;
     measurements_.set_field(fields[k], k, window);
     if (rounds_ == 0) window.set_magnetometer_biases(k, biases_[k]);

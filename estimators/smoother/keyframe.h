@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/lidar/association.h"
@@ -9,6 +10,7 @@
 #include "core/lidar/plane_map.h"
 #include "core/measurements.h"
 #include "core/observability/degeneracy.h"
+#include "core/wheels/wheel_reading.h"
 #include "estimators/estimate.h"
 #include "factors/condensed_lidar_factor.h"
 #include "factors/field_factor.h"
@@ -22,6 +24,7 @@ struct Keyframe {
   ImuNoise imu_noise;              ///< of these samples
   std::vector<LidarPoint> points;  ///< sampled, frame of the first LiDAR, own times
   std::vector<MagneticArraySample> magnetic;
+  std::vector<WheelSample> wheel_samples;
   Pose predicted;                                      ///< pose at which field readings are weighted
   Matrix6 predicted_covariance = Matrix6::Identity();  ///< of `predicted`, before this scan's measurements (φ, p)
   Matrix6 gate_covariance = Matrix6::Identity();       ///< pose covariance of the association gate
@@ -40,6 +43,8 @@ struct Keyframe {
   Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with unit weight on metres; only for the paper's rule
   std::vector<FieldReading> field_readings;     ///< with their last weights
   double field_variance_ut2 = 0.0;              ///< of the shared field error, per reading (FieldError)
+  std::optional<WheelReading> wheels;           ///< at the prediction, with its weights; none: no samples
+  double slip_jump = 0.0;                       ///< of the wheels at this keyframe, relative to the velocity
   Degeneracy degeneracy;
   Pose associated;    ///< pose of the scan in the map at the last association
   Pose analysed;      ///< pose at which the degeneracy was analysed

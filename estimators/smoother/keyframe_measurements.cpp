@@ -8,6 +8,7 @@
 #include "core/lidar/deskew.h"
 #include "core/lidar/map_error.h"
 #include "core/observability/robust_weight.h"
+#include "core/wheels/wheel_residual.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
 
@@ -253,6 +254,25 @@ void KeyframeMeasurements::set_field(const KeyframeField& field, std::size_t k, 
   } else {
     window.set_field(k, input_.field, input_.options.magnetic.interpolation, field.readings, field.mask);
   }
+}
+
+void KeyframeMeasurements::weigh_wheels(Keyframe& keyframe, const NavState& predicted, const Matrix17& covariance,
+                                        const WheelCorrection& correction, WheelCalibrationSigmas sigmas) const {
+  if (!input_.suite.wheels) return;
+  keyframe.wheels = average_wheels(keyframe.wheel_samples, predicted, keyframe.imu, *input_.suite.wheels);
+  if (!keyframe.wheels) return;
+  keyframe.slip_jump = slip_jump(predicted, covariance, correction, sigmas, *keyframe.wheels);
+  sigmas.slip_sigma = std::max(sigmas.slip_sigma, keyframe.slip_jump);
+  keyframe.estimate.diagnostics.wheel_weight =
+      lodestone::weigh_wheels(predicted, covariance, correction, sigmas, kWheelProbability, *keyframe.wheels);
+}
+
+void KeyframeMeasurements::set_wheels(const Keyframe& keyframe, const NavState& state, std::size_t k,
+                                      SlidingWindow& window) const {
+  if (!keyframe.wheels) return;
+  WheelReading reading = *average_wheels(keyframe.wheel_samples, state, keyframe.imu, *input_.suite.wheels);
+  reading.inverse_sigma_s_m = keyframe.wheels->inverse_sigma_s_m;
+  window.set_wheels(k, reading, keyframe.slip_jump);
 }
 
 }  // namespace lodestone

@@ -59,6 +59,14 @@ class KeyframeMeasurements {
   /// Sets the keyframe's field factor.
   void set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const;
 
+  /// Averages and weights the keyframe's wheel samples at the predicted state, and fills the diagnostics. `covariance`:
+  /// of that state; `correction` and `sigmas`: of the wheels' calibration. No effect without wheels.
+  void weigh_wheels(Keyframe& keyframe, const NavState& predicted, const Matrix17& covariance,
+                    const WheelCorrection& correction, WheelCalibrationSigmas sigmas) const;
+
+  /// Sets the keyframe's wheel factor at the present state, with the weights of the prediction.
+  void set_wheels(const Keyframe& keyframe, const NavState& state, std::size_t k, SlidingWindow& window) const;
+
  private:
   void hold_height(Keyframe& keyframe) const;  // replaces the scan's correspondences
   bool at_level(const Pose& T_map_imu) const;

@@ -43,7 +43,11 @@ bool shifts_far(const Matrix6& gate) {
 
 }  // namespace
 
-Smoother::Smoother(EstimatorInput input) : input_(std::move(input)), measurements_(input_), relocation_(input_) {}
+Smoother::Smoother(EstimatorInput input)
+    : input_(std::move(input)),
+      measurements_(input_),
+      relocation_(input_),
+      wheel_watch_(input_.suite.calibration.wheels, input_.warnings) {}
 
 Smoother::~Smoother() = default;
 
@@ -55,6 +59,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   take_measurements(*keyframe, bundle);
   imu_white_noise_.add(bundle.imu);
   keyframe->imu_noise = imu_white_noise_.bound(input_.suite.imu);
+  Matrix17 predicted_covariance;
+  WheelCalibrationSigmas wheel_sigmas = input_.suite.calibration.wheels;
 
   if (window_ == nullptr) {
     InitialState start =
@@ -71,6 +77,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     window_ = std::make_unique<SlidingWindow>(bundle.scan.end, state, start.covariance,
                                               static_cast<int>(input_.suite.magnetometers.size()), input_.suite.imu,
                                               options.smoother.solver, input_.suite.calibration);
+    predicted_covariance = start.covariance;
     keyframe->predicted_covariance = start.covariance.topLeftCorner<6, 6>();
     keyframe->gate_covariance = keyframe->predicted_covariance;
     start.state = state;
@@ -85,6 +92,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     propagate(before, bundle.imu, keyframe->imu_noise, &covariance.seen);
     window_->set_imu_noise(keyframe->imu_noise);
     window_->add_keyframe(bundle.scan.end, state, bundle.imu);
+    predicted_covariance = covariance.state;
+    wheel_sigmas = covariance.wheels;
     keyframe->predicted_covariance = covariance.state.topLeftCorner<6, 6>();
     keyframe->gate_covariance = covariance.seen.topLeftCorner<6, 6>();
     // Consecutive scans see nearly the same planes.
@@ -100,6 +109,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   if (!solved) window_->set_state(newest, state_at(*input_.linearize_at, bundle.scan.end, window_->state(newest)));
   keyframes_.back()->predicted = window_->state(newest).T_map_imu;
 
+  measurements_.weigh_wheels(*keyframes_.back(), window_->state(newest), predicted_covariance,
+                             window_->wheel_correction(newest), wheel_sigmas);
   if (solved) relocate();
   keyframes_[newest]->motion_waits = solved && gate_is_wide(newest);
   renew(newest);
@@ -136,6 +147,8 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.diagnostics.iterations = iterations;
   estimate.diagnostics.clock_offset_s = window_->clock_offset().offset_s;
   estimate.diagnostics.clock_sigma_s = window_->clock_offset().sigma_s;
+  estimate.diagnostics.wheel_slip = window_->wheel_slip(newest);
+  wheel_watch_.add(estimate);
   Estimate causal = estimate;
   causal.scan_pose = window_->seen_pose(newest);
   if (leaves) {
@@ -152,6 +165,7 @@ void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) c
   keyframe.scan_start = bundle.scan.start;
   keyframe.imu = bundle.imu;
   keyframe.magnetic = bundle.magnetic;
+  keyframe.wheel_samples = bundle.wheels;
   if (input_.planes != nullptr) {
     keyframe.points = sample_scan(bundle.scan, input_.suite.lidars(), input_.options.lidar.sampling);
   }
@@ -234,6 +248,7 @@ void Smoother::renew(std::size_t k) {
       keyframe, state, [&](int magnetometer) { return window_->magnetometer_bias(k, magnetometer); },
       [&](int magnetometer) { return window_->magnetometer_matrix(magnetometer); }, window_->clock_offset());
   measurements_.set_field(field, k, *window_);
+  measurements_.set_wheels(keyframe, state, k, *window_);
 }
 
 /// The association gate, scaled to a tenth, but at least the present covariance of the pose.

@@ -9,6 +9,7 @@
 #include "estimators/smoother/batch_refinement.h"
 #include "estimators/smoother/keyframe_measurements.h"
 #include "estimators/smoother/repeated_map_error.h"
+#include "estimators/wheel_watch.h"
 #include "factors/sliding_window.h"
 
 namespace lodestone {
@@ -45,8 +46,9 @@ class Smoother final : public Estimator {
   std::unique_ptr<SlidingWindow> window_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   ImuWhiteNoise imu_white_noise_;
-  double variance_scale_ = 1.0;             // of LiDAR residuals
-  RepeatedMapError map_error_;              // of the map's cubes, from residuals
+  double variance_scale_ = 1.0;  // of LiDAR residuals
+  RepeatedMapError map_error_;   // of the map's cubes, from residuals
+  WheelWatch wheel_watch_;
   FieldError field_error_;                  // of the field and its map, from residuals
   CalibrationEstimate calibration_;         // the final estimate, valid after finish
   std::unique_ptr<BatchRefinement> batch_;  // null: no refinement

@@ -185,13 +185,38 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
   model.T_imu_mag = read_pose(node.at("T_imu_mag"));
 }
 
+void read_wheels(const ConfigurationNode& node, Platform& platform) {
+  node.refuse_keys_other_than({"topic", "linear_velocity", "angular_velocity", "scale", "clock_offset_s",
+                               "velocity_sigma_m_s", "lateral_motion", "lateral_sigma_m_s", "T_imu_wheels",
+                               "calibration"});
+  WheelMessageLayout& layout = platform.wheels;
+  WheelModel& model = platform.suite.wheels.emplace();
+  read_value(node.at("topic"), layout.topic);
+  if (node.has("linear_velocity") || node.has("angular_velocity")) {
+    read_value(node.at("linear_velocity"), layout.linear_velocity_path);
+    read_value(node.at("angular_velocity"), layout.angular_velocity_path);
+  }
+  if (node.has("scale")) read_positive(node, "scale", layout.scale);
+  read_clock_offset(node, "clock_offset_s", layout.clock_offset_s);
+  read_positive(node, "velocity_sigma_m_s", model.velocity_sigma_m_s);
+  read_if_there(node, "lateral_motion", model.lateral_motion);
+  if (node.has("lateral_sigma_m_s")) {
+    if (model.lateral_motion != LateralMotion::none) {
+      node.at("lateral_sigma_m_s").fail("is used only with lateral_motion: none; set that, or remove this key");
+    }
+    read_positive(node, "lateral_sigma_m_s", model.lateral_sigma_m_s);
+  }
+  model.T_imu_wheels = read_pose(node.at("T_imu_wheels"));
+  read_calibration_sigmas(node, "calibration", platform.suite.calibration.wheels);
+}
+
 Platform read_platform(const ConfigurationNode& root, const SensorChoice& required) {
   root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_clock_offset_s",
-                               "magnetometer_calibration", "magnetometers"});
+                               "magnetometer_calibration", "magnetometers", "wheels"});
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
-  read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
+  if (required.imu || root.has("gravity_m_s2")) read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
   if (required.lidar || root.find("lidar") != nullptr) read_first_lidar(root.at("lidar"), platform);
   if (const ConfigurationNode* further = root.find("further_lidars")) {
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
@@ -202,6 +227,7 @@ Platform read_platform(const ConfigurationNode& root, const SensorChoice& requir
   if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
     for (const ConfigurationNode& node : magnetometers->elements()) read_magnetometer(node, platform);
   }
+  if (const ConfigurationNode* wheels = root.find("wheels")) read_wheels(*wheels, platform);
   return platform;
 }
 
@@ -245,6 +271,24 @@ std::string calibration_lines(int depth, const MagnetometerMessageLayout& layout
          line(depth, "soft_iron_correction", std::vector<double>(C.data(), C.data() + 9));
 }
 
+/// Empty for a platform without wheels.
+std::string wheel_lines(const Platform& platform) {
+  if (!platform.suite.wheels) return {};
+  const WheelMessageLayout& layout = platform.wheels;
+  const WheelModel& model = *platform.suite.wheels;
+  std::string text = "wheels:\n" + line(1, "topic", layout.topic);
+  if (!layout.linear_velocity_path.empty()) {
+    text += line(1, "linear_velocity", layout.linear_velocity_path) +
+            line(1, "angular_velocity", layout.angular_velocity_path);
+  }
+  if (layout.scale != 1.0) text += line(1, "scale", layout.scale);
+  if (layout.clock_offset_s != 0.0) text += line(1, "clock_offset_s", layout.clock_offset_s);
+  text += line(1, "velocity_sigma_m_s", model.velocity_sigma_m_s) + line(1, "lateral_motion", model.lateral_motion);
+  if (model.lateral_motion == LateralMotion::none) text += line(1, "lateral_sigma_m_s", model.lateral_sigma_m_s);
+  return text + pose_lines(1, "T_imu_wheels", model.T_imu_wheels) +
+         calibration_sigma_lines(1, "calibration", platform.suite.calibration.wheels);
+}
+
 std::string format_platform(const Platform& platform) {
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
@@ -270,7 +314,8 @@ std::string format_platform(const Platform& platform) {
           (platform.magnetometer_clock_offset_s == 0.0
                ? ""
                : line(0, "magnetometer_clock_offset_s", platform.magnetometer_clock_offset_s)) +
-          calibration_sigma_lines(0, "magnetometer_calibration", platform.suite.calibration.magnetometers);
+          calibration_sigma_lines(0, "magnetometer_calibration", platform.suite.calibration.magnetometers) +
+          wheel_lines(platform);
   if (platform.suite.magnetometers.empty()) return text + "magnetometers: []\n";
   text += "magnetometers:\n";
   for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {

@@ -108,6 +108,15 @@ struct MagnetometerMessageLayout {
   bool calibrated() const { return hard_iron_ut != Vector3::Zero() || soft_iron_correction != Matrix3::Identity(); }
 };
 
+/// Location of the wheel odometry in the log.
+struct WheelMessageLayout {
+  std::string topic = "/odom";
+  /// For messages other than nav_msgs/Odometry: paths of the vectors (logs/message_paths.h), m/s and rad/s.
+  std::string linear_velocity_path{}, angular_velocity_path{};
+  double scale = 1.0;           ///< reported velocity over true velocity; StreamDecoder divides by it
+  double clock_offset_s = 0.0;  ///< sign as LidarMessageLayout::clock_offset_s
+};
+
 /// A robot: the location of each sensor in its log, and the sensor models.
 struct Platform {
   std::string name;
@@ -117,6 +126,7 @@ struct Platform {
   std::vector<MagnetometerMessageLayout> magnetometers;  ///< one per magnetometer of the suite, in its order
   std::vector<LidarMessageLayout> further_lidars;        ///< usually empty; one for each of the suite, in its order
   double magnetometer_clock_offset_s = 0.0;  ///< of all magnetometers; sign as LidarMessageLayout::clock_offset_s
+  WheelMessageLayout wheels{};               ///< used only if the suite has wheels
   SensorSuite suite;
 
   /// Name for messages.

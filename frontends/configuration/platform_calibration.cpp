@@ -33,6 +33,13 @@ void visit_imu(Sigmas& sigmas, const Visit& visit) {
   visit("misalignment_sigma_deg", sigmas.misalignment_sigma_deg, largest_rotation_deg);
 }
 
+template <class Sigmas, class Visit>
+void visit_wheels(Sigmas& sigmas, const Visit& visit) {
+  visit("scale_sigma", sigmas.scale_sigma, largest_share);
+  visit("rotation_sigma_deg", sigmas.rotation_sigma_deg, largest_rotation_deg);
+  visit("slip_sigma", sigmas.slip_sigma, largest_share);
+}
+
 /// `for_each` calls its argument for every sigma.
 template <class ForEach>
 void read_sigmas(const ConfigurationNode& parent, const std::string& key, const ForEach& for_each) {
@@ -76,6 +83,10 @@ void read_calibration_sigmas(const ConfigurationNode& parent, const std::string&
   read_sigmas(parent, key, [&](const auto& visit) { visit_imu(sigmas, visit); });
 }
 
+void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, WheelCalibrationSigmas& sigmas) {
+  read_sigmas(parent, key, [&](const auto& visit) { visit_wheels(sigmas, visit); });
+}
+
 std::string calibration_sigma_lines(int depth, const std::string& key, const LidarCalibrationSigmas& sigmas) {
   return sigma_lines(depth, key, [&](const auto& visit) { visit_lidar(sigmas, visit); });
 }
@@ -86,6 +97,10 @@ std::string calibration_sigma_lines(int depth, const std::string& key, const Mag
 
 std::string calibration_sigma_lines(int depth, const std::string& key, const ImuCalibrationSigmas& sigmas) {
   return sigma_lines(depth, key, [&](const auto& visit) { visit_imu(sigmas, visit); });
+}
+
+std::string calibration_sigma_lines(int depth, const std::string& key, const WheelCalibrationSigmas& sigmas) {
+  return sigma_lines(depth, key, [&](const auto& visit) { visit_wheels(sigmas, visit); });
 }
 
 }  // namespace lodestone

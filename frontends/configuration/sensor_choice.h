@@ -7,6 +7,7 @@ struct SensorChoice {
   bool lidar = true;
   bool imu = true;
   bool magnetometers = true;
+  bool wheels = true;  ///< if the platform has them
 };
 
 }  // namespace lodestone

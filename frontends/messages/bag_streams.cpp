@@ -16,6 +16,8 @@ const char* type_of(Sensor sensor) {
       return "sensor_msgs/PointCloud2";
     case Sensor::imu:
       return "sensor_msgs/Imu";
+    case Sensor::wheels:
+      return "nav_msgs/Odometry";
     case Sensor::magnetometer:
       break;
   }
@@ -34,6 +36,10 @@ std::string types_of(const SensorStream& stream) {
     case Sensor::imu:
       return own +
              ", or set imu.angular_velocity and imu.linear_acceleration to their paths in a message of another type";
+    case Sensor::wheels:
+      return own +
+             ", or set wheels.linear_velocity and wheels.angular_velocity to their paths in a message of another "
+             "type";
     case Sensor::magnetometer:
       break;
   }
@@ -46,6 +52,8 @@ const char* part_of(Sensor sensor) {
       return "lidar";
     case Sensor::imu:
       return "imu";
+    case Sensor::wheels:
+      return "wheels";
     case Sensor::magnetometer:
       break;
   }
@@ -83,6 +91,13 @@ std::vector<SensorStream> make_streams(const Platform& platform, SensorChoice ch
     stream.paths = {layout.path};
     stream.path_keys = {fmt::format("magnetometers[{}].values", i)};
   }
+  if (choice.wheels && platform.suite.wheels) {
+    SensorStream& wheels = add(Sensor::wheels, 0, platform.wheels.topic, "wheels.topic");
+    if (!platform.wheels.linear_velocity_path.empty()) {
+      wheels.paths = {platform.wheels.linear_velocity_path, platform.wheels.angular_velocity_path};
+      wheels.path_keys = {"wheels.linear_velocity", "wheels.angular_velocity"};
+    }
+  }
   return streams;
 }
 
@@ -119,8 +134,9 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
       }
       const std::string hint = of_type.empty() ? fmt::format("the log has no {}", type_of(stream.sensor))
                                                : "did you mean " + nearest_name(stream.topic, of_type) + "?";
-      const char* silent =
-          stream.sensor == Sensor::magnetometer ? ", or remove that magnetometer if it was silent" : "";
+      const char* silent = stream.sensor == Sensor::magnetometer ? ", or remove that magnetometer if it was silent"
+                           : stream.sensor == Sensor::wheels     ? ", or remove the section wheels"
+                                                                 : "";
       throw InputError(fmt::format("{}: there is no topic {}; {}; set {}{}; the log has {}", path, stream.topic, hint,
                                    key, silent, list));
     }
@@ -130,7 +146,9 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
                                    found->type, types_of(stream), key, list));
     }
     if (found->messages == 0) {
-      const char* out = stream.sensor == Sensor::magnetometer ? ", or remove that magnetometer" : "";
+      const char* out = stream.sensor == Sensor::magnetometer ? ", or remove that magnetometer"
+                        : stream.sensor == Sensor::wheels     ? ", or remove the section wheels"
+                                                              : "";
       throw InputError(
           fmt::format("{}: topic {} has no messages; set {} to a topic with messages{}; "
                       "the log has {}",

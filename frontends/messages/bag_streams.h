@@ -12,7 +12,7 @@
 
 namespace lodestone {
 
-enum class Sensor { lidar, imu, magnetometer };
+enum class Sensor { lidar, imu, magnetometer, wheels };
 
 /// One sensor of a log. Several sensors may share a topic; each then has its own paths in the message.
 struct SensorStream {
@@ -28,7 +28,7 @@ struct SensorStream {
   std::size_t first_vector = 0;          ///< index of the sensor's first vector in the reader's output
 };
 
-/// "lidar", "imu" or "magnetometer", for kinds of warnings.
+/// "lidar", "imu", "magnetometer" or "wheels", for kinds of warnings.
 const char* part_of(Sensor sensor);
 
 /// The ROS message type of this kind of sensor.
@@ -40,7 +40,7 @@ bool is_type_of(Sensor sensor, const std::string& type);
 /// Supported types of a stream's topic as text, with the platform key for other types.
 std::string types_of(const SensorStream& stream);
 
-/// The streams of the chosen sensors: IMU, LiDARs, magnetometers.
+/// The streams of the chosen sensors: IMU, LiDARs, magnetometers, wheels.
 std::vector<SensorStream> make_streams(const Platform& platform, SensorChoice choice);
 
 /// Sets the reader of a stream with paths whose topic was found: the reader of another of `streams` with the same

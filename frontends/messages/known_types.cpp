@@ -17,6 +17,12 @@ std::string header_definition(Ros ros) {
 
 constexpr const char* vector_fields = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
 
+std::string quaternion_definition(Ros ros) {
+  return separator_line + "MSG: geometry_msgs/Quaternion\n" +
+         (ros == Ros::one ? "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
+                          : "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n");
+}
+
 std::string definition_of(MessageType type, Ros ros) {
   const std::string header = header_definition(ros);
   const std::string vector = separator_line + vector_fields;
@@ -38,13 +44,20 @@ std::string definition_of(MessageType type, Ros ros) {
       return "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
              "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
              "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n" +
-             separator_line + "MSG: geometry_msgs/Quaternion\n" +
-             (ros == Ros::one ? "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
-                              : "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n") +
-             vector + header;
+             quaternion_definition(ros) + vector + header;
     case MessageType::magnetic_field:
       return "std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n" +
              vector + header;
+    case MessageType::odometry:
+      return "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
+             "geometry_msgs/TwistWithCovariance twist\n" +
+             separator_line + "MSG: geometry_msgs/PoseWithCovariance\n" +
+             "geometry_msgs/Pose pose\nfloat64[36] covariance\n" + separator_line + "MSG: geometry_msgs/Pose\n" +
+             "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n" + separator_line +
+             "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n" + quaternion_definition(ros) +
+             separator_line + "MSG: geometry_msgs/TwistWithCovariance\n" +
+             "geometry_msgs/Twist twist\nfloat64[36] covariance\n" + separator_line + "MSG: geometry_msgs/Twist\n" +
+             "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n" + vector + header;
     case MessageType::other:
       break;
   }
@@ -58,6 +71,7 @@ MessageType message_type(const std::string& type) {
   if (type == "livox_ros_driver2/CustomMsg" || type == "livox_ros_driver/CustomMsg") return MessageType::livox;
   if (type == "sensor_msgs/Imu") return MessageType::imu;
   if (type == "sensor_msgs/MagneticField") return MessageType::magnetic_field;
+  if (type == "nav_msgs/Odometry") return MessageType::odometry;
   return MessageType::other;
 }
 
@@ -71,6 +85,8 @@ std::string expected_md5(MessageType type) {
       return "6a62c6daae103f4ff57a132d6f95cec2";
     case MessageType::magnetic_field:
       return "2f3b0b43eed0c9501de0fa3ff89a45aa";
+    case MessageType::odometry:
+      return "cd5e73d190d741a2f92e81eda573aca7";
     case MessageType::other:
       break;
   }

@@ -7,7 +7,7 @@
 namespace lodestone {
 
 /// The message types that Lodestone supports.
-enum class MessageType { point_cloud, livox, imu, magnetic_field, other };
+enum class MessageType { point_cloud, livox, imu, magnetic_field, odometry, other };
 
 /// `type` as in TopicInfo. Both Livox drivers write the same message.
 MessageType message_type(const std::string& type);

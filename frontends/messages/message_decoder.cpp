@@ -16,8 +16,8 @@ MessageType checked_type(const std::string& source, const TopicInfo& topic) {
   const MessageType type = message_type(topic.type);
   if (type == MessageType::other || topic.encoding == Encoding::other) {
     throw InputError(
-        fmt::format("{}: topic {} is a {}{}; expected sensor_msgs/PointCloud2, Imu or MagneticField, or "
-                    "livox_ros_driver2/CustomMsg, of ROS 1 or ROS 2",
+        fmt::format("{}: topic {} is a {}{}; expected sensor_msgs/PointCloud2, Imu or MagneticField, "
+                    "nav_msgs/Odometry or livox_ros_driver2/CustomMsg, of ROS 1 or ROS 2",
                     source, topic.name, topic.type.empty() ? "message without a type" : topic.type,
                     topic.encoding == Encoding::other ? " in an encoding of neither ROS 1 nor ROS 2" : ""));
   }
@@ -73,6 +73,8 @@ void MessageDecoder::decode(const TopicInfo& topic, const RawMessage& raw, ros1:
         return reading::read_livox(wire, as<ros1::LivoxMessage>(message), points_, topic.encoding == Encoding::cdr);
       case MessageType::imu:
         return reading::read(wire, as<ros1::ImuMessage>(message), points_);
+      case MessageType::odometry:
+        return reading::read(wire, as<ros1::OdometryMessage>(message), points_);
       default:
         return reading::read(wire, as<ros1::MagneticFieldMessage>(message), points_);
     }

@@ -67,6 +67,16 @@ void read(Wire& wire, ros1::MagneticFieldMessage& message, std::vector<std::uint
   read_numbers(wire, 9);
 }
 
+template <class Wire>
+void read(Wire& wire, ros1::OdometryMessage& message, std::vector<std::uint8_t>&) {
+  message.stamp = wire.header(message.frame);
+  wire.text(message.child_frame);
+  read_numbers(wire, 3 + 4 + 36);  // pose and its covariance
+  read_vector(wire, message.linear_velocity);
+  read_vector(wire, message.angular_velocity);
+  read_numbers(wire, 36);
+}
+
 /// Bytes from one point of a Livox message to the next: CDR aligns each point's first number.
 constexpr std::size_t point_stride(bool aligned) {
   return aligned ? 20 : ros1::LivoxMessage::point_step;

@@ -19,6 +19,9 @@ inline const char* type_of(const ros1::ImuMessage&) {
 inline const char* type_of(const ros1::MagneticFieldMessage&) {
   return "sensor_msgs/MagneticField";
 }
+inline const char* type_of(const ros1::OdometryMessage&) {
+  return "nav_msgs/Odometry";
+}
 
 inline void write_numbers(Ros1WireWriter& wire, const std::array<double, 3>& values) {
   for (const double value : values) wire.number(value);
@@ -74,6 +77,18 @@ inline void write(Ros1WireWriter& wire, const ros1::MagneticFieldMessage& messag
   wire.header(message.stamp, message.frame);
   write_numbers(wire, message.field_tesla);
   write_zeros(wire, 9);  // sensor_msgs/MagneticField: zeros mean "covariance unknown"
+}
+
+inline void write(Ros1WireWriter& wire, const ros1::OdometryMessage& message) {
+  wire.header(message.stamp, message.frame);
+  wire.text(message.child_frame);
+  write_numbers(wire, {0.0, 0.0, 0.0});
+  write_zeros(wire, 3);
+  wire.number(1.0);  // identity orientation
+  write_zeros(wire, 36);
+  write_numbers(wire, message.linear_velocity);
+  write_numbers(wire, message.angular_velocity);
+  write_zeros(wire, 36);
 }
 
 }  // namespace lodestone::writing

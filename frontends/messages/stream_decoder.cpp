@@ -39,6 +39,7 @@ const MessagePaths::Vector& StreamDecoder::vector(const SensorStream& stream, st
 
 Time StreamDecoder::clock_offset(const SensorStream& stream) const {
   if (stream.sensor == Sensor::lidar) return from_seconds(layout_of(platform_, stream.index).clock_offset_s);
+  if (stream.sensor == Sensor::wheels) return from_seconds(platform_.wheels.clock_offset_s);
   return stream.sensor == Sensor::magnetometer ? from_seconds(platform_.magnetometer_clock_offset_s) : 0;
 }
 
@@ -63,6 +64,20 @@ MagneticSample StreamDecoder::field(const SensorStream& stream) {
   if (stream.reader) return {stamp(stream), index, to_vector(vector(stream, 0).values) * factor};
   const auto& field = std::get<ros1::MagneticFieldMessage>(message(stream));
   return {stamp(stream), index, to_vector(field.field_tesla) * factor};
+}
+
+WheelSample StreamDecoder::wheels(const SensorStream& stream) {
+  Vector3 linear, angular;
+  if (stream.reader) {
+    linear = to_vector(vector(stream, 0).values);
+    angular = to_vector(vector(stream, 1).values);
+  } else {
+    const auto& odometry = std::get<ros1::OdometryMessage>(message(stream));
+    linear = to_vector(odometry.linear_velocity);
+    angular = to_vector(odometry.angular_velocity);
+  }
+  linear /= platform_.wheels.scale;
+  return {stamp(stream), linear.x(), linear.y(), angular.z()};
 }
 
 void StreamDecoder::scan(const SensorStream& stream, LidarScan& scan) {

@@ -30,6 +30,8 @@ class StreamDecoder {
   ImuSample imu(const SensorStream& stream);
   /// The uncalibrated reading; calibrated() corrects hard and soft iron.
   MagneticSample field(const SensorStream& stream);
+  /// Velocities are divided by the platform file's scale.
+  WheelSample wheels(const SensorStream& stream);
   void scan(const SensorStream& stream, LidarScan& scan);
   /// The cloud with its fields; null if the scan is a CustomMsg. The points are views into the message's bytes.
   const ros1::PointCloudMessage* cloud(const SensorStream& stream);

@@ -83,6 +83,9 @@ void copy(MessageType type, From& from, To& to) {
       return copier.template numbers<double>(4 + 3 * 9 + 2 * 3);
     case MessageType::magnetic_field:
       return copier.template numbers<double>(3 + 9);
+    case MessageType::odometry:
+      copier.text();  // child_frame_id
+      return copier.template numbers<double>(3 + 4 + 36 + 2 * 3 + 36);
     case MessageType::other:
       return;
   }

@@ -40,6 +40,11 @@ Time add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings
     readings.add(sample.time, sample.field_ut.norm());
     return sample.time;
   }
+  if (stream.sensor == Sensor::wheels) {
+    const WheelSample sample = decoder.wheels(stream);
+    readings.add(sample.time, std::abs(sample.forward_velocity_m_s));
+    return sample.time;
+  }
   LidarScan scan;
   decoder.scan(stream, scan);
   readings.add(scan.start, 0.0);
@@ -87,6 +92,7 @@ struct BagSource::Implementation {
   void take_message(const RawMessage& raw);
   void take_imu(const SensorStream& stream, StampOrder& order);
   void take_field(const SensorStream& stream, StampOrder& order);
+  void take_wheels(const SensorStream& stream, StampOrder& order);
   void take_scan(const SensorStream& stream, StampOrder& order);
 };
 
@@ -204,6 +210,15 @@ void BagSource::Implementation::take_field(const SensorStream& stream, StampOrde
   if (accept(stream, order, sample.time)) ready.emplace_back(sample);
 }
 
+void BagSource::Implementation::take_wheels(const SensorStream& stream, StampOrder& order) {
+  const WheelSample sample = decoder.wheels(stream);
+  if (!std::isfinite(sample.forward_velocity_m_s + sample.lateral_velocity_m_s + sample.yaw_rate_rad_s)) {
+    warnings.add("wheels.not_finite", stream.topic + ": samples that are not finite were discarded", sample.time);
+    return;
+  }
+  if (accept(stream, order, sample.time)) ready.emplace_back(sample);
+}
+
 void BagSource::Implementation::take_scan(const SensorStream& stream, StampOrder& order) {
   LidarScan scan;
   decoder.scan(stream, scan);
@@ -224,6 +239,7 @@ void BagSource::Implementation::take_message(const RawMessage& raw) {
     if (stream.topic_index != raw.topic) continue;
     if (stream.sensor == Sensor::imu) take_imu(stream, orders[i]);
     if (stream.sensor == Sensor::magnetometer) take_field(stream, orders[i]);
+    if (stream.sensor == Sensor::wheels) take_wheels(stream, orders[i]);
     if (stream.sensor == Sensor::lidar) take_scan(stream, orders[i]);
   }
 }

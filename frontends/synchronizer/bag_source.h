@@ -18,7 +18,7 @@ namespace lodestone {
 /// lists the topics), a cloud without per-point time, an IMU in g, a magnetometer in another unit than in the platform
 /// file, sensors with different clocks. Other errors are counted in `warnings`: lidar.nan_points, lidar.far_points,
 /// lidar.empty_scan, lidar.packed_points, lidar.told_from_content, lidar.clock_jump, lidar.unmerged_points,
-/// magnetometer.magnitude, imu.gap; and for lidar, imu and magnetometer PART.stamp_back, PART.stamp_repeated,
+/// magnetometer.magnitude, imu.gap; and for lidar, imu, magnetometer and wheels PART.stamp_back, PART.stamp_repeated,
 /// PART.stamp_jump and PART.not_finite, whose data are discarded.
 class BagSource : public MeasurementSource {
  public:

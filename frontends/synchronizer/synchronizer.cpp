@@ -34,13 +34,16 @@ Synchronizer::Synchronizer(MeasurementSource& source, const SensorSuite& suite, 
       choice_(choice),
       period_(from_seconds(suite.lidar.scan_period_s)),
       imu_period_(from_seconds(1.0 / suite.imu.rate_hz)),
-      fields_(choice.magnetometers ? suite.magnetometers.size() : 0) {}
+      fields_(choice.magnetometers ? suite.magnetometers.size() : 0) {
+  choice_.wheels = choice.wheels && suite.wheels.has_value();
+}
 
 bool Synchronizer::next(ScanBundle& bundle) {
   while (plan(bundle.scan)) {
     wait_for(bundle.scan.end);
     if (!take_imu(bundle.scan, bundle.imu)) continue;
     take_fields(bundle.scan, bundle.magnetic);
+    take_wheels(bundle.scan, bundle.wheels);
     previous_end_ = bundle.scan.end;
     started_ = true;
     return true;
@@ -82,6 +85,17 @@ void Synchronizer::add(const MagneticSample& sample) {
                   "a sample arrived after its bundle was complete, and was discarded " + at(sample.time), sample.time);
   }
   if (!started_ && scans_.empty() && choice_.lidar) fields_.forget(newest_ - patience);
+}
+
+void Synchronizer::add(const WheelSample& sample) {
+  if (!choice_.wheels) return;
+  if ((started_ && sample.time <= previous_end_) || (!wheels_.empty() && sample.time <= wheels_.back().time)) {
+    warnings_.add("wheels.late", "a sample arrived after its bundle was complete, and was discarded " + at(sample.time),
+                  sample.time);
+    return;
+  }
+  wheels_.push_back(sample);
+  while (!started_ && scans_.empty() && choice_.lidar && wheels_.front().time < newest_ - patience) wheels_.pop_front();
 }
 
 bool Synchronizer::plan_empty(Time length, LidarScan& scan) const {
@@ -139,7 +153,7 @@ bool Synchronizer::plan(LidarScan& scan) {
 }
 
 void Synchronizer::wait_for(Time time) {
-  while (!(imu_reaches(time) && fields_.passed(time)) && newest_ <= time + patience && pull()) {
+  while (!(imu_reaches(time) && fields_.passed(time) && wheels_reach(time)) && newest_ <= time + patience && pull()) {
   }
 }
 
@@ -194,6 +208,13 @@ void Synchronizer::take_fields(const LidarScan& scan, std::vector<MagneticArrayS
   samples.clear();
   if (!started_) fields_.forget(scan.start);
   while (auto sample = fields_.take(scan.end)) samples.push_back(std::move(*sample));
+}
+
+void Synchronizer::take_wheels(const LidarScan& scan, std::vector<WheelSample>& samples) {
+  samples.clear();
+  for (; !wheels_.empty() && wheels_.front().time <= scan.end; wheels_.pop_front()) {
+    if (started_ || wheels_.front().time > scan.start) samples.push_back(wheels_.front());
+  }
 }
 
 }  // namespace lodestone

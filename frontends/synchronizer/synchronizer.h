@@ -17,7 +17,8 @@ namespace lodestone {
 ///
 /// Deterministic, with constant memory: one or two scans and about a second of samples. Counted in `warnings`:
 /// lidar.before_imu, lidar.after_imu, lidar.late_scan (discarded scans), lidar.silent (inserted empty bundles),
-/// imu.held (the last sample is repeated for a missing one), imu.late and magnetometer.late (discarded samples).
+/// imu.held (the last sample is repeated for a missing one), imu.late, magnetometer.late and wheels.late (discarded
+/// samples).
 class Synchronizer {
  public:
   /// `source` and `warnings` must outlive this. Sensors that are not chosen are not waited for.
@@ -31,6 +32,7 @@ class Synchronizer {
   void add(LidarScan&& scan);
   void add(const ImuSample& sample);
   void add(const MagneticSample& sample);
+  void add(const WheelSample& sample);
   bool plan(LidarScan& scan);
   bool plan_empty(Time length, LidarScan& scan) const;
   bool imu_reaches(Time time) const { return !imu_.empty() && imu_.back().time >= time; }
@@ -39,6 +41,8 @@ class Synchronizer {
   bool hold_last_imu(const LidarScan& scan);
   bool take_imu(const LidarScan& scan, std::vector<ImuSample>& samples);
   void take_fields(const LidarScan& scan, std::vector<MagneticArraySample>& samples);
+  bool wheels_reach(Time time) const { return !choice_.wheels || (!wheels_.empty() && wheels_.back().time >= time); }
+  void take_wheels(const LidarScan& scan, std::vector<WheelSample>& samples);
 
   MeasurementSource& source_;
   WarningLog& warnings_;
@@ -50,6 +54,7 @@ class Synchronizer {
   std::deque<ImuSample> imu_;   ///< the first is at or before the previous end
   Time last_measured_imu_ = 0;  ///< repeated samples are later
   ArrayGrouping fields_;
+  std::deque<WheelSample> wheels_;
   Time newest_ = 0;  ///< newest time of all measurements read
   bool ended_ = false;
   bool started_ = false;

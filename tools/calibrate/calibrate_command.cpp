@@ -54,7 +54,8 @@ void check_call(const CalibrateCall& call) {
 
 RecordedArray read_log(const CalibrateCall& call, const Platform& platform, WarningLog& warnings) {
   const bool with_imu = call.sources.magnetic.empty();
-  BagSource source(call.sources.log, platform, warnings, {.lidar = false, .imu = with_imu, .magnetometers = true});
+  BagSource source(call.sources.log, platform, warnings,
+                   {.lidar = false, .imu = with_imu, .magnetometers = true, .wheels = false});
   Progress progress(std::filesystem::path(call.sources.log).filename().string(), source.begin_time(),
                     source.end_time());
   return record_array(source, platform.suite, warnings, [&progress](Time time) {

@@ -10,6 +10,7 @@
 #include "tools/check/scan_checks.h"
 #include "tools/check/stamp_checks.h"
 #include "tools/check/topic_checks.h"
+#include "tools/check/wheel_checks.h"
 
 namespace lodestone {
 
@@ -19,6 +20,7 @@ Findings check_sensors(const LogSample& sample, const Platform& platform, Sensor
   append(findings, check_scans(sample, platform));
   append(findings, check_imu(sample, platform));
   append(findings, check_magnetometers(sample, platform));
+  append(findings, check_wheels(sample, platform));
   return findings;
 }
 

@@ -67,6 +67,7 @@ class Collector {
       stream.stamps.push_back(stamp);
       if (stream.sensor == Sensor::imu) add_imu(stream);
       if (stream.sensor == Sensor::magnetometer) add_field(stream);
+      if (stream.sensor == Sensor::wheels) add_wheels(stream);
       if (stream.sensor == Sensor::lidar) add_scan(stream);
     }
   }
@@ -88,6 +89,17 @@ class Collector {
       ++stream.not_finite;
     } else if (may_follow(field.time, list, &MagneticSample::time)) {
       list.push_back(field);
+    }
+  }
+
+  void add_wheels(StreamSample& stream) {
+    const WheelSample wheels = decoder_.wheels(stream);
+    const bool finite = std::isfinite(wheels.forward_velocity_m_s) && std::isfinite(wheels.lateral_velocity_m_s) &&
+                        std::isfinite(wheels.yaw_rate_rad_s);
+    if (!finite) {
+      ++stream.not_finite;
+    } else if (may_follow(wheels.time, sample_.wheels, &WheelSample::time)) {
+      sample_.wheels.push_back(wheels);
     }
   }
 

@@ -49,7 +49,8 @@ struct LogSample {
   /// Finite, with strictly increasing stamps, in SI units.
   std::vector<ImuSample> imu;
   std::vector<std::vector<MagneticSample>> fields;  ///< one list per magnetometer, uncalibrated
-  std::vector<LidarSample> lidars;                  ///< one per LiDAR; not merged, unlike in a run
+  std::vector<WheelSample> wheels;
+  std::vector<LidarSample> lidars;  ///< one per LiDAR; not merged, unlike in a run
   const std::vector<LidarScan>& scans() const { return lidars.front().scans; }
 
   std::vector<InputError> refused;  ///< paths missing in a topic's type; the first message that cannot be decoded

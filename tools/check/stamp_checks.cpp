@@ -50,7 +50,7 @@ class StreamCheck {
 
   std::string file() const { return platform_.file_name(); }
 
-  /// Zero for magnetometers: the platform file has no rate for them.
+  /// Zero for magnetometers and wheels: the platform file has no rate for them.
   double nominal_s() const {
     if (stream_.sensor == Sensor::imu) return 1.0 / platform_.suite.imu.rate_hz;
     return stream_.sensor == Sensor::lidar ? model_of(platform_, stream_.index).scan_period_s : 0.0;
@@ -131,6 +131,8 @@ class StreamCheck {
     add(Severity::warning, "silent", fmt::format("no message {} ({:.2f} s)", where, to_seconds(until - from)),
         stream_.sensor == Sensor::magnetometer
             ? fmt::format("check the sensor, or remove magnetometers[{}] from {}", stream_.index, file())
+        : stream_.sensor == Sensor::wheels
+            ? fmt::format("check the driver, or remove the section wheels from {}", file())
             : "check the sensor and its driver",
         from);
   }

@@ -40,10 +40,12 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
     change = fmt::format("{}: {} in {}", stream.key, nearest_name(stream.topic, fitting), file);
     if (fitting.size() > 1) change += fmt::format(" (candidates: {})", join_names(fitting));
   } else if (there != sample.topics.end() && there->messages > 0 && stream.sensor != Sensor::lidar) {
-    change = fmt::format("{} in {}, or another {}",
-                         stream.sensor == Sensor::imu ? "imu.angular_velocity and imu.linear_acceleration"
-                                                      : fmt::format("magnetometers[{}].values", stream.index),
-                         file, stream.key);
+    const std::string paths = stream.sensor == Sensor::imu      ? "imu.angular_velocity and imu.linear_acceleration"
+                              : stream.sensor == Sensor::wheels ? "wheels.linear_velocity and wheels.angular_velocity"
+                                                                : fmt::format("magnetometers[{}].values", stream.index);
+    change = fmt::format("{} in {}, or another {}", paths, file, stream.key);
+  } else if (stream.sensor == Sensor::wheels) {
+    change = fmt::format("remove the section wheels from {}: there are no messages, and no other topic fits", file);
   } else if (stream.sensor == Sensor::magnetometer) {
     change = fmt::format("remove magnetometers[{}] from {}: there are no messages, and no other topic fits",
                          stream.index, file);
@@ -64,6 +66,7 @@ Findings check_topics(const LogSample& sample, const Platform& platform, SensorC
     findings.push_back(missing(sample, stream, file));
     const bool is_needed = stream.sensor == Sensor::lidar          ? needed.lidar
                            : stream.sensor == Sensor::magnetometer ? needed.magnetometers
+                           : stream.sensor == Sensor::wheels       ? needed.wheels
                                                                    : needed.imu;
     if (!is_needed) findings.back().severity = Severity::note;
   }

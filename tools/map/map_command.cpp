@@ -42,7 +42,7 @@ struct MapMagneticCall {
 };
 
 constexpr Time max_pose_gap = from_seconds(0.25);
-constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magnetometers = true};
+constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magnetometers = true, .wheels = false};
 
 /// Wall time since the previous lap.
 class Clock {

@@ -34,8 +34,8 @@ std::string candidates_text(const FoundStart& found) {
 
 }  // namespace
 
-AutomaticInitialization find_initial_pose(const std::string& log, const EstimatorInput& input,
-                                          const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {
+StartHypothesis find_initial_pose(const std::string& log, const EstimatorInput& input,
+                                  const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {
   const auto begin = std::chrono::steady_clock::now();
   std::vector<ScanBundle> bundles;
   ScanBundle bundle;
@@ -71,7 +71,7 @@ AutomaticInitialization find_initial_pose(const std::string& log, const Estimato
                              100.0 * best.probability, candidates_text(found)),
                  bundles.front().scan.start);
   }
-  return {best.T_map_imu, best.velocity};
+  return best;
 }
 
 }  // namespace lodestone

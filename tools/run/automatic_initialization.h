@@ -7,16 +7,10 @@
 
 namespace lodestone {
 
-/// An initial pose found on the maps, for all estimators of a call.
-struct AutomaticInitialization {
-  Pose T_map_imu;                      ///< at the first scan's start
-  Vector3 velocity = Vector3::Zero();  ///< map axes, m/s
-};
-
 /// `--initial-pose auto`: finds the initial pose from the first input.options.search.data_s of a log. `next`: its
 /// bundles from the first on. Prints the result. Throws InputError with the best candidates if the result is not
 /// certain, because a run from a wrong place costs more than an error. `log` is named in messages.
-AutomaticInitialization find_initial_pose(const std::string& log, const EstimatorInput& input,
-                                          const std::function<bool(ScanBundle&)>& next, WarningLog& warnings);
+StartHypothesis find_initial_pose(const std::string& log, const EstimatorInput& input,
+                                  const std::function<bool(ScanBundle&)>& next, WarningLog& warnings);
 
 }  // namespace lodestone

@@ -40,10 +40,22 @@ void calibrate_magnetometer(MagnetometerModel& model, MagnetometerMessageLayout&
   layout.soft_iron_correction = turn.conjugate() * (read.inverse() * layout.soft_iron_correction).eval();
 }
 
+void calibrate_wheels(Platform& platform, const CalibrationEstimate::Wheels& estimate) {
+  if (!platform.suite.wheels) return;
+  // Only if estimated: a product may differ in the last bit.
+  if (estimate.scale_sigma > 0.0) platform.wheels.scale *= 1.0 + estimate.correction.scale;
+  WheelModel& model = *platform.suite.wheels;
+  if (!estimate.correction.turn_rad.isZero(0.0)) model.T_imu_wheels = estimate.correction.corrected(model.T_imu_wheels);
+  WheelCalibrationSigmas& sigmas = platform.suite.calibration.wheels;
+  reduce_sigma(sigmas.scale_sigma, estimate.scale_sigma);
+  reduce_sigma(sigmas.rotation_sigma_deg, degrees_per_radian * estimate.turn_sigma_rad.maxCoeff());
+}
+
 }  // namespace
 
 Platform calibrated_platform(Platform platform, const SensorSuite& suite, const CalibrationEstimate& estimate) {
   calibrate_lidars(platform, estimate.lidar);
+  calibrate_wheels(platform, estimate.wheels);
   platform.magnetometer_clock_offset_s += estimate.magnetometer_clock_s;
   MagnetometerCalibrationSigmas& sigmas = platform.suite.calibration.magnetometers;
   reduce_sigma(sigmas.clock_sigma_s, estimate.magnetometer_clock_sigma_s);

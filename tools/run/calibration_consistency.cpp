@@ -67,6 +67,12 @@ CalibrationEstimate read_true_calibration(const std::string& path, const SensorS
         symmetric(2, 2);
     truth.magnetometers.push_back(departure);
   }
+  if (suite.wheels) {
+    const ConfigurationNode& wheels = root.at("wheels");
+    const Pose T_imu_wheels = read_true_pose(wheels.at("T_imu_wheels"));
+    truth.wheels.correction = {wheels.at("scale").as_double() - 1.0,
+                               so3::log(suite.wheels->T_imu_wheels.rotation.conjugate() * T_imu_wheels.rotation)};
+  }
   return truth;
 }
 

@@ -98,6 +98,17 @@ std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const Cal
                with_shared(magnetometer.distortion_sigma[i], sigmas.matrix_sigma), sigmas.matrix_sigma);
     }
   }
+  if (!suite.wheels) return rows.take();
+  const WheelCalibrationSigmas& wheel_sigmas = suite.calibration.wheels;
+  rows.add({"wheels", "scale", "1", "wheels.scale", "wheels.calibration.scale_sigma"}, "scale",
+           estimate.wheels.correction.scale, estimate.wheels.scale_sigma, wheel_sigmas.scale_sigma);
+  const CalibrationPlace wheels_turned{"wheels", "rotation", "deg", "wheels.T_imu_wheels",
+                                       "wheels.calibration.rotation_sigma_deg"};
+  for (int i = 0; i < 3; ++i) {
+    rows.add(wheels_turned, fmt::format("turn_{}", kAxes[i]),
+             degrees_per_radian * estimate.wheels.correction.turn_rad[i],
+             degrees_per_radian * estimate.wheels.turn_sigma_rad[i], wheel_sigmas.rotation_sigma_deg);
+  }
   return rows.take();
 }
 
@@ -124,9 +135,9 @@ void warn_of_calibration(const SensorSuite& suite, const CalibrationEstimate& es
     if (!row.is_estimated() || !(deviation_in_sigmas(row) > kFarSigmas)) continue;
     const bool of_imu = row.sensor == "gyroscope" || row.sensor == "accelerometer";
     Far& far = kinds[fmt::format("calibration.{}.{}",
-                                 of_imu                  ? "imu"
-                                 : row.sensor == "lidar" ? "lidar"
-                                                         : "magnetometers",
+                                 of_imu                                            ? "imu"
+                                 : row.sensor == "lidar" || row.sensor == "wheels" ? row.sensor
+                                                                                   : "magnetometers",
                                  row.part)];
     if (far.count++ == 0 || deviation_in_sigmas(row) > deviation_in_sigmas(far.row)) far.row = std::move(row);
   }

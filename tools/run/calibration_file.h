@@ -12,7 +12,7 @@ namespace lodestone {
 
 /// One parameter of a calibration, as a difference from the platform file.
 struct CalibrationRow {
-  std::string sensor;  ///< lidar, magnetometers (all), or the name of a magnetometer
+  std::string sensor;  ///< lidar, wheels, magnetometers (all), or the name of a magnetometer
   std::string parameter;
   std::string part;             ///< of the sensor's calibration: rotation, translation, clock or matrix
   std::string unit;             ///< of the three values
@@ -24,7 +24,7 @@ struct CalibrationRow {
   bool is_estimated() const { return sigma > 0.0 && platform_sigma > 0.0; }
 };
 
-/// All parameters, estimated or not. The order depends only on the number of magnetometers.
+/// All parameters, estimated or not. The order depends only on the sensors of the suite.
 std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const CalibrationEstimate& estimate);
 
 /// Writes the estimated calibration: one row per estimated parameter with its difference from the platform file, the
@@ -32,7 +32,7 @@ std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const Cal
 void write_calibration(const std::filesystem::path& path, const SensorSuite& suite,
                        const CalibrationEstimate& estimate);
 
-/// Warns of parameters beyond three sigmas of the platform file, as calibration.lidar.PART and
+/// Warns of parameters beyond three sigmas of the platform file, as calibration.lidar.PART, calibration.wheels.PART and
 /// calibration.magnetometers.PART. The text names the farthest parameter, its key, and what to change.
 void warn_of_calibration(const SensorSuite& suite, const CalibrationEstimate& estimate, Time time,
                          WarningLog& warnings);

@@ -51,7 +51,7 @@ struct RunInputs {
   std::optional<CalibrationEstimate> true_calibration;
   Trajectory initial_poses;  ///< of --initial-pose-from
   SensorChoice sensors;
-  std::optional<AutomaticInitialization> found;  ///< with --initial-pose auto
+  std::optional<StartHypothesis> found;  ///< with --initial-pose auto
 };
 
 bool is_automatic(const RunCall& call) {
@@ -116,6 +116,7 @@ RunInputs load_small_files(const RunCall& call) {
   if (!call.initial_pose_from.empty()) inputs.initial_poses = read_trajectory(call.initial_pose_from);
   inputs.sensors.lidar = !call.cloud.empty();
   inputs.sensors.magnetometers = !call.magnetic.empty();
+  inputs.sensors.wheels = inputs.options.wheels.enabled;
   return inputs;
 }
 
@@ -265,9 +266,17 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
   run.make_estimator = [&](const ScanBundle& first) {
     const Pose start = choose_initial_pose(call, inputs, first.scan.start, warnings);
     check_within_map(call, inputs, start, first.scan.start, warnings);
-    const Vector3 velocity = inputs.found ? inputs.found->velocity : Vector3::Zero();
-    return make_estimator(name, {inputs.platform.suite, inputs.planes, inputs.field, start, velocity, inputs.options,
-                                 &warnings, nullptr, refining_progress(name, span)});
+    EstimatorInput input{inputs.platform.suite,
+                         inputs.planes,
+                         inputs.field,
+                         start,
+                         Vector3::Zero(),
+                         inputs.options,
+                         &warnings,
+                         nullptr,
+                         refining_progress(name, span)};
+    if (inputs.found) input = begin_at(*inputs.found, std::move(input));
+    return make_estimator(name, std::move(input));
   };
   return run_estimator(run, warnings);
 }

@@ -152,6 +152,16 @@ struct BagRecorder::Implementation {
     writer.write(topics.magnetometers.at(static_cast<std::size_t>(sample.magnetometer)), sample.time, message);
   }
 
+  void write(const WheelSample& sample) {
+    ros1::OdometryMessage message;
+    message.stamp = sample.time;
+    message.frame = "odom";
+    message.child_frame = "wheels";
+    message.linear_velocity = {sample.forward_velocity_m_s, sample.lateral_velocity_m_s, 0.0};
+    message.angular_velocity = {0.0, 0.0, sample.yaw_rate_rad_s};
+    writer.write(topics.wheels, sample.time, message);
+  }
+
   ros1::BagWriter writer;
   Topics topics;
   ScanFormat format;

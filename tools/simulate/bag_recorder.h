@@ -29,6 +29,7 @@ class BagRecorder {
     std::string lidar;
     std::string imu;
     std::vector<std::string> magnetometers;
+    std::string wheels{};  ///< nav_msgs/Odometry
   };
 
   /// Throws InputError if the file cannot be written. close() gives the file its name; without close(), no file is

@@ -139,6 +139,17 @@ struct FaultInjector::Implementation {
     return true;
   }
 
+  bool apply_faults(WheelSample& sample) {
+    const double seconds = seconds_of(sample.time);
+    for (const Fault& fault : faults) {
+      if (fault.kind != FaultKind::slip || !lasts(fault, seconds)) continue;
+      sample.forward_velocity_m_s *= 1.0 + fault.slip;
+      sample.lateral_velocity_m_s *= 1.0 + fault.slip;
+      sample.yaw_rate_rad_s *= 1.0 + fault.slip;
+    }
+    return true;
+  }
+
   bool apply_faults(LidarScan& scan) {
     const double seconds = seconds_of(scan.end);
     Time shift = 0;

@@ -33,11 +33,12 @@ enum class FaultKind {
   imu_gap,        ///< no IMU samples
   imu_bias_jump,  ///< both biases of the IMU jump, and stay
   clock_offset,   ///< stamps of a sensor are off
-  passing_steel   ///< a moving dipole: a steel cart, a forklift
+  passing_steel,  ///< a moving dipole: a steel cart, a forklift
+  slip            ///< the wheels report too much, or too little
 };
 
 constexpr auto enum_names(FaultKind) {
-  return EnumNames<FaultKind, 13>{{{FaultKind::hard_iron, "hard_iron"},
+  return EnumNames<FaultKind, 14>{{{FaultKind::hard_iron, "hard_iron"},
                                    {FaultKind::soft_iron, "soft_iron"},
                                    {FaultKind::misalignment, "misalignment"},
                                    {FaultKind::bias_drift, "bias_drift"},
@@ -49,7 +50,8 @@ constexpr auto enum_names(FaultKind) {
                                    {FaultKind::imu_gap, "imu_gap"},
                                    {FaultKind::imu_bias_jump, "imu_bias_jump"},
                                    {FaultKind::clock_offset, "clock_offset"},
-                                   {FaultKind::passing_steel, "passing_steel"}}};
+                                   {FaultKind::passing_steel, "passing_steel"},
+                                   {FaultKind::slip, "slip"}}};
 }
 
 /// One fault, active over [begin_s, end_s). Times are seconds after the log's begin by the true clock.
@@ -74,11 +76,13 @@ struct Fault {
   Vector3 from_m = Vector3::Zero();              ///< passing_steel: position at begin_s (map); constant velocity
   Vector3 to_m = Vector3::Zero();                ///< passing_steel: position at end_s (map)
   Vector3 moment_a_m2 = Vector3::Zero();         ///< passing_steel: map axes
+  double slip = 0.0;                             ///< slip: share of the true velocity that is reported in addition
 };
 
-/// Reads a list of faults. `magnetometers`: names in the order of the suite. Throws InputError with file, line, key and
-/// correction.
-std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers);
+/// Reads a list of faults. `magnetometers`: names in the order of the suite; `has_wheels`: whether the robot has wheel
+/// odometry. Throws InputError with file, line, key and correction.
+std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers,
+                               bool has_wheels);
 
 /// Puts faults into a stream of measurements. Faults act in the order of their list; stamps are shifted last.
 /// Measurements without a fault keep their bits. Passing steel is invisible to LiDAR. The same faults, seed and stream

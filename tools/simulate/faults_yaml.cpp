@@ -12,6 +12,7 @@
 namespace lodestone::simulation {
 namespace {
 
+constexpr double largest_slip = 100.0;    // spinning wheels
 constexpr double largest_offset_s = 5.0;  // with larger offsets, sensors have no common clock at all
 
 Vector3 vector_of(const ConfigurationNode& node) {
@@ -45,6 +46,8 @@ std::vector<std::string> keys_of(FaultKind kind) {
       return {"at_s", "gyroscope_rad_s", "accelerometer_m_s2"};
     case FaultKind::passing_steel:
       return {"begin_s", "end_s", "from_m", "to_m", "moment_a_m2"};
+    case FaultKind::slip:
+      return {"begin_s", "end_s", "fraction"};
     case FaultKind::clock_offset:
       break;
   }
@@ -54,8 +57,8 @@ std::vector<std::string> keys_of(FaultKind kind) {
 /// One entry of the list.
 class Entry {
  public:
-  Entry(const ConfigurationNode& node, const std::vector<std::string>& magnetometers)
-      : node_(node), magnetometers_(magnetometers) {}
+  Entry(const ConfigurationNode& node, const std::vector<std::string>& magnetometers, bool has_wheels)
+      : node_(node), magnetometers_(magnetometers), has_wheels_(has_wheels) {}
 
   Fault read() {
     options_detail::read_value(node_.at("kind"), fault_.kind);
@@ -99,6 +102,9 @@ class Entry {
         break;
       case FaultKind::passing_steel:
         read_passing_steel();
+        break;
+      case FaultKind::slip:
+        read_slip();
         break;
       default:
         break;
@@ -236,16 +242,27 @@ class Entry {
     add_all_magnetometers();
   }
 
+  void read_slip() {
+    if (!has_wheels_) node_.fail("the robot has no wheel odometry; add sensors.wheels");
+    const ConfigurationNode& fraction = node_.at("fraction");
+    fault_.slip = fraction.as_double();
+    if (!(fault_.slip >= -1.0 && fault_.slip <= largest_slip && fault_.slip != 0.0)) {
+      fraction.fail(fmt::format("must be -1 (blocked wheels) to {:g} and not 0", largest_slip));
+    }
+  }
+
   const ConfigurationNode& node_;
   const std::vector<std::string>& magnetometers_;
+  bool has_wheels_;
   Fault fault_;
 };
 
 }  // namespace
 
-std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers) {
+std::vector<Fault> read_faults(const ConfigurationNode& list, const std::vector<std::string>& magnetometers,
+                               bool has_wheels) {
   std::vector<Fault> faults;
-  for (const ConfigurationNode& node : list.elements()) faults.push_back(Entry(node, magnetometers).read());
+  for (const ConfigurationNode& node : list.elements()) faults.push_back(Entry(node, magnetometers, has_wheels).read());
   return faults;
 }
 

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double reference_acceleration = 0.5;  // m/s²: typical command when a drive starts or stops
 constexpr double reference_yaw_rate = 0.5;      // rad/s: a typical curve
+constexpr double slip_correlation_s = 20.0;     // of the wheels: a stretch of one kind of floor
 
 Vector6 draw_mounting(double rotation_sigma_deg, double translation_sigma_m, RandomStream random) {
   Vector6 error;
@@ -71,6 +72,14 @@ MagnetometerErrors draw_magnetometer(const RealityOptions& options, std::uint64_
   return errors;
 }
 
+WheelErrors draw_wheels(const RealityOptions& options, std::uint64_t seed) {
+  WheelErrors errors;
+  errors.scale += options.wheel_scale_sigma * RandomStream(seed, "reality wheel scale").normal();
+  errors.mounting = draw_mounting(options.wheel_rotation_sigma_deg, 0.0, {seed, "reality wheel mounting"});
+  errors.slip = DisplacementField(options.wheel_slip_sigma, slip_correlation_s, seed, "reality wheel slip");
+  return errors;
+}
+
 double draw_factor(double most, RandomStream random) {
   return std::exp(std::log(most) * random.uniform(-1.0, 1.0));
 }
@@ -98,6 +107,7 @@ Reality draw_reality(const World& world, std::uint64_t seed) {
   }
   reality.magnetometer_clock_offset_s =
       options.magnetometer_clock_offset_sigma_s * RandomStream(seed, "reality magnetometer clock").normal();
+  reality.wheels = draw_wheels(options, seed);
   const double most = options.noise_density_factor_max;
   reality.densities = {draw_factor(most, {seed, "reality density", 0}), draw_factor(most, {seed, "reality density", 1}),
                        draw_factor(most, {seed, "reality density", 2}),

@@ -33,6 +33,13 @@ struct MagnetometerErrors {
   Vector3 turning_field = Vector3::Zero();       ///< field of the motors, µT per rad/s of commanded yaw rate
 };
 
+/// True errors of the wheels against platform.yaml. The reported velocity is (scale + slip) times the true one.
+struct WheelErrors {
+  double scale = 1.0;
+  Vector6 mounting = Vector6::Zero();  ///< true T_imu_wheels = believed ⊞ this; the position is exact
+  DisplacementField slip;              ///< its x at (seconds, 0, 0), a share
+};
+
 /// Noise densities in the platform file, divided by the true ones.
 struct DensityFactors {
   double gyroscope_noise = 1.0;
@@ -52,6 +59,7 @@ struct Reality {
   std::vector<MagnetometerErrors> magnetometers;         ///< on the drive
   std::vector<MagnetometerErrors> survey_magnetometers;  ///< on the survey: other matrix and offset
   double magnetometer_clock_offset_s = 0.0;              ///< stamp = true time + this
+  WheelErrors wheels;
   DensityFactors densities;
   DisplacementField displacement;  ///< of both maps against the true world
 };

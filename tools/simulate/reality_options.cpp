@@ -50,6 +50,9 @@ void RealityOptions::check() const {
   require_between(people, 0.0, 200.0, "people");
   require_between(vehicles, 0.0, 200.0, "vehicles");
   require_between(noise_density_factor_max, 1.0, 100.0, "noise_density_factor_max");
+  require_between(wheel_scale_sigma, 0.0, 0.2, "wheel_scale_sigma");
+  require_between(wheel_rotation_sigma_deg, 0.0, largest_angle_deg, "wheel_rotation_sigma_deg");
+  require_between(wheel_slip_sigma, 0.0, 0.2, "wheel_slip_sigma");
 }
 
 RealityOptions reality_of(RealityGrade grade) {
@@ -80,6 +83,9 @@ RealityOptions reality_of(RealityGrade grade) {
   options.people = pick({0.0, 0.5, 2.0, 6.0});
   options.vehicles = pick({0.0, 0.1, 0.5, 1.5});
   options.noise_density_factor_max = pick({1.0, 1.0, 2.0, 3.0});
+  options.wheel_scale_sigma = pick({0.0, 0.002, 0.01, 0.03});
+  options.wheel_rotation_sigma_deg = pick({0.0, 0.2, 1.0, 3.0});
+  options.wheel_slip_sigma = pick({0.0, 0.002, 0.01, 0.03});
   return options;
 }
 
@@ -103,6 +109,7 @@ CalibrationSigmas calibration_sigmas(const RealityOptions& options) {
                           options.magnetometer_extrinsic_rotation_sigma_deg, options.magnetometer_clock_offset_sigma_s,
                           options.magnetometer_offset_sigma_ut, options.magnetometer_matrix_sigma};
   sigmas.imu = {options.imu_scale_sigma, options.imu_misalignment_sigma_deg};
+  sigmas.wheels = {options.wheel_scale_sigma, options.wheel_rotation_sigma_deg, options.wheel_slip_sigma};
   return sigmas;
 }
 

@@ -39,6 +39,9 @@ struct RealityOptions {
   double people = 0.0;
   double vehicles = 0.0;
   double noise_density_factor_max = 1.0;
+  double wheel_scale_sigma = 0.0;
+  double wheel_rotation_sigma_deg = 0.0;
+  double wheel_slip_sigma = 0.0;
 
   /// Throws InputError if a value is out of range.
   void check() const;
@@ -92,6 +95,10 @@ struct RealityOptions {
     visitor.field("vehicles", vehicles, "number of vehicles near the robot, on average at any time");
     visitor.field("noise_density_factor_max", noise_density_factor_max,
                   "the IMU's densities in platform.yaml are the true ones times a factor between 1 / this and this");
+    visitor.field("wheel_scale_sigma", wheel_scale_sigma, "scale error of the wheels' velocity, a share");
+    visitor.field("wheel_rotation_sigma_deg", wheel_rotation_sigma_deg,
+                  "error of the rotation of T_imu_wheels in platform.yaml, an axis");
+    visitor.field("wheel_slip_sigma", wheel_slip_sigma, "slow slip of the wheels over about 20 s, a share");
   }
 };
 

@@ -53,6 +53,12 @@ std::string sensor_lines(const World& world, const Reality& reality) {
   text += "  accelerometer_noise_density_factor: " + write_value(densities.accelerometer_noise) + "\n";
   text += "  gyroscope_bias_random_walk_factor: " + write_value(densities.gyroscope_bias_walk) + "\n";
   text += "  accelerometer_bias_random_walk_factor: " + write_value(densities.accelerometer_bias_walk) + "\n";
+  if (world.wheels) {
+    const WheelErrors& wheels = reality.wheels;
+    text += "# Reported velocity = (scale + slip) * true velocity.\n";
+    text += "wheels:\n  T_imu_wheels: " + pose_of(with_error(world.wheels->T_imu_wheels(), wheels.mounting)) + "\n";
+    text += "  scale: " + write_value(wheels.scale) + "\n";
+  }
   text += "magnetometer_clock_offset_s: " + write_value(reality.magnetometer_clock_offset_s) + "\n";
   text +=
       "# Reading = matrix (row by row) * (field + motors) + offset, then noise; sensor axes. The motors' field is a\n"

@@ -72,6 +72,12 @@ void MagnetometerOptions::check() const {
   require(noise_ut >= 0.0, "noise_ut must be at least 0");
 }
 
+void WheelOptions::check() const {
+  require(rate_hz > 0.0 && rate_hz <= 1.0e4, "rate_hz must be above 0, at most 1e4");
+  require(velocity_noise_m_s > 0.0, "velocity_noise_m_s must be above 0");
+  require_vectors(position_m, rotation_rpy_deg);
+}
+
 void FloorOptions::check() const {
   require(slow_correlation_s > 0.0 && slow_correlation_s <= 60.0, "slow_correlation_s must be above 0, at most 60");
 }

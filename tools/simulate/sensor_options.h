@@ -132,6 +132,24 @@ struct MagnetometerOptions {
   }
 };
 
+/// Wheel odometry. A robot has it if its world has the section sensors.wheels.
+struct WheelOptions {
+  double rate_hz = 20.0;
+  double velocity_noise_m_s = 0.02;
+  std::vector<double> position_m{0.0, 0.0, -0.2};
+  std::vector<double> rotation_rpy_deg{0.0, 0.0, 0.0};
+
+  Pose T_imu_wheels() const { return mounting_pose(position_m, rotation_rpy_deg); }
+  void check() const;
+  template <class Visitor>
+  void visit(Visitor& visitor) {
+    visitor.field("rate_hz", rate_hz, "samples a second");
+    visitor.field("velocity_noise_m_s", velocity_noise_m_s, "white, one sigma of the forward velocity");
+    visitor.field("position_m", position_m, "of the wheel frame in imu axes; 0.2 m below the imu is the floor");
+    visitor.field("rotation_rpy_deg", rotation_rpy_deg, "roll, pitch, yaw of the wheel frame against the imu");
+  }
+};
+
 struct FloorOptions {
   double height_sigma_m = 1.0e-3;
   double tilt_sigma_deg = 0.25;

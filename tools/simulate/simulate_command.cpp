@@ -52,13 +52,14 @@ Platform make_platform(const simulation::World& world, const simulation::Reality
   platform.lidar = simulation::message_layout(simulation::scan_format(world.lidar));
   for (std::size_t j = 0; j < platform.suite.magnetometers.size(); ++j)
     platform.magnetometers.push_back({fmt::format("/magnetometer_{}/field", j), FieldUnit::tesla});
+  platform.wheels.topic = "/wheels";
   return platform;
 }
 
 void record(simulation::SimulationSource& source, const Platform& platform, simulation::ScanFormat format,
             const std::string& path) {
   const auto start = std::chrono::steady_clock::now();
-  simulation::BagRecorder::Topics topics{platform.lidar.topic, platform.imu.topic, {}};
+  simulation::BagRecorder::Topics topics{platform.lidar.topic, platform.imu.topic, {}, platform.wheels.topic};
   for (const auto& magnetometer : platform.magnetometers) topics.magnetometers.push_back(magnetometer.topic);
   simulation::BagRecorder recorder(path, topics, format);
   Progress progress(std::filesystem::path(path).filename().string(), source.begin_time(), source.end_time());

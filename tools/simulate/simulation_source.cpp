@@ -10,6 +10,7 @@
 #include "tools/simulate/lidar_simulator.h"
 #include "tools/simulate/random.h"
 #include "tools/simulate/route.h"
+#include "tools/simulate/wheel_simulator.h"
 
 namespace lodestone::simulation {
 namespace {
@@ -76,6 +77,7 @@ struct SimulationSource::Implementation {
         magnetometers(motion, environment->field, world.magnetometers, start_time, run_seed, array_errors()),
         lidar(environment->caster, motion, world.lidar, start_time, run_seed, reality.lidar, &movers),
         scan_count(is_survey ? 0 : lidar.scan_count()) {
+    if (world.wheels && !is_survey) wheels.emplace(motion, *world.wheels, start_time, run_seed, reality.wheels);
     if (!is_survey && !sequence.faults.empty()) {
       std::vector<Pose> mounts;
       for (std::size_t j = 0; j < world.magnetometers.mounts.size(); ++j) {
@@ -135,12 +137,15 @@ struct SimulationSource::Implementation {
 
   bool next_healthy(Measurement& measurement) {
     const Time imu_time = imu.next_time().value_or(never), field_time = magnetic_time(), end_time = scan_time();
-    const Time first = std::min({imu_time, field_time, end_time});
+    const Time wheel_time = wheels ? wheels->next_time().value_or(never) : never;
+    const Time first = std::min({imu_time, field_time, wheel_time, end_time});
     if (first == never) return false;
     if (first == imu_time) {
       measurement = imu.next();
     } else if (first == field_time) {
       measurement = take_magnetic();
+    } else if (first == wheel_time) {
+      measurement = wheels->next();
     } else {
       measurement = take_scan();
     }
@@ -161,6 +166,7 @@ struct SimulationSource::Implementation {
   ImuSimulator imu;
   MagnetometerSimulator magnetometers;
   LidarSimulator lidar;
+  std::optional<WheelSimulator> wheels;  ///< empty: no wheel odometry, or a survey
   int scan_count;
   int next_scan = 0;
   int next_magnetic = 0;

@@ -44,6 +44,11 @@ SensorSuite sensor_suite(const World& world) {
   suite.lidar.scan_period_s = 1.0 / world.lidar.rate_hz;
   for (const MagnetometerMount& mount : world.magnetometers.mounts)
     suite.magnetometers.push_back({mount.name, mount.T_imu_mag(), world.magnetometers.noise_ut});
+  if (world.wheels) {
+    suite.wheels.emplace();
+    suite.wheels->T_imu_wheels = world.wheels->T_imu_wheels();
+    suite.wheels->velocity_sigma_m_s = world.wheels->velocity_noise_m_s;
+  }
   suite.calibration = calibration_sigmas(world.reality);
   return suite;
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -112,6 +113,7 @@ struct World {
   LidarOptions lidar;
   ImuOptions imu;
   MagnetometerOptions magnetometers;
+  std::optional<WheelOptions> wheels;  ///< empty: no wheel odometry
   FloorOptions floor;
   CloudOptions cloud;
   SurveyOptions survey;

@@ -198,6 +198,7 @@ void read_sensors(const ConfigurationNode& node, World& world) {
       world.magnetometers.mounts.push_back(mount);
     }
   }
+  if (const ConfigurationNode* wheels = section.find("wheels")) load_options(*wheels, world.wheels.emplace());
   section.finish();
 }
 
@@ -296,13 +297,14 @@ World load_world(const std::string& path, const std::vector<std::string>& assign
   std::vector<std::string> magnetometers;
   for (const MagnetometerMount& mount : world.magnetometers.mounts) magnetometers.push_back(mount.name);
   std::vector<Fault> faults;
-  if (const ConfigurationNode* list = section.find("faults")) faults = read_faults(*list, magnetometers);
+  const bool has_wheels = world.wheels.has_value();
+  if (const ConfigurationNode* list = section.find("faults")) faults = read_faults(*list, magnetometers, has_wheels);
   for (const std::string& name : sequences.keys()) {
     Sequence& sequence = world.sequences[name] = read_sequence(sequences.at(name), world.solids);
     check_scene(world, sequences.at(name), sequence.scene);
     sequence.faults = faults;
     if (const ConfigurationNode* list = sequences.at(name).find("faults")) {
-      for (Fault& fault : read_faults(*list, magnetometers)) sequence.faults.push_back(std::move(fault));
+      for (Fault& fault : read_faults(*list, magnetometers, has_wheels)) sequence.faults.push_back(std::move(fault));
     }
   }
   section.require(!world.sequences.empty(), "sequences", "a map of at least one sequence");

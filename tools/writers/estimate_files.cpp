@@ -18,7 +18,7 @@ std::string diagnostics_header() {
   return text +
          ",degenerate_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,magnetic_weight,magnetic_shrink,"
          "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,place_share,decoy_share,field_odds,clock_offset_s,"
-         "clock_sigma_s,iterations,step_ms\n";
+         "clock_sigma_s,wheel_weight,wheel_slip,iterations,step_ms\n";
 }
 
 /// A number, or nan if nothing was measured: zero would look like a very good value.
@@ -44,6 +44,7 @@ std::string diagnostics_row(const Estimate& estimate) {
   text += figure(d.place_points > 0, d.place_share) + figure(d.place_points > 0, d.decoy_share);
   text += figure(d.field_odds != 0.0, d.field_odds);
   text += figure(clock, d.clock_offset_s) + figure(clock, d.clock_sigma_s);
+  text += figure(d.wheel_weight >= 0.0, d.wheel_weight) + figure(d.wheel_weight >= 0.0, d.wheel_slip);
   return text + fmt::format(",{},{:.6g}\n", d.iterations, d.step_ms);
 }
 

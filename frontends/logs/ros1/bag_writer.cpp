@@ -203,6 +203,11 @@ void BagWriter::write(const std::string& topic, Time record_time, const Magnetic
   write_known(*this, topic, record_time, message);
 }
 
+void BagWriter::write(const std::string& topic, Time record_time, const OdometryMessage& message) {
+  implementation_->check_time(message.stamp);
+  write_known(*this, topic, record_time, message);
+}
+
 void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size,
                       const Publisher* publisher) {
   Implementation& self = *implementation_;

@@ -25,6 +25,7 @@ class BagWriter {
   void write(const std::string& topic, Time record_time, const LivoxMessage& message);
   void write(const std::string& topic, Time record_time, const ImuMessage& message);
   void write(const std::string& topic, Time record_time, const MagneticFieldMessage& message);
+  void write(const std::string& topic, Time record_time, const OdometryMessage& message);
 
   /// A serialized message of any type. Checksum and definition are those of the topic, or of a known type. Throws
   /// BagError if the type is unknown too. Each publisher has its own connection.

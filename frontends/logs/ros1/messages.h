@@ -99,6 +99,15 @@ struct MagneticFieldMessage {
   std::array<double, 3> field_tesla{};
 };
 
-using Message = std::variant<PointCloudMessage, LivoxMessage, ImuMessage, MagneticFieldMessage>;
+/// nav_msgs/Odometry without its pose, which is written as zero. The twist is in the child frame.
+struct OdometryMessage {
+  Time stamp = 0;
+  std::string frame;
+  std::string child_frame;
+  std::array<double, 3> linear_velocity{};   ///< m/s
+  std::array<double, 3> angular_velocity{};  ///< rad/s
+};
+
+using Message = std::variant<PointCloudMessage, LivoxMessage, ImuMessage, MagneticFieldMessage, OdometryMessage>;
 
 }  // namespace lodestone::ros1

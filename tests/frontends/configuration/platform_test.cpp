@@ -60,6 +60,49 @@ TEST(PlatformFile, DescribesTheScout) {
   EXPECT_NEAR(platform.suite.lidar.T_imu_lidar.position.z() - magnetometers[0].T_imu_mag.position.z(), 0.38, 1e-12);
 }
 
+TEST(PlatformFile, ReadsBackWheels) {
+  EXPECT_FALSE(load_platform(scout).suite.wheels);
+  const std::string wheels =
+      "\nwheels:\n  topic: /odom\n  velocity_sigma_m_s: 0.03\n  lateral_motion: none\n  lateral_sigma_m_s: 0.07\n"
+      "  scale: 1.02\n  clock_offset_s: -0.01\n  linear_velocity: twist.linear\n  angular_velocity: twist.angular\n"
+      "  T_imu_wheels:\n    translation_m: [-0.1, 0.2, -0.3]\n    quaternion_xyzw: [0, 0, 0.6, 0.8]\n"
+      "  calibration:\n    scale_sigma: 0.02\n    slip_sigma: 0.001\n";
+  const testing::TemporaryFolder folder;
+  save_platform(parse_platform(read_text_file(scout) + wheels, "scout.yaml"), folder / "platform.yaml");
+  const Platform back = load_platform(folder / "platform.yaml");
+  ASSERT_TRUE(back.suite.wheels);
+  EXPECT_EQ(back.wheels.topic, "/odom");
+  EXPECT_EQ(back.wheels.scale, 1.02);
+  EXPECT_EQ(back.wheels.clock_offset_s, -0.01);
+  EXPECT_EQ(back.wheels.linear_velocity_path, "twist.linear");
+  EXPECT_EQ(back.wheels.angular_velocity_path, "twist.angular");
+  EXPECT_EQ(back.suite.wheels->velocity_sigma_m_s, 0.03);
+  EXPECT_EQ(back.suite.wheels->lateral_motion, LateralMotion::none);
+  EXPECT_EQ(back.suite.wheels->lateral_sigma_m_s, 0.07);
+  EXPECT_EQ(back.suite.wheels->T_imu_wheels.position, Vector3(-0.1, 0.2, -0.3));
+  EXPECT_EQ(back.suite.calibration.wheels.scale_sigma, 0.02);
+  EXPECT_EQ(back.suite.calibration.wheels.rotation_sigma_deg, WheelCalibrationSigmas{}.rotation_sigma_deg);
+  EXPECT_EQ(back.suite.calibration.wheels.slip_sigma, 0.001);
+  const auto error = [&](const std::string& from, const std::string& to) {
+    std::string text = wheels;
+    text.replace(text.find(from), from.size(), to);
+    return message_of<InputError>([&] { parse_platform(read_text_file(scout) + text, "scout.yaml"); });
+  };
+  EXPECT_THAT(error("scale: 1.02", "scale: 0"), HasSubstr("above 0"));
+  EXPECT_THAT(error("slip_sigma", "slipping"), HasSubstr("slipping"));
+  EXPECT_THAT(error("lateral_motion: none", "lateral_motion: unknown"), HasSubstr("lateral_motion: none"));
+}
+
+TEST(PlatformFile, AShippedFileHasWheelsWithTheUsualSigmas) {
+  const Platform platform = load_platform(std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_wheels.yaml");
+  ASSERT_TRUE(platform.suite.wheels);
+  EXPECT_EQ(platform.wheels.topic, "/odom");
+  EXPECT_EQ(platform.suite.wheels->lateral_motion, LateralMotion::unknown);
+  EXPECT_EQ(platform.suite.calibration.wheels.scale_sigma, WheelCalibrationSigmas{}.scale_sigma);
+  EXPECT_EQ(platform.suite.calibration.wheels.slip_sigma, WheelCalibrationSigmas{}.slip_sigma);
+  EXPECT_TRUE(platform.suite.magnetometers.empty());
+}
+
 TEST(PlatformFile, ReadsBackWhatItWrote) {
   const testing::TemporaryFolder folder;
   Platform platform = load_platform(scout);

@@ -12,6 +12,7 @@ struct Contents {
   std::vector<LidarScan> scans;
   std::vector<ImuSample> imu;
   std::vector<MagneticSample> fields;
+  std::vector<WheelSample> wheels;
   WarningLog warnings;
   Time begin = 0;
   Time end = 0;
@@ -35,6 +36,7 @@ inline Contents read_all(const std::string& path, const Platform& platform, Sens
     if (auto* scan = std::get_if<LidarScan>(&measurement)) contents.scans.push_back(std::move(*scan));
     if (auto* imu = std::get_if<ImuSample>(&measurement)) contents.imu.push_back(*imu);
     if (auto* field = std::get_if<MagneticSample>(&measurement)) contents.fields.push_back(*field);
+    if (auto* wheels = std::get_if<WheelSample>(&measurement)) contents.wheels.push_back(*wheels);
   }
   return contents;
 }

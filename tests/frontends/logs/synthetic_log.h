@@ -24,12 +24,15 @@ struct SyntheticLog {
   std::function<bool(int, ros1::ImuMessage&)> on_imu;
   std::function<bool(int, int, ros1::MagneticFieldMessage&)> on_field;  ///< sample, magnetometer
 
+  std::function<bool(int, ros1::OdometryMessage&)> on_wheels;  ///< empty: the robot has no wheel odometry
+
   std::function<Time(Time)> on_record;  ///< when a message of this record time was recorded instead
 
   static constexpr std::uint32_t point_step = 32;
   static constexpr Time period = 100'000'000;
   static constexpr Time imu_period = 5'000'000;
   static constexpr Time field_period = 10'000'000;
+  static constexpr Time wheel_period = 20'000'000;
 
   Time recorded(Time time) const { return on_record ? on_record(time) : time; }
 
@@ -86,6 +89,17 @@ struct SyntheticLog {
     }
   }
 
+  void write_wheels(ros1::BagWriter& writer, int i) const {
+    ros1::OdometryMessage odometry;
+    odometry.stamp = start + i * wheel_period + 3'000'000;
+    odometry.frame = "odom";
+    odometry.child_frame = "base_link";
+    odometry.linear_velocity = {0.01 * i, 0.02, 0.5};
+    odometry.angular_velocity = {0.1, 0.2, 0.3};
+    const Time record_time = odometry.stamp;
+    if (on_wheels && on_wheels(i, odometry)) writer.write("/odom", recorded(record_time), odometry);
+  }
+
   /// In the order of a recorder: otherwise reading alternates between compressed chunks.
   void write(const std::string& path) const {
     ros1::BagWriter writer(path, compression);
@@ -93,6 +107,7 @@ struct SyntheticLog {
     for (Time t = 0; t <= duration; t += imu_period) {
       write_imu(writer, static_cast<int>(t / imu_period));
       if (t % field_period == 0) write_fields(writer, static_cast<int>(t / field_period));
+      if (t % wheel_period == 0) write_wheels(writer, static_cast<int>(t / wheel_period));
       if (lidar && t % period == 0 && t > 0) write_scan(writer, static_cast<int>(t / period) - 1);
     }
     writer.close();

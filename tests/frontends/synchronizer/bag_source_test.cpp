@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "core/error.h"
 #include "frontends/messages/bag_streams.h"
 #include "tests/frontends/logs/log_contents.h"
@@ -352,7 +350,6 @@ TEST_F(BagSourceTest, ScanStampsAtTheEndAndAbsolutePointTimesMeanTheSame) {
   EXPECT_EQ(at_end.scans[3].end, expected.scans[3].end);
 
   // Seconds since 1970 in a double, as written by Velodyne and Hesai drivers: exact to a quarter of a microsecond.
-  change_platform = [](Platform& platform) { platform.lidar.time_unit = PointTimeUnit::seconds; };
   log.on_scan = [](int, ros1::PointCloudMessage& cloud, std::vector<std::uint8_t>& data) {
     cloud.fields[4] = {"t", 24, ros1::PointField::float64, 1};
     cloud.fields.pop_back();
@@ -370,34 +367,6 @@ TEST_F(BagSourceTest, ScanStampsAtTheEndAndAbsolutePointTimesMeanTheSame) {
   const Contents absolute = read();
   EXPECT_NEAR(static_cast<double>(absolute.scans[3].start - expected.scans[3].start), 0.0, 300.0);
   EXPECT_NEAR(absolute.scans[3].points[99].offset_ns, expected.scans[3].points[99].offset_ns, 600.0);
-}
-
-/// Resident memory of this process, in MB.
-double resident_mb() {
-  std::ifstream stream("/proc/self/statm");
-  double pages = 0.0;
-  double resident = 0.0;
-  stream >> pages >> resident;
-  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
-}
-
-TEST_F(BagSourceTest, MemoryDoesNotGrowWithTheLog) {
-  log.scans = 400;
-  log.points_per_scan = 16384;  // 0.5 MB per scan, 210 MB in total
-  log.write(path);
-  WarningLog warnings;
-  BagSource source(path, platform(), warnings);
-  Measurement measurement;
-  int scans = 0;
-  double after_warm_up = 0.0;
-  double largest = 0.0;
-  while (source.next(measurement)) {
-    if (!std::holds_alternative<LidarScan>(measurement)) continue;
-    if (++scans == 20) after_warm_up = resident_mb();
-    if (scans > 20) largest = std::max(largest, resident_mb());
-  }
-  EXPECT_EQ(scans, 400);
-  EXPECT_LT(largest - after_warm_up, 10.0);
 }
 
 }  // namespace

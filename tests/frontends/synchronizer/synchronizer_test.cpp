@@ -8,7 +8,7 @@
 namespace lodestone {
 namespace {
 
-constexpr Time ms = 1'000'000;
+constexpr Time millisecond = 1'000'000;
 constexpr Time origin = 1'700'000'000'000'000'000;
 
 /// Measurements in memory, returned in order of completion.
@@ -32,26 +32,26 @@ class ListSource : public MeasurementSource {
   std::size_t position = 0;
 };
 
-/// Scans of 100 ms; IMU samples every 5 ms, with the time in s as angular velocity; fields of two magnetometers every
-/// 10 ms.
+/// Scans of 100 ms; IMU samples every 5 ms, with the time in s as angular velocity; fields of two
+/// magnetometers every 10 ms.
 class SynchronizerTest : public ::testing::Test {
  protected:
   SynchronizerTest() { suite.magnetometers.resize(2); }
 
   void fill(double seconds) {
     const Time duration = from_seconds(seconds);
-    for (Time t = 0; t + 100 * ms <= duration; t += 100 * ms) {
+    for (Time t = 0; t + 100 * millisecond <= duration; t += 100 * millisecond) {
       LidarScan scan;
       scan.start = origin + t;
-      scan.end = scan.start + 99 * ms;
+      scan.end = scan.start + 99 * millisecond;
       scan.points.resize(10);
       if (!has_scan || has_scan(t)) source.list.push_back(scan);
     }
-    for (Time t = -2 * ms; t <= duration + 50 * ms; t += 5 * ms) {
+    for (Time t = -2 * millisecond; t <= duration + 50 * millisecond; t += 5 * millisecond) {
       const ImuSample sample{origin + t, Vector3(to_seconds(t), 0, 0), Vector3(0, 0, 9.8)};
       if (!has_imu || has_imu(t)) source.list.push_back(sample);
     }
-    for (Time t = 1 * ms; t <= duration + 50 * ms; t += 10 * ms) {
+    for (Time t = 1 * millisecond; t <= duration + 50 * millisecond; t += 10 * millisecond) {
       for (int k = 0; k < 2; ++k) {
         const MagneticSample sample{origin + t + k * skew, k, Vector3(to_seconds(t), k, 0)};
         if (!has_field || has_field(t, k)) source.list.push_back(sample);
@@ -100,6 +100,32 @@ class SynchronizerTest : public ::testing::Test {
   std::function<bool(Time, int)> has_field;
 };
 
+TEST_F(SynchronizerTest, DeliversEachWheelSampleOnceBetweenItsScans) {
+  fill(1.0);
+  const auto without = bundles();
+  for (const bool chosen : {false, true}) {
+    source.position = 0;
+    source.list.clear();
+    fill(1.0);
+    for (Time t = -50 * ms; t <= 1050 * ms; t += 20 * ms) source.list.push_back(WheelSample{origin + t, to_seconds(t)});
+    source.sort();
+    if (chosen) suite.wheels.emplace();
+    const auto result = bundles();
+    ASSERT_EQ(result.size(), without.size());
+    for (std::size_t k = 0; k < result.size(); ++k) {
+      const Time begin = k == 0 ? result[k].scan.start : result[k - 1].scan.end;
+      EXPECT_EQ(result[k].wheels.size(), chosen ? 5U : 0U) << k;
+      for (const WheelSample& sample : result[k].wheels) {
+        EXPECT_GT(sample.time, begin);
+        EXPECT_LE(sample.time, result[k].scan.end);
+      }
+      EXPECT_EQ(result[k].imu.size(), without[k].imu.size());
+      EXPECT_EQ(result[k].magnetic.size(), without[k].magnetic.size());
+    }
+  }
+  EXPECT_FALSE(warnings.entries().contains("wheels.late"));
+}
+
 TEST_F(SynchronizerTest, InterpolatesTheImuExactlyAtScanEnds) {
   fill(1.0);
   const auto result = bundles();
@@ -136,7 +162,7 @@ TEST_F(SynchronizerTest, DeskewedScansLastNoTimeAndAreNoOutage) {
 }
 
 TEST_F(SynchronizerTest, AnOutageOfDeskewedScansIsFilled) {
-  has_scan = [](Time t) { return t < 300 * ms || t >= 600 * ms; };
+  has_scan = [](Time t) { return t < 300 * millisecond || t >= 600 * millisecond; };
   fill(1.0);
   for (Measurement& measurement : source.list) {
     if (auto* scan = std::get_if<LidarScan>(&measurement)) scan->start = scan->end;
@@ -146,17 +172,17 @@ TEST_F(SynchronizerTest, AnOutageOfDeskewedScansIsFilled) {
   EXPECT_EQ(warnings.count("lidar.silent"), 3);
   for (std::size_t k = 0; k < result.size(); ++k) {
     EXPECT_EQ(result[k].scan.points.empty(), k >= 3 && k < 6) << k;
-    EXPECT_EQ(result[k].scan.end, origin + static_cast<Time>(k) * 100 * ms + 99 * ms);
+    EXPECT_EQ(result[k].scan.end, origin + static_cast<Time>(k) * 100 * millisecond + 99 * millisecond);
   }
 }
 
 TEST_F(SynchronizerTest, AnImuSampleExactlyAtTheEndIsNotRepeated) {
-  for (Time t = 0; t <= 400 * ms; t += 5 * ms)
+  for (Time t = 0; t <= 400 * millisecond; t += 5 * millisecond)
     source.list.push_back(ImuSample{origin + t, Vector3::Zero(), Vector3::Zero()});
   for (int k = 0; k < 3; ++k) {
     LidarScan scan;
-    scan.start = origin + k * 100 * ms;
-    scan.end = scan.start + 100 * ms;
+    scan.start = origin + k * 100 * millisecond;
+    scan.end = scan.start + 100 * millisecond;
     source.list.push_back(scan);
   }
   source.sort();
@@ -166,8 +192,10 @@ TEST_F(SynchronizerTest, AnImuSampleExactlyAtTheEndIsNotRepeated) {
 }
 
 TEST_F(SynchronizerTest, GroupsReadingsWithinHalfAPeriodAndLeavesMissingOnesEmpty) {
-  skew = 3 * ms;
-  has_field = [](Time t, int k) { return k == 0 || (t != 151 * ms && (t < 300 * ms || t > 380 * ms)); };
+  skew = 3 * millisecond;
+  has_field = [](Time t, int k) {
+    return k == 0 || (t != 151 * millisecond && (t < 300 * millisecond || t > 380 * millisecond));
+  };
   fill(1.0);
   const auto result = bundles();
   int samples = 0;
@@ -178,10 +206,10 @@ TEST_F(SynchronizerTest, GroupsReadingsWithinHalfAPeriodAndLeavesMissingOnesEmpt
       ASSERT_TRUE(sample.field_ut[0]);
       if (!sample.field_ut[1]) {
         ++missing;
-        EXPECT_EQ((sample.time - origin) % (10 * ms), 1 * ms);
+        EXPECT_EQ((sample.time - origin) % (10 * millisecond), 1 * millisecond);
       } else {
         EXPECT_EQ(sample.field_ut[0]->x(), sample.field_ut[1]->x()) << "readings of different instants in one sample";
-        EXPECT_EQ((sample.time - origin) % (10 * ms), 2'500'000);
+        EXPECT_EQ((sample.time - origin) % (10 * millisecond), 2'500'000);
       }
     }
   }
@@ -190,7 +218,7 @@ TEST_F(SynchronizerTest, GroupsReadingsWithinHalfAPeriodAndLeavesMissingOnesEmpt
 }
 
 TEST_F(SynchronizerTest, ADeadMagnetometerHoldsNothingUp) {
-  has_field = [](Time t, int k) { return k == 0 || t < 500 * ms; };
+  has_field = [](Time t, int k) { return k == 0 || t < 500 * millisecond; };
   fill(5.0);
   const auto result = bundles();
   EXPECT_EQ(result.size(), 50U);
@@ -198,7 +226,7 @@ TEST_F(SynchronizerTest, ADeadMagnetometerHoldsNothingUp) {
 }
 
 TEST_F(SynchronizerTest, ASilentLidarGivesEmptyScansAtTheNominalPeriod) {
-  has_scan = [](Time t) { return t < 1000 * ms || t >= 4000 * ms; };
+  has_scan = [](Time t) { return t < 1000 * millisecond || t >= 4000 * millisecond; };
   fill(6.0);
   const auto result = bundles();
   int empty = 0;
@@ -215,11 +243,11 @@ TEST_F(SynchronizerTest, ASilentLidarGivesEmptyScansAtTheNominalPeriod) {
 }
 
 TEST_F(SynchronizerTest, ALidarThatDiesLeavesImuAndFieldToTheEnd) {
-  has_scan = [](Time t) { return t < 1000 * ms; };
+  has_scan = [](Time t) { return t < 1000 * millisecond; };
   fill(3.0);
   const auto result = bundles();
   EXPECT_EQ(result.size(), 30U);
-  EXPECT_GT(result.back().scan.end, origin + 2900 * ms);
+  EXPECT_GT(result.back().scan.end, origin + 2900 * millisecond);
   EXPECT_TRUE(result.back().scan.points.empty());
   EXPECT_EQ(result.back().magnetic.size(), 10U);
 }
@@ -229,13 +257,13 @@ TEST_F(SynchronizerTest, ARunWithoutLidarHasBundlesAtTheNominalPeriod) {
   fill(2.0);
   const auto result = bundles({.lidar = false});
   ASSERT_EQ(result.size(), 20U);
-  EXPECT_EQ(result[0].scan.start, origin - 2 * ms);
-  EXPECT_EQ(result[7].scan.end - result[6].scan.end, 100 * ms);
+  EXPECT_EQ(result[0].scan.start, origin - 2 * millisecond);
+  EXPECT_EQ(result[7].scan.end - result[6].scan.end, 100 * millisecond);
   EXPECT_EQ(warnings.count("lidar.silent"), 0);
 }
 
 TEST_F(SynchronizerTest, AnImuGapIsBridged) {
-  has_imu = [](Time t) { return t < 500 * ms || t > 800 * ms; };
+  has_imu = [](Time t) { return t < 500 * millisecond || t > 800 * millisecond; };
   fill(2.0);
   const auto result = bundles();
   EXPECT_EQ(result.size(), 20U);
@@ -243,7 +271,7 @@ TEST_F(SynchronizerTest, AnImuGapIsBridged) {
 }
 
 TEST_F(SynchronizerTest, ALongImuOutageHoldsTheLastSample) {
-  has_imu = [](Time t) { return t < 500 * ms || t > 3000 * ms; };
+  has_imu = [](Time t) { return t < 500 * millisecond || t > 3000 * millisecond; };
   fill(5.0);
   const auto result = bundles();
   EXPECT_EQ(result.size(), 50U);
@@ -251,13 +279,13 @@ TEST_F(SynchronizerTest, ALongImuOutageHoldsTheLastSample) {
 }
 
 TEST_F(SynchronizerTest, ScansWithoutImuAtEitherEndAreDroppedAndCounted) {
-  has_imu = [](Time t) { return t > 250 * ms && t < 1450 * ms; };
+  has_imu = [](Time t) { return t > 250 * millisecond && t < 1450 * millisecond; };
   fill(2.0);
   const auto result = bundles();
   ASSERT_FALSE(result.empty());
-  EXPECT_EQ(result.front().scan.start, origin + 300 * ms);
+  EXPECT_EQ(result.front().scan.start, origin + 300 * millisecond);
   EXPECT_EQ(warnings.count("lidar.before_imu"), 3);
-  EXPECT_LE(result.back().scan.end, origin + 1550 * ms);
+  EXPECT_LE(result.back().scan.end, origin + 1550 * millisecond);
   EXPECT_EQ(
       warnings.count("lidar.before_imu") + warnings.count("lidar.after_imu") + static_cast<std::int64_t>(result.size()),
       20);
@@ -266,10 +294,10 @@ TEST_F(SynchronizerTest, ScansWithoutImuAtEitherEndAreDroppedAndCounted) {
 TEST_F(SynchronizerTest, AScanThatComesTooLateIsDroppedAndCounted) {
   fill(1.0);
   LidarScan scan;
-  scan.start = origin + 410 * ms;
-  scan.end = origin + 450 * ms;
+  scan.start = origin + 410 * millisecond;
+  scan.end = origin + 450 * millisecond;
   source.list.push_back(scan);
-  source.list.push_back(ImuSample{origin + 1100 * ms, Vector3::Zero(), Vector3::Zero()});
+  source.list.push_back(ImuSample{origin + 1100 * millisecond, Vector3::Zero(), Vector3::Zero()});
   EXPECT_EQ(bundles().size(), 10U);
   EXPECT_EQ(warnings.count("lidar.late_scan"), 1);
 }
@@ -289,12 +317,12 @@ TEST_F(SynchronizerTest, EmptyScansAndAnEmptyLogAreNoTrouble) {
 class EndlessSource : public MeasurementSource {
  public:
   bool next(Measurement& measurement) override {
-    time_ += ms;
+    time_ += millisecond;
     const Time t = time_;
-    if (t >= 600'000 * ms) return false;
-    if (t % (100 * ms) == 0) {
+    if (t >= 600'000 * millisecond) return false;
+    if (t % (100 * millisecond) == 0) {
       LidarScan scan;
-      scan.start = t - 99 * ms;
+      scan.start = t - 99 * millisecond;
       scan.end = t;
       measurement = scan;
     } else {
@@ -317,7 +345,7 @@ TEST(SynchronizerMemory, HoldsAboutASecondEvenOfALogWithDeadMagnetometers) {
   int count = 0;
   while (synchronizer.next(bundle)) {
     ++count;
-    EXPECT_LE(source.time_ - bundle.scan.end, 1'500 * ms);
+    EXPECT_LE(source.time_ - bundle.scan.end, 1'500 * millisecond);
   }
   EXPECT_EQ(count, 5999);
 }

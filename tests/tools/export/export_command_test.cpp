@@ -57,7 +57,8 @@ std::unique_ptr<TemporaryFolder> ExportCommand::folder_;
 std::map<std::string, TopicInfo> topics_in(const std::string& log) {
   WarningLog warnings;
   std::map<std::string, TopicInfo> topics;
-  for (const TopicInfo& topic : open_log(log, warnings)->topics()) topics[topic.name] = topic;
+  const auto reader = open_log(log, warnings);
+  for (const TopicInfo& topic : reader->topics()) topics[topic.name] = topic;
   EXPECT_TRUE(warnings.entries().empty());
   return topics;
 }

@@ -133,6 +133,26 @@ TEST_F(CalibratedPlatformTest, AReadingThatTheCorrectionExplainsIsExplainedByThe
   }
 }
 
+TEST_F(CalibratedPlatformTest, WheelsThatTheCorrectionExplainsAreExplainedByTheNewFile) {
+  EXPECT_FALSE(calibrated().suite.wheels);
+  platform_.suite.wheels.emplace().T_imu_wheels = {so3::exp({0.1, -0.2, 0.4}), {0.2, 0.1, -0.3}};
+  platform_.wheels.scale = 1.5;
+  EXPECT_EQ(calibrated().wheels.scale, 1.5);  // not estimated
+  estimate_.wheels.correction = {0.04, Vector3(0.01, 0.02, -0.03)};
+  estimate_.wheels.scale_sigma = 0.003;
+  estimate_.wheels.turn_sigma_rad = Vector3(0.001, 0.002, 0.003);
+  const Platform result = calibrated();
+  const Vector3 velocity(1.0, 0.2, -0.1);
+  const Pose& before = platform_.suite.wheels->T_imu_wheels;
+  const Vector3 reported = 1.5 * 1.04 * (estimate_.wheels.correction.corrected(before).rotation.conjugate() * velocity);
+  const Vector3 read = reported / result.wheels.scale;
+  EXPECT_LT((read - result.suite.wheels->T_imu_wheels.rotation.conjugate() * velocity).norm(), 1e-12);
+  EXPECT_EQ(result.suite.wheels->T_imu_wheels.position, before.position);
+  EXPECT_EQ(result.suite.calibration.wheels.scale_sigma, 0.003);
+  EXPECT_NEAR(result.suite.calibration.wheels.rotation_sigma_deg, degrees_per_radian * 0.003, 1e-12);
+  EXPECT_EQ(result.suite.calibration.wheels.slip_sigma, platform_.suite.calibration.wheels.slip_sigma);
+}
+
 TEST_F(CalibratedPlatformTest, SigmasAreTheLargestThatAreLeftAndNeverGrow) {
   const CalibrationSigmas sigmas = calibrated().suite.calibration;
   EXPECT_NEAR(sigmas.lidar.rotation_sigma_deg, degrees_per_radian * 2e-4, 1e-15);
@@ -202,6 +222,18 @@ TEST_F(CalibratedPlatformTest, AParameterBeyondThreeSigmasIsWarnedOfWithItsKey) 
                               "lidar.calibration.translation_sigma_m (0.01)"));
   EXPECT_THAT(warnings.entries().at("calibration.magnetometers.matrix").first_detail,
               HasSubstr("soft_iron_correction of " + platform_.suite.magnetometers[7].name));
+}
+
+TEST_F(CalibratedPlatformTest, AWheelScaleBeyondThreeSigmasIsWarnedOfWithItsKey) {
+  platform_.suite.wheels.emplace();
+  estimate_.wheels.correction.scale = 0.05;
+  estimate_.wheels.scale_sigma = 0.002;
+  WarningLog warnings;
+  warn_of_calibration(platform_.suite, estimate_, 7, warnings);
+  EXPECT_EQ(warnings.count("calibration.wheels.scale"), 1);
+  EXPECT_EQ(warnings.count("calibration.wheels.rotation"), 0);
+  EXPECT_THAT(warnings.entries().at("calibration.wheels.scale").first_detail,
+              HasSubstr("wheels.scale: scale differs by 0.05 from the platform file"));
 }
 
 }  // namespace

@@ -55,6 +55,16 @@ class CalibrationConsistencyTest : public testing::Test {
   SensorSuite suite_ = suite_of_two();
 };
 
+TEST_F(CalibrationConsistencyTest, TrueWheelsAreDeparturesFromThePlatformFile) {
+  suite_.wheels.emplace().T_imu_wheels.rotation = so3::exp({0.0, 0.0, 90.0 * kDegree});
+  const std::string wheels =
+      "wheels:\n  T_imu_wheels: {translation_m: [0, 0, 0], quaternion_xyzw: [0.012340715, 0.012340715, 0.706999074, "
+      "0.706999074]}\n  scale: 1.02\n";
+  const CalibrationEstimate calibration = truth(kReality + wheels);
+  EXPECT_NEAR(calibration.wheels.correction.scale, 0.02, 1e-12);
+  EXPECT_LT((calibration.wheels.correction.turn_rad - Vector3(2.0 * kDegree, 0.0, 0.0)).norm(), 1e-6);
+}
+
 TEST_F(CalibrationConsistencyTest, TrueValuesAreDeparturesFromThePlatformFile) {
   const CalibrationEstimate calibration = truth();
   // Exp(turn) R₀ with turn about the imu's x axis: (sin 1°, 0, 0, cos 1°) ⊗ (0, 0, sin 45°, cos 45°).

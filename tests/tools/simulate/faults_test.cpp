@@ -9,7 +9,6 @@
 #include <functional>
 #include <optional>
 
-#include "core/error.h"
 #include "tests/frontends/logs/test_files.h"
 #include "tools/simulate/simulation_source.h"
 
@@ -106,15 +105,6 @@ class Faults : public ::testing::Test {
       equal = x.points[i].position == y.points[i].position && x.points[i].offset_ns == y.points[i].offset_ns;
     }
     return equal;
-  }
-
-  std::string error_of(const std::string& fault) const {
-    try {
-      load_world(file_, {"faults=[" + fault + "]"});
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no error";
   }
 
   testing::TemporaryFolder folder_;
@@ -369,42 +359,6 @@ TEST_F(Faults, SameSeedSameBitsOnAnyNumberOfThreads) {
   const auto second = drain(faults);
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); ++i) ASSERT_TRUE(same(first[i], second[i])) << i;
-}
-
-TEST_F(Faults, MistakesAreOneLineThatNamesTheRightKey) {
-  struct Case {
-    const char* fault;
-    const char* expected_text;
-  };
-  for (const Case& wrong : {
-           Case{"{kind: hard_irn, magnetometer: left}", "did you mean 'hard_iron'?"},
-           Case{"{magnetometer: left}", "the key 'kind' is missing"},
-           Case{"{kind: hard_iron, magnetometer: left, ofset_ut: [1, 2, 3]}", "did you mean 'offset_ut'?"},
-           Case{"{kind: hard_iron, magnetometer: left}", "the key 'offset_ut' is missing"},
-           Case{"{kind: hard_iron, magnetometer: left, offset_ut: [1, 2]}", "a list of 3 numbers"},
-           Case{"{kind: dead, magnetometer: lft}", "did you mean 'left'?"},
-           Case{"{kind: dead, magnetometer: [left, left]}", "named twice"},
-           Case{"{kind: dead, magnetometer: []}", "names no magnetometer"},
-           Case{"{kind: dead, magnetometer: left, begin_s: 3, end_s: 2}", "end_s must be more than begin_s"},
-           Case{"{kind: dead, magnetometer: left, begin_s: -3}", "at least 0"},
-           Case{"{kind: soft_iron, magnetometer: left}", "expected either matrix"},
-           Case{"{kind: soft_iron, magnetometer: left, matrix: [1, 2, 3]}", "a list of 3 numbers"},
-           Case{"{kind: bias_drift, magnetometer: left}", "expected rate_ut_s"},
-           Case{"{kind: saturated, magnetometer: left, limit_ut: 0}", "above 0"},
-           Case{"{kind: spikes, magnetometer: left, rate_per_s: 2}", "the key 'size_ut' is missing"},
-           Case{"{kind: lidar_outage, begin_s: 2}", "the key 'end_s' is missing"},
-           Case{"{kind: lidar_outage, begin_s: 2, end_s: 3, scans: some}", "none or empty"},
-           Case{"{kind: imu_gap, begin_s: 2, end_s: 3, magnetometer: left}", "unknown key 'magnetometer'"},
-           Case{"{kind: imu_bias_jump, at_s: 2}", "expected gyroscope_rad_s"},
-           Case{"{kind: passing_steel, from_m: [0, 0, 0], to_m: [1, 0, 0]}", "the key 'begin_s' is missing"},
-           Case{"{kind: clock_offset, sensor: lidr, offset_s: 0.1}", "did you mean 'lidar'?"},
-           Case{"{kind: clock_offset, sensor: lidar, offset_s: 100}", "within"},
-       }) {
-    const std::string error = error_of(wrong.fault);
-    EXPECT_NE(error.find(wrong.expected_text), std::string::npos) << wrong.fault << " gives: " << error;
-    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
-    EXPECT_NE(error.find("faults"), std::string::npos) << error;
-  }
 }
 
 }  // namespace

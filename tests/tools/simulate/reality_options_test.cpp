@@ -76,7 +76,10 @@ TEST_F(RealityOptionsOfAWorld, MistakesAreOneLineThatNamesTheRightKey) {
                             "moved_objects_share",
                             "people",
                             "vehicles",
-                            "noise_density_factor_max"}) {
+                            "noise_density_factor_max",
+                            "wheel_scale_sigma",
+                            "wheel_rotation_sigma_deg",
+                            "wheel_slip_sigma"}) {
       const std::string message = error_of("{" + std::string(key) + ": " + value + "}");
       EXPECT_THAT(message, HasSubstr(key)) << value;
       EXPECT_EQ(message.find('\n'), std::string::npos);
@@ -128,6 +131,9 @@ TEST_F(RealityOptionsOfAWorld, DrawsHaveTheSigmasOfTheirKeys) {
     const Matrix3& m = r.magnetometers[1].matrix;
     return Vector3(m(0, 0) - 1.0, m(0, 2), m(1, 2));
   });
+  expect(options.wheel_scale_sigma, 0.18, [&](const Reality& r) { return same_three(r.wheels.scale - 1.0); });
+  expect(options.wheel_rotation_sigma_deg * degree, 0.1, [](const Reality& r) { return r.wheels.mounting.head<3>(); });
+  expect(options.wheel_slip_sigma, 0.1, [](const Reality& r) { return r.wheels.slip.at({30.0, 0.0, 0.0}); });
   expect(0.5 * options.platform_field_sigma_ut, 0.1,
          [](const Reality& r) { return 0.25 * r.magnetometers[0].acceleration_field; });
 }
@@ -164,6 +170,9 @@ TEST_F(RealityOptionsOfAWorld, ThePlatformStatesTheSigmasOfTheGrade) {
   EXPECT_EQ(field.magnetometers.matrix_sigma, usual.magnetometers.matrix_sigma);
   EXPECT_EQ(field.imu.scale_sigma, usual.imu.scale_sigma);
   EXPECT_EQ(field.imu.misalignment_sigma_deg, usual.imu.misalignment_sigma_deg);
+  EXPECT_EQ(field.wheels.scale_sigma, usual.wheels.scale_sigma);
+  EXPECT_EQ(field.wheels.rotation_sigma_deg, usual.wheels.rotation_sigma_deg);
+  EXPECT_EQ(field.wheels.slip_sigma, usual.wheels.slip_sigma);
   const CalibrationSigmas exact = sensor_suite(load("exact")).calibration;
   EXPECT_EQ(exact.lidar.translation_sigma_m, 0.0);
   EXPECT_EQ(exact.magnetometers.offset_sigma_ut, 0.0);

@@ -7,6 +7,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "tests/tools/program_runner.h"
+#include "tools/run/calibration_consistency.h"
 
 namespace lodestone {
 namespace {
@@ -93,6 +94,31 @@ TEST_F(SimulateCommand, WritesALogThatReadsBackAsWhatWasDriven) {
   BagSource survey_source(folder + "survey.bag", platform, warnings, {.lidar = false});
   EXPECT_EQ(survey_source.begin_time() / 1'000'000'000, survey.front().time / 1'000'000'000);
   EXPECT_EQ(content_of(folder + "cloud.pcd").substr(0, 20), std::string("# .PCD v0.7 - Point "));
+}
+
+TEST_F(SimulateCommand, WheelsAreRecordedIfTheWorldHasThem) {
+  const ProgramResult result =
+      simulate("run", "--duration 4 --only log --reality field --set sensors.wheels.rate_hz=20");
+  ASSERT_EQ(result.code, 0) << result.errors;
+  const std::string folder = (folder_ / "run").string() + "/";
+  const Platform platform = load_platform(folder + "platform.yaml");
+  ASSERT_TRUE(platform.suite.wheels);
+  EXPECT_EQ(platform.wheels.topic, "/wheels");
+  EXPECT_EQ(platform.suite.calibration.wheels.scale_sigma, 0.01);
+  EXPECT_NE(read_true_calibration(folder + "reality.yaml", platform.suite).wheels.correction.scale, 0.0);
+  WarningLog warnings;
+  BagSource source(folder + "log.bag", platform, warnings);
+  int wheels = 0;
+  double fastest_m_s = 0.0;
+  for (Measurement measurement; source.next(measurement);) {
+    const auto* sample = std::get_if<WheelSample>(&measurement);
+    if (sample == nullptr) continue;
+    ++wheels;
+    fastest_m_s = std::max(fastest_m_s, sample->forward_velocity_m_s);
+  }
+  EXPECT_NEAR(wheels, 80, 3);
+  EXPECT_GT(fastest_m_s, 0.5);
+  EXPECT_LT(fastest_m_s, 2.5);
 }
 
 TEST_F(SimulateCommand, SameSeedSameBytesOtherSeedOtherBytes) {

@@ -41,7 +41,7 @@ export function calibrationSection(state) {
       return;
     }
     const off = rows.filter((row) => Math.abs(row.ratio) > far).length;
-    const common = rows.filter((row) => row.sensor === 'lidar' || row.sensor === 'magnetometers');
+    const common = rows.filter((row) => ['lidar', 'wheels', 'magnetometers'].includes(row.sensor));
     const single = rows.filter((row) => !common.includes(row));
     place.replaceChildren(...[
       h('p', {}, `${name}: ${off} of ${rows.length} parameters differ from the platform file by more than ${far} of its sigmas. `,
