@@ -149,6 +149,14 @@ std::string LogSurvey::listing() const {
   return names.empty() ? "no topics" : join_names(names);
 }
 
+std::string LogSurvey::odometry_topics() const {
+  std::vector<std::string> names;
+  for (const TopicInfo& topic : others) {
+    if (message_type(topic.type) == MessageType::odometry && topic.messages > 0) names.push_back(topic.name);
+  }
+  return join_names(names);
+}
+
 LogSurvey survey_logs(const std::vector<std::string>& logs, WarningLog& warnings) {
   LogSurvey survey;
   survey.logs = logs;

@@ -36,6 +36,9 @@ struct LogSurvey {
   std::vector<TopicInfo> others;      ///< all other topics
   StaticTransforms transforms;
 
+  /// Topics with nav_msgs/Odometry, of wheels or of a program: "/odom, /slam"; empty if there are none.
+  std::string odometry_topics() const;
+
   /// All topics as text: "/imu (sensor_msgs/Imu, 6000 messages), …".
   std::string listing() const;
 };

@@ -62,6 +62,10 @@ class PlatformDraft {
     for (const SurveyedTopic& topic : survey.topics) {
       if (topic.sensor == Sensor::magnetometer && !topic.refused) add_magnetometer(topic);
     }
+    if (const std::string odometry = survey.odometry_topics(); !odometry.empty()) {
+      comment("name",
+              "not read: " + odometry + "; if one is wheel odometry, add the section 'wheels' (docs/user/wheels.md)");
+    }
     if (magnetometers_.empty()) {
       comment("magnetometers",
               "no sensor_msgs/MagneticField with messages; in a message of another type, state the key 'values' "

@@ -265,6 +265,15 @@ TEST_F(PlatformDraftTest, ALivoxNeedsNoFields) {
   EXPECT_THAT(commented.comments.at("lidar.topic"), HasSubstr("livox_ros_driver2/CustomMsg, frame 'livox_frame'"));
 }
 
+TEST_F(PlatformDraftTest, NamesOdometryThatMayBeThatOfWheels) {
+  SyntheticLog log = noisy_robot();
+  log.on_wheels = [](int, ros1::OdometryMessage&) { return true; };
+  write(log, "log.bag");
+  const CommentedPlatform commented = draft({"log.bag"});
+  expect_robot(loaded(commented));
+  EXPECT_THAT(commented.comments.at("name"), StartsWith("not read: /odom;"));
+}
+
 TEST_F(PlatformDraftTest, EveryInferredOrGuessedLineHasAComment) {
   write(noisy_robot(), "log.bag");
   std::istringstream lines(commented_text(draft({"log.bag"})));
