@@ -129,7 +129,7 @@ void read_first_messages(const std::string& path, MessageSource& log, SurveyedTo
   if (cloud) LayoutProbe(path, topic).run(*cloud);
 }
 
-std::string described(const TopicInfo& topic) {
+std::string topic_text(const TopicInfo& topic) {
   return fmt::format("{} ({}, {} messages)", topic.name, topic.type.empty() ? "without a type" : topic.type,
                      topic.messages);
 }
@@ -144,8 +144,8 @@ InputError no_topic(const LogSurvey& survey, const std::string& expected, const 
 
 std::string LogSurvey::listing() const {
   std::vector<std::string> names;
-  for (const SurveyedTopic& topic : topics) names.push_back(described(topic.info));
-  for (const TopicInfo& topic : others) names.push_back(described(topic));
+  for (const SurveyedTopic& topic : topics) names.push_back(topic_text(topic.info));
+  for (const TopicInfo& topic : others) names.push_back(topic_text(topic));
   return names.empty() ? "no topics" : join_names(names);
 }
 

@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <set>
 
 #include "core/angles.h"
 #include "core/evaluation/statistics.h"
-#include "frontends/configuration/options.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/sensor_checks.h"
 #include "tools/check/log_sample.h"

@@ -25,7 +25,7 @@ void expect_near(const std::optional<Pose>& found, const Pose& expected) {
   EXPECT_LT(found->boxminus(expected).norm(), 1e-12);
 }
 
-StaticTransforms robot() {
+StaticTransforms mounted_robot() {
   StaticTransforms transforms;
   transforms.add("base_link", "imu_link", base_imu);
   transforms.add("base_link", "mast", base_mast);
@@ -34,15 +34,15 @@ StaticTransforms robot() {
 }
 
 TEST(StaticTransformsTest, AChainGoesUpAndDownTheTree) {
-  expect_near(robot().between("imu_link", "lidar"), base_imu.inverse() * base_mast * mast_lidar);
-  expect_near(robot().between("lidar", "imu_link"), (base_mast * mast_lidar).inverse() * base_imu);
-  expect_near(robot().between("mast", "lidar"), mast_lidar);
-  expect_near(robot().between("/lidar", "lidar"), Pose{});
+  expect_near(mounted_robot().between("imu_link", "lidar"), base_imu.inverse() * base_mast * mast_lidar);
+  expect_near(mounted_robot().between("lidar", "imu_link"), (base_mast * mast_lidar).inverse() * base_imu);
+  expect_near(mounted_robot().between("mast", "lidar"), mast_lidar);
+  expect_near(mounted_robot().between("/lidar", "lidar"), Pose{});
 }
 
 TEST(StaticTransformsTest, UnconnectedFramesHaveNoTransform) {
-  EXPECT_FALSE(robot().between("imu_link", "camera"));
-  EXPECT_FALSE(robot().between("imu_link", ""));
+  EXPECT_FALSE(mounted_robot().between("imu_link", "camera"));
+  EXPECT_FALSE(mounted_robot().between("imu_link", ""));
 }
 
 TEST(StaticTransformsTest, ACycleEnds) {
