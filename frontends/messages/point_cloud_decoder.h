@@ -41,6 +41,10 @@ class PointCloudDecoder {
   void decode(const ros1::PointCloudMessage& message, LidarScan& scan);
   void decode(const ros1::LivoxMessage& message, LidarScan& scan);
 
+  /// The layout with all that the scans have determined; nothing before. Livox' messages describe themselves: their
+  /// layout names no fields, and no unit and zero of the times.
+  std::optional<LidarMessageLayout> determined_layout() const;
+
  private:
   [[noreturn]] void fail(const ros1::PointCloudMessage& message, const std::string& what) const;
   [[noreturn]] void fail_unit(const ros1::PointCloudMessage& message, double span_s) const;

@@ -21,6 +21,12 @@ std::string fitting_field_unit(double value_as_written) {
   return fitting;
 }
 
+std::optional<AccelerationUnit> fitting_acceleration_unit(double value_as_written, double gravity_m_s2) {
+  if (std::abs(value_as_written - 1.0) < 0.3) return AccelerationUnit::standard_gravity;
+  const bool fits = value_as_written >= 0.5 * gravity_m_s2 && value_as_written <= 2.0 * gravity_m_s2;
+  return fits ? std::optional(AccelerationUnit::metres_per_second_squared) : std::nullopt;
+}
+
 void check_acceleration(const std::string& source, const Platform& platform, const FirstReadings& readings) {
   if (readings.finite_count == 0) return;
   const double gravity = platform.suite.gravity_m_s2;
@@ -29,7 +35,8 @@ void check_acceleration(const std::string& source, const Platform& platform, con
       fmt::format("{}: {}: the acceleration's mean magnitude is {:.3g} m/s2; expected about {:.4g}", source,
                   platform.imu.topic, mean, gravity);
   const bool read_as_g = platform.imu.acceleration_unit == AccelerationUnit::standard_gravity;
-  if (!read_as_g && std::abs(mean - 1.0) < 0.3) {
+  const auto fitting = fitting_acceleration_unit(mean, gravity);
+  if (!read_as_g && fitting == AccelerationUnit::standard_gravity) {
     throw InputError(found + "; the IMU is in g: set imu.acceleration_unit: g in " + platform.file_name());
   }
   if (read_as_g && mean > 5.0 * gravity) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "core/time.h"
@@ -27,6 +28,9 @@ struct FirstReadings {
   }
   double mean_magnitude() const { return finite_count > 0 ? magnitude_sum / finite_count : 0.0; }
 };
+
+/// The unit in which an acceleration of this magnitude is a specific force near gravity; nothing if no unit fits.
+std::optional<AccelerationUnit> fitting_acceleration_unit(double value_as_written, double gravity_m_s2);
 
 /// Throws InputError if the mean acceleration is not a specific force in m/s² near gravity: in g, or without gravity.
 /// `source` names the log.

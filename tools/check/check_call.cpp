@@ -141,7 +141,7 @@ CheckResult check_log(const CheckCall& call) {
   if (call.platform.empty()) {
     result.findings.push_back({Severity::note, "platform.none",
                                "there is no platform file: topics are listed, but not checked",
-                               "set --platform; examples are in config/platforms/"});
+                               "set --platform; `lodestone init` writes one from this log"});
     return result;
   }
   const std::vector<ScanOdometry> odometry = follow_all_scans(result.sample, platform);

@@ -14,7 +14,6 @@
 namespace lodestone {
 namespace {
 
-constexpr Time rest_length = 500'000'000;
 constexpr double rest_shaking_m_s2 = 0.6;     // more is motion, for any noise
 constexpr double gravity_tolerance = 0.03;    // relative; a good accelerometer is within 1 %
 constexpr double largest_bias_rad_s = 0.05;   // 3 °/s: above the bias of any suitable gyroscope
@@ -47,10 +46,11 @@ RestSpan describe(const std::vector<ImuSample>& imu, std::size_t begin, std::siz
     turning += (imu[i].angular_velocity - span.angular_velocity).squaredNorm() / (3.0 * count);
   }
   span.shaking_m_s2 = std::sqrt(shaking);
+  span.shaking_rad_s = std::sqrt(turning);
   span.gyroscope_noise = white_noise(imu, begin, end, &ImuSample::angular_velocity);
   span.accelerometer_noise = white_noise(imu, begin, end, &ImuSample::linear_acceleration);
   span.at_rest = span.shaking_m_s2 < std::min(rest_shaking_m_s2, 2.0 * span.accelerometer_noise + 0.02) &&
-                 std::sqrt(turning) < std::max(2.0 * span.gyroscope_noise, 1e-3);
+                 span.shaking_rad_s < std::max(2.0 * span.gyroscope_noise, 1e-3);
   return span;
 }
 
@@ -178,15 +178,15 @@ class ImuCheck {
 
 }  // namespace
 
-std::optional<RestSpan> calmest_span(const std::vector<ImuSample>& imu) {
+std::optional<RestSpan> calmest_span(const std::vector<ImuSample>& imu, Time length) {
   std::optional<RestSpan> best;
   std::size_t end = 0;
   Time next_begin = std::numeric_limits<Time>::min();
   for (std::size_t begin = 0; begin < imu.size(); ++begin) {
     if (imu[begin].time < next_begin) continue;
-    while (end < imu.size() && imu[end].time < imu[begin].time + rest_length) ++end;
+    while (end < imu.size() && imu[end].time < imu[begin].time + length) ++end;
     if (end == imu.size()) break;
-    next_begin = imu[begin].time + rest_length / 5;
+    next_begin = imu[begin].time + length / 5;
     if (end - begin < 10) continue;
     const RestSpan span = describe(imu, begin, end);
     if (!best || span.shaking_m_s2 < best->shaking_m_s2) best = span;

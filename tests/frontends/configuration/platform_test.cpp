@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "tests/frontends/logs/test_files.h"
@@ -22,6 +24,25 @@ std::string error_with(const std::string& from, const std::string& to) {
   EXPECT_NE(at, std::string::npos) << from;
   text.replace(at, from.size(), to);
   return message_of<InputError>([&] { parse_platform(text, "scout.yaml"); });
+}
+
+TEST(PlatformFile, EveryShippedFileLoads) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(LODESTONE_SOURCE_DIR "/config/platforms")) {
+    const Platform platform = load_platform(entry.path().string());
+    EXPECT_EQ(platform.name, entry.path().stem().string());
+    ++files;
+  }
+  EXPECT_GE(files, 6);
+}
+
+TEST(PlatformFile, TheImuOfAnOs1IsBelowAndBesideTheLidar) {
+  const Platform os1 = load_platform(LODESTONE_SOURCE_DIR "/config/platforms/os1.yaml");
+  // The sensor's metadata, mm.
+  const Pose T_sensor_imu{Quaternion::Identity(), Vector3(6.253, -11.775, 7.645) * 1e-3};
+  const Pose T_sensor_lidar{Quaternion(0.0, 0.0, 0.0, 1.0), Vector3(0.0, 0.0, 36.18) * 1e-3};
+  const Pose expected = T_sensor_imu.inverse() * T_sensor_lidar;
+  EXPECT_LT(os1.suite.lidar.T_imu_lidar.boxminus(expected).norm(), 1e-12);
 }
 
 TEST(PlatformFile, DescribesTheScout) {

@@ -19,6 +19,7 @@
 #include "frontends/messages/message_paths.h"
 #include "frontends/messages/point_cloud_decoder.h"
 #include "tests/frontends/logs/synthetic_log.h"
+#include "tests/fuzz/boundaries/transform_boundary.h"
 #include "tools/simulate/world.h"
 
 namespace lodestone::testing {
@@ -366,6 +367,8 @@ const std::vector<Boundary>& boundaries() {
       {"field_table", "table.csv", write_table, read_table},
       {"message_definition", "definition", write_defined_message, read_defined_message},
       {"defined_message", "bytes", write_defined_message, read_defined_message},
+      {"transforms_ros1", "message", write_transforms<Encoding::ros1>, read_transforms_of_message<Encoding::ros1>},
+      {"transforms_cdr", "message", write_transforms<Encoding::cdr>, read_transforms_of_message<Encoding::cdr>},
       {"platform", "platform.yaml", write_platform, read_platform},
       {"world", "world.yaml", write_world, read_world},
       {"configuration", "options.yaml", write_configuration, read_configuration},

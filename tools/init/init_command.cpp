@@ -1,0 +1,103 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "frontends/configuration/platform.h"
+#include "tools/command_files.h"
+#include "tools/commands.h"
+#include "tools/init/platform_draft.h"
+#include "tools/progress.h"
+#include "tools/writers/output_file.h"
+
+namespace lodestone {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kInitExamples = R"(
+Comments in the file state how each value was found, or that it is a guess. Correct the guesses, then check the file.
+
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
+  lodestone init /tmp/tunnel/log.bag --out /tmp/tunnel/robot.yaml
+  lodestone check /tmp/tunnel/log.bag --platform /tmp/tunnel/robot.yaml)";
+
+struct InitCall {
+  std::vector<std::string> logs;
+  std::string out;
+  double seconds = 60.0;
+  bool force = false;
+};
+
+void check_init_call(const InitCall& call) {
+  if (!(call.seconds > 0.0))
+    throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
+  std::error_code ignored;
+  if (fs::exists(call.out, ignored) && !call.force) {
+    throw InputError(
+        fmt::format("--out {}: the file exists; choose another name, or set --force to replace the file", call.out));
+  }
+}
+
+/// The comment lines at the begin of the file.
+std::string head_of(const InitCall& call) {
+  std::string text = "# Written by `lodestone init` from";
+  for (const std::string& log : call.logs) text += " " + fs::path(log).filename().string();
+  for (char& letter : text) {
+    if (letter == '\n' || letter == '\r') letter = '?';
+  }
+  return text +
+         ". Correct the lines with a guess, then run `lodestone check`.\n"
+         "# Frames: imu is the body. T_imu_x maps points of x to imu. Names of keys contain the units.\n"
+         "# All keys: docs/user/platform-file.md\n";
+}
+
+void write_drafted_platform(const InitCall& call) {
+  catch_interrupts();
+  check_init_call(call);
+  const fs::path out = yaml_output(call.out);
+  WarningLog warnings;
+  const LogSurvey survey = survey_logs(call.logs, warnings);
+  const CommentedPlatform draft = draft_platform(survey, out.stem().string(), call.seconds);
+  const std::string text = head_of(call) + commented_text(draft);
+  parse_platform(text, out.string());  // a file that cannot be read is never written
+  OutputFile file(out);
+  file.write(text);
+  file.commit();
+  const auto guesses = std::count_if(draft.comments.begin(), draft.comments.end(),
+                                     [](const auto& each) { return each.second.starts_with("guess"); });
+  fmt::print("{}: LiDAR {}, IMU {}, {} magnetometer(s); {} lines are guesses\n", out.string(),
+             draft.platform.lidar.topic, draft.platform.imu.topic, draft.platform.magnetometers.size(), guesses);
+  for (const auto& [kind, entry] : warnings.entries()) {
+    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
+  }
+  fmt::print("next: lodestone check {} --platform {}\n", call.logs.front(), out.string());
+}
+
+}  // namespace
+
+void add_init_command(CLI::App& app, int* code) {
+  CLI::App* command = app.add_subcommand("init", "Write a platform file from the logs of a robot");
+  command->footer(kInitExamples);
+  const auto call = std::make_shared<InitCall>();
+  CommandFiles files(*command);
+  files.input(command->add_option("LOG", call->logs, "logs of one robot, in any format of `lodestone run`"))
+      ->required();
+  files.output(command->add_option("--out", call->out, "the platform file to write, .yaml"))->required();
+  command
+      ->add_option("--seconds", call->seconds,
+                   "duration of the part of each log that is read for units and for noise at standstill, seconds")
+      ->capture_default_str();
+  command->add_flag("--force", call->force, "replace the platform file if it exists");
+  command->callback([call, code]() {
+    write_drafted_platform(*call);
+    *code = exit_code::done;
+  });
+}
+
+}  // namespace lodestone
