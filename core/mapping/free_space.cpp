@@ -20,7 +20,7 @@ constexpr int kBlockVoxels = 8;
 constexpr double kOccupiedIfHit = 0.7;
 constexpr double kOccupiedIfPassed = 0.4;
 /// Smallest distance from a passed point to the surface behind: three standard deviations of range noise and of the
-/// survey's poses at 30 m (docs/design/051).
+/// survey's poses at 30 m (docs/design/052).
 constexpr double kInFront_m = 0.1;
 
 double log_odds(double probability) {

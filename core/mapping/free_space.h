@@ -21,7 +21,7 @@ struct LidarRay {
 /// Finds the voxels of a cloud map that rays show to be free: traces of moving objects. A voxel is occupied in a scan
 /// if a ray ends in it, and free if no ray ends in it and a ray passes its mean point well in front of the surface on
 /// which the ray ends. The log odds of occupancy are the sum over all scans, with OctoMap's probabilities (Hornung et
-/// al., Autonomous Robots 2013), in any order of time. docs/design/051
+/// al., Autonomous Robots 2013), in any order of time. docs/design/052
 class FreeSpace {
  public:
   /// `voxels`: the map to test, with edge `voxel_m`. Throws std::invalid_argument if voxel_m is not positive.
