@@ -112,6 +112,12 @@ struct SensorSuite {
     all.insert(all.end(), further_lidars.begin(), further_lidars.end());
     return all;
   }
+
+  /// Replaces the largest range of every LiDAR.
+  void set_max_range(double max_range_m) {
+    lidar.max_range_m = max_range_m;
+    for (LidarModel& further : further_lidars) further.max_range_m = max_range_m;
+  }
 };
 
 }  // namespace lodestone

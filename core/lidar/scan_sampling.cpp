@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "core/bit_mix.h"
+#include "core/lidar/range_limits.h"
 #include "core/lidar/voxel_planes.h"
 #include "core/parallel.h"
 
@@ -94,29 +95,6 @@ class StratifiedDraw {
   double sum_ = 0.0;
   double next_;
 };
-
-/// Range limits of a LiDAR, from its origin.
-struct RangeLimits {
-  Eigen::Vector3f origin;  // frame of the first LiDAR
-  float min_squared;
-  float max_squared;
-
-  bool hold(const LidarPoint& point) const {
-    const float squared = (point.position - origin).squaredNorm();
-    return squared >= min_squared && squared <= max_squared;  // false for NaN
-  }
-};
-
-std::vector<RangeLimits> range_limits_of(std::span<const LidarModel> lidars) {
-  const auto square = [](double value) { return static_cast<float>(value * value); };
-  std::vector<RangeLimits> result;
-  for (const LidarModel& lidar : lidars) {
-    const Vector3 origin =
-        result.empty() ? Vector3::Zero() : lidars.front().T_imu_lidar.inverse() * lidar.T_imu_lidar.position;
-    result.push_back({origin.cast<float>(), square(lidar.min_range_m), square(lidar.max_range_m)});
-  }
-  return result;
-}
 
 }  // namespace
 

@@ -21,7 +21,8 @@ namespace {
 /// A gap is longer than this number of IMU periods; one or two lost packets are no gap.
 constexpr double imu_gap_periods = 5.0;
 
-/// A longer silence of all sensors occurs only in logs that were stopped or joined. The log ends there.
+/// A longer silence of all sensors occurs only in logs that were stopped or joined. The log ends there, unless pauses
+/// are bridged.
 constexpr Time longest_silence = 60'000'000'000;
 
 /// Number of scans that are decoded to estimate the lag of the recorder's clock; a single one may be an outlier.
@@ -54,9 +55,11 @@ Time add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings
 }  // namespace
 
 struct BagSource::Implementation {
-  Implementation(const std::string& log_path, const Platform& log_platform, WarningLog& log, SensorChoice choice)
+  Implementation(const std::string& log_path, const Platform& log_platform, WarningLog& log, SensorChoice choice,
+                 LogPause log_pause)
       : path(log_path),
         platform(log_platform),
+        pause(log_pause),
         warnings(log),
         reader(open_log(log_path, log)),
         decoder(path, platform, log),
@@ -69,6 +72,7 @@ struct BagSource::Implementation {
 
   std::string path;
   Platform platform;
+  LogPause pause;
   WarningLog& warnings;
   std::unique_ptr<MessageSource> reader;
   StreamDecoder decoder;
@@ -244,8 +248,9 @@ void BagSource::Implementation::take_message(const RawMessage& raw) {
   }
 }
 
-BagSource::BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice)
-    : implementation_(std::make_unique<Implementation>(path, platform, warnings, choice)) {
+BagSource::BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice,
+                     LogPause pause)
+    : implementation_(std::make_unique<Implementation>(path, platform, warnings, choice, pause)) {
   implementation_->choose();
   implementation_->inspect();
   implementation_->reader->select(implementation_->topics);
@@ -253,10 +258,10 @@ BagSource::BagSource(const std::string& path, const Platform& platform, WarningL
 
 BagSource::~BagSource() = default;
 
-/// Returns false from the first measurement that follows a too long silence of all sensors: the log ends there.
+/// Returns false from the first measurement that follows a pause which ends the log.
 bool BagSource::Implementation::goes_on(const Measurement& measurement) {
   const Time complete = completion_time(measurement);
-  if (newest && complete - *newest > longest_silence) {
+  if (pause == LogPause::ends_the_log && newest && complete - *newest > longest_silence) {
     broken_off = true;
     const double cut_s = std::floor(to_seconds(record_time) - to_seconds(first_recorded));
     warnings.add("log.broken_off",

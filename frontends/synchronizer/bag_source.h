@@ -10,6 +10,12 @@
 
 namespace lodestone {
 
+/// What a pause of the log, over a minute without data of any sensor, means to the reader.
+enum class LogPause {
+  ends_the_log,  ///< the motion within the pause is unknown
+  is_bridged     ///< the poses are known
+};
+
 /// Measurements of a log in any format of open_log(), in the order of recording; only one message is in memory at a
 /// time. Scans are PointCloud2 or Livox' CustomMsg; those of several LiDARs are merged (scan_merger.h). Data of IMU and
 /// magnetometers may be in messages of any type, several in one message (logs/message_paths.h).
@@ -23,7 +29,8 @@ namespace lodestone {
 class BagSource : public MeasurementSource {
  public:
   /// `warnings` must outlive this.
-  BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice = {});
+  BagSource(const std::string& path, const Platform& platform, WarningLog& warnings, SensorChoice choice = {},
+            LogPause pause = LogPause::ends_the_log);
   ~BagSource() override;
 
   bool next(Measurement& measurement) override;

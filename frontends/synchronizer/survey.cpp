@@ -1,5 +1,7 @@
 #include "frontends/synchronizer/survey.h"
 
+#include <algorithm>
+
 namespace lodestone {
 
 FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory, const SensorSuite& suite, Time max_gap,
@@ -21,6 +23,22 @@ FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory,
         {T_map_mag.position, T_map_mag.rotation * sample->field_ut, model.noise_ut, sample->time});
   }
   return survey;
+}
+
+void append_drive(FieldSurvey& survey, FieldSurvey drive) {
+  constexpr Time kPause = from_seconds(1.0);
+  survey.without_pose += drive.without_pose;
+  std::vector<FieldObservation>& all = survey.observations;
+  if (!all.empty() && !drive.observations.empty()) {
+    const auto earlier = [](const FieldObservation& a, const FieldObservation& b) { return a.time < b.time; };
+    const auto [first, last] = std::minmax_element(all.begin(), all.end(), earlier);
+    const auto [begin, end] = std::minmax_element(drive.observations.begin(), drive.observations.end(), earlier);
+    if (begin->time <= last->time && end->time >= first->time) {
+      const Time shift = last->time + kPause - begin->time;
+      for (FieldObservation& observation : drive.observations) observation.time += shift;
+    }
+  }
+  all.insert(all.end(), drive.observations.begin(), drive.observations.end());
 }
 
 }  // namespace lodestone

@@ -21,4 +21,9 @@ struct FieldSurvey {
 FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory, const SensorSuite& suite, Time max_gap,
                         const std::function<void(Time)>& progress = {});
 
+/// Appends another drive to a survey, so that both form one. If the times of the drives overlap (two robots, or a clock
+/// that starts at zero), those of the appended drive are moved behind the others: held-out blocks are stretches of way
+/// in order of time.
+void append_drive(FieldSurvey& survey, FieldSurvey drive);
+
 }  // namespace lodestone

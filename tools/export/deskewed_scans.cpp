@@ -1,7 +1,6 @@
 #include "tools/export/deskewed_scans.h"
 
-#include <vector>
-
+#include "core/lidar/lidar_poses.h"
 #include "frontends/synchronizer/bag_source.h"
 
 namespace lodestone {
@@ -14,15 +13,13 @@ constexpr Time kLargestGap = 2'000'000'000;
 }  // namespace
 
 struct DeskewedScans::Implementation {
-  Implementation(const std::string& log, const Platform& platform, const Trajectory& poses)
+  Implementation(const std::string& log, const Platform& platform, const Trajectory& trajectory)
       : source(log, platform, warnings, {.lidar = true, .imu = false, .magnetometers = false}),
-        T_imu_lidar(platform.suite.lidar.T_imu_lidar),
-        trajectory(poses) {}
+        poses(trajectory, platform.suite.lidar.T_imu_lidar, kLargestGap) {}
 
   WarningLog warnings;
   BagSource source;
-  Pose T_imu_lidar;
-  const Trajectory& trajectory;
+  LidarPoses poses;
 };
 
 DeskewedScans::DeskewedScans(const std::string& log, const Platform& platform, const Trajectory& trajectory)
@@ -37,15 +34,8 @@ std::optional<DeskewedScan> DeskewedScans::next() {
     if (scan == nullptr) continue;
     DeskewedScan result;
     result.end = scan->end;
-    std::optional<Time> posed;  // neighbours often have the same time
-    std::optional<Pose> T_map_lidar;
     for (const LidarPoint& point : scan->points) {
-      const Time time = scan->start + point.offset_ns;
-      if (time != posed) {
-        posed = time;
-        T_map_lidar = interpolate(self.trajectory, time, kLargestGap);
-        if (T_map_lidar) T_map_lidar = *T_map_lidar * self.T_imu_lidar;
-      }
+      const std::optional<Pose>& T_map_lidar = self.poses.at(scan->start + point.offset_ns);
       if (!T_map_lidar) continue;
       const Eigen::Vector3f in_map = (*T_map_lidar * point.position.cast<double>()).cast<float>();
       result.cloud.add({in_map.x(), in_map.y(), in_map.z(), point.intensity});

@@ -10,15 +10,16 @@
 #include "core/mapping/magnetic_map_builder.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/survey.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
+#include "tools/map/map_cloud.h"
 #include "tools/map/map_diff.h"
 #include "tools/map/map_import.h"
 #include "tools/map/survey_doubts.h"
+#include "tools/map/survey_drives.h"
 #include "tools/plotting/pictures.h"
 #include "tools/progress.h"
 #include "tools/run/resources.h"
@@ -29,8 +30,7 @@ namespace lodestone {
 namespace {
 
 struct MapMagneticCall {
-  std::string survey;
-  std::string trajectory;
+  SurveyFiles survey;
   std::string platform;
   std::string out;
   std::vector<std::string> configurations;
@@ -41,7 +41,6 @@ struct MapMagneticCall {
   int threads = 0;
 };
 
-constexpr Time max_pose_gap = from_seconds(0.25);
 constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magnetometers = true, .wheels = false};
 
 /// Wall time since the previous lap.
@@ -75,37 +74,35 @@ MagneticMapOptions read_options(const MapMagneticCall& call) {
   return options;
 }
 
-FieldSurvey read_survey_bag(const MapMagneticCall& call, const Platform& platform) {
-  const Trajectory trajectory = read_trajectory(call.trajectory);
+FieldSurvey read_field_drive(const SurveyDrive& drive, const Platform& platform) {
   WarningLog warnings;
-  BagSource source(call.survey, platform, warnings, magnetometers_only);
-  Progress progress(std::filesystem::path(call.survey).filename().string(), source.begin_time(), source.end_time());
-  const FieldSurvey survey = read_survey(source, trajectory, platform.suite, max_pose_gap, [&](Time time) {
+  BagSource source(drive.log, platform, warnings, magnetometers_only, LogPause::is_bridged);
+  Progress progress(std::filesystem::path(drive.log).filename().string(), source.begin_time(), source.end_time());
+  const FieldSurvey survey = read_survey(source, drive.trajectory, platform.suite, kLargestPoseGap, [&](Time time) {
     progress.update(time);
     throw_if_interrupted();
   });
   progress.finish();
-  for (const auto& [kind, entry] : warnings.entries()) {
-    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
-  }
+  print_warnings(warnings);
   if (survey.without_pose > 0) {
     fmt::print("warning: {} readings have no pose within {} s in {} and are ignored\n", survey.without_pose,
-               to_seconds(max_pose_gap), call.trajectory);
+               to_seconds(kLargestPoseGap), drive.trajectory_file);
   }
-  if (survey.observations.empty()) {
-    throw InputError(fmt::format(
-        "{}: no magnetometer reading is within the time of {} ({} to {} s); set --trajectory to the "
-        "trajectory of this survey",
-        call.survey, call.trajectory, format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
-  }
-  const auto readings = static_cast<std::int64_t>(survey.observations.size()) + survey.without_pose;
-  if (2 * survey.without_pose > readings) {
-    throw InputError(
-        fmt::format("{}: {} of {} magnetometer readings have no pose in {} ({} to {} s); set --trajectory to the "
-                    "complete trajectory of "
-                    "this survey",
-                    call.survey, survey.without_pose, readings, call.trajectory, format_stamp(trajectory.front().time),
-                    format_stamp(trajectory.back().time)));
+  check_poses(drive, "magnetometer readings", static_cast<std::int64_t>(survey.observations.size()),
+              survey.without_pose);
+  return survey;
+}
+
+/// All drives as one survey.
+FieldSurvey read_field_survey(const MapMagneticCall& call, const Platform& platform) {
+  FieldSurvey survey;
+  for (const SurveyDrive& drive : read_survey_drives(call.survey)) {
+    Clock clock;
+    FieldSurvey one = read_field_drive(drive, platform);
+    fmt::print("{}: {} readings of {} magnetometers, {:.1f} s of log, read in {:.1f} s\n", drive.log,
+               one.observations.size(), platform.suite.magnetometers.size(),
+               to_seconds(one.observations.back().time - one.observations.front().time), clock.lap());
+    append_drive(survey, std::move(one));
   }
   return survey;
 }
@@ -148,8 +145,8 @@ std::string kernels_table(const FieldKernelFit& fit) {
 Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& options, const FieldSurvey& survey,
                          const MagneticMapResult& result, const std::string& held_out, const std::string& doubts) {
   Provenance provenance{{"made_by", "lodestone map magnetic"},
-                        {"survey", std::filesystem::path(call.survey).filename().string()},
-                        {"trajectory", std::filesystem::path(call.trajectory).filename().string()},
+                        {"survey", SurveyFiles::names(call.survey.logs)},
+                        {"trajectory", SurveyFiles::names(call.survey.trajectories)},
                         {"platform", std::filesystem::path(call.platform).filename().string()},
                         {"readings", std::to_string(survey.observations.size())},
                         {"cells", std::to_string(result.cells)},
@@ -177,16 +174,12 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
 void map_magnetic(const MapMagneticCall& call) {
   catch_interrupts();
   const ThreadLimit limit(call.threads);
-  Clock clock;
   const MagneticMapOptions options = read_options(call);
   const std::filesystem::path out = yaml_output(call.out);
 
   const Platform platform = load_platform(call.platform, magnetometers_only);
-  const FieldSurvey survey = read_survey_bag(call, platform);
-  const double reading_s = clock.lap();
-  fmt::print("{}: {} readings of {} magnetometers, {:.1f} s of log, read in {:.1f} s\n", call.survey,
-             survey.observations.size(), platform.suite.magnetometers.size(),
-             to_seconds(survey.observations.back().time - survey.observations.front().time), reading_s);
+  const FieldSurvey survey = read_field_survey(call, platform);
+  Clock clock;
 
   const MagneticMapResult result = build_magnetic_map(survey.observations, options);
   const FieldGrid& grid = result.map.grid();
@@ -203,7 +196,7 @@ void map_magnetic(const MapMagneticCall& call) {
   if (result.nodes == 0) {
     const std::string unreached = unreached_heights(survey.observations, result.map);
     throw InputError(fmt::format("{}: no node of the map has a sigma below {:.3f} uT; nothing is written: {}",
-                                 call.survey, result.map.max_sigma_ut(),
+                                 SurveyFiles::names(call.survey.logs), result.map.max_sigma_ut(),
                                  unreached.empty() ? kSurveyCauses : unreached));
   }
 
@@ -241,13 +234,7 @@ void add_map_magnetic(CLI::App& parent, int* code) {
                                             "Build a grid map of the ambient magnetic field from a survey drive, by "
                                             "Gaussian-process regression, with sigma");
   CommandFiles files(*command);
-  files
-      .input(
-          command->add_option("SURVEY", call->survey, "the survey's log in any format, with the magnetometers' topics"))
-      ->required();
-  files
-      .input(command->add_option("--trajectory", call->trajectory, "T_map_imu of the survey, TUM, of survey accuracy"))
-      ->required();
+  add_survey_files(*command, files, "the magnetometers", call->survey);
   files.input(command->add_option("--platform", call->platform, "the robot's platform file"))->required();
   files
       .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written next to it"),
@@ -281,14 +268,17 @@ Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out 
 }  // namespace
 
 void add_map_command(CLI::App& app, int* code) {
-  CLI::App* command = app.add_subcommand("map", "Build, import and compare magnetic maps");
+  CLI::App* command = app.add_subcommand("map", "Build cloud maps; build, import and compare magnetic maps");
   command->require_subcommand(1);
   command->footer(R"(
 Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/field.yaml
+  lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum --platform /tmp/tunnel/platform.yaml \
+      --out /tmp/tunnel/map.pcd
   lodestone map diff /tmp/tunnel/field.yaml /tmp/tunnel/coarse.yaml --out /tmp/tunnel/change
   lodestone map magnetic --help)");
+  add_map_cloud(*command, code);
   add_map_magnetic(*command, code);
   add_map_import(*command, code);
   add_map_diff(*command, code);

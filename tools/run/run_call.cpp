@@ -104,11 +104,7 @@ RunInputs load_small_files(const RunCall& call) {
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
     throw InputError("--refine: no chosen estimator supports it; add smoother or magnetic to --estimator");
   }
-  if (call.max_range_m) {
-    SensorSuite& suite = inputs.platform.suite;
-    suite.lidar.max_range_m = *call.max_range_m;
-    for (LidarModel& lidar : suite.further_lidars) lidar.max_range_m = *call.max_range_m;
-  }
+  if (call.max_range_m) inputs.platform.suite.set_max_range(*call.max_range_m);
   if (!call.truth.empty()) inputs.truth = read_trajectory(call.truth);
   if (!call.calibration_truth.empty()) {
     inputs.true_calibration = read_true_calibration(call.calibration_truth, inputs.platform.suite);

@@ -78,9 +78,9 @@ std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
   return made_folder(folder);
 }
 
-std::filesystem::path yaml_output(const std::string& out) {
+std::filesystem::path output_with_ending(const std::string& out, const std::string& ending) {
   const std::filesystem::path path(out);
-  if (path.extension() != ".yaml") throw InputError(out + ": expected a name ending in .yaml for --out");
+  if (path.extension() != ending) throw InputError(out + ": expected a name ending in " + ending + " for --out");
   if (path.has_parent_path()) made_folder(path.parent_path());
   return path;
 }

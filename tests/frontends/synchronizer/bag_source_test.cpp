@@ -295,6 +295,17 @@ TEST_F(BagSourceTest, TwoDrivesInOneLogEndWithTheFirst) {
   EXPECT_LT(contents.imu.back().time, second);
   EXPECT_EQ(contents.warnings.count("log.broken_off"), 1);
   EXPECT_THAT(contents.warnings.entries().at("log.broken_off").first_detail, HasSubstr("--to 3601, and --from 3601"));
+
+  WarningLog warnings;
+  BagSource bridged(path, platform(), warnings, {}, LogPause::is_bridged);
+  int imu = 0;
+  Time last = 0;
+  for (Measurement measurement; bridged.next(measurement); last = completion_time(measurement)) {
+    if (std::holds_alternative<ImuSample>(measurement)) ++imu;
+  }
+  EXPECT_EQ(imu, 405);
+  EXPECT_GT(last, later(second));
+  EXPECT_EQ(warnings.count("log.broken_off"), 0);
 }
 
 TEST_F(BagSourceTest, ASilentTopicIsNamed) {

@@ -4,24 +4,10 @@
 
 #include <cmath>
 
+#include "tests/frontends/synchronizer/listed_source.h"
+
 namespace lodestone {
 namespace {
-
-class ListedSource : public MeasurementSource {
- public:
-  explicit ListedSource(std::vector<Measurement> measurements) : measurements_(std::move(measurements)) {}
-  bool next(Measurement& measurement) override {
-    if (next_ == measurements_.size()) return false;
-    measurement = measurements_[next_++];
-    return true;
-  }
-  Time begin_time() const override { return 0; }
-  Time end_time() const override { return 0; }
-
- private:
-  std::vector<Measurement> measurements_;
-  std::size_t next_ = 0;
-};
 
 TEST(SurveyTest, PutsReadingsWhereTheirSensorWasAndTurnsThemToTheMap) {
   SensorSuite suite;
@@ -29,8 +15,8 @@ TEST(SurveyTest, PutsReadingsWhereTheirSensorWasAndTurnsThemToTheMap) {
   suite.magnetometers.push_back({"rear", {so3::exp(Vector3(0, 0, M_PI)), Vector3(-1, 0, 0)}, 2.0});
   const Quaternion left = so3::exp(Vector3(0, 0, M_PI / 2));
   const Trajectory trajectory{{0, {left, {0, 0, 0}}}, {100, {left, {10, 0, 0}}}, {900, {left, {10, 0, 0}}}};
-  ListedSource source({MagneticSample{50, 0, {3, 4, 5}}, ImuSample{60}, MagneticSample{50, 1, {3, 4, 5}},
-                       MagneticSample{500, 0, {3, 4, 5}}, MagneticSample{950, 0, {3, 4, 5}}});
+  testing::ListedSource source({MagneticSample{50, 0, {3, 4, 5}}, ImuSample{60}, MagneticSample{50, 1, {3, 4, 5}},
+                                MagneticSample{500, 0, {3, 4, 5}}, MagneticSample{950, 0, {3, 4, 5}}});
   const FieldSurvey survey = read_survey(source, trajectory, suite, 200);
   ASSERT_EQ(survey.observations.size(), 2U);
   EXPECT_EQ(survey.without_pose, 2);  // in a gap of the trajectory, and after its end
@@ -40,6 +26,33 @@ TEST(SurveyTest, PutsReadingsWhereTheirSensorWasAndTurnsThemToTheMap) {
   EXPECT_LT((survey.observations[1].field_ut - Vector3(4, -3, 5)).norm(), 1e-12);
   EXPECT_EQ(survey.observations[1].noise_ut, 2.0);
   EXPECT_EQ(survey.observations[1].time, 50);
+}
+
+FieldSurvey drive_with_times(std::vector<Time> times) {
+  FieldSurvey drive;
+  drive.without_pose = 2;
+  for (const Time time : times) drive.observations.push_back({{0, 0, 0}, {20, 0, -40}, 1.0, time});
+  return drive;
+}
+
+std::vector<Time> times_in(const FieldSurvey& survey) {
+  std::vector<Time> times;
+  for (const FieldObservation& observation : survey.observations) times.push_back(observation.time);
+  return times;
+}
+
+TEST(SurveyTest, DrivesThatOverlapInTimeAreMovedBehindEachOther) {
+  FieldSurvey survey;
+  append_drive(survey, drive_with_times({100, 200}));
+  append_drive(survey, drive_with_times({10, 20}));
+  append_drive(survey, drive_with_times({300, 400}));
+  EXPECT_EQ(times_in(survey), (std::vector<Time>{100, 200, 10, 20, 300, 400}))
+      << "drives one after the other keep theirs";
+  EXPECT_EQ(survey.without_pose, 6);
+  append_drive(survey, drive_with_times({150, 170}));
+  const std::vector<Time> times = times_in(survey);
+  EXPECT_GT(times[6], 400);
+  EXPECT_EQ(times[7] - times[6], 20);
 }
 
 TEST(SurveyTest, SplitsInBlocksOfWay) {
