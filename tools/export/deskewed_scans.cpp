@@ -14,7 +14,7 @@ constexpr Time kLargestGap = 2'000'000'000;
 
 struct DeskewedScans::Implementation {
   Implementation(const std::string& log, const Platform& platform, const Trajectory& trajectory)
-      : source(log, platform, warnings, {.lidar = true, .imu = false, .magnetometers = false}),
+      : source(log, platform, warnings, {.lidar = true, .imu = false, .magnetometers = false, .wheels = false}),
         poses(trajectory, platform.suite.lidar.T_imu_lidar, kLargestGap) {}
 
   WarningLog warnings;

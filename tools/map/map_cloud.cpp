@@ -39,7 +39,7 @@ struct MapCloudCall {
   int threads = 0;
 };
 
-constexpr SensorChoice lidar_only{.lidar = true, .imu = false, .magnetometers = false};
+constexpr SensorChoice lidar_only{.lidar = true, .imu = false, .magnetometers = false, .wheels = false};
 
 void check(const MapCloudCall& call) {
   option_checks::within("--voxel-m", call.voxel_m, 0.01, 0.5);
