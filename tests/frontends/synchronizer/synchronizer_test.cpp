@@ -107,7 +107,8 @@ TEST_F(SynchronizerTest, DeliversEachWheelSampleOnceBetweenItsScans) {
     source.position = 0;
     source.list.clear();
     fill(1.0);
-    for (Time t = -50 * ms; t <= 1050 * ms; t += 20 * ms) source.list.push_back(WheelSample{origin + t, to_seconds(t)});
+    for (Time t = -50 * millisecond; t <= 1050 * millisecond; t += 20 * millisecond)
+      source.list.push_back(WheelSample{origin + t, to_seconds(t)});
     source.sort();
     if (chosen) suite.wheels.emplace();
     const auto result = bundles();
