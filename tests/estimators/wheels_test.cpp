@@ -27,6 +27,7 @@ constexpr Time kWheelPeriod = 50'000'000;
 Drive with_wheels(Drive drive, const Wheels& wheels) {
   drive.suite.wheels.emplace();
   drive.suite.wheels->velocity_sigma_m_s = kNoise_m_s;
+  drive.suite.calibration.wheels = WheelCalibrationSigmas{};
   simulation::RandomStream random(5, "wheels of a test");
   const Time begin = drive.truth.front().time;
   constexpr Time kSide = 10'000'000;
