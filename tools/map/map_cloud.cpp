@@ -41,7 +41,7 @@ struct MapCloudCall {
 
 constexpr SensorChoice lidar_only{.lidar = true, .imu = false, .magnetometers = false, .wheels = false};
 
-void check(const MapCloudCall& call) {
+void check_options(const MapCloudCall& call) {
   option_checks::within("--voxel-m", call.voxel_m, 0.01, 0.5);
   option_checks::within("--min-points", call.min_points, 1, 1000);
   if (call.max_range_m) option_checks::positive("--max-range", *call.max_range_m);
@@ -68,17 +68,17 @@ void check_origin(const SurveyDrive& drive, double voxel_m) {
 
 /// Largest accepted distance of neighbouring poses, ns. A trajectory with a pose for each scan of a slow LiDAR has no
 /// closer poses.
-Time largest_gap(const SensorSuite& suite) {
+Time largest_pose_gap(const SensorSuite& suite) {
   return std::max(kLargestPoseGap, from_seconds(1.5 * suite.lidar.scan_period_s));
 }
 
-ScanSurvey read_drive(const SurveyDrive& drive, const Platform& platform, const std::string& pass, WarningLog& warnings,
-                      const std::function<void(std::span<const LidarRay>)>& use) {
+ScanSurvey read_scan_drive(const SurveyDrive& drive, const Platform& platform, const std::string& pass,
+                           WarningLog& warnings, const std::function<void(std::span<const LidarRay>)>& use) {
   BagSource source(drive.log, platform, warnings, lidar_only, LogPause::is_bridged);
   Progress progress(std::filesystem::path(drive.log).filename().string() + ", " + pass, source.begin_time(),
                     source.end_time());
   const ScanSurvey survey =
-      read_scans(source, drive.trajectory, platform.suite, largest_gap(platform.suite), use, [&](Time time) {
+      read_scans(source, drive.trajectory, platform.suite, largest_pose_gap(platform.suite), use, [&](Time time) {
         progress.update(time);
         throw_if_interrupted();
       });
@@ -114,7 +114,7 @@ std::vector<VoxelMean> read_means(const std::vector<SurveyDrive>& drives, const 
   VoxelMeans means(call.voxel_m);
   for (const SurveyDrive& drive : drives) {
     WarningLog warnings;
-    const ScanSurvey survey = read_drive(drive, platform, "points", warnings, [&](std::span<const LidarRay> rays) {
+    const ScanSurvey survey = read_scan_drive(drive, platform, "points", warnings, [&](std::span<const LidarRay> rays) {
       for (const LidarRay& ray : rays) means.add(ray.end);
     });
     print_warnings(warnings);
@@ -147,8 +147,8 @@ std::vector<VoxelMean> without_moving(std::vector<VoxelMean> means, const std::v
   FreeSpace space(std::move(means), voxel_m);
   for (const SurveyDrive& drive : drives) {
     WarningLog repeated;  // the first pass printed them
-    read_drive(drive, platform, "moving objects", repeated,
-               [&](std::span<const LidarRay> rays) { space.add_scan(rays); });
+    read_scan_drive(drive, platform, "moving objects", repeated,
+                    [&](std::span<const LidarRay> rays) { space.add_scan(rays); });
   }
   std::vector<VoxelMean> occupied = space.occupied();
   const std::size_t removed = space.size() - occupied.size();
@@ -165,7 +165,7 @@ std::vector<VoxelMean> without_moving(std::vector<VoxelMean> means, const std::v
 void map_cloud(const MapCloudCall& call) {
   catch_interrupts();
   const ThreadLimit limit(call.threads);
-  check(call);
+  check_options(call);
   output_with_ending(call.out, ".pcd");
   const Platform platform = platform_of(call);
   const std::vector<SurveyDrive> drives = read_survey_drives(call.survey);
