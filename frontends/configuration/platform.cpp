@@ -216,12 +216,12 @@ Platform read_platform(const ConfigurationNode& root, const SensorChoice& requir
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
-  if (required.imu || root.has("gravity_m_s2")) read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
   if (required.lidar || root.find("lidar") != nullptr) read_first_lidar(root.at("lidar"), platform);
   if (const ConfigurationNode* further = root.find("further_lidars")) {
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
   }
   if (required.imu || root.find("imu") != nullptr) read_imu(root.at("imu"), platform);
+  if (required.imu || root.has("gravity_m_s2")) read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
   read_clock_offset(root, "magnetometer_clock_offset_s", platform.magnetometer_clock_offset_s);
   read_calibration_sigmas(root, "magnetometer_calibration", platform.suite.calibration.magnetometers);
   if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {
