@@ -102,7 +102,7 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
 double PoseSearch::log_likelihood(const Pose& T_map_imu, const FieldBackground& background) const {
   double result = 0.0;
   if (!points_.empty()) {
-    result += scan_log_likelihood(points_.size(), agreement(points_, T_map_imu, *planes_).cost);
+    result -= independent_points(points_.size()) * agreement(points_, T_map_imu, *planes_).cost;
   }
   if (!newest_array_.readings.empty()) {
     result += field_evidence(newest_array_, T_map_imu, input_.suite, *field_, background).log_likelihood;

@@ -91,6 +91,7 @@ ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_m
   const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
   constexpr float kReach_m = 0.3F;
   double sum = 0.0;
+  double saved = 0.0;  // by clutter
   int within = 0;
   for (const Eigen::Vector3f& point : points) {
     const Eigen::Vector3f turned = rotation * point;
@@ -101,11 +102,13 @@ ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_m
       cost = std::min(cost, 0.5 * std::pow(static_cast<double>(plane->distance(place)) / sigma_m, 2));
       within += cost < ScanAgreement::most ? 1 : 0;
     } else if (map.agrees(place, kReach_m)) {
-      cost = std::clamp(std::log(map.voxel_m() / (std::sqrt(2.0 * std::numbers::pi) * sigma_m)), 0.0, cost);
+      const double uniform = std::log(map.voxel_m() / (std::sqrt(2.0 * std::numbers::pi) * sigma_m));
+      saved += cost - std::clamp(uniform, 0.0, cost);
     }
     sum += cost;
   }
   result.cost = sum / static_cast<double>(points.size());
+  result.clutter_cost = (sum - saved) / static_cast<double>(points.size());
   result.share = static_cast<double>(within) / static_cast<double>(points.size());
   return result;
 }

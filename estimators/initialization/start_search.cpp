@@ -55,7 +55,7 @@ StartEvidence::StartEvidence(const SensorSuite& suite, const MagneticMap* field)
 void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
                           StartCandidate& candidate) const {
   candidate.lidar = agreement(points, candidate.T_map_imu, planes);
-  candidate.log_likelihood = scan_log_likelihood(points.size(), candidate.lidar.cost);
+  candidate.log_likelihood = scan_log_likelihood(points.size(), candidate.lidar.clutter_cost);
   if (field_ == nullptr || array == nullptr) return;
   candidate.field = field_evidence(*array, candidate.T_map_imu, suite_, *field_, background_);
   candidate.log_likelihood += candidate.field.log_likelihood;

@@ -77,7 +77,7 @@ void search(const StartFinder& finder, std::vector<ScanBundle> bundles, const Tr
     const Vector6 error = one.T_map_imu.boxminus(*pose);
     fmt::print(stderr, "    off {:.2f} m {:.1f} deg, p {:.5f}, scan cost {:.3f} share {:.3f}, field {:.1f}\n",
                error.tail<3>().norm(), error.head<3>().norm() * 180.0 / std::numbers::pi, one.probability,
-               one.lidar.cost, one.lidar.share, one.field.log_likelihood);
+               one.lidar.clutter_cost, one.lidar.share, one.field.log_likelihood);
   }
 }
 
