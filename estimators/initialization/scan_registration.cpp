@@ -24,7 +24,7 @@ struct Stage {
 constexpr std::array<Stage, 3> kStages{{{12.0, 0.15, 1.5 * degree, 5},
                                         {25.0, 0.06, 0.5 * degree, 4},
                                         {std::numeric_limits<double>::infinity(), 0.03, 0.15 * degree, 4}}};
-constexpr double kChanceShare = 0.5;  // of a scan's points that fit at a wrong place
+constexpr double kChanceShare = 2.0 / 3.0;  // of a scan's points that fit at the best wrong place
 constexpr double kConverged_m = 1e-3;
 constexpr double kConverged_rad = 1e-4;
 

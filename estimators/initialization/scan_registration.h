@@ -44,7 +44,7 @@ inline constexpr double kIndependentPoints = 60.0;
 /// sees only what is not on the map, such as people in an open hall; this limits the evidence of few such points.
 double scan_log_likelihood(std::size_t points, double cost);
 
-/// The same for a scan off the map, where half of the points fit by chance.
+/// The same for a scan off the map, where two thirds of the points fit by chance.
 double scan_log_likelihood_off_map(std::size_t points);
 
 /// The number of independent points that `points` are worth: few points provide little evidence.
