@@ -25,7 +25,7 @@ struct ScanAgreement {
   double cost = 0.0;          ///< mean over points of min(r²/2σ², `most`), `most` for a point without plane
   double clutter_cost = 0.0;  ///< the same, but a point in a voxel with points and no plane costs ln(voxel/√(2π)σ),
                               ///< what a uniform distribution does
-  double share = 0.0;  ///< of points within 2.4 σ of their plane
+  double share = 0.0;         ///< of points within 2.4 σ of their plane
   int points = 0;
   static constexpr double most = 3.0;
 };
