@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/magnetometer/field_residual.h"
+#include "estimators/initialization/log_mixture.h"
 
 namespace lodestone {
 
@@ -95,10 +96,7 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
   }
   const double by_background = log_likelihood(background_residuals, background_covariance);
   const double by_map = result.on_map > 0 ? log_likelihood(residuals, covariance) : by_background;
-  // ln((1 − ε) exp(a) + ε exp(b)), computed from the larger term
-  const double a = std::log1p(-kStaleShare) + by_map;
-  const double b = std::log(kStaleShare) + by_background;
-  result.log_likelihood = kFieldTrust * (std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))));
+  result.log_likelihood = kFieldTrust * log_mixture(kStaleShare, by_map, by_background);
   return result;
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/angles.h"
 #include "core/lidar/condensed_cost.h"
+#include "estimators/initialization/log_mixture.h"
 
 namespace lodestone {
 
@@ -78,10 +79,7 @@ double scan_log_likelihood_off_map(std::size_t points) {
 }
 
 double scan_log_likelihood(std::size_t points, double cost) {
-  // ln((1 − ε) exp(a) + ε exp(b)), computed from the larger term
-  const double a = std::log1p(-kUnmappedShare) - independent_points(points) * cost;
-  const double b = std::log(kUnmappedShare) + scan_log_likelihood_off_map(points);
-  return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
+  return log_mixture(kUnmappedShare, -independent_points(points) * cost, scan_log_likelihood_off_map(points));
 }
 
 ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map) {

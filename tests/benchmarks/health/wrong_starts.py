@@ -3,9 +3,9 @@
 
     tests/benchmarks/health/wrong_starts.py FOLDER... [--starts N] [--seed S] [--max-range M] [--out DIR]
 
-Each FOLDER has the files of `lodestone simulate` and a magnetic map field.yaml of `lodestone map magnetic`. The log runs
-from its true initial pose, and from N wrong ones: in turn the place of another pose of the drive with any heading, and a
-place 1.2 to 5 m beside the true one. One row of a table for each folder, Markdown.
+Each FOLDER has the files of `lodestone simulate` and a magnetic map field.yaml of `lodestone map magnetic`. The log
+runs from its true initial pose, and from N wrong ones: in turn the place of another pose of the drive with any heading,
+and a place 1.2 to 5 m beside the true one. One row of a table for each folder, Markdown.
 
 Wrong: the newest position of a scan is more than 0.5 m off. Only the standard library is used.
 """
@@ -52,8 +52,9 @@ def wrong_starts(truth, count, seed):
 def run(program, folder, arguments, out, max_range):
     if (out / "summary.json").exists():
         return
-    command = [program, "run", folder / "log.bag", "--platform", folder / "platform.yaml", "--cloud", folder / "cloud.pcd",
-               "--magnetic", folder / "field.yaml", "--truth", folder / "truth.tum", "--out", out, "--quiet", *arguments]
+    command = [program, "run", folder / "log.bag", "--platform", folder / "platform.yaml",
+               "--cloud", folder / "cloud.pcd", "--magnetic", folder / "field.yaml", "--truth", folder / "truth.tum",
+               "--out", out, "--quiet", *arguments]
     if max_range:
         command += ["--max-range", str(max_range)]
     code = subprocess.run([str(part) for part in command], stdout=subprocess.DEVNULL).returncode

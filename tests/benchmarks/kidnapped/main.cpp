@@ -17,6 +17,7 @@
 #include "frontends/configuration/options.h"
 #include "frontends/synchronizer/synchronizer.h"
 #include "tests/benchmarks/kidnapped/site_maps.h"
+#include "tests/benchmarks/starts.h"
 #include "tools/simulate/random_starts.h"
 
 namespace lodestone {
@@ -61,17 +62,8 @@ std::vector<ScanBundle> read_bundles(simulation::SimulationSource& source, const
     if (to_seconds(bundle.scan.end - begin) > data_s) break;
     bundles.push_back(bundle);
   }
-  // The first bundle of a log contains all measurements from its scan's start on.
-  ScanBundle& first = bundles.front();
-  std::erase_if(first.imu, [&](const ImuSample& sample) { return sample.time < first.scan.start; });
-  std::erase_if(first.magnetic, [&](const MagneticArraySample& sample) { return sample.time < first.scan.start; });
+  begin_log_with(bundles.front());
   return bundles;
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
 void report(const std::string& name, const std::vector<Outcome>& outcomes) {

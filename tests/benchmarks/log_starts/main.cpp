@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <deque>
 #include <filesystem>
 #include <numbers>
@@ -19,6 +17,7 @@
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
+#include "tests/benchmarks/starts.h"
 
 namespace lodestone {
 namespace {
@@ -41,20 +40,13 @@ struct Counts {
   std::vector<double> errors_m, data_s, wall_s;
 };
 
-double median(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 /// One search: the bundles begin with the scan at which the robot is looked for.
 void search(const StartFinder& finder, std::vector<ScanBundle> bundles, const Trajectory& truth, Counts& counts) {
   ScanBundle& first = bundles.front();
   const Time begin = first.scan.start;
   const std::optional<Pose> pose = interpolate(truth, begin, largest_gap);
   if (!pose) return;
-  std::erase_if(first.imu, [&](const ImuSample& sample) { return sample.time < begin; });
-  std::erase_if(first.magnetic, [&](const MagneticArraySample& sample) { return sample.time < begin; });
+  begin_log_with(first);
   const auto before = std::chrono::steady_clock::now();
   const FoundStart found = finder.find(bundles);
   counts.wall_s.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count());
@@ -123,12 +115,11 @@ void run(const Call& call) {
   for (const std::string& folder : call.folders) {
     const std::filesystem::path path(folder);
     const Counts counts = searches(call, path);
-    double largest = 0.0;
-    for (const double error_m : counts.errors_m) largest = std::max(largest, error_m);
     fmt::print("| {}{} | {} | {} | {} | {} | {} | {:.3f} / {:.3f} | {:.1f} | {:.1f} |\n", path.filename().string(),
                call.max_range_m > 0.0 ? fmt::format(", {:g} m", call.max_range_m) : "", counts.starts,
-               counts.right_sure, counts.right_unsure, counts.wrong_unsure, counts.wrong_sure, median(counts.errors_m),
-               largest, median(counts.data_s), median(counts.wall_s));
+               counts.right_sure, counts.right_unsure, counts.wrong_unsure, counts.wrong_sure,
+               quantile(counts.errors_m, 0.5), quantile(counts.errors_m, 1.0), quantile(counts.data_s, 0.5),
+               quantile(counts.wall_s, 0.5));
     std::fflush(stdout);
   }
 }
