@@ -19,7 +19,7 @@ namespace {
 
 constexpr double standard_gravity_m_s2 = 9.80665;
 
-// TDK InvenSense ICM-20948, data sheet DS-000189: 0.015 °/s/√Hz and 230 µg/√Hz.
+// TDK InvenSense ICM-20948: 0.015 °/s/√Hz and 230 µg/√Hz (docs/design/051-init.md).
 constexpr double consumer_gyroscope_density = 0.015 / degrees_per_radian;
 constexpr double consumer_accelerometer_density = 230e-6 * standard_gravity_m_s2;
 constexpr const char* consumer_imu = "data sheet of a consumer-grade IMU (TDK ICM-20948), without vibration";

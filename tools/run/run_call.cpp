@@ -272,7 +272,7 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
                          nullptr,
                          refining_progress(name, span)};
     if (inputs.found) input = begin_at(*inputs.found, std::move(input));
-    return make_estimator(name, std::move(input));
+    return make_estimator(name, input);
   };
   return run_estimator(run, warnings);
 }
