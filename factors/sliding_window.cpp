@@ -7,6 +7,7 @@
 #include "factors/manifolds.h"
 #include "factors/prior_factor.h"
 #include "factors/sliding_window_parts.h"
+#include "factors/sparse_information.h"
 
 namespace lodestone {
 
@@ -87,6 +88,7 @@ void SlidingWindow::set_prior(MarginalPrior prior, const Slide& slide) {
 }
 
 void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples) {
+  changed();
   Keyframe& before = *keyframes_.back();
   auto keyframe = std::make_unique<Keyframe>();
   keyframe->time = time;
@@ -106,6 +108,7 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
 
 void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
                               const std::vector<Correspondence>& correspondences, const PoseMask& mask) {
+  changed();
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.lidar_in_prior) return;
   if (scan.cost.count == 0) {
@@ -146,11 +149,13 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
 }
 
 void SlidingWindow::set_lidar_mask(std::size_t k, const PoseMask& mask) {
+  changed();
   if (keyframes_[k]->lidar) keyframes_[k]->lidar.content->set_mask(mask);
   if (keyframes_[k]->points) keyframes_[k]->points.content->set_mask(mask);
 }
 
 void SlidingWindow::follow_slide(const Slide& slide) {
+  changed();
   prior_.content->follow(slide);
 }
 
@@ -161,22 +166,22 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
   }
   auto epoch = std::make_unique<BiasEpoch>();
   epoch->start = time;
-  epoch->biases.values.assign(static_cast<std::size_t>(3 * magnetometers_), 0.0);
-  add_block(epoch->biases);
-  if (!options_.magnetometer_bias_states) {
-    problem_->SetParameterBlockConstant(epoch->biases.values.data());
-  } else if (epochs_.empty()) {
-    // The sigma of the first epoch is that of the sensors' calibration.
-    epoch->walk =
-        add_factor(std::make_unique<RandomWalkFactor>(
-                       3 * magnetometers_, std::hypot(kBiasSigma_ut, calibration_.magnetometers.offset_sigma_ut), true),
-                   {&epoch->biases});
-  } else {
-    BiasEpoch& before = *epochs_.back();
-    epoch->biases.values = before.biases.values;
-    const double sigma = kBiasWalk_ut_sqrt_s * std::sqrt(to_seconds(time - before.start));
-    epoch->walk =
-        add_factor(std::make_unique<RandomWalkFactor>(3 * magnetometers_, sigma), {&before.biases, &epoch->biases});
+  epoch->biases.assign(static_cast<std::size_t>(magnetometers_), {BlockKind::euclidean, std::vector<double>(3, 0.0)});
+  for (std::size_t i = 0; i < epoch->biases.size(); ++i) {
+    WindowBlock& bias = epoch->biases[i];
+    if (!epochs_.empty()) bias.values = epochs_.back()->biases[i].values;
+    add_block(bias);
+    if (!options_.magnetometer_bias_states) {
+      problem_->SetParameterBlockConstant(bias.values.data());
+    } else if (epochs_.empty()) {
+      // The sigma of the first epoch is that of the sensors' calibration.
+      const double sigma = std::hypot(kBiasSigma_ut, calibration_.magnetometers.offset_sigma_ut);
+      epoch->walks.push_back(add_factor(std::make_unique<RandomWalkFactor>(3, sigma, true), {&bias}));
+    } else {
+      const double sigma = kBiasWalk_ut_sqrt_s * std::sqrt(to_seconds(time - epochs_.back()->start));
+      epoch->walks.push_back(
+          add_factor(std::make_unique<RandomWalkFactor>(3, sigma), {&epochs_.back()->biases[i], &bias}));
+    }
   }
   epochs_.push_back(std::move(epoch));
   return epochs_.back().get();
@@ -184,23 +189,34 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
 
 void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
                               const std::vector<FieldReading>& readings, const PoseMask& mask) {
+  changed();
   Keyframe& keyframe = *keyframes_[k];
-  if (readings.empty()) {
-    remove_factor(keyframe.field);
-    return;
+  std::vector<std::vector<FieldReading>> parts(static_cast<std::size_t>(magnetometers_));
+  for (const FieldReading& reading : readings) {
+    parts[static_cast<std::size_t>(reading.magnetometer)].push_back(reading);
+    parts[static_cast<std::size_t>(reading.magnetometer)].back().magnetometer = 0;
   }
-  if (keyframe.field) {
-    if (keyframe.field.content->readings().size() == readings.size()) {
-      keyframe.field.content->renew(readings, mask);
-      return;
+  keyframe.fields.resize(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    RenewableFactor<FieldFactor>& factor = keyframe.fields[i];
+    if (factor && factor.content->readings().size() == parts[i].size()) {
+      factor.content->renew(std::move(parts[i]), mask);
+      continue;
     }
-    remove_factor(keyframe.field);
+    remove_factor(factor);
+    if (!parts[i].empty()) factor = field_factor(keyframe, i, map, interpolation, std::move(parts[i]), mask);
   }
+}
+
+RenewableFactor<FieldFactor> SlidingWindow::field_factor(Keyframe& keyframe, std::size_t magnetometer,
+                                                         std::shared_ptr<const MagneticMap> map,
+                                                         FieldInterpolation interpolation,
+                                                         std::vector<FieldReading> readings, const PoseMask& mask) {
   if (keyframe.epoch == nullptr) {
     keyframe.epoch = epoch_at(keyframe.time);
     ++keyframe.epoch->keyframes;
   }
-  std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.epoch->biases};
+  std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.epoch->biases[magnetometer]};
   const MagnetometerCalibrationSigmas& sigmas = calibration_.magnetometers;
   const double turn_sigma_rad = sigmas.rotation_sigma_deg * M_PI / 180.0;
   FieldFactor::Blocks estimated;
@@ -211,19 +227,19 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
     blocks.push_back(&clock_);
   }
   if (estimated.matrices) {
-    std::vector<double> all;
-    for (int i = 0; i < magnetometers_; ++i) {
-      all.insert(all.end(), 3, std::max(turn_sigma_rad, kHeldSigma));
-      all.insert(all.end(), CalibrationEstimate::kMatrixParameters - 3, std::max(sigmas.matrix_sigma, kHeldSigma));
-    }
-    add_calibration(matrices_, matrices_prior_, all);
-    blocks.push_back(&matrices_);
+    std::vector<double> all(3, std::max(turn_sigma_rad, kHeldSigma));
+    all.insert(all.end(), CalibrationEstimate::kMatrixParameters - 3, std::max(sigmas.matrix_sigma, kHeldSigma));
+    matrices_.resize(static_cast<std::size_t>(magnetometers_));
+    matrices_priors_.resize(static_cast<std::size_t>(magnetometers_));
+    add_calibration(matrices_[magnetometer], matrices_priors_[magnetometer], all);
+    blocks.push_back(&matrices_[magnetometer]);
   }
-  keyframe.field = add_factor(
-      std::make_unique<FieldFactor>(std::move(map), interpolation, magnetometers_, readings, mask, estimated), blocks);
+  return add_factor(
+      std::make_unique<FieldFactor>(std::move(map), interpolation, 1, std::move(readings), mask, estimated), blocks);
 }
 
 void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask) {
+  changed();
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.field_pose) {
     keyframe.field_pose.content->set(measured, mask);
@@ -233,6 +249,7 @@ void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, 
 }
 
 void SlidingWindow::marginalize_oldest() {
+  changed();
   Keyframe& oldest = *keyframes_.front();
   Keyframe& next = *keyframes_[1];
   std::vector<WindowFactor> involved{prior_};
@@ -255,9 +272,11 @@ void SlidingWindow::marginalize_oldest() {
     const int left = first.keyframes - (oldest.epoch == &first ? 1 : 0);
     if (left == 0) {
       leaving = &first;
-      eliminated.push_back(&first.biases);
-      if (first.walk) involved.push_back(first.walk);
-      involved.push_back(epochs_[1]->walk);
+      for (WindowBlock& bias : first.biases) eliminated.push_back(&bias);
+      for (const WindowFactor& walk : first.walks) {
+        if (walk) involved.push_back(walk);
+      }
+      involved.insert(involved.end(), epochs_[1]->walks.begin(), epochs_[1]->walks.end());
     }
   }
   // The same for the map error of a stretch. If the next scan's factor becomes part of the prior, its map error remains
@@ -275,33 +294,37 @@ void SlidingWindow::marginalize_oldest() {
   SlipEpoch* slip = leaving_slip(oldest, involved, eliminated);
   MarginalPrior prior = marginalize_disturbed(involved, eliminated, stretch != nullptr);
   // Constant biases are no variables: the prior must not contain them.
-  if (!options_.magnetometer_bias_states) {
-    Eigen::Index column = 0;
-    for (std::size_t i = 0; i < prior.blocks.size(); ++i) {
-      const Eigen::Index size = prior.blocks[i]->tangent_size();
-      if (!epochs_.empty() && prior.blocks[i] == &epochs_.front()->biases) {
-        Eigen::MatrixXd root(prior.root.rows(), prior.root.cols() - size);
-        root << prior.root.leftCols(column), prior.root.rightCols(prior.root.cols() - column - size);
-        prior.root = root;
-        prior.blocks.erase(prior.blocks.begin() + static_cast<std::ptrdiff_t>(i));
-        break;
+  if (!options_.magnetometer_bias_states && !epochs_.empty()) {
+    std::vector<WindowBlock>& biases = epochs_.front()->biases;
+    Eigen::Index from = 0;
+    Eigen::Index to = 0;
+    for (const WindowBlock* block : prior.blocks) {
+      const Eigen::Index size = block->tangent_size();
+      const bool constant = block >= biases.data() && block < biases.data() + biases.size();
+      if (!constant) {
+        prior.root.middleCols(to, size) = prior.root.middleCols(from, size).eval();
+        to += size;
       }
-      column += size;
+      from += size;
     }
+    prior.root.conservativeResize(Eigen::NoChange, to);
+    std::erase_if(prior.blocks, [&](const WindowBlock* block) {
+      return block >= biases.data() && block < biases.data() + biases.size();
+    });
   }
   // Factors are removed one by one in a fixed order: Ceres' own order would depend on addresses.
   remove_factor(prior_);
   remove_factor(oldest.lidar);
   remove_factor(oldest.points);
-  remove_factor(oldest.field);
+  for (auto& field : oldest.fields) remove_factor(field);
   remove_factor(oldest.field_pose);
   remove_factor(oldest.wheels);
   remove_factor(next.imu);
   if (next.lidar_in_prior) remove_factor(next.lidar);
   if (leaving != nullptr) {
-    remove_factor(leaving->walk);
-    remove_factor(epochs_[1]->walk);
-    remove_block(leaving->biases);
+    for (auto& walk : leaving->walks) remove_factor(walk);
+    for (auto& walk : epochs_[1]->walks) remove_factor(walk);
+    for (WindowBlock& bias : leaving->biases) remove_block(bias);
   }
   if (stretch != nullptr) {
     remove_factor(stretch->step);
@@ -321,15 +344,17 @@ void SlidingWindow::marginalize_oldest() {
 }
 
 void SlidingWindow::set_state(std::size_t k, const NavState& state) {
+  changed();
   store(state, keyframes_[k]->pose, keyframes_[k]->motion);
   Eigen::Map<Vector3>(gravity_.values.data()) = state.gravity;
 }
 
 void SlidingWindow::set_magnetometer_biases(std::size_t k, std::span<const Vector3> biases_ut) {
+  changed();
   BiasEpoch* epoch = keyframes_[k]->epoch;
   if (epoch == nullptr || !options_.magnetometer_bias_states) return;
   for (std::size_t i = 0; i < biases_ut.size(); ++i) {
-    Eigen::Map<Vector3>(epoch->biases.values.data() + 3 * i) = biases_ut[i];
+    Eigen::Map<Vector3>(epoch->biases[i].values.data()) = biases_ut[i];
   }
 }
 
@@ -351,10 +376,12 @@ NavState SlidingWindow::state(std::size_t k) const {
 Vector3 SlidingWindow::magnetometer_bias(std::size_t k, int magnetometer) const {
   const BiasEpoch* epoch = keyframes_[k]->epoch;
   if (epoch == nullptr) epoch = epochs_.empty() ? nullptr : epochs_.back().get();
-  return epoch == nullptr ? Vector3::Zero().eval() : Vector3(epoch->biases.values.data() + 3 * magnetometer);
+  return epoch == nullptr ? Vector3::Zero().eval()
+                          : Vector3(epoch->biases[static_cast<std::size_t>(magnetometer)].values.data());
 }
 
 void SlidingWindow::move(const Pose& T_new_old) {
+  changed();
   for (const auto& keyframe : keyframes_) {
     from_pose(T_new_old * to_pose(keyframe->pose.values.data()), keyframe->pose.values.data());
     Eigen::Map<Vector3> velocity(keyframe->motion.values.data());

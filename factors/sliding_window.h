@@ -158,6 +158,9 @@ class SlidingWindow {
   struct MapErrorEpoch;
   struct SlipEpoch;
   WindowFactor add_residual(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
+  RenewableFactor<FieldFactor> field_factor(Keyframe& keyframe, std::size_t magnetometer,
+                                            std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
+                                            std::vector<FieldReading> readings, const PoseMask& mask);
   template <class Function>
   RenewableFactor<Function> add_factor(std::unique_ptr<Function> function, std::vector<WindowBlock*> blocks) {
     Function* content = function.get();
@@ -190,7 +193,9 @@ class SlidingWindow {
   void add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas);
   std::vector<const WindowFactor*> factors() const;
   std::vector<const WindowBlock*> variables_in_order() const;
-  SparseInformation information() const;
+  /// Of the window as it is now; computed once and valid until the next change.
+  const SparseInformation& information() const;
+  void changed();
 
   struct LongErrors;
   LongErrors long_errors() const;
@@ -214,15 +219,16 @@ class SlidingWindow {
   WindowBlock clock_;  // delay of the magnetometers' stamps, s
   WindowBlock imu_axes_;
   WindowBlock lidar_calibration_;
-  WindowBlock matrices_;  // of the magnetometers, 9 each
+  std::vector<WindowBlock> matrices_;  // of each magnetometer
   WindowBlock wheel_calibration_;
   // Empty: not estimated, or no measurement yet.
   WindowFactor imu_axes_prior_;
   WindowFactor clock_prior_;
   WindowFactor lidar_calibration_prior_;
-  WindowFactor matrices_prior_;
+  std::vector<WindowFactor> matrices_priors_;
   WindowFactor wheel_calibration_prior_;
   mutable double clock_sigma_s_ = 0.0;
+  mutable std::unique_ptr<SparseInformation> known_;
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   std::deque<std::unique_ptr<BiasEpoch>> epochs_;
   std::deque<std::unique_ptr<MapErrorEpoch>> map_errors_;

@@ -146,12 +146,13 @@ const double* SlidingWindow::map_error_values(const Keyframe& keyframe) {
 }
 
 Matrix3 SlidingWindow::magnetometer_matrix(int magnetometer) const {
-  if (matrices_.values.empty()) return Matrix3::Zero();
-  return CalibrationEstimate::matrix_of(matrices_.values.data() +
-                                        CalibrationEstimate::kMatrixParameters * magnetometer);
+  if (matrices_.empty()) return Matrix3::Zero();
+  const std::vector<double>& values = matrices_[static_cast<std::size_t>(magnetometer)].values;
+  return values.empty() ? Matrix3::Zero().eval() : CalibrationEstimate::matrix_of(values.data());
 }
 
 void SlidingWindow::set_calibration(const CalibrationEstimate& estimate) {
+  changed();
   const LidarCorrection& lidar = estimate.lidar.correction;
   lidar_calibration_.values.assign(7, 0.0);
   Eigen::Map<Eigen::Matrix<double, 7, 1>>(lidar_calibration_.values.data()) << lidar.turn_rad, lidar.shift_m,
@@ -160,32 +161,40 @@ void SlidingWindow::set_calibration(const CalibrationEstimate& estimate) {
   clock_.values.assign(1, estimate.magnetometer_clock_s);
   const WheelCorrection& wheels = estimate.wheels.correction;
   wheel_calibration_.values = {wheels.scale, wheels.turn_rad.x(), wheels.turn_rad.y(), wheels.turn_rad.z()};
-  matrices_.values.clear();
-  for (const CalibrationEstimate::Magnetometer& magnetometer : estimate.magnetometers) {
-    for (int i = 0; i < 3; ++i) matrices_.values.push_back(magnetometer.turn_rad[i]);
-    for (int i = 0; i < 6; ++i) matrices_.values.push_back(magnetometer.distortion[i]);
+  matrices_.resize(estimate.magnetometers.size());
+  for (std::size_t i = 0; i < matrices_.size(); ++i) {
+    matrices_[i].values.resize(CalibrationEstimate::kMatrixParameters);
+    Eigen::Map<Vector9>(matrices_[i].values.data()) << estimate.magnetometers[i].turn_rad,
+        estimate.magnetometers[i].distortion;
   }
 }
 
 CalibrationEstimate SlidingWindow::calibration_estimate() const {
   CalibrationEstimate result;
-  const SparseInformation known = information();
-  const auto sigmas = [&](const WindowBlock& block) -> Eigen::VectorXd {
-    return covariance(known, std::array<const WindowBlock*, 1>{&block}).diagonal().cwiseMax(0.0).cwiseSqrt();
+  const SparseInformation& known = information();
+  const auto joint_sigmas = [&](std::span<const WindowBlock* const> blocks) -> Eigen::VectorXd {
+    return covariance(known, blocks).diagonal().cwiseMax(0.0).cwiseSqrt();
   };
+  const auto sigmas = [&](const WindowBlock& block) { return joint_sigmas(std::array<const WindowBlock*, 1>{&block}); };
   if (lidar_calibration_prior_) {
     const Eigen::VectorXd sigma = sigmas(lidar_calibration_);
     result.lidar = {lidar_correction(), sigma.head<3>(), sigma.segment<3>(3), sigma[6]};
   }
   if (imu_axes_prior_) result.imu = {imu_axes(), sigmas(imu_axes_)};
   result.magnetometers.resize(static_cast<std::size_t>(magnetometers_));
-  if (matrices_prior_) {
-    const Eigen::VectorXd sigma = sigmas(matrices_);
-    for (std::size_t i = 0; i < result.magnetometers.size(); ++i) {
-      const auto first = static_cast<Eigen::Index>(CalibrationEstimate::kMatrixParameters * i);
-      const double* values = matrices_.values.data() + first;
+  std::vector<const WindowBlock*> estimated;
+  for (std::size_t i = 0; i < matrices_priors_.size(); ++i) {
+    if (matrices_priors_[i]) estimated.push_back(&matrices_[i]);
+  }
+  if (!estimated.empty()) {
+    const Eigen::VectorXd sigma = joint_sigmas(estimated);
+    Eigen::Index first = 0;
+    for (std::size_t i = 0; i < matrices_priors_.size(); ++i) {
+      if (!matrices_priors_[i]) continue;
+      const double* values = matrices_[i].values.data();
       result.magnetometers[i] = {Vector3(values), sigma.segment<3>(first), Eigen::Map<const Vector6>(values + 3),
                                  sigma.segment<6>(first + 3)};
+      first += CalibrationEstimate::kMatrixParameters;
     }
   }
   if (wheel_calibration_prior_) {

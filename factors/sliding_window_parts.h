@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "core/measurements.h"
@@ -17,12 +16,12 @@ namespace lodestone {
 /// Sigma of a constant parameter within a block of which other parameters are estimated.
 inline constexpr double kHeldSigma = 1e-9;
 
-/// Magnetometer biases over one epoch, and the random walk from the previous epoch.
+/// Magnetometer biases over one epoch, and the random walks from the previous epoch: one each per magnetometer.
 struct SlidingWindow::BiasEpoch {
   Time start = 0;
-  WindowBlock biases;
-  RenewableFactor<RandomWalkFactor> walk;
-  int keyframes = 0;  // number of keyframes that use it
+  std::vector<WindowBlock> biases;
+  std::vector<RenewableFactor<RandomWalkFactor>> walks;  // empty: the biases are constant
+  int keyframes = 0;                                     // number of keyframes that use it
 };
 
 /// The map error that scans share over one stretch of the path (φ in map axes, p), and the step from the previous
@@ -53,17 +52,22 @@ struct SlidingWindow::Keyframe {
   ImuNoise noise;                             // of these samples
   RenewableFactor<PreintegrationFactor> imu;  // to the previous keyframe
   RenewableFactor<CondensedLidarFactor> lidar;
-  RenewableFactor<PointPlaneFactor> points;  // instead of `lidar`, without condensing
-  bool lidar_in_prior = false;               // its factor depended on a keyframe that has left the window
-  RenewableFactor<FieldFactor> field;
-  RenewableFactor<PoseFactor> field_pose;  // instead of `field`, with measured poses
+  RenewableFactor<PointPlaneFactor> points;          // instead of `lidar`, without condensing
+  bool lidar_in_prior = false;                       // its factor depended on a keyframe that has left the window
+  std::vector<RenewableFactor<FieldFactor>> fields;  // one per magnetometer, or none
+  RenewableFactor<PoseFactor> field_pose;            // instead of `fields`, with measured poses
   RenewableFactor<WheelFactor> wheels;
   BiasEpoch* epoch = nullptr;
   SlipEpoch* slip = nullptr;
   MapErrorEpoch* map_error = nullptr;
 
   /// The measurements of this keyframe, set or not.
-  std::array<const WindowFactor*, 5> measurements() const { return {&lidar, &points, &field, &field_pose, &wheels}; }
+  std::vector<const WindowFactor*> measurements() const {
+    std::vector<const WindowFactor*> result{&lidar, &points};
+    for (const WindowFactor& field : fields) result.push_back(&field);
+    result.insert(result.end(), {&field_pose, &wheels});
+    return result;
+  }
 };
 
 }  // namespace lodestone

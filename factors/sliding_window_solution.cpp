@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "factors/manifolds.h"
+#include "factors/serial_openmp.h"
 #include "factors/sliding_window_parts.h"
 #include "factors/sparse_information.h"
 
@@ -37,6 +38,7 @@ class SettledCallback final : public ceres::IterationCallback {
 }  // namespace
 
 int SlidingWindow::solve() {
+  changed();
   const ImuAxes axes = imu_axes();
   for (std::size_t k = 1; k < keyframes_.size(); ++k) {
     const double* bias = keyframes_[k - 1]->motion.values.data() + 3;
@@ -48,9 +50,11 @@ int SlidingWindow::solve() {
   }
   for (std::size_t k = 0; k < keyframes_.size(); ++k) renew_rates(k);
   for (const auto& epoch : epochs_) {
-    if (!epoch->walk) continue;
-    const auto& blocks = epoch->walk.blocks;
-    epoch->walk.content->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
+    for (const auto& walk : epoch->walks) {
+      if (!walk) continue;
+      const auto& blocks = walk.blocks;
+      walk.content->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
+    }
   }
   SettledCallback settled;
   ceres::Solver::Options options;
@@ -68,6 +72,7 @@ int SlidingWindow::solve() {
   options.initial_trust_region_radius = 1e10;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
+  const SerialOpenMp serial;
   ceres::Solve(options, problem_.get(), &summary);
   return std::max(0, static_cast<int>(summary.iterations.size()) - 1);
 }
@@ -96,17 +101,20 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
     }
     if (!options_.magnetometer_bias_states || keyframes_[k]->epoch == nullptr) continue;
     while (epoch + 1 < epochs_.size() && epochs_[epoch].get() != keyframes_[k]->epoch) {
-      result.insert(result.end() - 2, &epochs_[epoch]->biases);
+      for (const WindowBlock& bias : epochs_[epoch]->biases) result.insert(result.end() - 2, &bias);
       ++epoch;
     }
   }
-  for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch)
-    result.push_back(&epochs_[epoch]->biases);
+  for (; options_.magnetometer_bias_states && epoch < epochs_.size(); ++epoch) {
+    for (const WindowBlock& bias : epochs_[epoch]->biases) result.push_back(&bias);
+  }
   for (; stretch < map_errors_.size(); ++stretch) result.push_back(&map_errors_[stretch]->error);
   for (; slip < slips_.size(); ++slip) result.push_back(&slips_[slip]->slip);
   if (imu_axes_prior_) result.push_back(&imu_axes_);
   if (lidar_calibration_prior_) result.push_back(&lidar_calibration_);
-  if (matrices_prior_) result.push_back(&matrices_);
+  for (std::size_t i = 0; i < matrices_priors_.size(); ++i) {
+    if (matrices_priors_[i]) result.push_back(&matrices_[i]);
+  }
   if (wheel_calibration_prior_) result.push_back(&wheel_calibration_);
   if (clock_prior_) result.push_back(&clock_);
   result.push_back(&gravity_);
@@ -116,8 +124,11 @@ std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {
 std::vector<const WindowFactor*> SlidingWindow::factors() const {
   std::vector<const WindowFactor*> result{&prior_};
   for (const WindowFactor* factor :
-       {&imu_axes_prior_, &lidar_calibration_prior_, &matrices_prior_, &wheel_calibration_prior_, &clock_prior_}) {
+       {&imu_axes_prior_, &lidar_calibration_prior_, &wheel_calibration_prior_, &clock_prior_}) {
     if (*factor) result.push_back(factor);
+  }
+  for (const WindowFactor& prior : matrices_priors_) {
+    if (prior) result.push_back(&prior);
   }
   for (const auto& keyframe : keyframes_) {
     if (keyframe->imu) result.push_back(&keyframe->imu);
@@ -126,7 +137,9 @@ std::vector<const WindowFactor*> SlidingWindow::factors() const {
     }
   }
   for (const auto& epoch : epochs_) {
-    if (epoch->walk) result.push_back(&epoch->walk);
+    for (const WindowFactor& walk : epoch->walks) {
+      if (walk) result.push_back(&walk);
+    }
   }
   for (const auto& stretch : map_errors_) {
     if (stretch->step) result.push_back(&stretch->step);
@@ -137,13 +150,17 @@ std::vector<const WindowFactor*> SlidingWindow::factors() const {
   return result;
 }
 
-SparseInformation SlidingWindow::information() const {
-  const std::vector<const WindowFactor*> all = factors();
-  return {variables_in_order(), all};
+const SparseInformation& SlidingWindow::information() const {
+  if (known_ == nullptr) known_ = std::make_unique<SparseInformation>(variables_in_order(), factors());
+  return *known_;
+}
+
+void SlidingWindow::changed() {
+  known_.reset();
 }
 
 std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t> keyframes) const {
-  const SparseInformation known = information();
+  const SparseInformation& known = information();
   const bool few = keyframes.size() <= kFewKeyframes;
   std::vector<const WindowBlock*> wanted;
   for (std::size_t i = 0; few && i < keyframes.size(); ++i) wanted.push_back(&keyframes_[keyframes[i]]->pose);

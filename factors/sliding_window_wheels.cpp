@@ -40,6 +40,7 @@ double SlidingWindow::slip_step_sigma() const {
 }
 
 void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading, double slip_jump) {
+  changed();
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.wheels) {
     keyframe.wheels.content->set(reading);

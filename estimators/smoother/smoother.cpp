@@ -86,7 +86,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     }
   } else {
     const std::size_t newest = window_->size() - 1;
-    SlidingWindow::NewestCovariance covariance = window_->newest_covariance();
+    SlidingWindow::NewestCovariance covariance = *newest_covariance_;
     const NavState before = window_->state(newest);
     const NavState state = propagate(before, bundle.imu, keyframe->imu_noise, &covariance.state);
     propagate(before, bundle.imu, keyframe->imu_noise, &covariance.seen);
@@ -140,6 +140,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   std::vector<std::size_t> wanted{newest};
   if (leaves) wanted.push_back(0);
   const std::vector<Matrix6> covariances = window_->pose_covariances(wanted);
+  newest_covariance_ = window_->newest_covariance();  // from the same factorization
 
   Estimate& estimate = keyframes_.back()->estimate;
   estimate.state = window_->state(newest);

@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 
 #include "core/imu/white_noise.h"
 #include "estimators/factory.h"
@@ -44,6 +45,7 @@ class Smoother final : public Estimator {
   KeyframeMeasurements measurements_;
   Relocation relocation_;
   std::unique_ptr<SlidingWindow> window_;
+  std::optional<SlidingWindow::NewestCovariance> newest_covariance_;  ///< as of the last scan
   std::deque<std::unique_ptr<Keyframe>> keyframes_;
   ImuWhiteNoise imu_white_noise_;
   double variance_scale_ = 1.0;  // of LiDAR residuals

@@ -87,6 +87,35 @@ TEST(WindowCovariance, OfManyKeyframesIsThatOfEachAlone) {
   }
 }
 
+TEST(WindowCovariance, FollowsEveryChangeOfTheWindow) {
+  const SolvedWindow asked(1.0, 10);
+  SlidingWindow& window = *asked.window;
+  Random random(4);
+  const std::size_t newest = window.size() - 1;
+  const std::shared_ptr<const MagneticMap> map = wavy_map();
+  const Pose& T_map_imu = asked.truth.truth[newest].T_map_imu;
+  const Scan points = scan(T_map_imu, room_normals(random), 50, 0.05, 5.0, 0.0, random);
+  const auto readings = field_readings(T_map_imu, *map, std::vector<Vector3>(3, Vector3::Zero()), 3.0, random);
+  Pose step;
+  step.position = Vector3(0.5, 0.2, 0.1);
+  Matrix6 before = window.pose_covariances(std::array{newest}).front();
+  const auto changes = [&](const char* what, const auto& change) {
+    change();
+    const Matrix6 after = window.pose_covariances(std::array{window.size() - 1}).front();
+    EXPECT_GT((after - before).norm(), 1e-12 * before.norm()) << what;
+    before = after;
+  };
+  changes("scan", [&] { window.set_lidar(newest, condense_scan(points.matches, T_map_imu), points.matches, {}); });
+  changes("readings", [&] { window.set_field(newest, map, FieldInterpolation::bicubic, readings, {}); });
+  changes("pose", [&] { window.set_field_pose(newest, {T_map_imu, 100.0 * Matrix6::Identity()}, {}); });
+  changes("state", [&] { window.set_state(newest, window.state(newest).boxplus(0.01 * Vector17::Ones())); });
+  changes("motion", [&] { window.move(step); });
+  changes("solution", [&] { window.solve(); });
+  changes("keyframe", [&] {
+    window.add_keyframe(asked.truth.times.back() + from_seconds(0.1), window.state(newest), asked.truth.samples.back());
+  });
+}
+
 TEST(WindowCovariance, OfTheNewestIsTheStartsThenTheOneThatTheImuPropagates) {
   Random random(5);
   DriveOptions options;
