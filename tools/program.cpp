@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <exception>
 #include <filesystem>
@@ -40,6 +41,12 @@ NamedCommand named_command(const CLI::App& app) {
   return command;
 }
 
+bool is_number(const std::string& word) {
+  char* end = nullptr;
+  std::strtod(word.c_str(), &end);
+  return !word.empty() && *end == '\0';
+}
+
 /// One line about an error in the command line. CLI11 first reports missing options, which are often misspelt ones.
 std::string call_error(const CLI::App& app, const CLI::Error& error) {
   const NamedCommand command = named_command(app);
@@ -55,6 +62,7 @@ std::string call_error(const CLI::App& app, const CLI::Error& error) {
   for (const std::string& word : command.app->remaining()) {
     const std::string name = word.substr(0, word.find('='));
     if (name.starts_with("--")) return "unknown option '" + name + "'" + suggestion(name, options) + help;
+    if (commands.empty() && is_number(word)) return "unexpected number '" + word + "'; put a pose in quotes" + help;
     if (commands.empty() || name.starts_with('-')) continue;
     return "there is no command '" + name + "'" + (command.app == &app ? "" : " of " + command.name) +
            suggestion(name, commands) + " (known: " + join_names(commands) + ")";

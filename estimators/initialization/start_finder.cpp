@@ -163,7 +163,8 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   const StartCandidates candidates = search_->find(scan, array ? &*array : nullptr);
   result.candidates = candidates.found.size();
   if (candidates.found.empty()) {
-    result.doubt = "the first scan fits no place of the map";
+    result.doubt =
+        "the first scan fits no place of the cloud map: is it the map of this site, in metres, with z upwards?";
     return result;
   }
 

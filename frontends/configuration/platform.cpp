@@ -212,7 +212,7 @@ void read_wheels(const ConfigurationNode& node, Platform& platform) {
 
 Platform read_platform(const ConfigurationNode& root, const SensorChoice& required) {
   root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_clock_offset_s",
-                               "magnetometer_calibration", "magnetometers", "wheels"});
+                               "magnetometer_calibration", "magnetometers", "wheels", "guesses"});
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
@@ -228,6 +228,9 @@ Platform read_platform(const ConfigurationNode& root, const SensorChoice& requir
     for (const ConfigurationNode& node : magnetometers->elements()) read_magnetometer(node, platform);
   }
   if (const ConfigurationNode* wheels = root.find("wheels")) read_wheels(*wheels, platform);
+  if (const ConfigurationNode* guesses = root.find("guesses")) {
+    for (const ConfigurationNode& node : guesses->elements()) read_value(node, platform.guesses.emplace_back());
+  }
   return platform;
 }
 
@@ -289,6 +292,14 @@ std::string wheel_lines(const Platform& platform) {
          calibration_sigma_lines(1, "calibration", platform.suite.calibration.wheels);
 }
 
+/// Empty without guesses.
+std::string guess_lines(const Platform& platform) {
+  if (platform.guesses.empty()) return {};
+  std::string text = "guesses:\n";
+  for (const std::string& key : platform.guesses) text += "  - " + write_value(key) + "\n";
+  return text;
+}
+
 std::string format_platform(const Platform& platform) {
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
@@ -315,7 +326,7 @@ std::string format_platform(const Platform& platform) {
                ? ""
                : line(0, "magnetometer_clock_offset_s", platform.magnetometer_clock_offset_s)) +
           calibration_sigma_lines(0, "magnetometer_calibration", platform.suite.calibration.magnetometers) +
-          wheel_lines(platform);
+          wheel_lines(platform) + guess_lines(platform);
   if (platform.suite.magnetometers.empty()) return text + "magnetometers: []\n";
   text += "magnetometers:\n";
   for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {

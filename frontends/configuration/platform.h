@@ -127,6 +127,7 @@ struct Platform {
   std::vector<LidarMessageLayout> further_lidars;        ///< usually empty; one for each of the suite, in its order
   double magnetometer_clock_offset_s = 0.0;  ///< of all magnetometers; sign as LidarMessageLayout::clock_offset_s
   WheelMessageLayout wheels{};               ///< used only if the suite has wheels
+  std::vector<std::string> guesses{};        ///< keys whose values nobody measured; `lodestone init` lists them
   SensorSuite suite;
 
   /// Name for messages.

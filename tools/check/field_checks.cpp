@@ -64,7 +64,9 @@ class FieldCheck {
     const bool most = 2 * faulty_.size() > sensors_.size();
     if (most) faulty_.clear();
     const bool passes = find_passing_steel();
-    if (!most || !passes) append(findings_, std::move(faults_));
+    if (most && passes) return findings_;
+    blame_mountings();
+    append(findings_, std::move(faults_));
     return findings_;
   }
 
@@ -236,6 +238,21 @@ class FieldCheck {
                     drift.z()),
         fmt::format("calibrate the sensor, let it warm up, or remove magnetometers[{}] from {}", sensor.index, file_),
         sensor.series.times.front());
+  }
+
+  /// Sensors do not drift together. What most of them show while the robot turns is an error of their mountings, here
+  /// or in the file with which the map was made.
+  void blame_mountings() {
+    const auto drifts = [](const Finding& one) { return one.kind == "magnetometer.drift"; };
+    const auto count = std::count_if(faults_.begin(), faults_.end(), drifts);
+    if (count < 2 || 2 * static_cast<std::size_t>(count) <= sensors_.size()) return;
+    std::erase_if(faults_, drifts);
+    findings_.push_back({Severity::warning, "magnetometer.mountings",
+                         fmt::format("the differences of {} of {} magnetometers from the map change along the path",
+                                     count, sensors_.size()),
+                         "check magnetometers[].T_imu_mag in " + file_ +
+                             ", and in the file with which --magnetic was made; only then calibrate the sensors",
+                         sensors_.front().series.times.front()});
   }
 
   /// Intervals in which most magnetometers at once deviate from their usual difference.

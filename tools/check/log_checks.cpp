@@ -6,6 +6,7 @@
 #include "tools/check/acceleration_checks.h"
 #include "tools/check/imu_checks.h"
 #include "tools/check/magnetometer_checks.h"
+#include "tools/check/mounting_checks.h"
 #include "tools/check/rotation_checks.h"
 #include "tools/check/scan_checks.h"
 #include "tools/check/stamp_checks.h"
@@ -21,6 +22,7 @@ Findings check_sensors(const LogSample& sample, const Platform& platform, Sensor
   append(findings, check_imu(sample, platform));
   append(findings, check_magnetometers(sample, platform));
   append(findings, check_wheels(sample, platform));
+  append(findings, check_mountings(platform, needed));
   return findings;
 }
 

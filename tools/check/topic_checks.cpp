@@ -51,7 +51,9 @@ Finding missing(const LogSample& sample, const StreamSample& stream, const std::
                          stream.index, file);
   } else {
     seen += fmt::format(", and no topic with a {}", type_of(stream.sensor));
-    change = "record this sensor";
+    change = stream.sensor == Sensor::lidar
+                 ? "record this sensor; a survey with a trajectory needs no LiDAR for `lodestone map magnetic`"
+                 : "record this sensor";
   }
   return {Severity::error, "topic.missing", seen, change};
 }

@@ -53,6 +53,7 @@ std::string head_of(const InitCall& call) {
   }
   return text +
          ". Correct the lines with a guess, then run `lodestone check`.\n"
+         "# No check finds a wrong position of a sensor: measure the keys under 'guesses', then remove them there.\n"
          "# Frames: imu is the body. T_imu_x maps points of x to imu. Names of keys contain the units.\n"
          "# All keys: docs/user/platform-file.md\n";
 }

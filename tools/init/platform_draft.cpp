@@ -88,6 +88,11 @@ class PlatformDraft {
     }
     set_imu_noise(noise, seconds);
     set_field_noise(noise, seconds);
+    for (const auto& [key, text] : comments_) {
+      if (key.ends_with("T_imu_lidar") || key.ends_with("T_imu_mag")) {
+        if (text.starts_with("guess")) platform_.guesses.push_back(key);
+      }
+    }
     return {platform_, comments_};
   }
 

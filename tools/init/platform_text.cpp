@@ -52,6 +52,8 @@ class CommentedLines {
     value(path, "quaternion_xyzw", std::vector<double>{q.x(), q.y(), q.z(), q.w()});
   }
 
+  void item(const std::string& value) { text_ += "  - " + value + "\n"; }
+
   const std::string& text() const { return text_; }
 
  private:
@@ -116,6 +118,10 @@ std::string commented_text(const CommentedPlatform& commented) {
   write_lidar(out, platform.lidar, platform.suite.lidar);
   write_imu(out, platform.imu, platform.suite.imu);
   write_magnetometers(out, platform);
+  if (!platform.guesses.empty()) {
+    out.line("", "guesses", "");
+    for (const std::string& key : platform.guesses) out.item(write_value(key));
+  }
   return out.text();
 }
 

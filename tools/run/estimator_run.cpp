@@ -63,6 +63,7 @@ void count_steps(const EstimateRecord& record, RunSummary& summary, WarningLog& 
       ++scans;
     }
     if (step.diagnostics.degenerate_directions > 0) ++summary.degenerate_scans;
+    if (step.health == Health::uncertain) ++summary.uncertain_scans;
     summary.saw_lidar = summary.saw_lidar || (step.diagnostics.direction_sigma_m.array() != 0.0).any();
     summary.saw_field = summary.saw_field || step.diagnostics.magnetic_samples > 0;
     summary.magnetic_rejected += step.diagnostics.magnetic_rejected;
@@ -315,6 +316,12 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   const Time last_end = pass.last_end();
   summary.duration_s = to_seconds(last_end - pass.first_start());
   count_steps(outcome.record, summary, warnings);
+  if (run.field.map != nullptr && !summary.saw_field && !outcome.record.steps().empty()) {
+    warnings.add("run.field_unused",
+                 "no reading lay on the magnetic map, so the run did not use it; is it the map of this site, in the "
+                 "frame of the cloud map?",
+                 outcome.record.steps().front().time);
+  }
   report_clock_offset(outcome.record, summary, warnings);
   warn_of_uncertainty(outcome.record, warnings);
   warn_of_loss(outcome.record, warnings);

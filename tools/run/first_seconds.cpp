@@ -17,10 +17,10 @@ namespace {
 
 /// Errors that do not refuse a run: the run discards, down-weights or bridges the data, corrects the initial pose, or a
 /// few seconds of motion are less reliable than the map.
-constexpr std::array<std::string_view, 9> kSurvived{
-    "imu.stamp_zero",    "lidar.stamp_zero",   "magnetometer.stamp_zero",
-    "magnetometer.zero", "extrinsic.rotation", "extrinsic.heading",
-    "start.no_overlap",  "start.tilt",         "start.wrong"};
+constexpr std::array<std::string_view, 10> kSurvived{
+    "imu.stamp_zero",     "lidar.stamp_zero",       "magnetometer.stamp_zero", "magnetometer.zero",
+    "extrinsic.rotation", "extrinsic.heading",      "start.no_overlap",        "start.tilt",
+    "start.wrong",        "magnetometer.same_place"};
 
 /// Kinds that reader, synchronizer and estimators count along the whole log.
 constexpr std::array<std::string_view, 11> kCounted{"imu.stamp_order",

@@ -42,6 +42,7 @@ Json json_of(const RunSummary& summary) {
                             {"to_s", format_stamp(interval.to)},
                             {"regained", interval.regained}});
   }
+  json["uncertain_scans"] = summary.uncertain_scans;
   json["degenerate_scans"] = summary.degenerate_scans;
   json["magnetic_rejected"] = summary.magnetic_rejected;
   if (summary.lidar_nis) json["lidar_nis"] = number(summary.lidar_nis);
@@ -172,7 +173,7 @@ std::string to_json(const std::vector<std::pair<std::string, std::string>>& inpu
 std::string ab_table(const std::vector<RunSummary>& runs) {
   bool with_truth = false;
   for (const RunSummary& run : runs) with_truth = with_truth || run.truth.has_value();
-  std::vector<std::string> header{"estimator", "status", "scans"};
+  std::vector<std::string> header{"estimator", "status", "scans", "uncertain"};
   if (with_truth) {
     for (const char* name : {"ATE m", "ATE SE3 m", "max m", "heading °", "NEES", "success"}) header.emplace_back(name);
   }
@@ -182,7 +183,7 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
     // The causal estimate is a row of its own below the refined one.
     const bool refined = run.stages.size() == 3;
     std::vector<std::string> row{refined ? run.estimator + " (batch)" : run.estimator, status_text(run),
-                                 std::to_string(run.scans)};
+                                 std::to_string(run.scans), std::to_string(run.uncertain_scans)};
     if (with_truth) {
       const TruthFigures figures = run.truth.value_or(TruthFigures{});
       row.insert(row.end(), {fixed(figures.ate_m, 4), optional_fixed(figures.ate_se3_m, 4),
@@ -196,6 +197,7 @@ std::string ab_table(const std::vector<RunSummary>& runs) {
     for (std::size_t i = 0; refined && i + 1 < run.stages.size(); ++i) {
       const StageFigures& stage = run.stages[i];
       std::vector<std::string> below{"  " + stage.name,
+                                     "",
                                      "",
                                      "",
                                      fixed(stage.ate_m, 4),

@@ -61,8 +61,9 @@ struct RunSummary {
   double wall_s = 0.0;      ///< reading, estimating and writing
   double peak_rss_mb = 0.0;
   std::int64_t degenerate_scans = 0;
-  bool saw_lidar = false;  ///< at least one scan was tested for degenerate directions
-  bool saw_field = false;  ///< at least one array sample was on the map
+  std::int64_t uncertain_scans = 0;  ///< with Health::uncertain
+  bool saw_lidar = false;            ///< at least one scan was tested for degenerate directions
+  bool saw_field = false;            ///< at least one array sample was on the map
   std::int64_t magnetic_rejected = 0;
   double refine_s = 0.0;               ///< part of wall_s: the batch refinement after the log's end
   std::optional<double> lidar_nis;     ///< mean over the scans, per point; 1 is consistent

@@ -107,6 +107,7 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   const testing::TemporaryFolder folder;
   Platform platform = load_platform(scout);
   platform.lidar.ring_field.clear();
+  platform.guesses = {"lidar.T_imu_lidar", "magnetometers[2].T_imu_mag"};
   platform.lidar.stamp = ScanStamp::end;
   platform.lidar.time_unit = PointTimeUnit::seconds;
   platform.suite.lidar.T_imu_lidar = {so3::exp(Vector3(0.1, -0.2, 3.0)), Vector3(1.0 / 3.0, -0.1, 1e-9)};
@@ -123,6 +124,7 @@ TEST(PlatformFile, ReadsBackWhatItWrote) {
   const Platform back = load_platform(folder / "platform.yaml");
   EXPECT_EQ(back.name, platform.name);
   EXPECT_EQ(back.lidar.ring_field, "");
+  EXPECT_EQ(back.guesses, platform.guesses);
   EXPECT_EQ(back.lidar.stamp, ScanStamp::end);
   EXPECT_EQ(back.lidar.time_unit, PointTimeUnit::seconds);
   ASSERT_EQ(back.magnetometers.size(), platform.magnetometers.size());

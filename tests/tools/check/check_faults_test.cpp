@@ -16,6 +16,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
 /// The kinds of all warnings and errors.
@@ -59,6 +60,18 @@ TEST(CheckFaults, HealthOfSingleMagnetometers) {
                                  "{kind: dead, magnetometer: rear_3, begin_s: 4}")),
               UnorderedElementsAre("magnetometer.drift", "magnetometer.stuck", "magnetometer.limit",
                                    "magnetometer.spike", "magnetometer.silent"));
+}
+
+TEST(CheckFaults, AnArrayWithoutMountingsIsNotBlamedOnItsSensors) {
+  const CheckCall call = site().call_with([](Platform& platform) {
+    // As `lodestone init` writes it from a log without /tf_static.
+    for (std::size_t i = 0; i < platform.suite.magnetometers.size(); ++i) {
+      platform.suite.magnetometers[i].T_imu_mag = Pose{};
+      platform.guesses.push_back("magnetometers[" + std::to_string(i) + "].T_imu_mag");
+    }
+  });
+  EXPECT_THAT(alarms(call), Not(Contains("magnetometer.drift")));
+  EXPECT_THAT(alarms(call), Contains("platform.guesses"));
 }
 
 TEST(CheckFaults, ExchangedMagnetometers) {

@@ -82,6 +82,14 @@ TEST_F(LogChecks, AWrongTopicNamesTheOneThatFits) {
   EXPECT_THAT(findings[1].change, HasSubstr("magnetometers[1].topic: /magnetometer_1/field"));
 }
 
+TEST_F(LogChecks, MountingsThatNobodyMeasured) {
+  Platform platform = still().platform();
+  platform.suite.magnetometers[1].T_imu_mag.position = platform.suite.magnetometers[0].T_imu_mag.position;
+  EXPECT_THAT(alarms(still(), platform), UnorderedElementsAre("magnetometer.same_place"));
+  platform.guesses = {"lidar.T_imu_lidar", "magnetometers[1].T_imu_mag"};
+  EXPECT_THAT(alarms(still(), platform), UnorderedElementsAre("platform.guesses"));
+}
+
 TEST_F(LogChecks, StampsThatAreNone) {
   EXPECT_THAT(alarms(with_imu([](int, ros1::ImuMessage& imu) {
                        imu.stamp = 0;

@@ -45,7 +45,7 @@ export function calibrationSection(state) {
     const single = rows.filter((row) => !common.includes(row));
     place.replaceChildren(...[
       h('p', {}, `${name}: ${off} of ${rows.length} parameters differ from the platform file by more than ${far} of its sigmas. `,
-        'The next run can use the calibrated ', h('code', {}, 'platform.yaml'), ' of the results.'),
+        'A run over another log can use the calibrated ', h('code', {}, 'platform.yaml'), ' of the results.'),
       common.length ? tableOf(common) : null,
       single.length ? h('details', { open: !common.length }, h('summary', {}, 'Single magnetometers'), tableOf(single)) : null,
     ].filter(Boolean));

@@ -42,7 +42,7 @@ function comparison(run) {
   const rejected = (row) => (measured(row.series.weight) ? of('magnetic_rejected')(row) : NaN);
   const outcome = (row) => {
     if (row.status !== 'done') return ['bad', row.status];
-    if (row.summary.success == null) return ['good', 'done'];
+    if (row.summary.success == null) return row.summary.uncertain_scans > row.summary.scans / 2 ? ['bad', 'done, mostly uncertain'] : ['good', 'done'];
     return row.summary.success ? ['good', 'on track'] : ['bad', 'error above 1 m'];
   };
   const columns = [
@@ -55,6 +55,7 @@ function comparison(run) {
       { title: 'NEES', unit: '1 is consistent', value: of('nees_pose'), cell: (row) => (of('nees_pose')(row) > 999 ? '> 999' : fixed(of('nees_pose')(row), 2)),
         best: (values) => smallest(values.map((value) => Math.abs(Math.log(value)))) },
     ] : []),
+    { title: 'Uncertain', unit: 'scans', value: of('uncertain_scans'), cell: (row) => count(of('uncertain_scans')(row)) },
     { title: 'Degenerate', unit: 'scans', value: degenerate, cell: (row) => (Number.isFinite(degenerate(row)) ? `${count(degenerate(row))}${share(degenerate(row), row.summary.scans)}` : '–') },
     { title: 'Rejected', unit: 'field samples', value: rejected, cell: (row) => count(rejected(row)) },
     number('Speed', '× real time', 'real_time_factor', 1, largest),
