@@ -88,11 +88,11 @@ TEST_F(ContinuousTimeInARoom, UsesTheTimeOfEachPoint) {
   EXPECT_GT(accuracy(estimate({}, frozen).best_estimates, truth_).ate_m, 3.0 * with_times_m);
 }
 
-TEST_F(ContinuousTimeInARoom, SamplingUsesFewerPointsAndIsAsAccurate) {
+TEST_F(ContinuousTimeInARoom, SamplingUsesFewerPointsAndStaysAccurate) {
   ContinuousTimeOptions all;
   all.min_localizability = 0.0;
   ContinuousTimeOptions some;
-  some.min_localizability = 60.0;
+  some.min_localizability = 150.0;
   const Collector with_all = estimate(all, bundles_);
   const Collector with_some = estimate(some, bundles_);
   EXPECT_LT(mean_points(with_some), 0.6 * mean_points(with_all));
