@@ -38,7 +38,7 @@ struct ContinuousTime::Sums {
 
 namespace {
 
-constexpr double kFarthest_m = 1000.0;  // of a point of a scan from the robot
+constexpr double kFarthestPoint_m = 1000.0;  // of a point of a scan from the robot
 
 /// The points in the imu frame of the state.
 std::vector<Eigen::Vector3f> moved_to(const MotionState& state, std::span<const Eigen::Vector3f> points,
@@ -169,7 +169,7 @@ void ContinuousTime::keep_localizing(Window& window) {
 
 void ContinuousTime::update(Window& window, Sums& sums) {
   // Without measurements for long, the state may be anywhere.
-  const double reach_m = voxels_reach_m(input_.planes->voxel_m()) - kFarthest_m;
+  const double reach_m = voxels_reach_m(input_.planes->voxel_m()) - kFarthestPoint_m;
   if (window.points.empty() || !(state_.T_map_imu.position.array().abs() < reach_m).all()) return;
   if (options_.min_localizability > 0.0) keep_localizing(window);
   ScanLidars lidars(lidars_.front());
