@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "estimators/baselines/continuous_time/continuous_time.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
@@ -10,7 +11,7 @@
 namespace lodestone {
 
 std::vector<std::string> estimator_names() {
-  return {"smoother", "ieskf", "lidar-inertial", "magnetic"};
+  return {"smoother", "ieskf", "lidar-inertial", "magnetic", "continuous-time"};
 }
 
 bool can_refine(const std::string& name) {
@@ -38,6 +39,11 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
     without_lidar.planes = nullptr;
     without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
     return std::make_unique<Smoother>(without_lidar);
+  }
+  if (name == "continuous-time") {
+    if (input.planes == nullptr)
+      throw InputError("estimator continuous-time requires a cloud map: pass --cloud MAP.pcd");
+    return std::make_unique<ContinuousTime>(input, input.options.continuous_time);
   }
   throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
                    " (known: " + join_names(estimator_names()) + ")");

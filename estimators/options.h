@@ -11,6 +11,7 @@
 #include "core/observability/degeneracy.h"
 #include "core/option_checks.h"
 #include "core/options.h"
+#include "estimators/baselines/continuous_time/continuous_time_options.h"
 #include "estimators/initialization/place_search_options.h"
 #include "factors/window_options.h"
 
@@ -240,7 +241,8 @@ struct ReportOptions {
   }
 };
 
-/// All options of a run. Sections `lidar`, `initial`, `wheels` and most of `magnetic` apply to every estimator.
+/// All options of a run. Sections `lidar`, `initial`, `wheels` and most of `magnetic` apply to every estimator that
+/// uses these sensors.
 struct RunOptions {
   InitialOptions initial;
   LidarOptions lidar;
@@ -249,6 +251,7 @@ struct RunOptions {
   WheelOptions wheels;
   SmootherOptions smoother;
   FilterOptions ieskf;
+  ContinuousTimeOptions continuous_time;
   PlaceSearchOptions search;
   ReportOptions report;
 
@@ -261,6 +264,7 @@ struct RunOptions {
     visitor.section("wheels", wheels);
     visitor.section("smoother", smoother);
     visitor.section("ieskf", ieskf);
+    visitor.section("continuous_time", continuous_time);
     visitor.section("search", search);
     visitor.section("report", report);
   }

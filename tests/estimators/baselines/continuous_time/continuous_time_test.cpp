@@ -1,0 +1,159 @@
+// The room has no degenerate direction: the filter is as accurate there as its authors state.
+#include "estimators/baselines/continuous_time/continuous_time.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "core/error.h"
+#include "tests/estimators/drive.h"
+#include "tests/estimators/room.h"
+
+namespace lodestone::testing {
+namespace {
+
+constexpr double room_drive_s = 16.0;  // with a curve
+
+class ContinuousTimeInARoom : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    room_ = std::make_unique<Room>(load_room());
+    simulation::SimulationSource source(room_->world, room_->environment, "loop",
+                                        simulation::SimulationSource::Drive::sequence, 4, room_drive_s);
+    truth_ = source.trajectory();
+    WarningLog warnings;
+    Synchronizer synchronizer(source, room_->input.suite, warnings);
+    for (ScanBundle bundle; synchronizer.next(bundle);) bundles_.push_back(bundle);
+    room_->input.initial_pose =
+        *interpolate(truth_, std::max(bundles_.front().scan.start, truth_.front().time), 1'000'000'000);
+  }
+  static void TearDownTestSuite() {
+    room_.reset();
+    bundles_.clear();
+    truth_.clear();
+  }
+
+  static Collector estimate(const ContinuousTimeOptions& options, const std::vector<ScanBundle>& bundles) {
+    Collector result;
+    ContinuousTime estimator(room_->input, options);
+    for (const ScanBundle& bundle : bundles) static_cast<Estimator&>(estimator).process(bundle, result);
+    estimator.finish(result);
+    return result;
+  }
+
+  static double mean_points(const Collector& result) {
+    double sum = 0.0;
+    for (const Estimate& estimate : result.best_estimates) sum += estimate.diagnostics.points;
+    return sum / static_cast<double>(result.best_estimates.size());
+  }
+
+  static void expect_same_bits(const Collector& a, const Collector& b) {
+    ASSERT_EQ(a.best_estimates.size(), b.best_estimates.size());
+    for (std::size_t i = 0; i < a.best_estimates.size(); ++i) {
+      const NavState& first = a.best_estimates[i].state;
+      const NavState& second = b.best_estimates[i].state;
+      ASSERT_EQ(first.T_map_imu.position, second.T_map_imu.position) << i;
+      ASSERT_EQ(first.T_map_imu.rotation.coeffs(), second.T_map_imu.rotation.coeffs()) << i;
+      ASSERT_EQ(a.best_estimates[i].covariance, b.best_estimates[i].covariance) << i;
+    }
+  }
+
+  static inline std::unique_ptr<Room> room_;
+  static inline Trajectory truth_;
+  static inline std::vector<ScanBundle> bundles_;
+};
+
+TEST_F(ContinuousTimeInARoom, TracksTheRobotWithinTheErrorOfItsPaper) {
+  const Collector result = run("continuous-time", room_->input, bundles_);
+  ASSERT_EQ(result.causal_estimates.size(), bundles_.size());
+  ASSERT_EQ(result.best_estimates.size(), bundles_.size());
+  const Accuracy found = accuracy(result.best_estimates, truth_);
+  EXPECT_LT(found.ate_m, 0.01);  // MIL-LC: 0.036 m in its warehouse
+  EXPECT_LT(found.max_m, 0.05);
+  EXPECT_LT(found.nees, 5.0);  // the robot enters curves faster than the published densities expect
+  for (std::size_t i = 0; i < bundles_.size(); ++i) {
+    EXPECT_EQ(result.best_estimates[i].time, bundles_[i].scan.end);
+    EXPECT_EQ(result.best_estimates[i].health, Health::good) << i;
+    EXPECT_GT(result.best_estimates[i].diagnostics.inlier_share, 0.5) << i;
+  }
+}
+
+TEST_F(ContinuousTimeInARoom, UsesTheTimeOfEachPoint) {
+  std::vector<ScanBundle> frozen = bundles_;
+  for (ScanBundle& bundle : frozen) {
+    for (LidarPoint& point : bundle.scan.points) {
+      point.offset_ns = static_cast<std::int32_t>(bundle.scan.end - bundle.scan.start);
+    }
+  }
+  const double with_times_m = accuracy(estimate({}, bundles_).best_estimates, truth_).ate_m;
+  EXPECT_GT(accuracy(estimate({}, frozen).best_estimates, truth_).ate_m, 3.0 * with_times_m);
+}
+
+TEST_F(ContinuousTimeInARoom, SamplingUsesFewerPointsAndStaysAccurate) {
+  ContinuousTimeOptions all;
+  all.min_localizability = 0.0;
+  ContinuousTimeOptions some;
+  some.min_localizability = 150.0;
+  const Collector with_all = estimate(all, bundles_);
+  const Collector with_some = estimate(some, bundles_);
+  EXPECT_LT(mean_points(with_some), 0.6 * mean_points(with_all));
+  EXPECT_LT(accuracy(with_some.best_estimates, truth_).ate_m, 2.0 * accuracy(with_all.best_estimates, truth_).ate_m);
+}
+
+TEST_F(ContinuousTimeInARoom, TakesNothingFromImuAndMagnetometers) {
+  std::vector<ScanBundle> bare = bundles_;
+  for (ScanBundle& bundle : bare) {
+    bundle.imu.clear();
+    bundle.magnetic.clear();
+  }
+  expect_same_bits(estimate({}, bundles_), estimate({}, bare));
+}
+
+TEST_F(ContinuousTimeInARoom, GivesTheSameBitsOnAnyNumberOfThreads) {
+  const std::vector<ScanBundle> part(bundles_.begin(), bundles_.begin() + 40);
+  std::vector<Collector> results;
+  for (const int threads : {1, 2, 4}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    results.push_back(estimate({}, part));
+  }
+  expect_same_bits(results[0], results[1]);
+  expect_same_bits(results[0], results[2]);
+}
+
+// Without points the velocity is kept, and the sigma grows; the next scan finds the robot again.
+TEST_F(ContinuousTimeInARoom, PredictsThroughAnOutage) {
+  std::vector<ScanBundle> bundles(bundles_.begin(), bundles_.begin() + 80);
+  for (std::size_t i = 50; i < 55; ++i) bundles[i].scan.points.clear();
+  const Collector result = estimate({}, bundles);
+  const auto sigma_m = [&](std::size_t i) { return std::sqrt(result.best_estimates[i].covariance(3, 3)); };
+  for (std::size_t i = 50; i < 55; ++i) EXPECT_GT(sigma_m(i), sigma_m(i - 1)) << i;
+  EXPECT_LT(sigma_m(56), 1.5 * sigma_m(49));
+  EXPECT_EQ(result.best_estimates[54].diagnostics.correspondences, 0);
+  EXPECT_LT(accuracy(result.best_estimates, truth_).max_m, 0.1);
+}
+
+TEST_F(ContinuousTimeInARoom, IsFoundAgainAfterAWrongInitialPose) {
+  EstimatorInput input = room_->input;
+  input.initial_pose.position += Vector3(7.5, 4.0, 0.0);
+  input.initial_pose.rotation = so3::exp({0.0, 0.0, 2.0}) * input.initial_pose.rotation;
+  WarningLog warnings;
+  input.warnings = &warnings;
+  const Collector result = run("continuous-time", input, bundles_);
+  EXPECT_GE(warnings.count("run.found_again"), 1);
+  const Estimate& last = result.causal_estimates.back();
+  EXPECT_EQ(last.health, Health::good);
+  EXPECT_LT(accuracy({last}, truth_).max_m, 0.05);
+}
+
+TEST_F(ContinuousTimeInARoom, RequiresACloudMap) {
+  EstimatorInput input = room_->input;
+  input.planes = nullptr;
+  try {
+    make_estimator("continuous-time", input);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("--cloud"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace lodestone::testing
