@@ -19,6 +19,7 @@ enum class HealthReason {
   none,
   not_finite,     ///< the state is not a number
   covariance,     ///< a sigma of the position is too large
+  unobserved,     ///< for long, no sensor observes a direction that the covariance claims to know
   scan_off_map,   ///< scans do not fit the cloud map at this pose
   field_off_map,  ///< readings do not fit the magnetic map at this pose
   searching       ///< the estimator was lost and the position has not been found again

@@ -20,6 +20,8 @@ constexpr double kFieldFits = 4.0;  // sum of the odds of stations
 constexpr double kFieldMemory_s = 3.0;
 constexpr double kLeastFieldWeight = 0.5;  // below, more than half of the readings contradict the map
 constexpr double kMostlyAlone = 0.5;
+constexpr double kDeadReckoning_m_s2 = 0.02;
+constexpr double kLeastClaim = 0.1;
 constexpr double kReach_s = 5.0;  // of a loss, back to the scans that caused it
 
 Verdict worse(const Verdict& a, const Verdict& b) {
@@ -59,11 +61,25 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   } else {
     contradicting_.clear();
   }
-  const Verdict by_evidence = judge_evidence();
+  const Verdict by_evidence = worse(judge_evidence(), judge_observation(causal, step_s));
   record(causal.time, by_evidence);
   const Verdict verdict = worse(judge_covariance(causal), by_evidence);
   causal.health = verdict.health;
   causal.reason = verdict.reason;
+}
+
+/// Along a direction that nothing observes, the position is that of dead reckoning: no better than ½ a t², with a of
+/// the accelerometer's bias and the tilt. A covariance far below is that of an estimator that takes noise for
+/// information.
+Verdict HealthMonitor::judge_observation(const Estimate& causal, double step_s) {
+  const Diagnostics& diagnostics = causal.diagnostics;
+  const bool wheels = diagnostics.wheel_weight >= 0.0;
+  const bool observed = diagnostics.degenerate_directions == 0 || diagnostics.magnetic_samples > 0 || wheels;
+  unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
+  const double sigma_m = 0.5 * kDeadReckoning_m_s2 * unobserved_s_ * unobserved_s_;
+  const double claimed_m = std::sqrt(causal.covariance.diagonal().tail<3>().maxCoeff());
+  if (!(sigma_m > kUncertain_m) || !(claimed_m < kLeastClaim * sigma_m)) return {};
+  return {sigma_m > kLost_m ? Health::lost : Health::uncertain, HealthReason::unobserved};
 }
 
 Verdict HealthMonitor::judge_refined(const Estimate& refined) const {
@@ -77,6 +93,7 @@ void HealthMonitor::restart() {
   stations_.clear();
   field_weight_ = 1.0;
   field_alone_ = 0.0;
+  unobserved_s_ = 0.0;
   last_ = 0;
 }
 

@@ -17,6 +17,11 @@ constexpr double kForget_s = 10.0;       // without suspicion, after which the n
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.2;
 
+/// The position is not known, but no evidence says that it is wrong.
+bool is_unknown(HealthReason reason) {
+  return reason == HealthReason::covariance || reason == HealthReason::unobserved;
+}
+
 bool contradicts_maps(HealthReason reason) {
   return reason == HealthReason::scan_off_map || reason == HealthReason::field_off_map;
 }
@@ -84,7 +89,7 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
     if (!searchable_) return;
     suspect(now);
     const double stop_after_s = newest_.reason == HealthReason::not_finite ? 0.0 : kStop_s;
-    const bool is_wrong = lost && newest_.reason != HealthReason::covariance;
+    const bool is_wrong = lost && !is_unknown(newest_.reason);
     if (is_wrong && to_seconds(now - *lost_since_) >= stop_after_s) stop_estimator(sink);
   }
   last_suspect_ = now;
@@ -156,7 +161,7 @@ std::optional<StartHypothesis> Supervised::search() {
 
 /// The search found what the running estimator says: it is the maps that have changed.
 bool Supervised::confirms_estimator(const StartHypothesis& found) const {
-  if (stopped_ || newest_.reason == HealthReason::covariance) return false;
+  if (stopped_ || is_unknown(newest_.reason)) return false;
   const Kept& first = kept_.front();
   Pose moved = found.T_map_imu;  // to the end of the scan
   moved.position += to_seconds(first.bundle.scan.end - first.bundle.scan.start) * found.velocity;

@@ -86,6 +86,8 @@ const char* explanation(HealthReason reason) {
       return "the state is not a number";
     case HealthReason::covariance:
       return "the position's sigma exceeds 3 m";
+    case HealthReason::unobserved:
+      return "for long, no sensor observed a direction";
     case HealthReason::scan_off_map:
       return "scans do not fit the cloud map there";
     case HealthReason::field_off_map:

@@ -70,6 +70,8 @@ const char* reason_name(HealthReason reason) {
       return "not_finite";
     case HealthReason::covariance:
       return "covariance";
+    case HealthReason::unobserved:
+      return "unobserved";
     case HealthReason::scan_off_map:
       return "scan_off_map";
     case HealthReason::field_off_map:

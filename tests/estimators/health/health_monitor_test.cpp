@@ -76,6 +76,36 @@ TEST_F(MonitorOfReadings, NeedsSecondsOfDisagreementAndComesBack) {
   EXPECT_EQ(health(monitor, 4, 1.0), Health::good);
 }
 
+TEST_F(MonitorOfReadings, ADirectionThatNothingObservesIsUnknownAfterSeconds) {
+  const EstimatorInput input;
+  correspondences_ = 500;
+  HealthMonitor monitor(input);
+  // ½ · 0.02 m/s² · t² exceeds 0.5 m after 7.1 s and 3 m after 17.3 s.
+  while (step(monitor, 0, 0.0, 1).health == Health::good) ASSERT_LT(steps_, 1000);
+  EXPECT_NEAR(kStep_s * steps_, 7.1, 0.25);
+  while (step(monitor, 0, 0.0, 1).health == Health::uncertain) ASSERT_LT(steps_, 1000);
+  EXPECT_NEAR(kStep_s * steps_, 17.3, 0.25);
+  EXPECT_EQ(step(monitor, 0, 0.0, 1).reason, HealthReason::unobserved);
+  EXPECT_EQ(step(monitor, 0, 0.0, 0).health, Health::good);  // a scan that observes all directions
+}
+
+TEST_F(MonitorOfReadings, ADirectionThatReadingsOrAGrowingCovarianceCoverIsNotUnknown) {
+  const EstimatorInput input;
+  correspondences_ = 500;
+  HealthMonitor with_readings(input);
+  for (int i = 0; i < 300; ++i) EXPECT_EQ(step(with_readings, 4, 1.0, 1).health, Health::good);
+  HealthMonitor honest(input);
+  for (int i = 1; i <= 100; ++i) {
+    Estimate estimate = with_sigma(0.003 * i);  // 0.3 m after 10 s; dead reckoning says 1 m
+    estimate.time = from_seconds(kStep_s * i);
+    estimate.diagnostics.degenerate_directions = 1;
+    ScanBundle bundle;
+    bundle.scan.end = estimate.time;
+    honest.judge(bundle, estimate);
+    EXPECT_EQ(estimate.health, Health::good) << i;
+  }
+}
+
 TEST_F(MonitorOfReadings, OfANewEstimatorBeginsWithoutDisagreement) {
   const EstimatorInput input;
   HealthMonitor monitor(input);
