@@ -1,4 +1,4 @@
-# Packages of the libraries. The project and the installed package both read this file; `lodestone_find` is find_package
+# Packages of the libraries, except those that are linked by path. The project and the installed package both read this file; `lodestone_find` is find_package
 # in the project and find_dependency in the package.
 
 lodestone_find(Eigen3 3.4 NO_MODULE)
@@ -6,7 +6,6 @@ lodestone_find(TBB)
 lodestone_find(Ceres 2.1)
 lodestone_find(yaml-cpp)
 lodestone_find(fmt)
-lodestone_find(PCL 1.12 COMPONENTS common io)
 lodestone_find(TIFF)
 lodestone_find(OpenCV 4.5 COMPONENTS core imgproc imgcodecs)
 

@@ -29,14 +29,15 @@ run(${CMAKE_COMMAND} --build ${WORK}/build)
 # From here on only installed files are used.
 set(lodestone ${prefix}/bin/lodestone)
 set(drive ${WORK}/drive)
-run(${lodestone} simulate ${prefix}/share/lodestone/config/worlds/corridor.yaml --out ${drive} --duration 5
+run(${lodestone} simulate ${prefix}/share/lodestone/config/worlds/corridor.yaml --out ${drive} --duration 5 --only log,cloud
     --set sensors.lidar.rows=16 --set sensors.lidar.columns=512)
 read_poses(${drive}/truth.tum truth)
 list(GET truth 0 first)
-string(REGEX REPLACE "^[^ ]+ " "" pose "${first}")
+string(REGEX MATCH " (.*)" ignored "${first}")
+set(pose "${CMAKE_MATCH_1}")
 set(input ${drive}/log.bag --platform ${drive}/platform.yaml --cloud ${drive}/cloud.pcd --initial-pose "${pose}")
 run(${lodestone} run ${input} --set initial.position_sigma_m=0.1 --out ${WORK}/run)
-run(${WORK}/build/localize ${drive}/log.bag ${drive}/platform.yaml ${drive}/cloud.pcd "" "${pose}" ${WORK}/example.tum)
+run(${WORK}/build/localize ${drive}/log.bag ${drive}/platform.yaml ${drive}/cloud.pcd "${pose}" ${WORK}/example.tum)
 
 read_poses(${WORK}/run/smoother/trajectory.tum expected)
 read_poses(${WORK}/example.tum poses)

@@ -1,5 +1,4 @@
-// Localizes a log and writes the trajectory: localize LOG PLATFORM CLOUD MAGNETIC "x y z qx qy qz qw" OUT.tum
-// CLOUD or MAGNETIC may be "": the map is not used.
+// Localizes a log and writes the trajectory: localize LOG PLATFORM CLOUD "x y z qx qy qz qw" OUT.tum [MAGNETIC]
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -48,12 +47,13 @@ int localize_log(const char* log, const char* platform, const lodestone::MapFile
 }  // namespace
 
 int main(int argument_count, char** arguments) {
-  if (argument_count != 7) {
-    std::fputs("localize LOG PLATFORM CLOUD MAGNETIC \"x y z qx qy qz qw\" OUT.tum\n", stderr);
+  if (argument_count != 6 && argument_count != 7) {
+    std::fputs("localize LOG PLATFORM CLOUD \"x y z qx qy qz qw\" OUT.tum [MAGNETIC]\n", stderr);
     return 2;
   }
   try {
-    return localize_log(arguments[1], arguments[2], {arguments[3], arguments[4]}, arguments[5], arguments[6]);
+    const lodestone::MapFiles maps{arguments[3], argument_count == 7 ? arguments[6] : ""};
+    return localize_log(arguments[1], arguments[2], maps, arguments[4], arguments[5]);
   } catch (const lodestone::InputError& error) {
     std::fprintf(stderr, "localize: %s\n", error.what());
     return 2;
