@@ -3,7 +3,6 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR Lodestone)
 set(CPACK_PACKAGE_CONTACT "Lodestone developers")
-set(CPACK_PACKAGE_HOMEPAGE_URL "${PROJECT_HOMEPAGE_URL}")
 set(CPACK_COMPONENTS_ALL program library)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -19,6 +18,9 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME liblodestone-dev)
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Headers and static libraries of lodestone")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # The packages that cmake/library_dependencies.cmake finds.
-list(JOIN [[libeigen3-dev;libtbb-dev;libceres-dev;libsuitesparse-dev;libboost-dev;libyaml-cpp-dev;libfmt-dev;libpcl-dev;libtiff-dev;libopencv-dev;libfastcdr-dev;libsqlite3-dev;libbz2-dev;zlib1g-dev;liblz4-dev;libzstd-dev]] ", " development_packages)
+set(development_packages
+  libeigen3-dev libtbb-dev libboost-dev libceres-dev libsuitesparse-dev libyaml-cpp-dev libfmt-dev libpcl-dev libtiff-dev
+  libopencv-dev libfastcdr-dev libsqlite3-dev libbz2-dev zlib1g-dev liblz4-dev libzstd-dev)
+list(JOIN development_packages ", " development_packages)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "${development_packages}")
 include(CPack)
