@@ -10,6 +10,13 @@ install(TARGETS lodestone RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT 
 install(DIRECTORY config DESTINATION ${CMAKE_INSTALL_DATADIR}/lodestone COMPONENT program)
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
+# The program writes its manual page and its completion from the declarations of its options.
+install(CODE "execute_process(COMMAND \"$<TARGET_FILE:lodestone>\" manual --out \"${PROJECT_BINARY_DIR}/manual\"
+                              COMMAND_ERROR_IS_FATAL ANY)" COMPONENT program)
+install(FILES ${PROJECT_BINARY_DIR}/manual/lodestone.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+install(FILES ${PROJECT_BINARY_DIR}/manual/lodestone.bash RENAME lodestone
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
+
 # Includes are written from the root of the source tree ("core/time.h"): that folder is include/lodestone.
 foreach(layer IN LISTS lodestone_layers)
   set_target_properties(lodestone_${layer} PROPERTIES EXPORT_NAME ${layer})

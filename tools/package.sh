@@ -36,7 +36,11 @@ if ((EUID == 0)) && [[ -n $(command -v debootstrap) ]]; then
   step "A clean Debian 12"
   debootstrap --variant=minbase bookworm "$clean" "${LODESTONE_MIRROR:-http://deb.debian.org/debian}" >"$out/debootstrap.log"
   cp "$program" "$clean/tmp/lodestone.deb"
-  inside() { chroot "$clean" env LC_ALL=C.UTF-8 "$@"; }
+  # The program reads /proc; the mount ends with the command.
+  inside() {
+    unshare --mount bash -c 'mount -t proc proc "$0/proc" && exec chroot "$0" env LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"' \
+      "$clean" "$@"
+  }
   inside apt-get -qq install --yes --no-install-recommends -o Dpkg::Use-Pty=0 /tmp/lodestone.deb >"$out/install.log"
   folder=/
 else

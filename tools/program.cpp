@@ -100,6 +100,7 @@ int run_program(int argument_count, char** arguments, const std::string& revisio
   add_export_command(app, &code);
   add_reproduce_command(app, &code);
   add_ablate_command(app, &code);
+  add_manual_command(app, version, &code);
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {
