@@ -60,7 +60,12 @@ endfunction()
 function(lodestone_library name sources)
   add_library(lodestone_${name} STATIC ${sources})
   add_library(lodestone::${name} ALIAS lodestone_${name})
-  target_link_libraries(lodestone_${name} PUBLIC lodestone_options ${ARGN})
+  # Programs that use the installed libraries have their own options.
+  target_link_libraries(lodestone_${name} PUBLIC $<BUILD_INTERFACE:lodestone_options> ${ARGN})
+  target_compile_features(lodestone_${name} INTERFACE cxx_std_20)
+  # Shared libraries of other programs, such as modules of Python, contain the code too.
+  set_target_properties(lodestone_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(lodestone_${name} PRIVATE -fno-semantic-interposition)
   lodestone_precompile(lodestone_${name})
   lodestone_unity(lodestone_${name})
 endfunction()

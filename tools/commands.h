@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 namespace CLI {
 class App;
 }
@@ -28,5 +30,7 @@ void add_report_command(CLI::App& app, int* code);
 void add_export_command(CLI::App& app, int* code);
 void add_reproduce_command(CLI::App& app, int* code);
 void add_ablate_command(CLI::App& app, int* code);
+/// `version`: of the program, for the manual page.
+void add_manual_command(CLI::App& app, const std::string& version, int* code);
 
 }  // namespace lodestone

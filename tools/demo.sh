@@ -5,18 +5,21 @@
 #   tools/demo.sh [FOLDER]          (default: results/tunnel)
 #
 # LODESTONE_DEMO_DURATION shortens the drive to so many seconds; the whole drive lasts about two and a half minutes.
+# LODESTONE_PROGRAM names an installed program; nothing is set up or built then.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 out=${1:-$root/results/tunnel}
-lodestone=${LODESTONE_BUILD:-$root/build/release}/bin/lodestone
+lodestone=${LODESTONE_PROGRAM:-${LODESTONE_BUILD:-$root/build/release}/bin/lodestone}
 duration=()
 if [[ -n ${LODESTONE_DEMO_DURATION:-} ]]; then duration=(--duration "$LODESTONE_DEMO_DURATION"); fi
 
 step() { printf '\n== %s\n' "$*"; }
 
-step "Set up and build"
-"$root/tools/setup.sh"
-"$root/tools/build.sh" lodestone
+if [[ -z ${LODESTONE_PROGRAM:-} ]]; then
+  step "Set up and build"
+  "$root/tools/setup.sh"
+  "$root/tools/build.sh" lodestone
+fi
 
 step "Simulate the tunnel (sequence 3): log, ground truth, cloud map, survey drive"
 "$lodestone" simulate "$root/config/worlds/tunnel.yaml" --sequence 3 --out "$out" "${duration[@]}"

@@ -80,21 +80,21 @@ void raise_descriptor_limit() {
 
 }  // namespace
 
-int run_program(int argument_count, char** arguments) {
+int run_program(int argument_count, char** arguments, const std::string& revision) {
+  const std::string version = fmt::format("lodestone {}, {}", LODESTONE_VERSION, revision);
   std::signal(SIGXFSZ, SIG_IGN);  // exceeding the limit on file sizes is reported like a full disk
   raise_descriptor_limit();
   CLI::App app{
       "Lodestone reprocesses logs of a robot with LiDAR, IMU and magnetometers against prior maps.\n"
       "Start with:  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel"};
   app.name("lodestone");
-  app.set_version_flag("--version", std::string("lodestone ") + LODESTONE_VERSION);
+  app.set_version_flag("--version", version);
   app.require_subcommand(1);
   app.failure_message(
       [](const CLI::App* root, const CLI::Error& error) { return "lodestone: " + call_error(*root, error) + "\n"; });
   open_messages({});
-  app.parse_complete_callback([&]() {
-    spdlog::debug("lodestone {}: {}", LODESTONE_VERSION, fmt::join(arguments + 1, arguments + argument_count, " "));
-  });
+  app.parse_complete_callback(
+      [&]() { spdlog::debug("{}: {}", version, fmt::join(arguments + 1, arguments + argument_count, " ")); });
   int code = exit_code::done;
   add_simulate_command(app, &code);
   add_convert_command(app, &code);
@@ -108,6 +108,7 @@ int run_program(int argument_count, char** arguments) {
   add_export_command(app, &code);
   add_reproduce_command(app, &code);
   add_ablate_command(app, &code);
+  add_manual_command(app, version, &code);
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {

@@ -1,5 +1,5 @@
 // Layers of the source tree: an include refers only to the same or a lower layer (core < factors, frontends <
-// estimators < tools).
+// estimators < localization < tools).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,11 +16,13 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Layers that each layer may include, besides itself.
-const std::map<std::string, std::set<std::string>> kAllowed{{"core", {}},
-                                                            {"factors", {"core"}},
-                                                            {"frontends", {"core"}},
-                                                            {"estimators", {"core", "factors"}},
-                                                            {"tools", {"core", "factors", "frontends", "estimators"}}};
+const std::map<std::string, std::set<std::string>> kAllowed{
+    {"core", {}},
+    {"factors", {"core"}},
+    {"frontends", {"core"}},
+    {"estimators", {"core", "factors"}},
+    {"localization", {"core", "factors", "frontends", "estimators"}},
+    {"tools", {"core", "factors", "frontends", "estimators", "localization"}}};
 
 bool is_source(const fs::path& path) {
   static const std::set<std::string> kEndings{".h", ".cpp", ".cc"};
@@ -60,7 +62,7 @@ TEST(Architecture, OnlyFrontendsAndToolsKnowFilesAndTheirFormats) {
   const std::regex forbidden(
       R"(^(pcl|opencv2|yaml-cpp|rosbag|ros|sensor_msgs|embree3|CLI|nlohmann|spdlog|sqlite3\.h|tiffio\.h|fstream|iostream)(/|$))");
   const std::regex solvers(R"(^(ceres|cholmod\.h|suitesparse)(/|$))");
-  for (const std::string layer : {"core", "factors", "estimators"}) {
+  for (const std::string layer : {"core", "factors", "estimators", "localization"}) {
     for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
       EXPECT_FALSE(std::regex_search(include, forbidden))
           << path << ":" << line << ": " << layer << " must not include " << include;

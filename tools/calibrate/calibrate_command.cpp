@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/thread_limit.h"
 #include "core/warnings.h"
 #include "estimators/calibration/magnetometer_calibrator.h"
 #include "frontends/configuration/options.h"
@@ -19,7 +20,6 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/run/resources.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {

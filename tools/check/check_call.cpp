@@ -7,10 +7,12 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "core/thread_limit.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/synchronizer/bag_source.h"
+#include "localization/initial_pose.h"
 #include "tools/check/check_drive.h"
 #include "tools/check/check_report.h"
 #include "tools/check/initial_pose_checks.h"
@@ -18,8 +20,6 @@
 #include "tools/check/map_checks.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/run/initial_pose.h"
-#include "tools/run/resources.h"
 
 namespace lodestone {
 

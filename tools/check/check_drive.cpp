@@ -3,15 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <set>
 
 #include "core/evaluation/statistics.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
+#include "localization/automatic_initialization.h"
 #include "tools/check/acceleration_checks.h"
 #include "tools/check/field_checks.h"
 #include "tools/progress.h"
-#include "tools/run/automatic_initialization.h"
 #include "tools/run/estimate_record.h"
 
 namespace lodestone {
@@ -79,9 +80,10 @@ std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
   Bundles bundles(*this, seconds);
   WarningLog warnings;
   try {
-    return find_initial_pose(
-               log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings)
-        .T_map_imu;
+    const FoundInitialPose found = find_initial_pose(
+        log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings);
+    std::printf("%s\n", found.description.c_str());
+    return found.start.T_map_imu;
   } catch (const InputError& error) {
     findings.push_back(error_finding("start.not_found", error));
     return std::nullopt;

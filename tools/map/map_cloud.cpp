@@ -13,6 +13,7 @@
 #include "core/lidar/voxel_planes.h"
 #include "core/mapping/free_space.h"
 #include "core/option_checks.h"
+#include "core/thread_limit.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/point_cloud_file.h"
@@ -22,7 +23,6 @@
 #include "tools/commands.h"
 #include "tools/map/survey_drives.h"
 #include "tools/progress.h"
-#include "tools/run/resources.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {

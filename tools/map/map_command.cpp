@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/mapping/magnetic_map_builder.h"
+#include "core/thread_limit.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/maps/magnetic_map_file.h"
@@ -22,7 +23,6 @@
 #include "tools/map/survey_drives.h"
 #include "tools/plotting/pictures.h"
 #include "tools/progress.h"
-#include "tools/run/resources.h"
 #include "tools/simulate/map_truth.h"
 #include "tools/writers/output_file.h"
 

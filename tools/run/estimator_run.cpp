@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "localization/localization.h"
 #include "tools/progress.h"
 #include "tools/run/bound_run.h"
 #include "tools/run/calibrated_platform.h"
@@ -168,6 +169,23 @@ void keep_calibration(const EstimatorRun& run, const CalibrationEstimate& calibr
                 comment);
 }
 
+/// Stands for an estimator whose estimates were recorded by an earlier call.
+class ReplayedEstimator final : public Estimator {
+ public:
+  ReplayedEstimator(std::unique_ptr<Estimator> estimator, const EstimateRecording& recording)
+      : estimator_(std::move(estimator)), recording_(recording) {}
+
+  void process(const ScanBundle&, EstimateSink&) override { throw_if_interrupted(); }
+  void finish(EstimateSink& sink) override { recording_.replay(sink); }
+  std::string solver() const override { return estimator_->solver(); }
+  /// Null: the file of the earlier call is kept.
+  const CalibrationEstimate* calibration() const override { return nullptr; }
+
+ private:
+  std::unique_ptr<Estimator> estimator_;
+  const EstimateRecording& recording_;
+};
+
 /// One pass over the log: feeds an estimator with bundles, or replays a recording of its estimates.
 class Pass {
  public:
@@ -180,38 +198,31 @@ class Pass {
         readings_(run.field.map != nullptr ? run.field.suite->magnetometers.size() : 0),
         sinks_({&results}) {}
 
-  /// From the first bundle to the last. True if a signal ended the pass.
-  bool process_log() {
+  /// From the first bundle to the last. Throws InputError if there is none.
+  void process_log() {
     if (run_.resume && !run_.recording.empty()) recording_ = EstimateRecording::read(run_.recording);
     if (!recording_ && !run_.recording.empty()) record();
     Progress progress(recording_ ? run_.name + ", reading again" : run_.name, log_.begin, log_.end);
-    ScanBundle bundle;
-    while (read(bundle)) {
-      if (recording_) {
-        throw_if_interrupted();
-      } else {
-        estimator_->process_in_place(bundle, sinks_);
-      }
-      count(bundle);
-      progress.update(last_end_);
-      if (interrupt_requested()) return true;
-    }
-    if (!estimator_)
-      throw InputError("the log has no scan between its first and last IMU sample; an estimate requires one");
-    return false;
+    bundles_ = process_bundles(
+        log_.next, [this](const ScanBundle& first) { return make_estimator(first); }, sinks_,
+        [&](const ScanBundle& bundle) {
+          if (run_.field.map != nullptr) readings_.add(bundle.magnetic);
+          last_end_ = bundle.scan.end;
+          progress.update(last_end_);
+          return !interrupt_requested();
+        });
   }
 
   /// Outputs the remaining estimates. Sets `refine_s` and `wall_s`.
   void finish() {
     const auto worked_off = Clock::now();
+    bundles_.estimator->finish(sinks_);
     if (recording_) {
-      recording_->replay(results_);
       warnings_ = recording_->pass().warnings;  // includes the estimator's warnings
       record_ = recording_->pass();
       return;
     }
-    estimator_->finish(sinks_);
-    if (const CalibrationEstimate* estimate = estimator_->calibration()) {
+    if (const CalibrationEstimate* estimate = calibration()) {
       warn_of_calibration(*run_.field.suite, *estimate, last_end_, warnings_);
     }
     record_ = {seconds_since(start_), seconds_since(worked_off), peak_memory_mb(), warnings_};
@@ -228,30 +239,17 @@ class Pass {
   }
 
   bool replayed() const { return recording_.has_value(); }
-  bool began() const { return estimator_ != nullptr; }
-  std::string solver() const { return estimator_->solver(); }
+  const ProcessedBundles& bundles() const { return bundles_; }
   /// Null if the calibration is not estimated, or if a replay keeps the file of the earlier call.
-  const CalibrationEstimate* calibration() const { return recording_ ? nullptr : estimator_->calibration(); }
-  std::int64_t scans() const { return scans_; }
-  Time first_start() const { return first_start_; }
-  Time last_end() const { return last_end_; }
+  const CalibrationEstimate* calibration() const { return bundles_.estimator->calibration(); }
   const ArrayLog& readings() const { return readings_; }
   const PassRecord& record_of_pass() const { return record_; }
 
  private:
-  bool read(ScanBundle& bundle) {
-    if (!log_.next(bundle)) return false;
-    if (!estimator_) {
-      estimator_ = run_.make_estimator(bundle);
-      first_start_ = bundle.scan.start;
-    }
-    return true;
-  }
-
-  void count(const ScanBundle& bundle) {
-    if (run_.field.map != nullptr) readings_.add(bundle.magnetic);
-    ++scans_;
-    last_end_ = bundle.scan.end;
+  std::unique_ptr<Estimator> make_estimator(const ScanBundle& first) const {
+    auto estimator = run_.make_estimator(first);
+    if (!recording_) return estimator;
+    return std::make_unique<ReplayedEstimator>(std::move(estimator), *recording_);
   }
 
   void record() {
@@ -273,14 +271,12 @@ class Pass {
   OpenedLog log_;
   EstimateSink& results_;
   WarningLog& warnings_;
-  std::unique_ptr<Estimator> estimator_;
   ArrayLog readings_;
-  std::int64_t scans_ = 0;
-  Time first_start_ = 0;
   Time last_end_ = 0;
   std::optional<EstimateRecording> recording_;  // of an earlier call, to be replayed
   std::unique_ptr<EstimateRecorder> recorder_;  // of this pass
   ManySinks sinks_;
+  ProcessedBundles bundles_;
   PassRecord record_;
 };
 
@@ -297,15 +293,11 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   const Time log_end = log.end;
   EstimateFiles files(run.folder);
   ManySinks sinks({&files, &outcome.record});
-  std::optional<InputError> failure;
   Pass pass(run, start, std::move(log), sinks, warnings);
-  try {
-    if (pass.process_log()) summary.status = RunStatus::interrupted;
-  } catch (const InputError& error) {
-    if (!pass.began()) throw;
-    failure = error;
-    summary.status = RunStatus::stopped;
-  }
+  pass.process_log();
+  const ProcessedBundles& bundles = pass.bundles();
+  if (bundles.stopped) summary.status = RunStatus::interrupted;
+  if (bundles.failure) summary.status = RunStatus::stopped;
   pass.finish();
   outcome.replayed = pass.replayed();
   summary.refine_s = pass.record_of_pass().refine_s;
@@ -313,10 +305,10 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   if (summary.status == RunStatus::done && run.refines && interrupt_requested())
     summary.status = RunStatus::interrupted;
   const bool whole = summary.status == RunStatus::done;
-  summary.scans = pass.scans();
-  summary.solver = pass.solver();
-  const Time last_end = pass.last_end();
-  summary.duration_s = to_seconds(last_end - pass.first_start());
+  summary.scans = bundles.scans;
+  summary.solver = bundles.estimator->solver();
+  const Time last_end = bundles.end;
+  summary.duration_s = to_seconds(last_end - bundles.begin);
   count_steps(outcome.record, summary, warnings);
   if (run.field.map != nullptr && !summary.saw_field && !outcome.record.steps().empty()) {
     warnings.add("run.field_unused",
@@ -334,7 +326,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   std::string mark;
   if (summary.status != RunStatus::done && summary.status != RunStatus::regained) {
     mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(log_end));
-    if (failure) mark += fmt::format(": {}", failure->what());
+    if (bundles.failure) mark += fmt::format(": {}", bundles.failure->what());
     if (summary.status != RunStatus::lost && summary.status != RunStatus::regained)
       warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
   }
@@ -367,7 +359,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   summary.warnings = warnings;
   write_text_file((run.folder / "summary.json").string(), to_json(summary));
-  if (failure) throw *failure;
+  if (bundles.failure) throw *bundles.failure;
   return outcome;
 }
 

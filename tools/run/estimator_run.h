@@ -8,17 +8,11 @@
 #include "core/measurements.h"
 #include "estimators/estimator.h"
 #include "frontends/configuration/platform.h"
+#include "localization/site.h"
 #include "tools/run/field_report.h"
 #include "tools/run/run_summary.h"
 
 namespace lodestone {
-
-/// A log as a sequence of bundles.
-struct OpenedLog {
-  Time begin = 0;
-  Time end = 0;
-  std::function<bool(ScanBundle&)> next;  ///< false at the end of the log
-};
 
 /// One estimator's pass over a log.
 struct EstimatorRun {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <memory>
-
 namespace lodestone {
 
 /// Restarts the measurement of the process's peak memory, so that each estimator has its own figure. If the kernel does
@@ -10,17 +8,5 @@ void reset_peak_memory();
 
 /// Peak resident memory since `reset_peak_memory` or the program's begin, MB (10⁶ bytes); 0 if unknown.
 double peak_memory_mb();
-
-/// Limits the number of threads during its lifetime (0: all of the machine). BLAS always has one thread: with more, its
-/// sums, and so the results, would depend on the machine.
-class ThreadLimit {
- public:
-  explicit ThreadLimit(int threads);
-  ~ThreadLimit();
-
- private:
-  struct Control;
-  std::unique_ptr<Control> control_;
-};
 
 }  // namespace lodestone

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "core/thread_limit.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
@@ -15,7 +16,6 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/run/resources.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/reality_yaml.h"

@@ -9,10 +9,10 @@
 #include "core/error.h"
 #include "estimators/factory.h"
 #include "frontends/maps/plane_map_loader.h"
+#include "localization/initial_pose.h"
 #include "tests/frontends/logs/test_files.h"
 #include "tests/tools/check/check_site.h"
 #include "tools/commands.h"
-#include "tools/run/initial_pose.h"
 
 namespace lodestone {
 namespace {

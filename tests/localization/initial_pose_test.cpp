@@ -1,4 +1,4 @@
-#include "tools/run/initial_pose.h"
+#include "localization/initial_pose.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,11 +1,10 @@
-#include "tools/run/automatic_initialization.h"
+#include "localization/automatic_initialization.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "core/error.h"
@@ -34,8 +33,8 @@ std::string candidates_text(const FoundStart& found) {
 
 }  // namespace
 
-StartHypothesis find_initial_pose(const std::string& log, const EstimatorInput& input,
-                                  const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {
+FoundInitialPose find_initial_pose(const std::string& log, const EstimatorInput& input,
+                                   const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {
   const auto begin = std::chrono::steady_clock::now();
   std::vector<ScanBundle> bundles;
   ScanBundle bundle;
@@ -58,20 +57,19 @@ StartHypothesis find_initial_pose(const std::string& log, const EstimatorInput& 
   }
   const StartHypothesis& best = found.best.front();
   const Vector3& p = best.T_map_imu.position;
-  const std::string line = fmt::format(
+  const std::string description = fmt::format(
       "initial pose: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} "
       "s of "
       "data, found in {:.1f} s",
       p.x(), p.y(), p.z(), heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability,
       found.candidates, found.data_s, wall_s);
-  std::printf("%s\n", line.c_str());
   if (best.probability < PlaceSearchOptions{}.min_probability) {
     warnings.add("run.initial_pose",
                  fmt::format("the initial pose has a probability of only {:.1f} %; candidates: {}",
                              100.0 * best.probability, candidates_text(found)),
                  bundles.front().scan.start);
   }
-  return best;
+  return {best, description};
 }
 
 }  // namespace lodestone

@@ -1,4 +1,4 @@
-#include "tools/run/initial_pose.h"
+#include "localization/initial_pose.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,81 @@
+#include "localization/site.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "core/error.h"
+#include "frontends/configuration/magnetometer_choice.h"
+#include "frontends/maps/magnetic_map_file.h"
+#include "frontends/maps/plane_map_loader.h"
+#include "frontends/synchronizer/bag_source.h"
+#include "frontends/synchronizer/synchronizer.h"
+
+namespace lodestone {
+
+Site site_without_maps(Platform platform, const RunOptions& options, const MapFiles& files,
+                       std::optional<double> max_range_m) {
+  if (files.cloud.empty() && files.magnetic.empty()) {
+    throw InputError("no map: set --cloud MAP.pcd, --magnetic FIELD.yaml, or both");
+  }
+  if (max_range_m && !(*max_range_m > 0.0)) {
+    throw InputError(fmt::format("--max-range: expected metres above 0, found {}", *max_range_m));
+  }
+  Site site{std::move(platform), options, files};
+  if (!files.magnetic.empty()) choose_magnetometers(options.magnetic.magnetometers, site.platform);
+  if (max_range_m) site.platform.suite.set_max_range(*max_range_m);
+  site.sensors.lidar = !files.cloud.empty();
+  site.sensors.magnetometers = !files.magnetic.empty();
+  site.sensors.wheels = options.wheels.enabled;
+  return site;
+}
+
+std::string load_cloud(Site& site, const std::string& folder) {
+  const LoadedPlanes loaded =
+      load_planes(site.files.cloud, site.options.lidar.map, site.platform.suite.lidars(), folder, site.warnings);
+  site.planes = loaded.source;
+  return loaded.description;
+}
+
+std::string load_field(Site& site) {
+  site.field =
+      std::make_shared<MagneticMap>(read_magnetic_map(site.files.magnetic, site.options.magnetic.map.max_bytes()));
+  if (site.platform.magnetometers.empty()) {
+    throw InputError(
+        fmt::format("{}: there are no magnetometers, but --magnetic requires them; add them under 'magnetometers', or "
+                    "omit --magnetic",
+                    site.platform.file_name()));
+  }
+  const FieldGrid& grid = site.field->grid();
+  return fmt::format("{} x {} nodes of {:g} m, {} layer{}", grid.columns, grid.rows, grid.resolution_m,
+                     grid.heights_m.size(), grid.heights_m.size() == 1 ? "" : "s");
+}
+
+Site load_site(const std::string& platform_file, const RunOptions& options, const MapFiles& files,
+               std::optional<double> max_range_m) {
+  Site site = site_without_maps(load_platform(platform_file), options, files, max_range_m);
+  if (!files.cloud.empty()) load_cloud(site, std::filesystem::temp_directory_path().string());
+  if (!files.magnetic.empty()) load_field(site);
+  return site;
+}
+
+OpenedLog open_bundles(MeasurementSource& source, const Site& site, WarningLog& warnings) {
+  const auto synchronizer = std::make_shared<Synchronizer>(source, site.platform.suite, warnings, site.sensors);
+  return {source.begin_time(), source.end_time(),
+          [synchronizer](ScanBundle& bundle) { return synchronizer->next(bundle); }};
+}
+
+OpenedLog open_bundles(const std::string& log, const Site& site, WarningLog& warnings) {
+  const auto source = std::make_shared<BagSource>(log, site.platform, warnings, site.sensors);
+  OpenedLog opened = open_bundles(*source, site, warnings);
+  opened.next = [source, next = std::move(opened.next)](ScanBundle& bundle) { return next(bundle); };
+  return opened;
+}
+
+EstimatorInput estimator_input(const Site& site, const Pose& T_map_imu, WarningLog* warnings) {
+  return {site.platform.suite, site.planes, site.field, T_map_imu, Vector3::Zero(),
+          site.options,        warnings,    nullptr,    {}};
+}
+
+}  // namespace lodestone
