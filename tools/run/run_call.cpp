@@ -26,6 +26,7 @@
 #include "tools/run/estimator_run.h"
 #include "tools/run/first_seconds.h"
 #include "tools/run/folder_lock.h"
+#include "tools/run/new_folder.h"
 #include "tools/run/output_folder_check.h"
 #include "tools/run/picture_series.h"
 #include "tools/run/resumption.h"
@@ -250,6 +251,7 @@ void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin,
 int execute(const RunCall& call) {
   catch_interrupts();
   check_call(call);
+  const NewFolder refused_leaves_nothing(call.out);
   std::optional<FolderLock> lock(call.out);  // before the maps are loaded
   const ThreadLimit limit(call.threads.value_or(0));
   RunInputs inputs = load_small_files(call);

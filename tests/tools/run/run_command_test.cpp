@@ -154,6 +154,8 @@ TEST_F(RunCommand, RefusesWrongCallsInOneLine) {
   expect_refused(call("--initial-pose '1 2 3'"), "--initial-pose");
   expect_refused(call("--initial-pose '900 2 3 0 0 0 1'"), "this map has no plane");
   expect_refused(call("--initial-pose auto"), "no certain initial pose");  // the bare room is symmetric
+  expect_refused(call("--initial-pose 1 2 3 0 0 0 1"), "put a pose in quotes");
+  EXPECT_FALSE(std::filesystem::exists(path("out"))) << "a refused call leaves nothing half-written";
   expect_refused(call("--max-range -3"), "--max-range");
   expect_refused(call("--threads 0"), "--threads");
   const std::string rest = " --platform " + path("platform.yaml") + " --out " + path("out");
