@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "estimators/baselines/magnetic_calibrating/magnetic_calibrating.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
@@ -10,7 +11,7 @@
 namespace lodestone {
 
 std::vector<std::string> estimator_names() {
-  return {"smoother", "ieskf", "lidar-inertial", "magnetic"};
+  return {"smoother", "ieskf", "lidar-inertial", "magnetic", "magnetic-calibrating"};
 }
 
 bool can_refine(const std::string& name) {
@@ -38,6 +39,12 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
     without_lidar.planes = nullptr;
     without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
     return std::make_unique<Smoother>(without_lidar);
+  }
+  if (name == "magnetic-calibrating") {
+    if (input.field == nullptr) {
+      throw InputError("estimator magnetic-calibrating requires a field map: pass --magnetic FIELD.yaml");
+    }
+    return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
   }
   throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
                    " (known: " + join_names(estimator_names()) + ")");

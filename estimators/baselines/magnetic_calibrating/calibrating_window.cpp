@@ -1,6 +1,7 @@
 #include "estimators/baselines/magnetic_calibrating/calibrating_window.h"
 
 #include <cmath>
+#include <limits>
 
 #include "core/observability/robust_weight.h"
 
@@ -43,7 +44,8 @@ CalibratingWindow::CalibratingWindow(Time time, const NavState& state, const Mat
       map_(std::move(map)),
       options_(without_array_weights(options)),
       crowding_(array_crowding(suite, map_correlation_m(options, *map_))),
-      huber_threshold_(mahalanobis_quantile(3, options.huber_probability)),
+      huber_threshold_(options.huber ? mahalanobis_quantile(3, options.huber_probability)
+                                     : std::numeric_limits<double>::infinity()),
       window_(time, state, covariance, static_cast<int>(suite.magnetometers.size()), suite.imu, with_bias_states(),
               magnetometers_only(suite.calibration)) {
   readings_.emplace_back();
@@ -106,7 +108,7 @@ void CalibratingWindow::renew_weights() {
       const double distance = residual_ut(k, reading).norm() / reading.sigma_ut;
       reading.weight = huber_weight(distance, huber_threshold_);
       // ρ(s) = 2 c s − c² and w s² = c s beyond the threshold c.
-      beyond_huber_ += 0.5 * huber_threshold_ * std::max(0.0, distance - huber_threshold_);
+      if (distance > huber_threshold_) beyond_huber_ += 0.5 * huber_threshold_ * (distance - huber_threshold_);
     }
     window_.set_field(k, map_, options_.interpolation, readings_[k], {});
   }

@@ -7,7 +7,7 @@ namespace lodestone {
 /// Options of the estimator magnetic-calibrating (docs/design/055-magnetic-calibrating.md).
 struct MagneticCalibratingOptions {
   double window_s = 2.5;
-  int alternations = 3;
+  int alternations = 10;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
