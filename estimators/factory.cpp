@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "estimators/baselines/continuous_time/continuous_time.h"
+#include "estimators/baselines/magnetic_calibrating/magnetic_calibrating.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
@@ -11,7 +12,7 @@
 namespace lodestone {
 
 std::vector<std::string> estimator_names() {
-  return {"smoother", "ieskf", "lidar-inertial", "magnetic", "continuous-time"};
+  return {"smoother", "ieskf", "lidar-inertial", "magnetic", "continuous-time", "magnetic-calibrating"};
 }
 
 bool can_refine(const std::string& name) {
@@ -44,6 +45,12 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
     if (input.planes == nullptr)
       throw InputError("estimator continuous-time requires a cloud map: pass --cloud MAP.pcd");
     return std::make_unique<ContinuousTime>(input, input.options.continuous_time);
+  }
+  if (name == "magnetic-calibrating") {
+    if (input.field == nullptr) {
+      throw InputError("estimator magnetic-calibrating requires a field map: pass --magnetic FIELD.yaml");
+    }
+    return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
   }
   throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
                    " (known: " + join_names(estimator_names()) + ")");

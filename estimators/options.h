@@ -12,6 +12,7 @@
 #include "core/option_checks.h"
 #include "core/options.h"
 #include "estimators/baselines/continuous_time/continuous_time_options.h"
+#include "estimators/baselines/magnetic_calibrating/magnetic_calibrating_options.h"
 #include "estimators/initialization/place_search_options.h"
 #include "factors/window_options.h"
 
@@ -252,6 +253,7 @@ struct RunOptions {
   SmootherOptions smoother;
   FilterOptions ieskf;
   ContinuousTimeOptions continuous_time;
+  MagneticCalibratingOptions magnetic_calibrating;
   PlaceSearchOptions search;
   ReportOptions report;
 
@@ -265,6 +267,7 @@ struct RunOptions {
     visitor.section("smoother", smoother);
     visitor.section("ieskf", ieskf);
     visitor.section("continuous_time", continuous_time);
+    visitor.section("magnetic_calibrating", magnetic_calibrating);
     visitor.section("search", search);
     visitor.section("report", report);
   }

@@ -73,6 +73,18 @@ class SlidingWindow {
   /// 0.005. Integrates IMU factors again if their biases have left the linear range.
   int solve();
 
+  /// The variables that a partial solve changes.
+  enum class Part {
+    states,        ///< all but the magnetometers' calibration
+    magnetometers  ///< the biases and matrices of the magnetometers
+  };
+
+  /// As `solve`, with the other variables constant: one step of an alternating minimization.
+  int solve_part(Part part);
+
+  /// ½ Σ r² over all factors, with their present weights.
+  double cost() const;
+
   /// Names of the solver and the linear solver: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE)".
   static std::string solver_description();
 
