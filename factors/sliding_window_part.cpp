@@ -10,7 +10,7 @@ int SlidingWindow::solve_part(Part part) {
   for (const auto& epoch : epochs_) {
     for (WindowBlock& bias : epoch->biases) calibration.push_back(bias.values.data());
   }
-  for (std::size_t i = 0; i < matrices_.size(); ++i) {
+  for (std::size_t i = 0; i < matrices_priors_.size(); ++i) {
     if (matrices_priors_[i]) calibration.push_back(matrices_[i].values.data());
   }
   std::vector<double*> blocks;
