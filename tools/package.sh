@@ -41,7 +41,8 @@ if ((EUID == 0)) && [[ -n $(command -v debootstrap) ]]; then
     unshare --mount bash -c 'mount -t proc proc "$0/proc" && exec chroot "$0" env LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"' \
       "$clean" "$@"
   }
-  inside apt-get -qq install --yes --no-install-recommends -o Dpkg::Use-Pty=0 /tmp/lodestone.deb >"$out/install.log"
+  inside apt-get -qq install --yes --no-install-recommends -o Dpkg::Use-Pty=0 -o Dpkg::Options::=--force-unsafe-io \
+    /tmp/lodestone.deb >"$out/install.log"
   folder=/
 else
   step "Not tested: installation and dependencies, which require root and debootstrap. The package is only unpacked."

@@ -20,9 +20,9 @@ turns=(
   "address-estimators-3 address-estimators-4"
   "fuzz"
   "thread-tools-1 thread-tools-2"
-  "thread-tools-3 thread-tools-4"
+  "thread-tools-3 thread-tools-4 thread-localization"
   "address-tools-1 address-tools-2"
-  "address-tools-3 address-tools-4"
+  "address-tools-3 address-tools-4 address-localization"
 )
 
 # Where the history was cut off, the commit's name stands for the number of commits.
