@@ -2,6 +2,8 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "estimators/baselines/magnetic_particle/magnetic_particle_filter.h"
+#include "estimators/baselines/magnetic_stochastic/magnetic_stochastic_filter.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
@@ -10,7 +12,7 @@
 namespace lodestone {
 
 std::vector<std::string> estimator_names() {
-  return {"smoother", "ieskf", "lidar-inertial", "magnetic"};
+  return {"smoother", "ieskf", "lidar-inertial", "magnetic", "magnetic-particle", "magnetic-stochastic"};
 }
 
 bool can_refine(const std::string& name) {
@@ -38,6 +40,17 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
     without_lidar.planes = nullptr;
     without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
     return std::make_unique<Smoother>(without_lidar);
+  }
+  if (name == "magnetic-particle" || name == "magnetic-stochastic") {
+    if (input.field == nullptr) {
+      throw InputError("estimator " + name + " requires a field map: pass --magnetic FIELD.yaml");
+    }
+    EstimatorInput without_lidar = input;
+    without_lidar.planes = nullptr;
+    if (name == "magnetic-particle") {
+      return std::make_unique<MagneticParticleFilter>(std::move(without_lidar), ParticleOptions{});
+    }
+    return std::make_unique<MagneticStochasticFilter>(std::move(without_lidar), StochasticOptions{});
   }
   throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
                    " (known: " + join_names(estimator_names()) + ")");
