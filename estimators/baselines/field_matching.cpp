@@ -63,6 +63,7 @@ FieldMatching::Residual FieldMatching::residual(const MatchedScan::Reading& read
   if (!field) {
     result.squared_ut2 = (measured_ut - background_.mean_ut).squaredNorm();
     result.variance_ut2 = reading.variance_ut2 + background_.sigma_ut * background_.sigma_ut;
+    result.log_prior = std::log(kStaleShare);
     return result;
   }
   const double by_place =
@@ -96,6 +97,7 @@ double FieldMatching::log_likelihood(const MatchedScan& scan, const Pose& T_map_
     double of_array = 0.0;
     for (const MatchedScan::Reading& reading : array.readings) {
       const Residual found = residual(reading, T_map_imu);
+      of_array += found.log_prior;
       of_array -=
           1.5 * std::log(found.variance_ut2) +
           0.5 * (kStudentDegrees + 3.0) * std::log1p(found.squared_ut2 / (kStudentDegrees * found.variance_ut2));

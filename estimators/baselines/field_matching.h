@@ -35,7 +35,8 @@ class FieldMatching {
   MatchedScan match(const ScanBundle& bundle, const NavState& end) const;
 
   /// ln p(readings | T_map_imu at t_k), without a constant. A reading off the map has the distribution of the whole
-  /// map's field, so that poses on and off the map are comparable.
+  /// map's field, so that poses on and off the map are comparable, times the small probability that the robot is where
+  /// the map does not describe the field (kStaleShare).
   double log_likelihood(const MatchedScan& scan, const Pose& T_map_imu) const;
 
   /// Statistics of the readings at the estimated pose. The weight of an array is the mean weight of its magnetometers
@@ -50,6 +51,7 @@ class FieldMatching {
     double squared_ut2 = 0.0;
     double variance_ut2 = 1.0;      ///< per component
     double map_variance_ut2 = 0.0;  ///< part of it
+    double log_prior = 0.0;         ///< that the map describes the field here
     bool on_map = false;
   };
   Residual residual(const MatchedScan::Reading& reading, const Pose& T_map_imu) const;
