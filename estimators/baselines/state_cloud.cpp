@@ -21,14 +21,15 @@ void make_symmetric(Matrix17& covariance) {
   covariance = (0.5 * (covariance + covariance.transpose())).eval();
 }
 
-/// The derivative of a step by the same step before a turn about the vertical. φ is in body axes and does not change;
-/// position and velocity turn; the tangent plane of a vertical gravity turns with its basis.
-Matrix17 turn_of_step(const Matrix3& turn, const Vector3& gravity) {
+/// The derivative of a step at `to` by the same step at `from`, before a turn about the vertical. φ is in body axes and
+/// does not change; position, velocity and gravity turn. Near the vertical, the basis of the tangent plane of gravity
+/// jumps from state to state.
+Matrix17 turn_of_step(const Matrix3& turn, const Vector3& from_gravity, const Vector3& to_gravity) {
   Matrix17 result = Matrix17::Identity();
   result.block<3, 3>(tangent::position, tangent::position) = turn;
   result.block<3, 3>(tangent::velocity, tangent::velocity) = turn;
-  const Eigen::Matrix<double, 3, 2> basis = s2::basis(gravity);
-  result.block<2, 2>(tangent::gravity, tangent::gravity) = basis.transpose() * turn * basis;
+  result.block<2, 2>(tangent::gravity, tangent::gravity) =
+      s2::basis(to_gravity).transpose() * turn * s2::basis(from_gravity);
   return result;
 }
 
@@ -43,7 +44,7 @@ StateCloud::StateCloud(const NavState& state, const Matrix17& covariance)
 
 void StateCloud::set_nominal(const NavState& nominal) {
   const double turn = heading_rad(nominal.T_map_imu.rotation) - heading_rad(nominal_.T_map_imu.rotation);
-  const Matrix17 transition = turn_of_step(about_vertical(turn), nominal.gravity);
+  const Matrix17 transition = turn_of_step(about_vertical(turn), nominal_.gravity, nominal.gravity);
   covariance_ = (transition * covariance_ * transition.transpose()).eval();
   make_symmetric(covariance_);
   nominal_ = nominal;
@@ -58,10 +59,9 @@ Vector17 StateCloud::turned(const Vector17& step, const NavState& state) const {
     result[offset] = c * step[offset] - s * step[offset + 1];
     result[offset + 1] = s * step[offset] + c * step[offset + 1];
   }
-  const Eigen::Matrix<double, 3, 2> basis = s2::basis(state.gravity);
-  Vector3 tilt = basis * step.segment<2>(tangent::gravity);
+  Vector3 tilt = s2::basis(nominal_.gravity) * step.segment<2>(tangent::gravity);
   tilt.head<2>() = Eigen::Vector2d(c * tilt.x() - s * tilt.y(), s * tilt.x() + c * tilt.y());
-  result.segment<2>(tangent::gravity) = basis.transpose() * tilt;
+  result.segment<2>(tangent::gravity) = s2::basis(state.gravity).transpose() * tilt;
   return result;
 }
 

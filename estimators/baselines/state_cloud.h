@@ -56,7 +56,8 @@ class StateCloud {
   /// Mean of the states with the given weights (of sum 1), in the tangent space of the nominal state.
   NavState mean(std::span<const double> weights) const;
 
-  /// Weighted second moments of the states about `about`; the covariance that they share is not included.
+  /// Weighted second moments of the states about `about`, in its tangent space; the covariance that they share is not
+  /// included.
   Matrix17 spread(std::span<const double> weights, const NavState& about) const;
 
   /// Replaces the covariance of the linear functions `seen` (d×17) of the state by `posterior` (d×d), and adjusts the

@@ -93,8 +93,7 @@ Estimate MagneticParticleFilter::estimate(const std::vector<double>& weights) {
 }
 
 Matrix17 MagneticParticleFilter::total_covariance() const {
-  const std::vector<double> weights = cloud_.weights();
-  return cloud_.spread(weights, cloud_.mean(weights)) + cloud_.covariance();
+  return cloud_.spread(cloud_.weights(), cloud_.nominal()) + cloud_.covariance();
 }
 
 void MagneticParticleFilter::resample(const std::vector<double>& weights) {
