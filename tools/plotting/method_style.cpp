@@ -14,10 +14,12 @@ struct Known {
 };
 
 /// In the legend's order. Strokes differ too, for print in grey.
-constexpr std::array<Known, 4> kKnown{{{"smoother", 0, Stroke::solid},
+constexpr std::array<Known, 6> kKnown{{{"smoother", 0, Stroke::solid},
                                        {"ieskf", 1, Stroke::dashed},
                                        {"lidar-inertial", 2, Stroke::solid},
-                                       {"magnetic", 3, Stroke::dotted}}};
+                                       {"magnetic", 3, Stroke::dotted},
+                                       {"magnetic-particle", 4, Stroke::dashed},
+                                       {"magnetic-stochastic", 5, Stroke::dotted}}};
 
 const Known* find_known(const std::string& method) {
   const auto* found =
