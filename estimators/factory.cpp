@@ -4,6 +4,8 @@
 #include "core/nearest_name.h"
 #include "estimators/baselines/continuous_time/continuous_time.h"
 #include "estimators/baselines/magnetic_calibrating/magnetic_calibrating.h"
+#include "estimators/baselines/magnetic_particle/magnetic_particle_filter.h"
+#include "estimators/baselines/magnetic_stochastic/magnetic_stochastic_filter.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
@@ -12,7 +14,10 @@
 namespace lodestone {
 
 std::vector<std::string> estimator_names() {
-  return {"smoother", "ieskf", "lidar-inertial", "magnetic", "continuous-time", "magnetic-calibrating"};
+  return {"smoother",          "ieskf",
+          "lidar-inertial",    "magnetic",
+          "continuous-time",   "magnetic-calibrating",
+          "magnetic-particle", "magnetic-stochastic"};
 }
 
 bool can_refine(const std::string& name) {
@@ -51,6 +56,17 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
       throw InputError("estimator magnetic-calibrating requires a field map: pass --magnetic FIELD.yaml");
     }
     return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
+  }
+  if (name == "magnetic-particle" || name == "magnetic-stochastic") {
+    if (input.field == nullptr) {
+      throw InputError("estimator " + name + " requires a field map: pass --magnetic FIELD.yaml");
+    }
+    EstimatorInput without_lidar = input;
+    without_lidar.planes = nullptr;
+    if (name == "magnetic-particle") {
+      return std::make_unique<MagneticParticleFilter>(std::move(without_lidar), input.options.magnetic_particle);
+    }
+    return std::make_unique<MagneticStochasticFilter>(std::move(without_lidar), input.options.magnetic_stochastic);
   }
   throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
                    " (known: " + join_names(estimator_names()) + ")");

@@ -13,6 +13,8 @@
 #include "core/options.h"
 #include "estimators/baselines/continuous_time/continuous_time_options.h"
 #include "estimators/baselines/magnetic_calibrating/magnetic_calibrating_options.h"
+#include "estimators/baselines/magnetic_particle/particle_options.h"
+#include "estimators/baselines/magnetic_stochastic/stochastic_options.h"
 #include "estimators/initialization/place_search_options.h"
 #include "factors/window_options.h"
 
@@ -254,6 +256,8 @@ struct RunOptions {
   FilterOptions ieskf;
   ContinuousTimeOptions continuous_time;
   MagneticCalibratingOptions magnetic_calibrating;
+  ParticleOptions magnetic_particle;
+  StochasticOptions magnetic_stochastic;
   PlaceSearchOptions search;
   ReportOptions report;
 
@@ -268,6 +272,8 @@ struct RunOptions {
     visitor.section("ieskf", ieskf);
     visitor.section("continuous_time", continuous_time);
     visitor.section("magnetic_calibrating", magnetic_calibrating);
+    visitor.section("magnetic_particle", magnetic_particle);
+    visitor.section("magnetic_stochastic", magnetic_stochastic);
     visitor.section("search", search);
     visitor.section("report", report);
   }

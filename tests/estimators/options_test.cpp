@@ -23,7 +23,8 @@ TEST(RunOptions, ValuesThatMakeNoSenseAreRefusedByKeyAndBound) {
         "lidar.association.gate_sigmas=0", "degeneracy.max_sigma_m=-0.1", "degeneracy.min_probability=1.5",
         "magnetic.beta=1.5", "magnetic.huber_probability=1", "magnetic.samples_per_reading=0", "smoother.window_s=-1",
         "ieskf.lidar_iterations=0", "continuous_time.window_s=0", "initial.position_sigma_m=0",
-        "magnetic_calibrating.window_s=-1", "magnetic_calibrating.alternations=0"}) {
+        "magnetic_calibrating.window_s=-1", "magnetic_calibrating.alternations=0",
+        "magnetic_particle.min_particles=1"}) {
     try {
       with(assignment);
       ADD_FAILURE() << assignment;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/random_stream.h"
 #include "tests/estimators/drive.h"
-#include "tools/simulate/random.h"
 
 namespace lodestone::testing {
 namespace {
@@ -28,7 +28,7 @@ Drive with_wheels(Drive drive, const Wheels& wheels) {
   drive.suite.wheels.emplace();
   drive.suite.wheels->velocity_sigma_m_s = kNoise_m_s;
   drive.suite.calibration.wheels = WheelCalibrationSigmas{};
-  simulation::RandomStream random(5, "wheels of a test");
+  RandomStream random(5, "wheels of a test");
   const Time begin = drive.truth.front().time;
   constexpr Time kSide = 10'000'000;
   Time time = begin + kWheelPeriod;

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "core/parallel.h"
+#include "core/random_stream.h"
 #include "tools/simulate/displacement_field.h"
-#include "tools/simulate/random.h"
 #include "tools/simulate/reality.h"
 #include "tools/simulate/route.h"
 

@@ -5,8 +5,8 @@
 #include <map>
 #include <optional>
 
+#include "core/random_stream.h"
 #include "tools/simulate/magnetic_field.h"
-#include "tools/simulate/random.h"
 
 namespace lodestone::simulation {
 namespace {

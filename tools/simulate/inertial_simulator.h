@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/measurements.h"
+#include "core/random_stream.h"
 #include "tools/simulate/magnetic_field.h"
 #include "tools/simulate/motion.h"
-#include "tools/simulate/random.h"
 #include "tools/simulate/reality.h"
 #include "tools/simulate/route.h"
 

@@ -3,10 +3,10 @@
 #include <cstdint>
 
 #include "core/measurements.h"
+#include "core/random_stream.h"
 #include "tools/simulate/beam_pattern.h"
 #include "tools/simulate/motion.h"
 #include "tools/simulate/movers.h"
-#include "tools/simulate/random.h"
 #include "tools/simulate/ray_caster.h"
 #include "tools/simulate/reality.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/simulate/random.h"
+#include "core/random_stream.h"
 
 namespace lodestone::simulation {
 namespace {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/angles.h"
-#include "tools/simulate/random.h"
+#include "core/random_stream.h"
 
 namespace lodestone::simulation {
 namespace {

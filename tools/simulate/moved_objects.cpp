@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/simulate/random.h"
+#include "core/random_stream.h"
 #include "tools/simulate/ray_caster.h"
 #include "tools/simulate/route.h"
 

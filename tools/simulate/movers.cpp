@@ -6,8 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include "core/random_stream.h"
 #include "tools/simulate/magnetic_field.h"
-#include "tools/simulate/random.h"
 
 namespace lodestone::simulation {
 namespace {

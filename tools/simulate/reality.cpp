@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/angles.h"
+#include "core/random_stream.h"
 #include "tools/simulate/beam_pattern.h"
-#include "tools/simulate/random.h"
 
 namespace lodestone::simulation {
 namespace {

@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "core/parallel.h"
+#include "core/random_stream.h"
 #include "tools/simulate/inertial_simulator.h"
 #include "tools/simulate/lidar_simulator.h"
-#include "tools/simulate/random.h"
 #include "tools/simulate/route.h"
 #include "tools/simulate/wheel_simulator.h"
 

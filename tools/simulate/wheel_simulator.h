@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "core/measurements.h"
+#include "core/random_stream.h"
 #include "tools/simulate/motion.h"
-#include "tools/simulate/random.h"
 #include "tools/simulate/reality.h"
 
 namespace lodestone::simulation {

@@ -6,12 +6,12 @@
 
 #include "core/mapping/magnetic_map_builder.h"
 #include "core/parallel.h"
+#include "core/random_stream.h"
 #include "estimators/initialization/place_search.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/point_cloud_file.h"
 #include "frontends/synchronizer/survey.h"
 #include "tools/simulate/cloud_map.h"
-#include "tools/simulate/random.h"
 #include "tools/simulate/random_starts.h"
 
 namespace lodestone {
@@ -66,7 +66,7 @@ MagneticMap site_field(const simulation::World& world, const simulation::Environ
                                      Eigen::Vector4f::Constant(none));
   const auto error_at = [&](int row, int column) {
     const std::uint64_t index = static_cast<std::uint64_t>(row) << 32U | static_cast<std::uint64_t>(column);
-    return simulation::RandomStream(map_seed, "error of the site's field", index).normal3();
+    return RandomStream(map_seed, "error of the site's field", index).normal3();
   };
   parallel_for(0, grid.rows, [&](int row) {
     for (int column = 0; column < grid.columns; ++column) {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/simulate/random.h"
+#include "core/random_stream.h"
 
 namespace lodestone::simulation {
 namespace {

@@ -8,7 +8,7 @@
 #include "core/bit_mix.h"
 #include "core/geometry/so3.h"
 
-namespace lodestone::simulation {
+namespace lodestone {
 
 /// A stream of random numbers, named by a seed, a purpose and an index. Streams are independent: each scan, rod or
 /// sensor has its own numbers, whichever thread comes first. Source: Steele et al. 2014 (SplitMix64: a mixed counter).
@@ -50,4 +50,4 @@ class RandomStream {
   bool has_spare_ = false;
 };
 
-}  // namespace lodestone::simulation
+}  // namespace lodestone
