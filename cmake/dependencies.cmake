@@ -12,7 +12,7 @@ find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-find_package(PCL 1.12 REQUIRED COMPONENTS common io)
+find_package(PCL 1.12 REQUIRED COMPONENTS common io filters registration)
 find_package(embree 3 REQUIRED)
 find_package(TIFF REQUIRED)
 

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "estimators/baselines/ndt/ndt_localization.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
@@ -10,7 +11,7 @@
 namespace lodestone {
 
 std::vector<std::string> estimator_names() {
-  return {"smoother", "ieskf", "lidar-inertial", "magnetic"};
+  return {"smoother", "ieskf", "lidar-inertial", "magnetic", "ndt"};
 }
 
 bool can_refine(const std::string& name) {
@@ -38,6 +39,10 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
     without_lidar.planes = nullptr;
     without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
     return std::make_unique<Smoother>(without_lidar);
+  }
+  if (name == "ndt") {
+    if (input.matcher == nullptr) throw InputError("estimator ndt requires a cloud map: pass --cloud MAP.pcd");
+    return std::make_unique<NdtLocalization>(input, input.matcher, input.options.ndt);
   }
   throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
                    " (known: " + join_names(estimator_names()) + ")");

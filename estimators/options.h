@@ -11,6 +11,7 @@
 #include "core/observability/degeneracy.h"
 #include "core/option_checks.h"
 #include "core/options.h"
+#include "estimators/baselines/ndt/ndt_filter_options.h"
 #include "estimators/initialization/place_search_options.h"
 #include "factors/window_options.h"
 
@@ -249,6 +250,7 @@ struct RunOptions {
   WheelOptions wheels;
   SmootherOptions smoother;
   FilterOptions ieskf;
+  NdtFilterOptions ndt;
   PlaceSearchOptions search;
   ReportOptions report;
 
@@ -261,6 +263,7 @@ struct RunOptions {
     visitor.section("wheels", wheels);
     visitor.section("smoother", smoother);
     visitor.section("ieskf", ieskf);
+    visitor.section("ndt", ndt);
     visitor.section("search", search);
     visitor.section("report", report);
   }

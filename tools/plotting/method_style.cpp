@@ -14,10 +14,11 @@ struct Known {
 };
 
 /// In the legend's order. Strokes differ too, for print in grey.
-constexpr std::array<Known, 4> kKnown{{{"smoother", 0, Stroke::solid},
+constexpr std::array<Known, 5> kKnown{{{"smoother", 0, Stroke::solid},
                                        {"ieskf", 1, Stroke::dashed},
                                        {"lidar-inertial", 2, Stroke::solid},
-                                       {"magnetic", 3, Stroke::dotted}}};
+                                       {"magnetic", 3, Stroke::dotted},
+                                       {"ndt", 4, Stroke::dashed}}};
 
 const Known* find_known(const std::string& method) {
   const auto* found =

@@ -17,6 +17,7 @@
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
+#include "frontends/maps/ndt_map.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
@@ -47,6 +48,7 @@ struct RunInputs {
   RunOptions options;
   std::shared_ptr<const PlaneMapSource> planes;
   std::shared_ptr<const MagneticMap> field;
+  std::shared_ptr<ScanMatcher> matcher;  ///< null without estimator ndt
   Trajectory truth;
   std::optional<CalibrationEstimate> true_calibration;
   Trajectory initial_poses;  ///< of --initial-pose-from
@@ -122,6 +124,10 @@ void load_maps(const RunCall& call, RunInputs& inputs, WarningLog& warnings) {
         load_planes(call.cloud, inputs.options.lidar.map, inputs.platform.suite.lidars(), call.out, warnings);
     inputs.planes = loaded.source;
     std::printf("%s: %s\n", call.cloud.c_str(), loaded.description.c_str());
+    if (std::find(call.estimators.begin(), call.estimators.end(), "ndt") != call.estimators.end()) {
+      inputs.matcher =
+          load_ndt_map(call.cloud, inputs.options.ndt.registration, inputs.platform.suite.lidars(), warnings);
+    }
   } else {
     std::printf("no --cloud: LiDAR is not used, the run is magnetic-inertial\n");
   }
@@ -270,7 +276,8 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
                          inputs.options,
                          &warnings,
                          nullptr,
-                         refining_progress(name, span)};
+                         refining_progress(name, span),
+                         inputs.matcher};
     if (inputs.found) input = begin_at(*inputs.found, std::move(input));
     return make_estimator(name, input);
   };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 #include "core/lidar/range_limits.h"
 
@@ -68,6 +69,7 @@ void NdtLocalization::correct(const LidarScan& scan, Diagnostics& diagnostics) {
   diagnostics.points = match->points;
   diagnostics.correspondences = match->matched;
   diagnostics.inlier_share = static_cast<double>(match->matched) / match->points;
+  diagnostics.lidar_rmse_m = std::numeric_limits<double>::quiet_NaN();  // no planes, no distances from them
   diagnostics.iterations = match->iterations;
 }
 
