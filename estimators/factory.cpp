@@ -6,6 +6,7 @@
 #include "estimators/baselines/magnetic_calibrating/magnetic_calibrating.h"
 #include "estimators/baselines/magnetic_particle/magnetic_particle_filter.h"
 #include "estimators/baselines/magnetic_stochastic/magnetic_stochastic_filter.h"
+#include "estimators/baselines/ndt/ndt_localization.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/monitored.h"
@@ -14,10 +15,19 @@
 namespace lodestone {
 
 std::vector<std::string> estimator_names() {
-  return {"smoother",          "ieskf",
-          "lidar-inertial",    "magnetic",
-          "continuous-time",   "magnetic-calibrating",
-          "magnetic-particle", "magnetic-stochastic"};
+  return {"smoother",
+          "ieskf",
+          "lidar-inertial",
+          "magnetic",
+          "ndt",
+          "continuous-time",
+          "magnetic-calibrating",
+          "magnetic-particle",
+          "magnetic-stochastic"};
+}
+
+bool needs_scan_matcher(const std::string& name) {
+  return name == "ndt";
 }
 
 bool can_refine(const std::string& name) {
@@ -67,6 +77,10 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
       return std::make_unique<MagneticParticleFilter>(std::move(without_lidar), input.options.magnetic_particle);
     }
     return std::make_unique<MagneticStochasticFilter>(std::move(without_lidar), input.options.magnetic_stochastic);
+  }
+  if (name == "ndt") {
+    if (input.matcher == nullptr) throw InputError("estimator ndt requires a cloud map: pass --cloud MAP.pcd");
+    return std::make_unique<NdtLocalization>(input, input.matcher, input.options.ndt);
   }
   throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
                    " (known: " + join_names(estimator_names()) + ")");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/geometry/trajectory.h"
+#include "core/lidar/scan_matcher.h"
 #include "core/sensor_suite.h"
 #include "core/warnings.h"
 #include "estimators/estimator.h"
@@ -25,10 +26,14 @@ struct EstimatorInput {
   WarningLog* warnings = nullptr;            ///< counts data that the estimator discards; must outlive the estimator
   const Trajectory* linearize_at = nullptr;  ///< not null: nothing is solved; covariances are those at these poses
   std::function<bool(double)> refining;      ///< gets the finished share of a refinement; false stops it; may be empty
+  std::shared_ptr<ScanMatcher> matcher{};    ///< of the cloud map, for estimator ndt; null: other estimators only
 };
 
 /// Names of all estimators, the default first.
 std::vector<std::string> estimator_names();
+
+/// Whether the estimator requires EstimatorInput::matcher.
+bool needs_scan_matcher(const std::string& name);
 
 /// Whether the estimator supports refinement over the whole log (`smoother.refine`).
 bool can_refine(const std::string& name);

@@ -15,6 +15,7 @@
 #include "estimators/baselines/magnetic_calibrating/magnetic_calibrating_options.h"
 #include "estimators/baselines/magnetic_particle/particle_options.h"
 #include "estimators/baselines/magnetic_stochastic/stochastic_options.h"
+#include "estimators/baselines/ndt/ndt_filter_options.h"
 #include "estimators/initialization/place_search_options.h"
 #include "factors/window_options.h"
 
@@ -258,6 +259,7 @@ struct RunOptions {
   MagneticCalibratingOptions magnetic_calibrating;
   ParticleOptions magnetic_particle;
   StochasticOptions magnetic_stochastic;
+  NdtFilterOptions ndt;
   PlaceSearchOptions search;
   ReportOptions report;
 
@@ -274,6 +276,7 @@ struct RunOptions {
     visitor.section("magnetic_calibrating", magnetic_calibrating);
     visitor.section("magnetic_particle", magnetic_particle);
     visitor.section("magnetic_stochastic", magnetic_stochastic);
+    visitor.section("ndt", ndt);
     visitor.section("search", search);
     visitor.section("report", report);
   }

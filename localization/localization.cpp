@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/thread_limit.h"
+#include "frontends/maps/ndt_map.h"
 #include "localization/automatic_initialization.h"
 #include "localization/initial_pose.h"
 
@@ -125,6 +126,10 @@ std::unique_ptr<Estimator> estimator_at_start(const Site& site, const Localizati
   check_within_map(site, *start, first.scan.start, warnings);
   EstimatorInput input = estimator_input(site, *start, &warnings);
   input.refining = task.refining;
+  if (needs_scan_matcher(task.estimator) && !site.files.cloud.empty()) {
+    input.matcher =
+        load_ndt_map(site.files.cloud, site.options.ndt.registration, site.platform.suite.lidars(), warnings);
+  }
   if (const auto* found = std::get_if<StartHypothesis>(&task.initial_pose)) input = begin_at(*found, std::move(input));
   return make_estimator(task.estimator, input);
 }

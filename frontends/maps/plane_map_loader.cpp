@@ -19,17 +19,6 @@ namespace {
 /// Margin beyond the LiDAR's range: motion during a scan, and a voxel.
 constexpr double kBeyondRange = 10.0;
 
-/// Largest distance from the robot at which planes are required.
-double reach_of(std::span<const LidarModel> lidars) {
-  const auto reach_from_imu = [](const LidarModel& lidar) {
-    return lidar.max_range_m + lidar.T_imu_lidar.position.norm();
-  };
-  const LidarModel& farthest = *std::max_element(
-      lidars.begin(), lidars.end(),
-      [&](const LidarModel& a, const LidarModel& b) { return reach_from_imu(a) < reach_from_imu(b); });
-  return reach_from_imu(farthest) + kBeyondRange;
-}
-
 /// Keeps points within the range of voxel indices: all points of a site, unless the voxels are very small.
 class WithinVoxels {
  public:
@@ -70,9 +59,16 @@ class WithinVoxels {
 
 }  // namespace
 
+double map_reach_m(std::span<const LidarModel> lidars) {
+  double farthest_m = 0.0;
+  for (const LidarModel& lidar : lidars)
+    farthest_m = std::max(farthest_m, lidar.max_range_m + lidar.T_imu_lidar.position.norm());
+  return farthest_m + kBeyondRange;
+}
+
 LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options, std::span<const LidarModel> lidars,
                          const std::string& folder, WarningLog& warnings) {
-  const double reach = reach_of(lidars);
+  const double reach = map_reach_m(lidars);
   std::vector<Eigen::Vector3f> points;
   std::optional<TiledPlaneMapBuilder> builder;
   WithinVoxels within(options.voxel_m);

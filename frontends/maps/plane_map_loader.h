@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ struct LoadedPlanes {
   std::vector<Eigen::Vector3f> points{};  ///< that the planes were fitted to; none of a map in tiles
   std::string description;                ///< number of planes and their storage, as text
 };
+
+/// Largest distance from the robot at which a scan requires the map, m: the LiDARs' range and a margin for motion.
+double map_reach_m(std::span<const LidarModel> lidars);
 
 /// The planes of a cloud map: in memory for up to PlaneMapOptions::tile_above_points points, otherwise in tiles in a
 /// temporary file in `folder`. Estimators get the same planes in both cases. Throws InputError (as read_point_cloud; if

@@ -18,13 +18,26 @@ TEST(RunOptions, DefaultsPassTheirOwnChecks) {
 }
 
 TEST(RunOptions, ValuesThatMakeNoSenseAreRefusedByKeyAndBound) {
-  for (const std::string assignment :
-       {"lidar.map.voxel_m=0", "lidar.map.margin_m=0.2", "lidar.map.fit.min_points=1", "lidar.sampling.voxel_m=-1",
-        "lidar.association.gate_sigmas=0", "degeneracy.max_sigma_m=-0.1", "degeneracy.min_probability=1.5",
-        "magnetic.beta=1.5", "magnetic.huber_probability=1", "magnetic.samples_per_reading=0", "smoother.window_s=-1",
-        "ieskf.lidar_iterations=0", "continuous_time.window_s=0", "initial.position_sigma_m=0",
-        "magnetic_calibrating.window_s=-1", "magnetic_calibrating.alternations=0",
-        "magnetic_particle.min_particles=1"}) {
+  for (const std::string assignment : {"lidar.map.voxel_m=0",
+                                       "lidar.map.margin_m=0.2",
+                                       "lidar.map.fit.min_points=1",
+                                       "lidar.sampling.voxel_m=-1",
+                                       "lidar.association.gate_sigmas=0",
+                                       "degeneracy.max_sigma_m=-0.1",
+                                       "degeneracy.min_probability=1.5",
+                                       "magnetic.beta=1.5",
+                                       "magnetic.huber_probability=1",
+                                       "magnetic.samples_per_reading=0",
+                                       "smoother.window_s=-1",
+                                       "ieskf.lidar_iterations=0",
+                                       "continuous_time.window_s=0",
+                                       "initial.position_sigma_m=0",
+                                       "magnetic_calibrating.window_s=-1",
+                                       "magnetic_calibrating.alternations=0",
+                                       "magnetic_particle.min_particles=1",
+                                       "ndt.pose_time=1.5",
+                                       "ndt.registration.cell_m=0",
+                                       "ndt.registration.thinning_m=2"}) {
     try {
       with(assignment);
       ADD_FAILURE() << assignment;

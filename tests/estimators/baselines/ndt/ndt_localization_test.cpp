@@ -1,0 +1,172 @@
+#include "estimators/baselines/ndt/ndt_localization.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "frontends/maps/ndt_map.h"
+#include "tests/estimators/drive.h"
+#include "tests/estimators/room.h"
+
+namespace lodestone::testing {
+namespace {
+
+constexpr double kDrive_s = 6.0;
+
+/// Half of a loop through the room, and the room's NDT map.
+class NdtInARoom : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    room_ = std::make_unique<Room>(load_room());
+    simulation::SimulationSource source(room_->world, room_->environment, "loop",
+                                        simulation::SimulationSource::Drive::sequence, 3, kDrive_s);
+    truth_ = source.trajectory();
+    WarningLog warnings;
+    Synchronizer synchronizer(source, room_->input.suite, warnings);
+    for (ScanBundle bundle; synchronizer.next(bundle);) bundles_.push_back(bundle);
+    room_->input.initial_pose =
+        *interpolate(truth_, std::max(bundles_.front().scan.start, truth_.front().time), 1'000'000'000);
+  }
+  static void TearDownTestSuite() {
+    room_.reset();
+    bundles_.clear();
+    truth_.clear();
+  }
+
+  static std::shared_ptr<ScanMatcher> make_matcher() {
+    const NdtOptions options;
+    VoxelMeans cloud(options.thinning_m);
+    for (const Eigen::Vector3f& point : room_->cloud) cloud.add(point);
+    return std::make_shared<NdtMap>(cloud, options, 30.0);
+  }
+
+  static Collector estimate(Estimator& estimator, std::span<const ScanBundle> bundles) {
+    Collector collector;
+    for (const ScanBundle& bundle : bundles) estimator.process(bundle, collector);
+    estimator.finish(collector);
+    return collector;
+  }
+
+  static std::unique_ptr<Room> room_;
+  static std::vector<ScanBundle> bundles_;
+  static Trajectory truth_;
+};
+
+std::unique_ptr<Room> NdtInARoom::room_;
+std::vector<ScanBundle> NdtInARoom::bundles_;
+Trajectory NdtInARoom::truth_;
+
+/// The MIL-LC paper has 0.038 m in its warehouse.
+TEST_F(NdtInARoom, IsAsAccurateAsPublishedWhereNoDirectionIsDegenerate) {
+  NdtLocalization estimator(room_->input, make_matcher(), {});
+  const Collector result = estimate(estimator, bundles_);
+  ASSERT_EQ(result.best_estimates.size(), bundles_.size());
+  ASSERT_EQ(result.causal_estimates.size(), bundles_.size());
+  const Accuracy best = accuracy(result.best_estimates, truth_);
+  std::printf("ate %g max %g nees %g\n", best.ate_m, best.max_m, best.nees);
+  EXPECT_LT(best.ate_m, 0.038);
+  EXPECT_LT(best.max_m, 0.1);
+  for (std::size_t i = 0; i < bundles_.size(); ++i) {
+    EXPECT_EQ(result.best_estimates[i].time, bundles_[i].scan.end);
+    EXPECT_GT(result.best_estimates[i].diagnostics.inlier_share, 0.9);
+  }
+}
+
+TEST_F(NdtInARoom, SameBundlesSameBitsWithAFreshMatcherAndAUsedOne) {
+  const std::span<const ScanBundle> bundles(bundles_.data(), 10);
+  const auto used = make_matcher();
+  NdtLocalization first(room_->input, used, {});
+  const Collector once = estimate(first, bundles);
+  NdtLocalization second(room_->input, used, {});
+  const Collector again = estimate(second, bundles);
+  NdtLocalization third(room_->input, make_matcher(), {});
+  const Collector fresh = estimate(third, bundles);
+  for (std::size_t i = 0; i < bundles.size(); ++i) {
+    for (const Collector* other : {&again, &fresh}) {
+      const Estimate& a = once.best_estimates[i];
+      const Estimate& b = other->best_estimates[i];
+      ASSERT_EQ(a.state.T_map_imu.position, b.state.T_map_imu.position) << i;
+      ASSERT_EQ(a.state.T_map_imu.rotation.coeffs(), b.state.T_map_imu.rotation.coeffs()) << i;
+      ASSERT_EQ(a.covariance, b.covariance) << i;
+    }
+  }
+}
+
+TEST_F(NdtInARoom, WithoutScansTheImuPredictsAndTheCovarianceGrows) {
+  std::vector<ScanBundle> bundles(bundles_.begin(), bundles_.begin() + 15);
+  for (std::size_t i = 10; i < bundles.size(); ++i) bundles[i].scan.points.clear();
+  NdtLocalization estimator(room_->input, make_matcher(), {});
+  const Collector result = estimate(estimator, bundles);
+  for (std::size_t i = 11; i < bundles.size(); ++i) {
+    const Estimate& estimate = result.causal_estimates[i];
+    EXPECT_GT(estimate.covariance(3, 3), result.causal_estimates[i - 1].covariance(3, 3)) << i;
+    EXPECT_EQ(estimate.diagnostics.points, 0);
+  }
+  EXPECT_LT(accuracy(result.causal_estimates, truth_).max_m, 0.3);
+}
+
+TEST_F(NdtInARoom, UsesNoMagnetometers) {
+  std::vector<ScanBundle> bundles(bundles_.begin(), bundles_.begin() + 3);
+  NdtLocalization first(room_->input, make_matcher(), {});
+  const Collector with = estimate(first, bundles);
+  for (ScanBundle& bundle : bundles) bundle.magnetic.clear();
+  EstimatorInput input = room_->input;
+  input.field = nullptr;
+  NdtLocalization second(input, make_matcher(), {});
+  const Collector without = estimate(second, bundles);
+  EXPECT_EQ(with.best_estimates.back().state.T_map_imu.position,
+            without.best_estimates.back().state.T_map_imu.position);
+}
+
+/// The pose of a scan without deskewing is that of its middle, if the scan is registered perfectly.
+class PerfectMatcher final : public ScanMatcher {
+ public:
+  explicit PerfectMatcher(std::vector<Pose> poses) : poses_(std::move(poses)) {}
+  std::optional<ScanMatch> match(std::span<const Eigen::Vector3f> points, const Pose&) override {
+    ScanMatch match;
+    match.T_map_imu = poses_.at(next_++);
+    match.points = match.matched = static_cast<int>(points.size());
+    return match;
+  }
+
+ private:
+  std::vector<Pose> poses_;
+  std::size_t next_ = 0;
+};
+
+TEST_F(NdtInARoom, ARegisteredPoseIsThatOfTheScansMiddleAndTheEstimateThatOfItsEnd) {
+  std::vector<Pose> middles;
+  for (const ScanBundle& bundle : bundles_) {
+    middles.push_back(*interpolate(truth_, bundle.scan.start + (bundle.scan.end - bundle.scan.start) / 2, 20'000'000));
+  }
+  std::vector<double> errors_m;
+  for (const double pose_time : {0.0, 0.5, 1.0}) {
+    NdtFilterOptions options;
+    options.pose_time = pose_time;
+    NdtLocalization estimator(room_->input, std::make_shared<PerfectMatcher>(middles), options);
+    errors_m.push_back(accuracy(estimate(estimator, bundles_).best_estimates, truth_).ate_m);
+  }
+  std::printf("%g %g %g\n", errors_m[0], errors_m[1], errors_m[2]);
+  EXPECT_LT(errors_m[1], 0.01);
+  // Half a scan at 1 m/s.
+  EXPECT_GT(errors_m[0], 0.03);
+  EXPECT_GT(errors_m[2], 0.03);
+}
+
+TEST_F(NdtInARoom, ByNameItRequiresTheCloudMapAndIsJudgedAsGood) {
+  EstimatorInput input = room_->input;
+  try {
+    make_estimator("ndt", input);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("ndt requires a cloud map: pass --cloud"), std::string::npos);
+  }
+  input.matcher = make_matcher();
+  const auto estimator = make_estimator("ndt", input);
+  const Collector result = estimate(*estimator, std::span<const ScanBundle>(bundles_.data(), 20));
+  for (const Estimate& estimate : result.best_estimates) EXPECT_NE(estimate.health, Health::lost);
+}
+
+}  // namespace
+}  // namespace lodestone::testing
