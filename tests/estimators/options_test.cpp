@@ -22,7 +22,8 @@ TEST(RunOptions, ValuesThatMakeNoSenseAreRefusedByKeyAndBound) {
        {"lidar.map.voxel_m=0", "lidar.map.margin_m=0.2", "lidar.map.fit.min_points=1", "lidar.sampling.voxel_m=-1",
         "lidar.association.gate_sigmas=0", "degeneracy.max_sigma_m=-0.1", "degeneracy.min_probability=1.5",
         "magnetic.beta=1.5", "magnetic.huber_probability=1", "magnetic.samples_per_reading=0", "smoother.window_s=-1",
-        "ieskf.lidar_iterations=0", "initial.position_sigma_m=0"}) {
+        "ieskf.lidar_iterations=0", "initial.position_sigma_m=0", "magnetic_calibrating.window_s=-1",
+        "magnetic_calibrating.alternations=0"}) {
     try {
       with(assignment);
       ADD_FAILURE() << assignment;
