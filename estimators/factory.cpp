@@ -71,6 +71,10 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
     if (input.field == nullptr) {
       throw InputError("estimator " + name + " requires a field map: pass --magnetic FIELD.yaml");
     }
+    if (input.suite.magnetometers.empty()) {
+      throw InputError("estimator " + name + " requires magnetometers: add them to the section magnetometers of the " +
+                       "platform file");
+    }
     EstimatorInput without_lidar = input;
     without_lidar.planes = nullptr;
     if (name == "magnetic-particle") {

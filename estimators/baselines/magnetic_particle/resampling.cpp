@@ -12,6 +12,12 @@ namespace {
 
 using Bin = std::array<int, 3>;  // x, y, heading
 
+/// ⌊value⌋; 0 if it is not a number of a usual size, as in a state that has diverged.
+int bin_number(double value) {
+  constexpr double most = 1e9;
+  return std::abs(value) < most ? static_cast<int>(std::floor(value)) : 0;
+}
+
 int root_of(std::vector<int>& parents, int i) {
   while (parents[i] != i) i = parents[i] = parents[parents[i]];
   return i;
@@ -54,9 +60,8 @@ ParticleModes find_modes(std::span<const WeightedState> particles, double bin_m,
   for (const WeightedState& particle : particles) {
     const Pose& pose = particle.state.T_map_imu;
     const double turns = heading_rad(pose.rotation) / (2.0 * M_PI);
-    const int heading = static_cast<int>((turns - std::floor(turns)) * headings) % headings;
-    const Bin bin{static_cast<int>(std::floor(pose.position.x() / bin_m)),
-                  static_cast<int>(std::floor(pose.position.y() / bin_m)), heading};
+    const int heading = bin_number((turns - std::floor(turns)) * headings) % headings;
+    const Bin bin{bin_number(pose.position.x() / bin_m), bin_number(pose.position.y() / bin_m), heading};
     bin_of.push_back(bins.emplace(bin, static_cast<int>(bins.size())).first->second);
   }
   std::vector<int> parents(bins.size());

@@ -22,7 +22,9 @@ Eigen::VectorXd tempered_weights(const Eigen::VectorXd& log_weights) {
   for (double power = 1.0;; power *= 0.5) {
     Eigen::VectorXd weights = (power * (log_weights.array() - log_weights.maxCoeff())).exp();
     weights /= weights.sum();
-    if (1.0 / weights.squaredNorm() >= kLeastEffectiveShare * static_cast<double>(weights.size())) return weights;
+    // Not a number, from a state that is not: returned, and judged by the health of the estimate.
+    const bool too_few = 1.0 / weights.squaredNorm() < kLeastEffectiveShare * static_cast<double>(weights.size());
+    if (!too_few) return weights;
   }
 }
 

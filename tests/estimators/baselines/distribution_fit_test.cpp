@@ -53,6 +53,12 @@ TEST(DistributionFit, DoesNotCollapseIfTheCostIsFarNarrowerThanThePrior) {
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(std::sqrt(fitted.covariance(i, i)), 0.01, 0.003) << i;
 }
 
+TEST(DistributionFit, EndsWithACostThatIsNotANumber) {
+  RandomStream random(5, "fit");
+  const auto cost = [](const Eigen::VectorXd&) { return std::nan(""); };
+  EXPECT_FALSE(fit_distribution(Eigen::MatrixXd::Identity(3, 3), cost, 100, 2, random).mean.allFinite());
+}
+
 TEST(DistributionFit, WithoutACostKeepsThePrior) {
   RandomStream random(4, "fit");
   const Eigen::MatrixXd root = 0.1 * Eigen::MatrixXd::Identity(3, 3);
