@@ -54,6 +54,8 @@ class PlatformDraft {
     platform_.name = name;
     platform_.file = name + ".yaml";
     platform_.suite.gravity_m_s2 = standard_gravity_m_s2;
+    comment("magnetometer_calibration",
+            "usual: one sigma of T_imu_mag, clock, hard iron and soft iron; increase what you measured roughly");
     comment("gravity_m_s2", "guess: standard gravity; the local value differs by up to 0.03 m/s2");
     add_lidar();
     add_imu();
@@ -121,6 +123,8 @@ class PlatformDraft {
     model.max_range_m = 100.0;
     comment("lidar.max_range_m", sheet);
     model.T_imu_lidar = mounting("lidar.T_imu_lidar", lidar_.frame, "LiDAR");
+    comment("lidar.calibration",
+            "usual: one sigma of T_imu_lidar and of the clock; increase what you measured roughly");
   }
 
   void add_layout() {

@@ -61,7 +61,8 @@ class CommentedLines {
   std::string text_;
 };
 
-void write_lidar(CommentedLines& out, const LidarMessageLayout& layout, const LidarModel& model) {
+void write_lidar(CommentedLines& out, const LidarMessageLayout& layout, const LidarModel& model,
+                 const LidarCalibrationSigmas& sigmas) {
   const std::string lidar = "lidar", fields = "lidar.fields";
   out.line("", lidar, "");
   out.value(lidar, "topic", layout.topic);
@@ -80,6 +81,11 @@ void write_lidar(CommentedLines& out, const LidarMessageLayout& layout, const Li
   out.value(lidar, "max_range_m", model.max_range_m);
   out.value(lidar, "scan_period_s", model.scan_period_s);
   out.pose(lidar, "T_imu_lidar", model.T_imu_lidar);
+  const std::string calibration = lidar + ".calibration";
+  out.line(lidar, "calibration", "");
+  out.value(calibration, "translation_sigma_m", sigmas.translation_sigma_m);
+  out.value(calibration, "rotation_sigma_deg", sigmas.rotation_sigma_deg);
+  out.value(calibration, "clock_sigma_s", sigmas.clock_sigma_s);
 }
 
 void write_imu(CommentedLines& out, const ImuMessageLayout& layout, const ImuNoise& noise) {
@@ -96,6 +102,14 @@ void write_imu(CommentedLines& out, const ImuMessageLayout& layout, const ImuNoi
 
 void write_magnetometers(CommentedLines& out, const Platform& platform) {
   if (platform.magnetometers.empty()) return out.line("", "magnetometers", "[]");
+  const std::string calibration = "magnetometer_calibration";
+  const MagnetometerCalibrationSigmas& sigmas = platform.suite.calibration.magnetometers;
+  out.line("", calibration, "");
+  out.value(calibration, "translation_sigma_m", sigmas.translation_sigma_m);
+  out.value(calibration, "rotation_sigma_deg", sigmas.rotation_sigma_deg);
+  out.value(calibration, "clock_sigma_s", sigmas.clock_sigma_s);
+  out.value(calibration, "offset_sigma_ut", sigmas.offset_sigma_ut);
+  out.value(calibration, "matrix_sigma", sigmas.matrix_sigma);
   out.line("", "magnetometers", "");
   for (std::size_t i = 0; i < platform.magnetometers.size(); ++i) {
     const std::string item = fmt::format("magnetometers[{}]", i);
@@ -115,7 +129,7 @@ std::string commented_text(const CommentedPlatform& commented) {
   CommentedLines out(commented.comments);
   out.value("", "name", platform.name);
   out.value("", "gravity_m_s2", platform.suite.gravity_m_s2);
-  write_lidar(out, platform.lidar, platform.suite.lidar);
+  write_lidar(out, platform.lidar, platform.suite.lidar, platform.suite.calibration.lidar);
   write_imu(out, platform.imu, platform.suite.imu);
   write_magnetometers(out, platform);
   if (!platform.guesses.empty()) {

@@ -45,6 +45,7 @@ TEST_F(InitCommand, TheFileIsCheckedWithoutAnError) {
   EXPECT_THAT(checked.output, Not(HasSubstr("topic.missing")));
   EXPECT_THAT(checked.output, Not(HasSubstr("imu.rate")));
   EXPECT_THAT(checked.output, Not(HasSubstr("lidar.period")));
+  EXPECT_THAT(content_of(path("robot.yaml")), HasSubstr("translation_sigma_m: 0.01\n"));
   // The log has no /tf_static: check says so until somebody has measured the mountings.
   EXPECT_THAT(checked.output, HasSubstr("platform.guesses"));
   EXPECT_THAT(checked.output, HasSubstr("nobody measured lidar.T_imu_lidar, magnetometers[0].T_imu_mag"));
