@@ -26,6 +26,10 @@ std::vector<std::string> estimator_names() {
           "magnetic-stochastic"};
 }
 
+bool uses_field(const std::string& name) {
+  return name != "lidar-inertial" && name != "ndt" && name != "continuous-time";
+}
+
 bool needs_scan_matcher(const std::string& name) {
   return name == "ndt";
 }
@@ -37,17 +41,12 @@ bool can_refine(const std::string& name) {
 namespace {
 
 std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const EstimatorInput& input) {
-  if (input.planes == nullptr && input.field == nullptr) {
-    throw InputError("no map given: pass --cloud MAP.pcd, --magnetic FIELD.yaml or both");
-  }
   if (name == "smoother") return std::make_unique<Smoother>(input);
   if (name == "ieskf") return std::make_unique<IteratedFilter>(input);
   if (name == "lidar-inertial") {
     if (input.planes == nullptr)
       throw InputError("estimator lidar-inertial requires a cloud map: pass --cloud MAP.pcd");
-    EstimatorInput without_field = input;
-    without_field.field = nullptr;
-    return std::make_unique<IteratedFilter>(without_field);
+    return std::make_unique<IteratedFilter>(input);
   }
   if (name == "magnetic") {
     if (input.field == nullptr) throw InputError("estimator magnetic requires a field map: pass --magnetic FIELD.yaml");
@@ -93,8 +92,12 @@ std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const Estim
 }  // namespace
 
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& all) {
+  if (all.planes == nullptr && all.field == nullptr) {
+    throw InputError("no map given: pass --cloud MAP.pcd, --magnetic FIELD.yaml or both");
+  }
   EstimatorInput input = all;
   if (!input.options.wheels.enabled) input.suite.wheels.reset();
+  if (!uses_field(name)) input.field = nullptr;
   std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(
       input, [name](const EstimatorInput& again) { return make_unmonitored(name, again); });
   if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;

@@ -32,6 +32,10 @@ struct EstimatorInput {
 /// Names of all estimators, the default first.
 std::vector<std::string> estimator_names();
 
+/// Whether the estimator uses magnetometers, if there is a field map. The others never see the map: neither does the
+/// search after a loss.
+bool uses_field(const std::string& name);
+
 /// Whether the estimator requires EstimatorInput::matcher.
 bool needs_scan_matcher(const std::string& name);
 

@@ -27,6 +27,19 @@ TEST(Estimators, UnknownNamesAndMissingMapsAreOneClearLine) {
   }
 }
 
+TEST(Estimators, OfLidarAloneNeverSeeTheFieldMap) {
+  const Drive& drive = shared_drive();
+  EstimatorInput without = drive.input();
+  without.field = nullptr;
+  const Collector expected = run("lidar-inertial", without, drive.bundles);
+  const Collector found = run("lidar-inertial", drive.input(), drive.bundles);
+  ASSERT_EQ(found.best_estimates.size(), expected.best_estimates.size());
+  for (std::size_t i = 0; i < expected.best_estimates.size(); ++i) {
+    EXPECT_EQ(found.best_estimates[i].state.T_map_imu.position, expected.best_estimates[i].state.T_map_imu.position);
+    EXPECT_EQ(found.best_estimates[i].diagnostics.field_odds, 0.0);  // nor does their health
+  }
+}
+
 TEST(Smoother, IsCloseToTheTruthInATunnelAndKnowsHowClose) {
   const Drive& drive = shared_drive();
   // Exact calibration, as in the drive: the usual sigmas would make the covariance larger than the errors.

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "estimators/factory.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "localization/localization.h"
@@ -310,7 +311,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   const Time last_end = bundles.end;
   summary.duration_s = to_seconds(last_end - bundles.begin);
   count_steps(outcome.record, summary, warnings);
-  if (run.field.map != nullptr && !summary.saw_field && !outcome.record.steps().empty()) {
+  if (run.field.map != nullptr && uses_field(run.name) && !summary.saw_field && !outcome.record.steps().empty()) {
     warnings.add("run.field_unused",
                  "no reading lay on the magnetic map, so the run did not use it; is it the map of this site, in the "
                  "frame of the cloud map?",
