@@ -164,6 +164,7 @@ TEST(Smoother, BridgesAnOutageOfTheLidar) {
 TEST(Estimators, GiveTheSameBitsOnOneAndTwoThreadsAndOnTwoRuns) {
   const Drive& drive = shared_drive();
   for (const std::string& name : estimator_names()) {
+    if (needs_scan_matcher(name)) continue;  // NdtInARoom compares its bits
     std::vector<Collector> results;
     for (int threads : {1, 2, 2}) {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
