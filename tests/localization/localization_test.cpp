@@ -133,6 +133,16 @@ TEST_F(Localize, OfALogMeasurementsAndBundlesGivesTheSameBits) {
   expect_same_bits(of_log.causal_estimates, of_bundles.causal_estimates);
 }
 
+TEST_F(Localize, EveryEstimatorOfLidarHoldsThePoseInARoom) {
+  for (const char* name : {"ieskf", "lidar-inertial", "continuous-time", "ndt"}) {
+    task_.estimator = name;
+    EstimateCollector estimates;
+    EXPECT_GT(localize(path("log.bag"), site_, task_, estimates).scans, 15) << name;
+    ASSERT_FALSE(estimates.best_estimates.empty()) << name;
+    EXPECT_LT(estimates.best_estimates.back().state.T_map_imu.position.norm(), 0.1) << name;
+  }
+}
+
 TEST_F(Localize, SearchesThePoseAndLosesNoBundle) {
   task_.estimator = "ieskf";
   EstimateCollector given;
