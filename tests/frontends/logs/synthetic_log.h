@@ -118,7 +118,8 @@ struct SyntheticLog {
     result.file = "platform.yaml";
     for (int k = 0; k < magnetometers; ++k) {
       result.magnetometers.push_back({"/magnetometer_" + std::to_string(k) + "/field", FieldUnit::tesla});
-      result.suite.magnetometers.push_back({"magnetometer_" + std::to_string(k), Pose{}, 1.0});
+      const Pose T_imu_mag{Quaternion::Identity(), {0.1 * k, 0.0, 0.0}};
+      result.suite.magnetometers.push_back({"magnetometer_" + std::to_string(k), T_imu_mag, 1.0});
     }
     return result;
   }
