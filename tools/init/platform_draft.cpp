@@ -90,6 +90,7 @@ class PlatformDraft {
     }
     set_imu_noise(noise, seconds);
     set_field_noise(noise, seconds);
+    comment("guesses", "nobody measured these; remove each from the list once you have");
     for (const auto& [key, text] : comments_) {
       if (key.ends_with("T_imu_lidar") || key.ends_with("T_imu_mag")) {
         if (text.starts_with("guess")) platform_.guesses.push_back(key);

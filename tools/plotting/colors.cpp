@@ -55,8 +55,17 @@ const cv::Mat3b& color_table(ColorRamp ramp) {
 }  // namespace
 
 Color series_color(std::size_t index) {
-  static constexpr std::array<Color, 7> kSeries{
-      {{213, 94, 0}, {0, 114, 178}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}, {120, 94, 60}}};
+  static constexpr std::array<Color, 11> kSeries{{{213, 94, 0},
+                                                  {0, 114, 178},
+                                                  {0, 158, 115},
+                                                  {204, 121, 167},
+                                                  {230, 159, 0},
+                                                  {86, 180, 233},
+                                                  {120, 94, 60},
+                                                  {130, 60, 160},
+                                                  {150, 150, 40},
+                                                  {90, 90, 90},
+                                                  {20, 130, 130}}};
   return kSeries[index % kSeries.size()];
 }
 

@@ -281,7 +281,9 @@ TEST_F(PlatformDraftTest, EveryInferredOrGuessedLineHasAComment) {
     const std::string key = line.substr(0, line.find(':'));
     const bool plain = key == "name" || key == "lidar" || key == "imu" || key == "magnetometers" ||
                        key.ends_with("name") || key.ends_with("translation_m") || key.ends_with("quaternion_xyzw") ||
-                       key.starts_with("    time") || key.starts_with("    intensity") || key.starts_with("    ring");
+                       key.starts_with("    time") || key.starts_with("  - ") ||
+                       key.find("_sigma") != std::string::npos || key.starts_with("    intensity") ||
+                       key.starts_with("    ring");
     if (!plain) EXPECT_THAT(line, HasSubstr("  # "));
   }
 }
