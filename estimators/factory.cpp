@@ -1,5 +1,7 @@
 #include "estimators/factory.h"
 
+#include <array>
+
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "estimators/baselines/continuous_time/continuous_time.h"
@@ -14,20 +16,100 @@
 
 namespace lodestone {
 
+namespace {
+
+enum class Sensors {
+  all,       ///< LiDAR, magnetometers, or both, as there are maps
+  lidar,     ///< requires a cloud map; never sees the field map
+  magnetic,  ///< requires a field map and magnetometers; never sees the scans' map
+};
+
+struct EstimatorKind {
+  const char* name;
+  Sensors sensors;
+  bool refines;
+  std::unique_ptr<Estimator> (*make)(EstimatorInput input);
+};
+
+/// The default first.
+constexpr std::array kEstimators{
+    EstimatorKind{"smoother", Sensors::all, true,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<Smoother>(std::move(input));
+                  }},
+    EstimatorKind{"ieskf", Sensors::all, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<IteratedFilter>(std::move(input));
+                  }},
+    EstimatorKind{"lidar-inertial", Sensors::lidar, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<IteratedFilter>(std::move(input));
+                  }},
+    EstimatorKind{"magnetic", Sensors::magnetic, true,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    input.options.magnetic.measurement = MagneticMeasurement::pose;
+                    return std::make_unique<Smoother>(std::move(input));
+                  }},
+    EstimatorKind{"ndt", Sensors::lidar, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<NdtLocalization>(input, input.matcher, input.options.ndt);
+                  }},
+    EstimatorKind{"continuous-time", Sensors::lidar, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<ContinuousTime>(input, input.options.continuous_time);
+                  }},
+    EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
+                  }},
+    EstimatorKind{"magnetic-particle", Sensors::magnetic, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<MagneticParticleFilter>(input, input.options.magnetic_particle);
+                  }},
+    EstimatorKind{"magnetic-stochastic", Sensors::magnetic, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<MagneticStochasticFilter>(input, input.options.magnetic_stochastic);
+                  }},
+};
+
+const EstimatorKind& kind_of(const std::string& name) {
+  for (const EstimatorKind& kind : kEstimators) {
+    if (kind.name == name) return kind;
+  }
+  throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
+                   " (known: " + join_names(estimator_names()) + ")");
+}
+
+void require_input(const EstimatorKind& kind, const EstimatorInput& input) {
+  const std::string requires_input = "estimator " + std::string(kind.name) + " requires ";
+  const bool no_cloud = input.planes == nullptr || (needs_scan_matcher(kind.name) && input.matcher == nullptr);
+  if (kind.sensors == Sensors::lidar && no_cloud) {
+    throw InputError(requires_input + "a cloud map: pass --cloud MAP.pcd");
+  }
+  if (kind.sensors == Sensors::magnetic && input.field == nullptr) {
+    throw InputError(requires_input + "a field map: pass --magnetic FIELD.yaml");
+  }
+  if (kind.sensors == Sensors::magnetic && input.suite.magnetometers.empty()) {
+    throw InputError(requires_input + "magnetometers: add them to the section magnetometers of the platform file");
+  }
+}
+
+std::unique_ptr<Estimator> make_unmonitored(const EstimatorKind& kind, EstimatorInput input) {
+  require_input(kind, input);
+  if (kind.sensors == Sensors::magnetic) input.planes = nullptr;
+  return kind.make(std::move(input));
+}
+
+}  // namespace
+
 std::vector<std::string> estimator_names() {
-  return {"smoother",
-          "ieskf",
-          "lidar-inertial",
-          "magnetic",
-          "ndt",
-          "continuous-time",
-          "magnetic-calibrating",
-          "magnetic-particle",
-          "magnetic-stochastic"};
+  std::vector<std::string> names;
+  for (const EstimatorKind& kind : kEstimators) names.emplace_back(kind.name);
+  return names;
 }
 
 bool uses_field(const std::string& name) {
-  return name != "lidar-inertial" && name != "ndt" && name != "continuous-time";
+  return kind_of(name).sensors != Sensors::lidar;
 }
 
 bool needs_scan_matcher(const std::string& name) {
@@ -35,71 +117,19 @@ bool needs_scan_matcher(const std::string& name) {
 }
 
 bool can_refine(const std::string& name) {
-  return name == "smoother" || name == "magnetic";
+  return kind_of(name).refines;
 }
-
-namespace {
-
-std::unique_ptr<Estimator> make_unmonitored(const std::string& name, const EstimatorInput& input) {
-  if (name == "smoother") return std::make_unique<Smoother>(input);
-  if (name == "ieskf") return std::make_unique<IteratedFilter>(input);
-  if (name == "lidar-inertial") {
-    if (input.planes == nullptr)
-      throw InputError("estimator lidar-inertial requires a cloud map: pass --cloud MAP.pcd");
-    return std::make_unique<IteratedFilter>(input);
-  }
-  if (name == "magnetic") {
-    if (input.field == nullptr) throw InputError("estimator magnetic requires a field map: pass --magnetic FIELD.yaml");
-    EstimatorInput without_lidar = input;
-    without_lidar.planes = nullptr;
-    without_lidar.options.magnetic.measurement = MagneticMeasurement::pose;
-    return std::make_unique<Smoother>(without_lidar);
-  }
-  if (name == "continuous-time") {
-    if (input.planes == nullptr)
-      throw InputError("estimator continuous-time requires a cloud map: pass --cloud MAP.pcd");
-    return std::make_unique<ContinuousTime>(input, input.options.continuous_time);
-  }
-  if (name == "magnetic-calibrating") {
-    if (input.field == nullptr) {
-      throw InputError("estimator magnetic-calibrating requires a field map: pass --magnetic FIELD.yaml");
-    }
-    return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
-  }
-  if (name == "magnetic-particle" || name == "magnetic-stochastic") {
-    if (input.field == nullptr) {
-      throw InputError("estimator " + name + " requires a field map: pass --magnetic FIELD.yaml");
-    }
-    if (input.suite.magnetometers.empty()) {
-      throw InputError("estimator " + name + " requires magnetometers: add them to the section magnetometers of the " +
-                       "platform file");
-    }
-    EstimatorInput without_lidar = input;
-    without_lidar.planes = nullptr;
-    if (name == "magnetic-particle") {
-      return std::make_unique<MagneticParticleFilter>(std::move(without_lidar), input.options.magnetic_particle);
-    }
-    return std::make_unique<MagneticStochasticFilter>(std::move(without_lidar), input.options.magnetic_stochastic);
-  }
-  if (name == "ndt") {
-    if (input.matcher == nullptr) throw InputError("estimator ndt requires a cloud map: pass --cloud MAP.pcd");
-    return std::make_unique<NdtLocalization>(input, input.matcher, input.options.ndt);
-  }
-  throw InputError("no estimator is called '" + name + "'" + suggestion(name, estimator_names()) +
-                   " (known: " + join_names(estimator_names()) + ")");
-}
-
-}  // namespace
 
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const EstimatorInput& all) {
+  const EstimatorKind& kind = kind_of(name);
   if (all.planes == nullptr && all.field == nullptr) {
     throw InputError("no map given: pass --cloud MAP.pcd, --magnetic FIELD.yaml or both");
   }
   EstimatorInput input = all;
   if (!input.options.wheels.enabled) input.suite.wheels.reset();
-  if (!uses_field(name)) input.field = nullptr;
+  if (kind.sensors == Sensors::lidar) input.field = nullptr;
   std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(
-      input, [name](const EstimatorInput& again) { return make_unmonitored(name, again); });
+      input, [&kind](const EstimatorInput& again) { return make_unmonitored(kind, again); });
   if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;
   return std::make_unique<Monitored>(std::move(estimator), input.suite, input.warnings);
 }

@@ -295,22 +295,22 @@ void SlidingWindow::marginalize_oldest() {
   MarginalPrior prior = marginalize_disturbed(involved, eliminated, stretch != nullptr);
   // Constant biases are no variables: the prior must not contain them.
   if (!options_.magnetometer_bias_states && !epochs_.empty()) {
-    std::vector<WindowBlock>& biases = epochs_.front()->biases;
+    const std::vector<WindowBlock>& biases = epochs_.front()->biases;
+    const auto constant = [&](const WindowBlock* block) {
+      return block >= biases.data() && block < biases.data() + biases.size();
+    };
     Eigen::Index from = 0;
     Eigen::Index to = 0;
     for (const WindowBlock* block : prior.blocks) {
       const Eigen::Index size = block->tangent_size();
-      const bool constant = block >= biases.data() && block < biases.data() + biases.size();
-      if (!constant) {
+      if (!constant(block)) {
         prior.root.middleCols(to, size) = prior.root.middleCols(from, size).eval();
         to += size;
       }
       from += size;
     }
     prior.root.conservativeResize(Eigen::NoChange, to);
-    std::erase_if(prior.blocks, [&](const WindowBlock* block) {
-      return block >= biases.data() && block < biases.data() + biases.size();
-    });
+    std::erase_if(prior.blocks, constant);
   }
   // Factors are removed one by one in a fixed order: Ceres' own order would depend on addresses.
   remove_factor(prior_);

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 #include "frontends/configuration/trajectory_file.h"
 
 namespace lodestone {
@@ -35,7 +35,7 @@ std::string candidates_text(const FoundStart& found) {
 
 FoundInitialPose find_initial_pose(const std::string& log, const EstimatorInput& input,
                                    const std::function<bool(ScanBundle&)>& next, WarningLog& warnings) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch search;
   std::vector<ScanBundle> bundles;
   ScanBundle bundle;
   while (next(bundle)) {
@@ -47,7 +47,7 @@ FoundInitialPose find_initial_pose(const std::string& log, const EstimatorInput&
     throw InputError(log +
                      ": there is no scan between the first and the last IMU sample; --initial-pose auto requires one");
   const FoundStart found = StartFinder(input).find(bundles);
-  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double wall_s = search.elapsed_s();
   if (!found.sure) {
     const std::string advice = found.best.empty() ? "set --initial-pose"
                                                   : "set --initial-pose to one of " + candidates_text(found) +

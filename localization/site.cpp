@@ -14,6 +14,10 @@
 
 namespace lodestone {
 
+SensorChoice sensors_for(const MapFiles& files) {
+  return {.lidar = !files.cloud.empty(), .magnetometers = !files.magnetic.empty()};
+}
+
 Site site_without_maps(Platform platform, const RunOptions& options, const MapFiles& files,
                        std::optional<double> max_range_m) {
   if (files.cloud.empty() && files.magnetic.empty()) {
@@ -25,8 +29,7 @@ Site site_without_maps(Platform platform, const RunOptions& options, const MapFi
   Site site{std::move(platform), options, files};
   if (!files.magnetic.empty()) choose_magnetometers(options.magnetic.magnetometers, site.platform);
   if (max_range_m) site.platform.suite.set_max_range(*max_range_m);
-  site.sensors.lidar = !files.cloud.empty();
-  site.sensors.magnetometers = !files.magnetic.empty();
+  site.sensors = sensors_for(files);
   site.sensors.wheels = options.wheels.enabled;
   return site;
 }
@@ -54,7 +57,7 @@ std::string load_field(Site& site) {
 
 Site load_site(const std::string& platform_file, const RunOptions& options, const MapFiles& files,
                std::optional<double> max_range_m) {
-  Site site = site_without_maps(load_platform(platform_file), options, files, max_range_m);
+  Site site = site_without_maps(load_platform(platform_file, sensors_for(files)), options, files, max_range_m);
   if (!files.cloud.empty()) load_cloud(site, std::filesystem::temp_directory_path().string());
   if (!files.magnetic.empty()) load_field(site);
   return site;

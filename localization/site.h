@@ -32,6 +32,9 @@ struct Site {
   WarningLog warnings{};                           ///< of loading the maps
 };
 
+/// The sensors that these maps serve. A platform file may lack the others.
+SensorChoice sensors_for(const MapFiles& files);
+
 /// A site whose maps are not loaded. `max_range_m` replaces the largest range of every LiDAR. Throws InputError if
 /// `files` names no map, if the range is not above 0, or if options.magnetic.magnetometers names an unknown one.
 Site site_without_maps(Platform platform, const RunOptions& options, const MapFiles& files,

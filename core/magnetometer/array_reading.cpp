@@ -9,6 +9,9 @@ namespace {
 
 constexpr Time kMoment = 5'000'000;  // interval for a velocity: about an IMU's period
 
+/// Largest inflation: at a standstill the map's error remains a bias (docs/design/013-correlated-field-map-error.md).
+constexpr double kMostInflation = 40.0;
+
 }  // namespace
 
 std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
@@ -45,10 +48,10 @@ std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> sam
   return result;
 }
 
-double correlation_inflation(double spacing_m, double correlation_m, double most) {
+double correlation_inflation(double spacing_m, double correlation_m) {
   if (correlation_m <= 0.0) return 1.0;
   const double rho = std::exp(-spacing_m / correlation_m);
-  return std::min(most, (1.0 + rho) / std::max(1.0 - rho, 1e-9));
+  return std::min(kMostInflation, (1.0 + rho) / std::max(1.0 - rho, 1e-9));
 }
 
 }  // namespace lodestone

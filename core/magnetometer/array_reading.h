@@ -31,7 +31,8 @@ std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> sam
                                         const SensorSuite& suite, int samples_per_reading);
 
 /// Inflation of the variance of a map's error if samples `spacing_m` apart share it over `correlation_m`: (1 + ρ)/(1 −
-/// ρ), ρ = exp(−spacing/correlation), for a first-order Gauss-Markov error; at most `most` (docs/design/013).
-double correlation_inflation(double spacing_m, double correlation_m, double most);
+/// ρ), ρ = exp(−spacing/correlation), for a first-order Gauss-Markov error; at most 40, also at a standstill
+/// (docs/design/013-correlated-field-map-error.md).
+double correlation_inflation(double spacing_m, double correlation_m);
 
 }  // namespace lodestone

@@ -4,14 +4,9 @@
 #include <cmath>
 
 #include "core/wheels/wheel_residual.h"
+#include "estimators/layer_height.h"
 
 namespace lodestone {
-
-namespace {
-
-constexpr double kLayerHeightSigma_m = 0.02;
-
-}  // namespace
 
 void update_by_wheels(const ScanBundle& bundle, const SensorSuite& suite, const Matrix17& total, StateCloud& cloud,
                       Diagnostics& diagnostics) {
@@ -36,15 +31,11 @@ void update_by_wheels(const ScanBundle& bundle, const SensorSuite& suite, const 
 }
 
 void update_by_height(const SensorSuite& suite, double height_m, StateCloud& cloud) {
-  Vector3 mean = Vector3::Zero();
-  for (const MagnetometerModel& magnetometer : suite.magnetometers) mean += magnetometer.T_imu_mag.position;
-  mean /= static_cast<double>(suite.magnetometers.size());
+  const Vector3 center = array_center(suite);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(1, tangent::size);
-  jacobian.block<1, 3>(0, tangent::rotation) =
-      -(cloud.nominal().T_map_imu.rotation.toRotationMatrix() * so3::hat(mean)).row(2);
-  jacobian(0, tangent::position + 2) = 1.0;
+  jacobian.leftCols<6>() = height_by_pose(cloud.nominal().T_map_imu, center);
   const auto residual = [&](const NavState& state) {
-    return Eigen::VectorXd::Constant(1, (state.T_map_imu * mean).z() - height_m);
+    return Eigen::VectorXd::Constant(1, (state.T_map_imu * center).z() - height_m);
   };
   cloud.update(residual, jacobian, Eigen::MatrixXd::Constant(1, 1, kLayerHeightSigma_m * kLayerHeightSigma_m));
 }

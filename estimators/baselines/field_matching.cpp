@@ -11,8 +11,6 @@ namespace lodestone {
 namespace {
 
 constexpr double kStudentDegrees = 4.0;
-/// As in the smoother (docs/design/013-correlated-field-map-error.md).
-constexpr double kMostRepeats = 40.0;
 /// The interpolation of the paper.
 constexpr FieldInterpolation kMatchingInterpolation = FieldInterpolation::bilinear;
 
@@ -80,7 +78,7 @@ FieldMatching::Residual FieldMatching::residual(const MatchedScan::Reading& read
 /// The share is the variance of single readings over the variance that their mean has if errors of map and calibration
 /// repeat (docs/design/013-correlated-field-map-error.md). One share serves all poses, so that these are comparable.
 void FieldMatching::set_information_share(const NavState& end, double spacing_m, MatchedScan::Array& array) const {
-  const double repeats = correlation_inflation(spacing_m, correlation_m_, kMostRepeats);
+  const double repeats = correlation_inflation(spacing_m, correlation_m_);
   double single = 0.0;
   double repeated = 0.0;
   for (const MatchedScan::Reading& reading : array.readings) {

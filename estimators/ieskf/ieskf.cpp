@@ -2,13 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/imu/propagation.h"
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/observability/robust_weight.h"
+#include "core/stopwatch.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/ieskf/swept_evidence.h"
@@ -46,7 +46,7 @@ IteratedFilter::IteratedFilter(EstimatorInput input)
 }
 
 void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch step;
   const RunOptions& options = input_.options;
   if (!started_) {
     const InitialState start =
@@ -89,7 +89,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.state = state_;
   estimate.covariance = covariance_.topLeftCorner<6, 6>();
   wheel_watch_.add(estimate);
-  diagnostics.step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  diagnostics.step_ms = step.elapsed_ms();
   sink.causal(estimate);
   sink.best(estimate);
 }

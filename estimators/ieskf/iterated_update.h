@@ -37,8 +37,8 @@ struct UpdatedState {
 };
 
 /// The iterated error-state Kalman update (eq:ieskf_update) in information form: minimizes
-/// |x ⊟ x̂|²_{P⁻¹} + Σ r(x)² by Gauss-Newton, `evidence` relinearized at each iterate; P = (LᵀP̂⁻¹L + H)⁻¹ at the last, L
-/// the Jacobian of ⊟. `prior`: x̂, `covariance`: P̂, positive definite.
+/// |x ⊟ x̂|²_{P⁻¹} + Σ r(x)² by Gauss-Newton, `evidence` relinearized at each iterate; P = (LᵀP̂⁻¹L + H)⁻¹ at the last,
+/// L the Jacobian of ⊟. `prior`: x̂, `covariance`: P̂, positive definite.
 UpdatedState iterated_update(const NavState& prior, const Matrix17& covariance,
                              const std::function<StateEvidence(const NavState&)>& evidence,
                              const IteratedUpdateLimits& limits);

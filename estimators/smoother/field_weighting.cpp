@@ -36,10 +36,6 @@ std::vector<double> array_crowding(const SensorSuite& suite, double correlation_
 
 namespace {
 
-/// Largest factor on the map's variance: at a standstill the map's error remains a bias
-/// (docs/design/013-correlated-field-map-error.md).
-constexpr double kMostInflation = 40.0;
-
 /// Mutual consistency of an array's readings. From the innovations of all, with S = J P Jᵀ + R and u = S⁻¹ r, the
 /// residual of magnetometer j given the others is S⁻¹_jj⁻¹ u_j, with the covariance S⁻¹_jj⁻¹.
 class ArrayJudgement {
@@ -113,7 +109,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
                                       const Matrix6& covariance, double spacing_m, double factor,
                                       const FieldWeighting& weighting, FieldStatistics& statistics) {
   const MagneticOptions& options = weighting.options;
-  const double inflation = correlation_inflation(spacing_m, map_correlation_m(options, weighting.map), kMostInflation);
+  const double inflation = correlation_inflation(spacing_m, map_correlation_m(options, weighting.map));
   std::vector<FieldReading> result;
   for (const ArrayReading& array : arrays) {
     const Eigen::Index most = 3 * static_cast<Eigen::Index>(array.readings.size());

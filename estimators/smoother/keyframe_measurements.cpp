@@ -9,6 +9,7 @@
 #include "core/lidar/map_error.h"
 #include "core/observability/robust_weight.h"
 #include "core/wheels/wheel_residual.h"
+#include "estimators/layer_height.h"
 #include "estimators/smoother/field_pose.h"
 #include "estimators/smoother/field_weighting.h"
 
@@ -24,10 +25,7 @@ constexpr double kUnseenGain = 1e-3;
 /// information (docs/design/010-unobservable-rigid-motion.md).
 constexpr double kFollowGain = 0.01;
 
-/// Of a magnetometer's height against the layer of a field map with one layer
-/// (docs/design/017-height-without-cloud-map.md).
-constexpr double kHeightSigma_m = 0.02;
-constexpr auto kHeightVariance_m2 = static_cast<float>(kHeightSigma_m * kHeightSigma_m);
+constexpr auto kHeightVariance_m2 = static_cast<float>(kLayerHeightSigma_m * kLayerHeightSigma_m);
 
 }  // namespace
 
@@ -106,12 +104,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
 
 bool KeyframeMeasurements::at_level(const Pose& T_map_imu) const {
   if (level_ == nullptr) return false;
-  double height_m = 0.0;
-  for (const MagnetometerModel& magnetometer : input_.suite.magnetometers) {
-    height_m +=
-        (T_map_imu * magnetometer.T_imu_mag.position).z() / static_cast<double>(input_.suite.magnetometers.size());
-  }
-  return std::abs(height_m - static_cast<double>(level_->center.z())) < 3.0 * kHeightSigma_m;
+  const double height_m = (T_map_imu * array_center(input_.suite)).z();
+  return std::abs(height_m - static_cast<double>(level_->center.z())) < 3.0 * kLayerHeightSigma_m;
 }
 
 void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {

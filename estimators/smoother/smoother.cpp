@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "core/imu/propagation.h"
 #include "core/lidar/map_error.h"
 #include "core/lidar/scan_sampling.h"
 #include "core/observability/window_information.h"
+#include "core/stopwatch.h"
 #include "estimators/initialization/initialization.h"
 #include "estimators/smoother/bound.h"
 
@@ -52,7 +52,7 @@ Smoother::Smoother(EstimatorInput input)
 Smoother::~Smoother() = default;
 
 void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch step;
   const RunOptions& options = input_.options;
   const bool solved = input_.linearize_at == nullptr;  // else only covariances are computed
   auto keyframe = std::make_unique<Keyframe>();
@@ -157,8 +157,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     window_->marginalize_oldest();
     keyframes_.pop_front();
   }
-  causal.diagnostics.step_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  causal.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(causal);
 }
 

@@ -2,12 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <limits>
 #include <memory>
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 #include "core/thread_limit.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/text_file.h"
@@ -40,10 +40,6 @@ struct SimulateOptions {
   int threads = 0;
 };
 
-double seconds_from(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 /// The world's sensors as stated in the user's platform file.
 Platform make_platform(const simulation::World& world, const simulation::Reality& reality) {
   Platform platform;
@@ -58,7 +54,7 @@ Platform make_platform(const simulation::World& world, const simulation::Reality
 
 void record(simulation::SimulationSource& source, const Platform& platform, simulation::ScanFormat format,
             const std::string& path) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch writing;
   simulation::BagRecorder::Topics topics{platform.lidar.topic, platform.imu.topic, {}, platform.wheels.topic};
   for (const auto& magnetometer : platform.magnetometers) topics.magnetometers.push_back(magnetometer.topic);
   simulation::BagRecorder recorder(path, topics, format);
@@ -73,7 +69,7 @@ void record(simulation::SimulationSource& source, const Platform& platform, simu
   progress.finish();
   fmt::print("{}: {:.1f} s of log, {:.0f} MB, written in {:.1f} s\n", path,
              to_seconds(source.end_time() - source.begin_time()),
-             static_cast<double>(std::filesystem::file_size(path)) * 1e-6, seconds_from(start));
+             static_cast<double>(std::filesystem::file_size(path)) * 1e-6, writing.elapsed_s());
 }
 
 void write_cloud(const simulation::World& world, std::shared_ptr<const simulation::Environment> environment,

@@ -1,10 +1,10 @@
 #include "estimators/baselines/continuous_time/continuous_time.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/lidar/voxel_planes.h"
+#include "core/stopwatch.h"
 #include "estimators/baselines/continuous_time/motion_update.h"
 
 namespace lodestone {
@@ -79,7 +79,7 @@ ContinuousTime::ContinuousTime(EstimatorInput input, const ContinuousTimeOptions
 }
 
 void ContinuousTime::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch step;
   if (!started_) {
     time_ = bundle.scan.start;
     started_ = true;
@@ -112,7 +112,7 @@ void ContinuousTime::process(const ScanBundle& bundle, EstimateSink& sink) {
     diagnostics.lidar_rmse_m = std::sqrt(sums.weighted_m2 / sums.weights);
     diagnostics.lidar_nis = sums.squares_m2 / (sums.correspondences * options_.point_sigma_m * options_.point_sigma_m);
   }
-  diagnostics.step_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  diagnostics.step_ms = step.elapsed_ms();
   sink.causal(estimate);
   sink.best(estimate);
 }

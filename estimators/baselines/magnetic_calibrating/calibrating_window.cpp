@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/observability/robust_weight.h"
+#include "estimators/layer_height.h"
 
 namespace lodestone {
 
@@ -12,9 +13,6 @@ namespace {
 /// A round that lowers the cost by less moves no variable by more than a tenth of its sigma
 /// (docs/design/055-magnetic-calibrating.md).
 constexpr double kLeastDecreaseOfRound = 5e-3;
-
-/// Of the array's height against the layer of a field map with one layer (docs/design/017-height-without-cloud-map.md).
-constexpr double kArrayHeightSigma_m = 0.02;
 
 MagneticOptions without_array_weights(MagneticOptions options) {
   options.huber = false;
@@ -61,15 +59,10 @@ void CalibratingWindow::add_keyframe(Time time, const NavState& predicted, std::
 /// A map of one layer holds at its height only, and does not observe it.
 void CalibratingWindow::hold_height(const Pose& T_map_imu) {
   if (map_->grid().heights_m.size() != 1 || suite_.magnetometers.empty()) return;
-  Vector3 center = Vector3::Zero();  // of the array, imu frame
-  for (const MagnetometerModel& magnetometer : suite_.magnetometers) {
-    center += magnetometer.T_imu_mag.position / static_cast<double>(suite_.magnetometers.size());
-  }
+  const Vector3 center = array_center(suite_);
   MeasuredPose height{T_map_imu};
   height.T_map_imu.position.z() += map_->grid().heights_m.front() - (T_map_imu * center).z();
-  height.root.block<1, 3>(0, 0) = -(T_map_imu.rotation.toRotationMatrix() * so3::hat(center)).row(2);
-  height.root(0, 5) = 1.0;
-  height.root /= kArrayHeightSigma_m;
+  height.root.row(0) = height_by_pose(T_map_imu, center) / kLayerHeightSigma_m;
   window_.set_field_pose(window_.size() - 1, height, {});
 }
 

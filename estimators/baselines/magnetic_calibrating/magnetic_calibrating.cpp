@@ -1,9 +1,9 @@
 #include "estimators/baselines/magnetic_calibrating/magnetic_calibrating.h"
 
-#include <chrono>
 #include <numeric>
 
 #include "core/imu/propagation.h"
+#include "core/stopwatch.h"
 #include "estimators/initialization/initialization.h"
 
 namespace lodestone {
@@ -12,7 +12,7 @@ MagneticCalibrating::MagneticCalibrating(EstimatorInput input, const MagneticCal
     : input_(std::move(input)), options_(options) {}
 
 void MagneticCalibrating::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch step;
   predict(bundle);
   Estimate estimate;
   estimate.time = bundle.scan.end;
@@ -35,8 +35,7 @@ void MagneticCalibrating::process(const ScanBundle& bundle, EstimateSink& sink) 
     report(0, covariances[1], sink);
     window_->marginalize_oldest();
   }
-  estimate.diagnostics.step_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  estimate.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(estimate);
 }
 

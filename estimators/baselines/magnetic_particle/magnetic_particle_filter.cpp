@@ -2,10 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 #include "estimators/baselines/dead_reckoning.h"
 #include "estimators/initialization/initialization.h"
 
@@ -43,7 +43,7 @@ void MagneticParticleFilter::draw() {
 }
 
 void MagneticParticleFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch step;
   if (!started_) start();
   started_ = true;
   cloud_.propagate(bundle.imu, input_.suite.imu);
@@ -68,8 +68,7 @@ void MagneticParticleFilter::process(const ScanBundle& bundle, EstimateSink& sin
   matching_.report(scan, found.state.T_map_imu, found.diagnostics);
   cloud_.set_nominal(found.state);
   if (effective_number(weights) < options_.resample_share * static_cast<double>(particles.size())) resample(weights);
-  found.diagnostics.step_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  found.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(found);
   sink.best(found);
 }

@@ -1,7 +1,6 @@
 #include "estimators/baselines/magnetic_stochastic/magnetic_stochastic_filter.h"
 
-#include <chrono>
-
+#include "core/stopwatch.h"
 #include "estimators/baselines/dead_reckoning.h"
 #include "estimators/baselines/magnetic_stochastic/distribution_fit.h"
 #include "estimators/initialization/initialization.h"
@@ -18,7 +17,7 @@ MagneticStochasticFilter::MagneticStochasticFilter(EstimatorInput input, const S
     : input_(std::move(input)), options_(options), matching_(input_), random_(kStochasticSeed, "samples") {}
 
 void MagneticStochasticFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch step;
   if (!started_) {
     const InitialState initial =
         initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, input_.options.initial);
@@ -40,8 +39,7 @@ void MagneticStochasticFilter::process(const ScanBundle& bundle, EstimateSink& s
   found.state = cloud_.nominal();
   found.covariance = cloud_.covariance().topLeftCorner<6, 6>();
   matching_.report(scan, found.state.T_map_imu, found.diagnostics);
-  found.diagnostics.step_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  found.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(found);
   sink.best(found);
 }

@@ -1,10 +1,10 @@
 #include "estimators/baselines/ndt/ndt_localization.h"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 
 #include "core/lidar/range_limits.h"
+#include "core/stopwatch.h"
 
 namespace lodestone {
 
@@ -29,7 +29,7 @@ NdtLocalization::NdtLocalization(EstimatorInput input, std::shared_ptr<ScanMatch
     : input_(std::move(input)), matcher_(std::move(matcher)), options_(options) {}
 
 void NdtLocalization::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch step;
   if (!filter_) {
     filter_.emplace(
         initial_state(input_.initial_pose, input_.initial_velocity, input_.suite.gravity_m_s2, input_.options.initial));
@@ -46,8 +46,7 @@ void NdtLocalization::process(const ScanBundle& bundle, EstimateSink& sink) {
   predict(bundle.imu, registered, last);
   estimate.state = filter_->state();
   estimate.covariance = filter_->pose_covariance();
-  estimate.diagnostics.step_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  estimate.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(estimate);
   sink.best(estimate);
 }
