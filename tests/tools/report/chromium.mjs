@@ -4,8 +4,23 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 
-const flags = ['--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update',
-  '--disable-sync', '--disable-default-apps', '--disable-extensions', '--hide-scrollbars', '--enable-unsafe-swiftshader', '--force-color-profile=srgb', '--disable-dev-shm-usage', '--remote-debugging-pipe'];
+const flags = [
+  '--headless',
+  '--no-sandbox',
+  '--disable-gpu',
+  '--disable-quic',
+  '--no-first-run',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--disable-sync',
+  '--disable-default-apps',
+  '--disable-extensions',
+  '--hide-scrollbars',
+  '--enable-unsafe-swiftshader',
+  '--force-color-profile=srgb',
+  '--disable-dev-shm-usage',
+  '--remote-debugging-pipe',
+];
 
 export class Chromium {
   #process;
@@ -18,7 +33,9 @@ export class Chromium {
 
   constructor(program) {
     this.#profile = mkdtempSync(join(tmpdir(), 'lodestone-chromium-'));
-    this.#process = spawn(program, [...flags, `--user-data-dir=${this.#profile}`, 'about:blank'], { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'] });
+    this.#process = spawn(program, [...flags, `--user-data-dir=${this.#profile}`, 'about:blank'], {
+      stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'],
+    });
     const gone = (reason) => {
       for (const { reject } of this.#waiting.values()) reject(new Error(reason));
       this.#waiting.clear();
@@ -54,7 +71,9 @@ export class Chromium {
     return new Promise((resolve, reject) => {
       const id = ++this.#next;
       this.#waiting.set(id, { resolve, reject });
-      this.#process.stdio[3].write(`${JSON.stringify({ id, method, params, ...(this.session ? { sessionId: this.session } : {}) })}\0`);
+      this.#process.stdio[3].write(
+        `${JSON.stringify({ id, method, params, ...(this.session ? { sessionId: this.session } : {}) })}\0`,
+      );
     });
   }
 
@@ -65,7 +84,11 @@ export class Chromium {
 
   /** The value of an expression in the page; promises are awaited. */
   async evaluate(expression) {
-    const { result, exceptionDetails } = await this.call('Runtime.evaluate', { expression, awaitPromise: true, returnByValue: true });
+    const { result, exceptionDetails } = await this.call('Runtime.evaluate', {
+      expression,
+      awaitPromise: true,
+      returnByValue: true,
+    });
     if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
     return result.value;
   }
@@ -77,7 +100,7 @@ export class Chromium {
       await Promise.race([ended, new Promise((resolve) => setTimeout(resolve, 5000))]);
       if (this.#process.exitCode == null) this.#process.kill('SIGKILL');
     }
-    // Helpers of the browser write for a moment after it is gone; what is then left in the temporary folder is no verdict.
+    // Helpers of the browser write for a moment after it is gone; what is then left in the folder is no verdict.
     for (let attempt = 0; attempt < 50; ++attempt) {
       try {
         rmSync(this.#profile, { recursive: true, force: true });

@@ -41,7 +41,7 @@ const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base
 /** Splits the text: portable compilers limit C++ raw strings to 65,536 characters. The compiler joins the pieces. */
 function toCpp(text) {
   const pieces = [];
-  for (let begin = 0; begin < text.length; ) {
+  for (let begin = 0; begin < text.length;) {
     let end = Math.min(begin + 12000, text.length);
     if (end < text.length && text.charCodeAt(end - 1) >= 0xd800 && text.charCodeAt(end - 1) < 0xdc00) --end;
     pieces.push(`R"page~(${text.slice(begin, end)})page~"`);
@@ -62,15 +62,24 @@ const std::string_view kPageTemplate{kText, sizeof(kText) - 1};
 `;
 }
 
-const version = (name) => JSON.parse(readFileSync(join(packages, 'node_modules', name, 'package.json'), 'utf8')).version;
-const licence = (name) => readFileSync(join(packages, 'node_modules', name, 'LICENSE'), 'utf8').trim().replaceAll('--', '- -');
+const version = (name) =>
+  JSON.parse(readFileSync(join(packages, 'node_modules', name, 'package.json'), 'utf8')).version;
+const licence = (name) =>
+  readFileSync(join(packages, 'node_modules', name, 'LICENSE'), 'utf8')
+    .trim()
+    .replaceAll('--', '- -');
 
 try {
   const script = (await bundle('main.js')).replaceAll('</script', '<\\/script').trim();
   const style = (await bundle('page.css')).trim();
   const notices = ['three', 'uplot'].map((name) => `${name} ${version(name)}\n\n${licence(name)}`).join('\n\n');
   const template = readFileSync(join(source, 'page.html'), 'utf8')
-    .replace('%POLICY%', () => `default-src 'none'; script-src ${hash(script)}; style-src ${hash(style)}; img-src data: blob:; base-uri 'none'; form-action 'none'`)
+    .replace(
+      '%POLICY%',
+      () =>
+        `default-src 'none'; script-src ${hash(script)}; style-src ${hash(style)}; ` +
+        `img-src data: blob:; base-uri 'none'; form-action 'none'`,
+    )
     .replace('%STYLE%', () => style)
     .replace('%SCRIPT%', () => script)
     .replace('%NOTICES%', () => `Bundled with esbuild ${version('esbuild')} (MIT). This page contains:\n\n${notices}`);

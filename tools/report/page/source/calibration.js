@@ -18,14 +18,17 @@ function rowsOf(estimator) {
 function tableOf(rows) {
   const ratio = (row) => h('span', { class: Math.abs(row.ratio) > far ? 'bad' : null }, fixed(row.ratio, 2));
   const number = (title, unit, name) => ({ title, unit, value: (row) => row[name], cell: (row) => brief(row[name]) });
-  return sortableTable([
-    { title: 'Parameter', value: (row) => `${row.sensor} ${row.parameter}` },
-    { title: 'Unit', text: true, value: (row) => row.unit },
-    number('Estimate', 'from the platform file', 'estimate'),
-    number('Sigma', 'of the estimate', 'sigma'),
-    number('Sigma', 'of the platform file', 'platform_sigma'),
-    { title: 'Estimate', unit: '/ platform file\u2019s sigma', value: (row) => Math.abs(row.ratio), cell: ratio },
-  ], rows);
+  return sortableTable(
+    [
+      { title: 'Parameter', value: (row) => `${row.sensor} ${row.parameter}` },
+      { title: 'Unit', text: true, value: (row) => row.unit },
+      number('Estimate', 'from the platform file', 'estimate'),
+      number('Sigma', 'of the estimate', 'sigma'),
+      number('Sigma', 'of the platform file', 'platform_sigma'),
+      { title: 'Estimate', unit: '/ platform file\u2019s sigma', value: (row) => Math.abs(row.ratio), cell: ratio },
+    ],
+    rows,
+  );
 }
 
 /** Section of the estimator in detail; null if no estimator estimated a calibration. */
@@ -43,12 +46,23 @@ export function calibrationSection(state) {
     const off = rows.filter((row) => Math.abs(row.ratio) > far).length;
     const common = rows.filter((row) => ['lidar', 'wheels', 'magnetometers'].includes(row.sensor));
     const single = rows.filter((row) => !common.includes(row));
-    place.replaceChildren(...[
-      h('p', {}, `${name}: ${off} of ${rows.length} parameters differ from the platform file by more than ${far} of its sigmas. `,
-        'A run over another log can use the calibrated ', h('code', {}, 'platform.yaml'), ' of the results.'),
-      common.length ? tableOf(common) : null,
-      single.length ? h('details', { open: !common.length }, h('summary', {}, 'Single magnetometers'), tableOf(single)) : null,
-    ].filter(Boolean));
+    place.replaceChildren(
+      ...[
+        h(
+          'p',
+          {},
+          `${name}: ${off} of ${rows.length} parameters differ from the platform file ` +
+            `by more than ${far} of its sigmas. `,
+          'A run over another log can use the calibrated ',
+          h('code', {}, 'platform.yaml'),
+          ' of the results.',
+        ),
+        common.length ? tableOf(common) : null,
+        single.length
+          ? h('details', { open: !common.length }, h('summary', {}, 'Single magnetometers'), tableOf(single))
+          : null,
+      ].filter(Boolean),
+    );
   }
   fill();
   state.on('detail', fill);

@@ -1,5 +1,19 @@
 // The cloud and the trajectories in 3D. Created on demand, because the view requires WebGL.
-import { BufferAttribute, BufferGeometry, Color, MOUSE, PerspectiveCamera, Plane, Points, PointsMaterial, SRGBColorSpace, Scene, TOUCH, Vector3, WebGLRenderer } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  MOUSE,
+  PerspectiveCamera,
+  Plane,
+  Points,
+  PointsMaterial,
+  SRGBColorSpace,
+  Scene,
+  TOUCH,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { Line2 } from 'three/examples/jsm/lines/Line2.js';
 import { LineGeometry } from 'three/examples/jsm/lines/LineGeometry.js';
@@ -10,8 +24,12 @@ import { color, isDark, onTheme, seriesColor, vivid } from './theme.js';
 
 export function cloudView(state, cloud) {
   const { run } = state;
-  const canvas = h('canvas', { tabindex: 0, 'data-chart': 'cloud', role: 'img',
-    'aria-label': 'Cloud and trajectories in 3D. Drag to rotate, arrows to move, wheel to zoom.' });
+  const canvas = h('canvas', {
+    tabindex: 0,
+    'data-chart': 'cloud',
+    role: 'img',
+    'aria-label': 'Cloud and trajectories in 3D. Drag to rotate, arrows to move, wheel to zoom.',
+  });
   const element = h('div', { class: 'view', hidden: true }, canvas);
   const box = driveBox(run);
   const middle = ['x', 'y', 'z'].map((axis) => 0.5 * (box[axis][0] + box[axis][1]));
@@ -31,7 +49,14 @@ export function cloudView(state, cloud) {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(positions, 3));
     geometry.setAttribute('color', new BufferAttribute(new Float32Array(positions.length), 3));
-    const material = new PointsMaterial({ size: 1.6 * devicePixelRatio, sizeAttenuation: false, vertexColors: true, transparent: true, opacity: 0.75, clippingPlanes: [three.plane] });
+    const material = new PointsMaterial({
+      size: 1.6 * devicePixelRatio,
+      sizeAttenuation: false,
+      vertexColors: true,
+      transparent: true,
+      opacity: 0.75,
+      clippingPlanes: [three.plane],
+    });
     return new Points(geometry, material);
   }
 
@@ -58,7 +83,12 @@ export function cloudView(state, cloud) {
       if (x[i] != null) places.push(x[i] - middle[0], y[i] - middle[1], z[i] - middle[2] + 0.05);
     }
     // Transparent objects are drawn after the cloud: walls never hide trajectories.
-    const material = new LineMaterial({ color: new Color(paint), linewidth: width, transparent: true, depthTest: false });
+    const material = new LineMaterial({
+      color: new Color(paint),
+      linewidth: width,
+      transparent: true,
+      depthTest: false,
+    });
     return new Line2(new LineGeometry().setPositions(places), material);
   }
 
@@ -80,7 +110,9 @@ export function cloudView(state, cloud) {
       three.scene.add(track);
     };
     if (run.truth) add(run.truth, color('truth'), 6);
-    run.estimators.forEach((one, i) => state.isShown(one.name) && add(one.series, seriesColor(i), Math.max(1.4, 4 - 1.2 * i)));
+    run.estimators.forEach(
+      (one, i) => state.isShown(one.name) && add(one.series, seriesColor(i), Math.max(1.4, 4 - 1.2 * i)),
+    );
     three.renderer.setClearColor(isDark() ? 0x14181c : 0xffffff);
     render();
   }
@@ -99,10 +131,12 @@ export function cloudView(state, cloud) {
       camera.updateMatrixWorld();
       camera.lookAt(0, 0, 0);
       camera.updateMatrixWorld();
-      return [0, 1].some((i) => [0, 1].some((k) => {
-        const corner = new Vector3(box.x[i] - middle[0], box.y[k] - middle[1], 0).project(camera);
-        return Math.abs(corner.x) > 0.92 || Math.abs(corner.y) > 0.92;
-      }));
+      return [0, 1].some((i) =>
+        [0, 1].some((k) => {
+          const corner = new Vector3(box.x[i] - middle[0], box.y[k] - middle[1], 0).project(camera);
+          return Math.abs(corner.x) > 0.92 || Math.abs(corner.y) > 0.92;
+        }),
+      );
     };
     camera.aspect = Math.max(0.5, element.clientWidth / heightFor(element.clientWidth));
     camera.updateProjectionMatrix();
@@ -113,7 +147,14 @@ export function cloudView(state, cloud) {
     controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
     controls.listenToKeyEvents(canvas);
     controls.addEventListener('change', render);
-    three = { renderer, camera, controls, scene: new Scene(), tracks: [], plane: new Plane(new Vector3(0, 0, -1), 1e9) };
+    three = {
+      renderer,
+      camera,
+      controls,
+      scene: new Scene(),
+      tracks: [],
+      plane: new Plane(new Vector3(0, 0, -1), 1e9),
+    };
     if (cloud) {
       three.cloud = points();
       three.scene.add(three.cloud);
@@ -157,7 +198,13 @@ export function cloudView(state, cloud) {
         canvas.dataset.points = cloud?.x.length ?? 0;
       } catch (error) {
         failed = error;
-        element.replaceChildren(h('p', { class: 'notice' }, 'This browser has no WebGL for the 3D view; the cloud from above does not require WebGL.'));
+        element.replaceChildren(
+          h(
+            'p',
+            { class: 'notice' },
+            'This browser has no WebGL for the 3D view; the cloud from above does not require WebGL.',
+          ),
+        );
       }
     },
   };

@@ -16,7 +16,8 @@ export function h(name, attributes = {}, ...children) {
 const thin = '\u2009';
 
 /** A number with this many decimals; an en dash if it is not finite. */
-export const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1') : '–');
+export const fixed = (value, digits) =>
+  Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1') : '–';
 
 /** A length in a readable unit. */
 export function metres(value) {
@@ -31,7 +32,8 @@ export function metres(value) {
 
 /** A round length, for ticks. */
 export function roundMetres(value) {
-  const [factor, unit] = value >= 1 ? [1, 'm'] : value >= 0.01 ? [100, 'cm'] : value >= 1e-3 ? [1000, 'mm'] : [1e6, 'µm'];
+  const [factor, unit] =
+    value >= 1 ? [1, 'm'] : value >= 0.01 ? [100, 'cm'] : value >= 1e-3 ? [1000, 'mm'] : [1e6, 'µm'];
   return value === 0 ? '0' : `${+(factor * value).toPrecision(3)}${thin}${unit}`;
 }
 

@@ -1,8 +1,8 @@
 // Pointer, wheel and keys on a plan: drag with one finger or the mouse, pinch with two fingers.
 
 /**
- * view: {drag(du, dv): in CSS pixels, zoomAt(factor, u, v), fit(), hover(u, v), leave()}. The wheel zooms with Ctrl or if
- * the plan has the focus; otherwise it scrolls the page.
+ * view: {drag(du, dv): in CSS pixels, zoomAt(factor, u, v), fit(), hover(u, v), leave()}. The wheel zooms with Ctrl or
+ * if the plan has the focus; otherwise it scrolls the page.
  */
 export function attachGestures(canvas, view) {
   const pointers = new Map();
@@ -32,13 +32,18 @@ export function attachGestures(canvas, view) {
     }
     pointers.set(event.pointerId, now);
   });
-  for (const name of ['pointerup', 'pointercancel']) canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
+  for (const name of ['pointerup', 'pointercancel'])
+    canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
   canvas.addEventListener('pointerleave', () => view.leave());
-  canvas.addEventListener('wheel', (event) => {
-    if (!event.ctrlKey && !event.metaKey && document.activeElement !== canvas) return;
-    event.preventDefault();
-    view.zoomAt(Math.exp(-0.002 * event.deltaY), ...placeOf(event));
-  }, { passive: false });
+  canvas.addEventListener(
+    'wheel',
+    (event) => {
+      if (!event.ctrlKey && !event.metaKey && document.activeElement !== canvas) return;
+      event.preventDefault();
+      view.zoomAt(Math.exp(-0.002 * event.deltaY), ...placeOf(event));
+    },
+    { passive: false },
+  );
   canvas.addEventListener('dblclick', (event) => view.zoomAt(2, ...placeOf(event)));
   canvas.addEventListener('keydown', (event) => {
     const move = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] }[event.key];

@@ -8,26 +8,53 @@ import { color, heat, onTheme, seriesColor } from './theme.js';
 
 export function mapView(state, grounds) {
   const { run } = state;
-  const canvas = h('canvas', { tabindex: 0, 'data-chart': 'map', role: 'img',
-    'aria-label': 'Plan with trajectories. Arrows move it, plus and minus zoom, 0 shows all.' });
+  const canvas = h('canvas', {
+    tabindex: 0,
+    'data-chart': 'map',
+    role: 'img',
+    'aria-label': 'Plan with trajectories. Arrows move it, plus and minus zoom, 0 shows all.',
+  });
   const tip = h('div', { class: 'tip', hidden: true });
   const key = h('div', { class: 'key', hidden: true });
-  const button = (text, label, act) => h('button', { type: 'button', 'aria-label': label, title: label, class: text.length > 1 ? 'wide' : null, onclick: act }, text);
-  const element = h('div', { class: 'view' }, canvas, tip, key,
-    h('div', { class: 'zoom' }, button('+', 'Zoom in', () => zoomAt(1.6)), button('−', 'Zoom out', () => zoomAt(1 / 1.6)), button('all', 'Show the whole drive', fit)));
+  const button = (text, label, act) =>
+    h(
+      'button',
+      { type: 'button', 'aria-label': label, title: label, class: text.length > 1 ? 'wide' : null, onclick: act },
+      text,
+    );
+  const element = h(
+    'div',
+    { class: 'view' },
+    canvas,
+    tip,
+    key,
+    h(
+      'div',
+      { class: 'zoom' },
+      button('+', 'Zoom in', () => zoomAt(1.6)),
+      button('−', 'Zoom out', () => zoomAt(1 / 1.6)),
+      button('all', 'Show the whole drive', fit),
+    ),
+  );
   const box = driveBox(run);
   const middle = () => [0.5 * (box.x[0] + box.x[1]), 0.5 * (box.y[0] + box.y[1])];
   let ground = grounds.field ? 'field' : grounds.cloud ? 'cloud' : 'none';
-  let cut = Infinity;      // points of the cloud above this height are hidden
-  let center = middle();   // of the view, metres
-  let painted = null;      // the raster, painted in the theme's colours
+  let cut = Infinity; // points of the cloud above this height are hidden
+  let center = middle(); // of the view, metres
+  let painted = null; // the raster, painted in the theme's colours
   let scheduled = false;
   const view = {
     context: canvas.getContext('2d'),
-    size: [0, 0],  // CSS pixels
-    scale: 1,      // CSS pixels per metre
-    toScreen: (x, y) => [0.5 * view.size[0] + (x - center[0]) * view.scale, 0.5 * view.size[1] - (y - center[1]) * view.scale],
-    toMap: (u, v) => [center[0] + (u - 0.5 * view.size[0]) / view.scale, center[1] - (v - 0.5 * view.size[1]) / view.scale],
+    size: [0, 0], // CSS pixels
+    scale: 1, // CSS pixels per metre
+    toScreen: (x, y) => [
+      0.5 * view.size[0] + (x - center[0]) * view.scale,
+      0.5 * view.size[1] - (y - center[1]) * view.scale,
+    ],
+    toMap: (u, v) => [
+      center[0] + (u - 0.5 * view.size[0]) / view.scale,
+      center[1] - (v - 0.5 * view.size[1]) / view.scale,
+    ],
   };
   const { context } = view;
 
@@ -37,7 +64,10 @@ export function mapView(state, grounds) {
     if (width === 0) return;
     const wide = box.x[1] - box.x[0] + 4;
     const high = box.y[1] - box.y[0] + 4;
-    view.size = [width, Math.round(Math.min(Math.max((width * high) / wide + 60, 280), Math.max(300, 0.72 * width), 620))];
+    view.size = [
+      width,
+      Math.round(Math.min(Math.max((width * high) / wide + 60, 280), Math.max(300, 0.72 * width), 620)),
+    ];
     element.style.height = `${view.size[1]}px`;
     canvas.width = Math.round(view.size[0] * devicePixelRatio);
     canvas.height = Math.round(view.size[1] * devicePixelRatio);
@@ -46,7 +76,10 @@ export function mapView(state, grounds) {
 
   function fit() {
     const margin = 34;
-    view.scale = Math.min((view.size[0] - 2 * margin) / Math.max(1, box.x[1] - box.x[0]), (view.size[1] - 2 * margin) / Math.max(1, box.y[1] - box.y[0]));
+    view.scale = Math.min(
+      (view.size[0] - 2 * margin) / Math.max(1, box.x[1] - box.x[0]),
+      (view.size[1] - 2 * margin) / Math.max(1, box.y[1] - box.y[0]),
+    );
     center = middle();
     schedule();
   }
@@ -71,9 +104,18 @@ export function mapView(state, grounds) {
   function drawField() {
     painted ??= paintField(grounds.field, heat);
     const { field } = grounds;
-    const [u, v] = view.toScreen(field.x_m - 0.5 * field.resolution_m, field.y_m + (field.rows - 0.5) * field.resolution_m);
+    const [u, v] = view.toScreen(
+      field.x_m - 0.5 * field.resolution_m,
+      field.y_m + (field.rows - 0.5) * field.resolution_m,
+    );
     context.imageSmoothingEnabled = field.resolution_m * view.scale < 8;
-    context.drawImage(painted, u, v, field.columns * field.resolution_m * view.scale, field.rows * field.resolution_m * view.scale);
+    context.drawImage(
+      painted,
+      u,
+      v,
+      field.columns * field.resolution_m * view.scale,
+      field.rows * field.resolution_m * view.scale,
+    );
   }
 
   /** Widths distinguish overlapping lines: the ground truth is widest, later estimates are narrower and on top. */
@@ -81,10 +123,17 @@ export function mapView(state, grounds) {
     const leading = run.truth ?? run.estimators[0].series;
     paintTrack(view, leading, color('halo'), 9);
     if (run.truth) paintTrack(view, run.truth, color('truth'), 7);
-    const shown = run.estimators.map((one, i) => ({ ...one, paint: seriesColor(i), width: Math.max(1.4, 4.6 - 1.5 * i) })).filter((one) => state.isShown(one.name));
+    const shown = run.estimators
+      .map((one, i) => ({ ...one, paint: seriesColor(i), width: Math.max(1.4, 4.6 - 1.5 * i) }))
+      .filter((one) => state.isShown(one.name));
     shown.forEach((one) => paintTrack(view, one.series, one.paint, one.width));
     const first = leading.x.findIndex((value) => value != null);
-    if (first >= 0) [[7, 'halo'], [5, 'truth'], [2.5, 'halo']].forEach(([radius, paint]) => paintDisk(view, leading.x[first], leading.y[first], radius, color(paint)));
+    if (first >= 0)
+      [
+        [7, 'halo'],
+        [5, 'truth'],
+        [2.5, 'halo'],
+      ].forEach(([radius, paint]) => paintDisk(view, leading.x[first], leading.y[first], radius, color(paint)));
     canvas.dataset.tracks = shown.length + (run.truth ? 1 : 0);
     return shown;
   }
@@ -100,7 +149,10 @@ export function mapView(state, grounds) {
     const shown = drawTracks();
     const places = placesOf(run.estimators[state.detail]);
     paintPlaces(view, places);
-    for (const { series: { x, y }, paint } of shown) {
+    for (const {
+      series: { x, y },
+      paint,
+    } of shown) {
       if (state.moment == null || x[state.moment] == null) continue;
       paintDisk(view, x[state.moment], y[state.moment], 6.5, color('halo'));
       paintDisk(view, x[state.moment], y[state.moment], 5, paint);
@@ -111,7 +163,12 @@ export function mapView(state, grounds) {
   }
 
   function showKey() {
-    const range = ground === 'field' ? [grounds.field.low_ut, grounds.field.high_ut] : ground === 'cloud' ? [grounds.cloud.low, Math.min(grounds.cloud.high, cut)] : null;
+    const range =
+      ground === 'field'
+        ? [grounds.field.low_ut, grounds.field.high_ut]
+        : ground === 'cloud'
+          ? [grounds.cloud.low, Math.min(grounds.cloud.high, cut)]
+          : null;
     key.hidden = !range;
     if (!range) return;
     const bar = h('canvas', { width: 140, height: 1 });
@@ -120,8 +177,11 @@ export function mapView(state, grounds) {
       inside.fillStyle = `rgb(${heat(i / 139).join(' ')})`;
       inside.fillRect(i, 0, 1, 1);
     }
-    key.replaceChildren(h('div', {}, ground === 'field' ? '|B|, µT' : 'height, m'), bar,
-      h('div', {}, h('span', {}, fixed(range[0], 1)), h('span', {}, fixed(range[1], 1))));
+    key.replaceChildren(
+      h('div', {}, ground === 'field' ? '|B|, µT' : 'height, m'),
+      bar,
+      h('div', {}, h('span', {}, fixed(range[0], 1)), h('span', {}, fixed(range[1], 1))),
+    );
   }
 
   /** Index of the shown pose nearest to the pointer; null if none is near. */
@@ -149,13 +209,22 @@ export function mapView(state, grounds) {
       run.estimators.forEach((one, i) => {
         if (!state.isShown(one.name) || one.series.x[at] == null) return;
         const [error, sigma] = [one.series.error?.[at], one.series.sigma?.[at]];
-        lines.push(h('span', {}, h('span', { class: 'swatch', style: { background: seriesColor(i) } }), one.name,
-          error != null ? `: error ${metres(error)}` : '', sigma != null ? `, sigma ${metres(sigma)}` : ''));
+        lines.push(
+          h(
+            'span',
+            {},
+            h('span', { class: 'swatch', style: { background: seriesColor(i) } }),
+            one.name,
+            error != null ? `: error ${metres(error)}` : '',
+            sigma != null ? `, sigma ${metres(sigma)}` : '',
+          ),
+        );
       });
     }
     for (const place of placesOf(run.estimators[state.detail])) {
       const [a, b] = view.toScreen(place.x, place.y);
-      if (Math.hypot(a - u, b - v) < 12) lines.push(`stale place ${place.number}: differs by ${brief(place.difference)} µT from the map`);
+      if (Math.hypot(a - u, b - v) < 12)
+        lines.push(`stale place ${place.number}: differs by ${brief(place.difference)} µT from the map`);
     }
     tip.replaceChildren(...lines.flatMap((line, i) => (i ? [h('br'), line] : [line])));
     tip.hidden = false;

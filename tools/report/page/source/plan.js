@@ -12,12 +12,24 @@ export function decodeCloud(cloud) {
   if (!cloud) return null;
   const view = new DataView(bytesOf(cloud.positions).buffer);
   // Sorted by height: from above, higher points hide lower ones.
-  const order = Uint32Array.from({ length: cloud.count }, (_, i) => i).sort((a, b) => view.getUint16(6 * a + 4, true) - view.getUint16(6 * b + 4, true));
-  const axes = [0, 1, 2].map((axis) => Float32Array.from(order, (i) => cloud.low_m[axis] + cloud.step_m[axis] * view.getUint16(6 * i + 2 * axis, true)));
+  const order = Uint32Array.from({ length: cloud.count }, (_, i) => i).sort(
+    (a, b) => view.getUint16(6 * a + 4, true) - view.getUint16(6 * b + 4, true),
+  );
+  const axes = [0, 1, 2].map((axis) =>
+    Float32Array.from(order, (i) => cloud.low_m[axis] + cloud.step_m[axis] * view.getUint16(6 * i + 2 * axis, true)),
+  );
   const sorted = axes[2];
   const at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
   // Colours range between quantiles, so that single stray points do not dominate the scale.
-  return { x: axes[0], y: axes[1], z: axes[2], spacing: cloud.spacing_m ?? 0.1, low: at(0.01), high: Math.max(at(0.99), at(0.01) + 0.1), top: sorted[sorted.length - 1] };
+  return {
+    x: axes[0],
+    y: axes[1],
+    z: axes[2],
+    spacing: cloud.spacing_m ?? 0.1,
+    low: at(0.01),
+    high: Math.max(at(0.99), at(0.01) + 0.1),
+    top: sorted[sorted.length - 1],
+  };
 }
 
 /** A promise of the raster {grey: Uint8Array, top row first; 0: no field}; null without a field. */

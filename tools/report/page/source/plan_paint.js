@@ -1,4 +1,5 @@
-// Painting of the plan's backgrounds and marks. A view is {context, size: CSS pixels, scale: pixels per metre, toScreen, toMap}.
+// Painting of the plan's backgrounds and marks. A view is {context, size: CSS pixels,
+// scale: pixels per metre, toScreen, toMap}.
 import { color, heat } from './theme.js';
 
 export function paintCloud(view, cloud, cut) {
@@ -12,7 +13,8 @@ export function paintCloud(view, cloud, cut) {
     return (255 << 24) | (blue << 16) | (green << 8) | red;
   });
   const span = Math.max(0.1, Math.min(cloud.high, cut) - cloud.low);
-  const thick = Math.max(1, Math.round(ratio * Math.min(8, Math.max(1, cloud.spacing * view.scale))));  // so that surfaces have no holes
+  // so that surfaces have no holes
+  const thick = Math.max(1, Math.round(ratio * Math.min(8, Math.max(1, cloud.spacing * view.scale))));
   const [wide, high] = [canvas.width, canvas.height];
   for (let i = 0; i < cloud.x.length && cloud.z[i] <= cut; ++i) {
     const [x, y] = view.toScreen(cloud.x[i], cloud.y[i]);
@@ -37,7 +39,10 @@ export function paintGrid(view, withLines) {
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const [x0, y0] = view.toMap(0, size[1]);
   const [x1, y1] = view.toMap(size[0], 0);
-  const labels = [['y, m', 6, 16, 'left'], ['x, m', 6, size[1] - 6, 'left']];
+  const labels = [
+    ['y, m', 6, 16, 'left'],
+    ['x, m', 6, size[1] - 6, 'left'],
+  ];
   context.strokeStyle = color('grid');
   context.lineWidth = 1;
   context.beginPath();

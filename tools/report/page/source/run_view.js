@@ -2,83 +2,57 @@
 import { calibrationSection } from './calibration.js';
 import { distributionChart, timeCharts } from './charts.js';
 import { cloudView } from './cloud_view.js';
+import { comparison, swatch } from './comparison.js';
 import { brief, count, date, duration, fixed, h, leaf, metres } from './dom.js';
 import { mapView } from './map_view.js';
 import { decodeCloud, decodeField, driveBox } from './plan.js';
 import { placesOf, staleColumns } from './stale.js';
 import { RunState } from './state.js';
-import { largest, plainTable, smallest, sortableTable } from './table.js';
-import { onTheme, seriesColor } from './theme.js';
-
-const share = (part, whole) => (whole > 0 ? ` (${fixed((100 * part) / whole, part === whole || part === 0 ? 0 : 1)}\u2009%)` : '');
-
-/** A colour mark of the theme. */
-function swatch(index) {
-  const mark = h('span', { class: 'swatch', style: { background: seriesColor(index) } });
-  onTheme(() => { mark.style.background = seriesColor(index); });
-  return mark;
-}
+import { plainTable, sortableTable } from './table.js';
 
 /** Facts about log and maps, {title: text}; unknown facts are omitted. */
 export function factsOf(run) {
   const inputs = run.inputs;
-  return Object.fromEntries(Object.entries({
-    Log: leaf(inputs.log), Recorded: date(run.begin_s), Length: duration(run.estimators[0]?.summary.duration_s),
-    'Cloud map': leaf(inputs.cloud) ?? 'none', 'Magnetic map': leaf(inputs.magnetic) ?? 'none', Platform: leaf(inputs.platform),
-    'LiDAR range': inputs.max_range_m ? `${inputs.max_range_m} m` : null, 'Ground truth': leaf(inputs.truth) ?? 'none',
-  }).filter(([, value]) => value));
+  return Object.fromEntries(
+    Object.entries({
+      Log: leaf(inputs.log),
+      Recorded: date(run.begin_s),
+      Length: duration(run.estimators[0]?.summary.duration_s),
+      'Cloud map': leaf(inputs.cloud) ?? 'none',
+      'Magnetic map': leaf(inputs.magnetic) ?? 'none',
+      Platform: leaf(inputs.platform),
+      'LiDAR range': inputs.max_range_m ? `${inputs.max_range_m} m` : null,
+      'Ground truth': leaf(inputs.truth) ?? 'none',
+    }).filter(([, value]) => value),
+  );
 }
 
-export const factList = (facts) => h('dl', { class: 'facts' }, Object.entries(facts).map(([name, value]) => h('div', {}, h('dt', {}, name), h('dd', {}, value))));
-
-/** The A/B table. */
-function comparison(run) {
-  const withTruth = run.estimators.some((one) => one.summary.ate_m != null);
-  const of = (name) => (row) => row.summary[name] ?? NaN;
-  const number = (title, unit, name, digits, best) => ({ title, unit, value: of(name), cell: (row) => fixed(of(name)(row), digits), best });
-  // If an estimator did not test for degeneracy, there is no count.
-  const measured = (series) => series?.some((value) => value != null);
-  const degenerate = (row) => (measured(row.series.direction_1) ? of('degenerate_scans')(row) : NaN);
-  const rejected = (row) => (measured(row.series.weight) ? of('magnetic_rejected')(row) : NaN);
-  const outcome = (row) => {
-    if (row.status !== 'done') return ['bad', row.status];
-    if (row.summary.success == null) return row.summary.uncertain_scans > row.summary.scans / 2 ? ['bad', 'done, mostly uncertain'] : ['good', 'done'];
-    return row.summary.success ? ['good', 'on track'] : ['bad', 'error above 1 m'];
-  };
-  const columns = [
-    { title: 'Estimator', value: (row) => row.name, cell: (row) => [swatch(row.index), row.name] },
-    { title: 'Outcome', text: true, value: (row) => outcome(row)[1], cell: (row) => h('span', { class: outcome(row)[0] }, outcome(row)[1]) },
-    ...(withTruth ? [
-      { title: 'ATE', unit: 'rmse, unaligned', value: of('ate_m'), cell: (row) => metres(of('ate_m')(row)), best: smallest },
-      { title: 'Largest', unit: 'error', value: of('max_error_m'), cell: (row) => metres(of('max_error_m')(row)), best: smallest },
-      { title: 'Heading', unit: 'rmse, °', value: of('heading_rmse_deg'), cell: (row) => fixed(of('heading_rmse_deg')(row), 3), best: smallest },
-      { title: 'NEES', unit: '1 is consistent', value: of('nees_pose'), cell: (row) => (of('nees_pose')(row) > 999 ? '> 999' : fixed(of('nees_pose')(row), 2)),
-        best: (values) => smallest(values.map((value) => Math.abs(Math.log(value)))) },
-    ] : []),
-    { title: 'Uncertain', unit: 'scans', value: of('uncertain_scans'), cell: (row) => count(of('uncertain_scans')(row)) },
-    { title: 'Degenerate', unit: 'scans', value: degenerate, cell: (row) => (Number.isFinite(degenerate(row)) ? `${count(degenerate(row))}${share(degenerate(row), row.summary.scans)}` : '–') },
-    { title: 'Rejected', unit: 'field samples', value: rejected, cell: (row) => count(rejected(row)) },
-    number('Speed', '× real time', 'real_time_factor', 1, largest),
-    { title: 'Memory', unit: 'peak, MB', value: of('peak_rss_mb'), cell: (row) => fixed(of('peak_rss_mb')(row), 0), best: smallest },
-  ];
-  return sortableTable(columns, run.estimators.map((one, index) => ({ ...one, index })), withTruth ? 2 : 0);
-}
+export const factList = (facts) =>
+  h(
+    'dl',
+    { class: 'facts' },
+    Object.entries(facts).map(([name, value]) => h('div', {}, h('dt', {}, name), h('dd', {}, value))),
+  );
 
 function warnings(run) {
   const kinds = new Map();
   for (const one of run.estimators) {
     for (const [kind, entry] of Object.entries(one.summary.warnings ?? {})) {
-      if (!kinds.has(kind)) kinds.set(kind, { kind, first: entry.first, at: Number(entry.at_s) - Number(run.begin_s), counts: [] });
+      if (!kinds.has(kind))
+        kinds.set(kind, { kind, first: entry.first, at: Number(entry.at_s) - Number(run.begin_s), counts: [] });
       kinds.get(kind).counts.push(`${one.name} ${count(entry.count)}×`);
     }
   }
   if (!kinds.size) return h('p', { class: 'quiet' }, 'There are no warnings.');
-  return sortableTable([
-    { title: 'Warning', value: (row) => row.kind, cell: (row) => h('code', {}, row.kind) },
-    { title: 'First occurrence', text: true, wrap: true, value: (row) => row.first },
-    { title: 'At', unit: 's', value: (row) => row.at, cell: (row) => fixed(row.at, 1) },
-    { title: 'Count', text: true, value: (row) => row.counts.join(', ') },
-  ], [...kinds.values()]);
+  return sortableTable(
+    [
+      { title: 'Warning', value: (row) => row.kind, cell: (row) => h('code', {}, row.kind) },
+      { title: 'First occurrence', text: true, wrap: true, value: (row) => row.first },
+      { title: 'At', unit: 's', value: (row) => row.at, cell: (row) => fixed(row.at, 1) },
+      { title: 'Count', text: true, value: (row) => row.counts.join(', ') },
+    ],
+    [...kinds.values()],
+  );
 }
 
 function staleSection(state) {
@@ -91,15 +65,35 @@ function staleSection(state) {
     const parts = [];
     if (figures) {
       const by = figures.largest_difference_ut > 0 ? `, the largest by ${brief(figures.largest_difference_ut)} µT` : '';
-      parts.push(h('p', {}, `${one.name}: ${count(figures.stale)} of ${count(figures.places)} visited cells differ from the magnetic map`, by,
-        figures.stale_places ? `; they form ${count(figures.stale_places)} ${figures.stale_places === 1 ? 'place' : 'places'}` : '', '. ',
-        figures.false_alarm_probability != null ? `The probability of a false alarm is at most ${brief(figures.false_alarm_probability)} per cell` : '',
-        figures.expected_false_alarms != null ? `; ${brief(figures.expected_false_alarms)} are expected by chance on this drive.` : '.'));
+      parts.push(
+        h(
+          'p',
+          {},
+          `${one.name}: ${count(figures.stale)} of ${count(figures.places)} visited cells differ from the magnetic map`,
+          by,
+          figures.stale_places
+            ? `; they form ${count(figures.stale_places)} ${figures.stale_places === 1 ? 'place' : 'places'}`
+            : '',
+          '. ',
+          figures.false_alarm_probability != null
+            ? `The probability of a false alarm is at most ${brief(figures.false_alarm_probability)} per cell`
+            : '',
+          figures.expected_false_alarms != null
+            ? `; ${brief(figures.expected_false_alarms)} are expected by chance on this drive.`
+            : '.',
+        ),
+      );
     }
     if (one.stale_places?.rows.length) {
       parts.push(sortableTable(staleColumns(one.stale_places, Number(run.begin_s)), one.stale_places.rows));
     } else {
-      parts.push(h('p', { class: 'quiet' }, figures ? 'No stale place was found.' : `${one.name} compared no reading with the magnetic map.`));
+      parts.push(
+        h(
+          'p',
+          { class: 'quiet' },
+          figures ? 'No stale place was found.' : `${one.name} compared no reading with the magnetic map.`,
+        ),
+      );
     }
     place.replaceChildren(...parts);
   }
@@ -110,16 +104,38 @@ function staleSection(state) {
 
 /** A group of buttons with one selected. */
 function choice(label, options, chosen, act) {
-  const buttons = options.map(([value, text]) => h('button', { type: 'button', 'aria-pressed': String(value === chosen), onclick: () => {
-    buttons.forEach((button, i) => button.setAttribute('aria-pressed', String(options[i][0] === value)));
-    act(value);
-  }, 'data-choice': value }, text));
+  const buttons = options.map(([value, text]) =>
+    h(
+      'button',
+      {
+        type: 'button',
+        'aria-pressed': String(value === chosen),
+        onclick: () => {
+          buttons.forEach((button, i) => button.setAttribute('aria-pressed', String(options[i][0] === value)));
+          act(value);
+        },
+        'data-choice': value,
+      },
+      text,
+    ),
+  );
   return h('div', { class: 'group', role: 'group', 'aria-label': label }, buttons);
 }
 
 function seriesButtons(state) {
   return state.run.estimators.map((one, i) => {
-    const button = h('button', { type: 'button', class: 'series', 'aria-pressed': 'true', title: 'Show or hide', onclick: () => state.toggle(one.name) }, swatch(i), one.name);
+    const button = h(
+      'button',
+      {
+        type: 'button',
+        class: 'series',
+        'aria-pressed': 'true',
+        title: 'Show or hide',
+        onclick: () => state.toggle(one.name),
+      },
+      swatch(i),
+      one.name,
+    );
     state.on('shown', () => button.setAttribute('aria-pressed', String(state.isShown(one.name))));
     return button;
   });
@@ -127,8 +143,14 @@ function seriesButtons(state) {
 
 function detailChoice(state) {
   if (state.run.estimators.length < 2) return null;
-  const select = h('select', { onchange: () => state.look(Number(select.value)) }, state.run.estimators.map((one, i) => h('option', { value: i }, one.name)));
-  state.on('detail', () => { select.value = state.detail; });
+  const select = h(
+    'select',
+    { onchange: () => state.look(Number(select.value)) },
+    state.run.estimators.map((one, i) => h('option', { value: i }, one.name)),
+  );
+  state.on('detail', () => {
+    select.value = state.detail;
+  });
   return h('label', {}, 'in detail: ', select);
 }
 
@@ -141,7 +163,14 @@ function planSection(state, grounds) {
   const bottom = grounds.cloud ? Math.floor(grounds.cloud.low) + 0.5 : 0;
   // A roof hides the inside: the initial cut is at a person's height above the robot.
   const begin = grounds.cloud ? Math.min(top, height[1] + 1.8) : 0;
-  const slider = h('input', { type: 'range', min: bottom, max: top, step: 0.1, value: begin, 'aria-label': 'Largest shown height of the cloud, metres' });
+  const slider = h('input', {
+    type: 'range',
+    min: bottom,
+    max: top,
+    step: 0.1,
+    value: begin,
+    'aria-label': 'Largest shown height of the cloud, metres',
+  });
   const shown = h('span', { class: 'small quiet' });
   const cutter = h('label', { hidden: true }, 'up to ', slider, ' ', shown);
   const cut = () => {
@@ -151,7 +180,12 @@ function planSection(state, grounds) {
     space.setCut(value >= top ? Infinity : value);
   };
   slider.addEventListener('input', cut);
-  const options = [grounds.field && ['field', 'Magnetic field'], grounds.cloud && ['cloud', 'Cloud from above'], ['none', 'Lines only'], grounds.cloud && ['space', 'Cloud in 3D']].filter(Boolean);
+  const options = [
+    grounds.field && ['field', 'Magnetic field'],
+    grounds.cloud && ['cloud', 'Cloud from above'],
+    ['none', 'Lines only'],
+    grounds.cloud && ['space', 'Cloud in 3D'],
+  ].filter(Boolean);
   const set = (value) => {
     cutter.hidden = value !== 'cloud' && value !== 'space';
     map.element.hidden = value === 'space';
@@ -161,14 +195,31 @@ function planSection(state, grounds) {
       map.measure();
     }
   };
-  const marks = run.estimators.some((one) => placesOf(one).length) ? ' Triangles are stale places of the magnetic map.' : '';
+  const marks = run.estimators.some((one) => placesOf(one).length)
+    ? ' Triangles are stale places of the magnetic map.'
+    : '';
   const note = run.field || run.cloud ? '' : ' The folder has no overview of the maps.';
   return {
-    element: h('section', { id: 'plan' }, h('h2', {}, 'Map'),
-      h('p', { class: 'quiet small' }, run.truth ? 'The widest line is the ground truth; later estimates are narrower and on top. ' : '',
-        `The ring is the initial pose. Drag to move. Zoom with the buttons, +/−, or Ctrl and the wheel.${marks}${note}`),
-      h('div', { class: 'bar' }, choice('Background of the plan', options, map.ground(), set), seriesButtons(state), cutter),
-      map.element, space.element),
+    element: h(
+      'section',
+      { id: 'plan' },
+      h('h2', {}, 'Map'),
+      h(
+        'p',
+        { class: 'quiet small' },
+        run.truth ? 'The widest line is the ground truth; later estimates are narrower and on top. ' : '',
+        `The ring is the initial pose. Drag to move. Zoom with the buttons, +/−, or Ctrl and the wheel.${marks}${note}`,
+      ),
+      h(
+        'div',
+        { class: 'bar' },
+        choice('Background of the plan', options, map.ground(), set),
+        seriesButtons(state),
+        cutter,
+      ),
+      map.element,
+      space.element,
+    ),
     start() {
       map.start();
       if (grounds.cloud) cut();
@@ -185,27 +236,70 @@ export async function runView(run) {
   const charts = timeCharts(state);
   const distribution = run.estimators.some((one) => one.series.distribution) ? distributionChart(state) : null;
   const reset = h('button', { type: 'button', hidden: true, onclick: () => state.zoom(null) }, 'show all');
-  state.on('span', () => { reset.hidden = state.span == null; });
-  const pooled = run.scans_a_point > 1 ? ` Each point represents ${run.scans_a_point} scans: their largest error, sigma and residual, and their smallest weight.` : '';
+  state.on('span', () => {
+    reset.hidden = state.span == null;
+  });
+  const pooled =
+    run.scans_a_point > 1
+      ? ` Each point represents ${run.scans_a_point} scans: their largest error, sigma and residual, ` +
+        `and their smallest weight.`
+      : '';
   const limits = run.estimators.map((one) => one.degeneracy_limit_m).filter(Number.isFinite);
 
-  const element = h('div', {},
-    !['done', 'regained', 'lost'].includes(run.status) ? h('p', { class: 'notice' }, `The run was ${run.status}; the report shows the results up to that time.`) : null,
-    h('section', { id: 'comparison' }, h('h2', {}, run.estimators.length > 1 ? 'Comparison' : 'Figures'), comparison(run)),
+  const element = h(
+    'div',
+    {},
+    !['done', 'regained', 'lost'].includes(run.status)
+      ? h('p', { class: 'notice' }, `The run was ${run.status}; the report shows the results up to that time.`)
+      : null,
+    h(
+      'section',
+      { id: 'comparison' },
+      h('h2', {}, run.estimators.length > 1 ? 'Comparison' : 'Figures'),
+      comparison(run),
+    ),
     plan.element,
-    h('section', { id: 'time' }, h('h2', {}, 'Time'),
-      h('p', { class: 'quiet small' }, `Shaded: scans in which the estimator in detail found a degenerate direction${limits.length ? `, with a predicted sigma above ${metres(limits[0])}` : ''}. `,
-        `Drag across a chart to zoom all charts; double-click to show all. The dot on the plan is the cursor.${pooled}`),
+    h(
+      'section',
+      { id: 'time' },
+      h('h2', {}, 'Time'),
+      h(
+        'p',
+        { class: 'quiet small' },
+        `Shaded: scans in which the estimator in detail found a degenerate direction` +
+          `${limits.length ? `, with a predicted sigma above ${metres(limits[0])}` : ''}. `,
+        `Drag across a chart to zoom all charts; double-click to show all. The dot on the plan is the cursor.${pooled}`,
+      ),
       h('div', { class: 'bar' }, seriesButtons(state), detailChoice(state), reset),
-      charts.element),
-    distribution ? h('section', { id: 'distribution' }, h('h2', {}, 'Error distribution'),
-      h('p', { class: 'quiet small' }, 'Share of scans with a position error up to the value on the x axis.'), distribution.element) : null,
+      charts.element,
+    ),
+    distribution
+      ? h(
+          'section',
+          { id: 'distribution' },
+          h('h2', {}, 'Error distribution'),
+          h('p', { class: 'quiet small' }, 'Share of scans with a position error up to the value on the x axis.'),
+          distribution.element,
+        )
+      : null,
     calibrationSection(state),
     staleSection(state),
     h('section', { id: 'warnings' }, h('h2', {}, 'Warnings'), warnings(run)),
-    run.configuration ? h('section', { id: 'configuration' }, h('h2', {}, 'Configuration'),
-      h('details', {}, h('summary', {}, 'All options, and the input files'),
-        plainTable(['input', 'value'], Object.entries(run.inputs)), h('pre', {}, run.configuration))) : null);
+    run.configuration
+      ? h(
+          'section',
+          { id: 'configuration' },
+          h('h2', {}, 'Configuration'),
+          h(
+            'details',
+            {},
+            h('summary', {}, 'All options, and the input files'),
+            plainTable(['input', 'value'], Object.entries(run.inputs)),
+            h('pre', {}, run.configuration),
+          ),
+        )
+      : null,
+  );
   return {
     element,
     start() {

@@ -4,9 +4,9 @@ export class RunState {
   constructor(run) {
     this.run = run;
     this.hidden = new Set();
-    this.detail = 0;        // index of the estimator with shown directions and degenerate intervals
-    this.moment = null;     // index on the time axis, or null
-    this.span = null;       // [first, last] shown second, or null for all
+    this.detail = 0; // index of the estimator with shown directions and degenerate intervals
+    this.moment = null; // index on the time axis, or null
+    this.span = null; // [first, last] shown second, or null for all
     this.listeners = { shown: [], moment: [], detail: [], span: [] };
   }
 

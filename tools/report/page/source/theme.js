@@ -5,7 +5,16 @@ const light = ['#d55e00', '#0072b2', '#009e73', '#cc79a7', '#e69f00', '#56b4e9',
 const dark = ['#ff8a3d', '#4aa8e8', '#2fc79b', '#e39cc4', '#f2b632', '#8bcdf4', '#b79a72'];
 
 /** Viridis at eight even steps (Smith and van der Walt 2015). */
-const viridis = [[68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58], [253, 231, 37]];
+const viridis = [
+  [68, 1, 84],
+  [70, 50, 127],
+  [54, 92, 141],
+  [39, 127, 142],
+  [31, 161, 135],
+  [74, 194, 109],
+  [159, 218, 58],
+  [253, 231, 37],
+];
 
 const darkQuery = window.matchMedia('(prefers-color-scheme: dark)');
 let listeners = [];
