@@ -216,7 +216,11 @@ Platform read_platform(const ConfigurationNode& root, const SensorChoice& requir
   Platform platform;
   platform.file = root.file();
   read_value(root.at("name"), platform.name);
-  if (required.lidar || root.find("lidar") != nullptr) read_first_lidar(root.at("lidar"), platform);
+  if (required.lidar || root.has("lidar") || root.has("further_lidars")) {
+    read_first_lidar(root.at("lidar"), platform);
+  } else {
+    platform.lidar.topic.clear();
+  }
   if (const ConfigurationNode* further = root.find("further_lidars")) {
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
   }
@@ -303,8 +307,10 @@ std::string guess_lines(const Platform& platform) {
 std::string format_platform(const Platform& platform) {
   const ImuNoise& imu = platform.suite.imu;
   std::string text = line(0, "name", platform.name) + line(0, "gravity_m_s2", platform.suite.gravity_m_s2);
-  text += "lidar:\n" + line(1, "topic", platform.lidar.topic) + lidar_lines(1, platform.lidar, platform.suite.lidar) +
-          calibration_sigma_lines(1, "calibration", platform.suite.calibration.lidar);
+  if (platform.has_lidar()) {
+    text += "lidar:\n" + line(1, "topic", platform.lidar.topic) + lidar_lines(1, platform.lidar, platform.suite.lidar) +
+            calibration_sigma_lines(1, "calibration", platform.suite.calibration.lidar);
+  }
   if (!platform.further_lidars.empty()) text += "further_lidars:\n";
   for (std::size_t i = 0; i < platform.further_lidars.size(); ++i) {
     const LidarMessageLayout& layout = platform.further_lidars[i];

@@ -130,6 +130,9 @@ struct Platform {
   std::vector<std::string> guesses{};        ///< keys whose values nobody measured; `lodestone init` lists them
   SensorSuite suite;
 
+  /// False: the file has no section `lidar`.
+  bool has_lidar() const { return !lidar.topic.empty(); }
+
   /// Name for messages.
   std::string file_name() const { return file.empty() ? "the platform file" : file; }
 };

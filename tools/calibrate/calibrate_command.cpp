@@ -113,7 +113,7 @@ void calibrate(const CalibrateCall& call) {
   const ThreadLimit limit(1);  // BLAS: the same bits on every machine
   const CalibrationOptions options = read_options(call);
   check_call(call);
-  const Platform platform = load_platform(call.sources.platform);
+  const Platform platform = load_platform(call.sources.platform, {.lidar = false});
   if (platform.suite.magnetometers.empty()) {
     throw InputError(call.sources.platform +
                      ": it has no magnetometers; expected at least one under the key 'magnetometers'");
@@ -185,10 +185,13 @@ void add_magnetometers(CLI::App& parent, int* code) {
   command->add_option("--set", call->settings, "one option, as key=value; the keys are below");
   command->footer("Options of --config and --set:\n" + list_options(CalibrationOptions{}) +
                   R"(
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes and `lodestone map magnetic` makes of it:
-  lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/calibrated/platform.yaml
-  lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --magnetic /tmp/tunnel/field.yaml \
-      --trajectory /tmp/tunnel/truth.tum --out /tmp/tunnel/calibrated/platform.yaml --set hard_iron_sigma_ut=50)");
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and the map that
+`lodestone map magnetic` makes of them:
+  lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml \
+      --out /tmp/tunnel/calibrated/platform.yaml
+  lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml \
+      --magnetic /tmp/tunnel/field.yaml --trajectory /tmp/tunnel/truth.tum \
+      --out /tmp/tunnel/calibrated/platform.yaml --set hard_iron_sigma_ut=50)");
   command->callback([call, code]() {
     calibrate(*call);
     *code = exit_code::done;

@@ -40,16 +40,18 @@ void check_call(const CheckCall& call) {
     throw InputError("--initial-pose auto: requires --cloud; add it");
 }
 
-/// The sensors that a run with these maps reads. Without maps: all sensors.
-SensorChoice needed_sensors(const CheckCall& call) {
-  return {!call.cloud.empty() || call.magnetic.empty(), true, !call.magnetic.empty() || call.cloud.empty()};
+/// The sensors that a run with these maps reads. Without maps: all sensors of the platform file.
+SensorChoice needed_sensors(const CheckCall& call, const Platform& platform) {
+  const bool all = call.cloud.empty() && call.magnetic.empty();
+  return {.lidar = !call.cloud.empty() || (all && platform.has_lidar()),
+          .magnetometers = all || !call.magnetic.empty()};
 }
 
 /// Errors of a run's preparation that no check has reported.
 bool run_would_start(const CheckCall& call, const Platform& platform, Findings& findings) {
   try {
     WarningLog unheard;
-    const BagSource source(call.log, platform, unheard, needed_sensors(call));
+    const BagSource source(call.log, platform, unheard, needed_sensors(call, platform));
   } catch (const InputError& error) {
     if (!has_error(findings)) findings.push_back(error_finding("run.refuses", error));
     return false;
@@ -125,7 +127,7 @@ CheckResult check_log(const CheckCall& call) {
   if (call.platform.empty()) {
     platform.imu.topic = platform.lidar.topic = "";
   } else {
-    platform = load_platform(call.platform);
+    platform = load_platform(call.platform, {.lidar = !call.cloud.empty()});
   }
   // Read even without maps, so that a wrong file name is an error.
   const Trajectory poses = call.initial_pose_from.empty() ? Trajectory{} : read_trajectory(call.initial_pose_from);
@@ -145,7 +147,7 @@ CheckResult check_log(const CheckCall& call) {
     return result;
   }
   const std::vector<ScanOdometry> odometry = follow_all_scans(result.sample, platform);
-  append(result.findings, check_sensors(result.sample, platform, needed_sensors(call)));
+  append(result.findings, check_sensors(result.sample, platform, needed_sensors(call, platform)));
   check_motion(result.sample, platform, odometry, result.findings);
   if (call.cloud.empty()) append(result.findings, check_floor(result.sample, platform, odometry.front()));
   const bool maps = !call.cloud.empty() || !call.magnetic.empty();

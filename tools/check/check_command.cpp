@@ -10,7 +10,8 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kCheckExamples = R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone map magnetic`:
+Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and of
+`lodestone map magnetic`:
   lodestone check /tmp/tunnel/log.bag
   lodestone check /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml
   lodestone check /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \

@@ -94,8 +94,9 @@ RunInputs load_small_files(const RunCall& call) {
   if (!call.refine.empty()) settings.push_back("smoother.refine=" + call.refine);
   RunOptions options;
   load_options(load_configuration(call.configurations, settings), options);
-  inputs.platform_file = load_platform(call.platform);
-  inputs.site = site_without_maps(inputs.platform_file, options, {call.cloud, call.magnetic}, call.max_range_m);
+  const MapFiles maps{call.cloud, call.magnetic};
+  inputs.platform_file = load_platform(call.platform, sensors_for(maps));
+  inputs.site = site_without_maps(inputs.platform_file, options, maps, call.max_range_m);
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
     throw InputError("--refine: no chosen estimator supports it; add smoother or magnetic to --estimator");
   }

@@ -328,6 +328,9 @@ TEST(PlatformFile, LidarAndImuMayBeMissingIfTheyAreNotRequired) {
                       "{translation_m: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}}\n");
   const Platform platform = load_platform(folder / "array.yaml", {.lidar = false, .imu = false});
   EXPECT_EQ(platform.magnetometers.at(0).topic, "/a");
+  EXPECT_FALSE(platform.has_lidar());
+  save_platform(platform, folder / "again.yaml");
+  EXPECT_FALSE(load_platform(folder / "again.yaml", {.lidar = false}).has_lidar());
   EXPECT_THAT(message_of<InputError>([&] { load_platform(folder / "array.yaml"); }),
               HasSubstr("the key 'lidar' is missing"));
   EXPECT_THAT(message_of<InputError>([&] { load_platform(folder / "array.yaml", {.lidar = false}); }),
