@@ -1,5 +1,5 @@
-# Packages of the libraries, except those that are linked by path. The project and the installed package both read this file; `lodestone_find` is find_package
-# in the project and find_dependency in the package.
+# Packages of the libraries, except those that are linked by path. The project and the installed package both read
+# this file; `lodestone_find` is find_package in the project and find_dependency in the package.
 
 lodestone_find(Eigen3 3.4 NO_MODULE)
 lodestone_find(TBB)

@@ -19,8 +19,8 @@ set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Headers and static libraries of lodesto
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # The packages that cmake/library_dependencies.cmake finds.
 set(development_packages
-  libeigen3-dev libtbb-dev libboost-dev libceres-dev libsuitesparse-dev libyaml-cpp-dev libfmt-dev libpcl-dev libtiff-dev
-  libopencv-dev libfastcdr-dev libsqlite3-dev libbz2-dev zlib1g-dev liblz4-dev libzstd-dev)
+  libeigen3-dev libtbb-dev libboost-dev libceres-dev libsuitesparse-dev libyaml-cpp-dev libfmt-dev libpcl-dev
+  libtiff-dev libopencv-dev libfastcdr-dev libsqlite3-dev libbz2-dev zlib1g-dev liblz4-dev libzstd-dev)
 list(JOIN development_packages ", " development_packages)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "${development_packages}")
 include(CPack)

@@ -11,5 +11,6 @@ export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
 unity=()
 [[ -e $build/CMakeCache.txt ]] || unity=(-DLODESTONE_UNITY="${LODESTONE_UNITY:-ON}")
 
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLODESTONE_TESTS=ON -DLODESTONE_BENCHMARKS=ON "${unity[@]}" >/dev/null
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLODESTONE_TESTS=ON \
+  -DLODESTONE_BENCHMARKS=ON "${unity[@]}" >/dev/null
 ninja -C "$build" -j"$(nproc)" "$@"

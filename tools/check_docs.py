@@ -4,7 +4,8 @@
     tools/check_docs.py                 check everything; exit code 1 after any finding
     tools/check_docs.py --sizes         also print the number of words of each page
     tools/check_docs.py --site DIR      check links and anchors of the built site
-    tools/check_docs.py --linked-files  print the files outside docs/ that a page links to; tools/docs.sh puts them on the site
+    tools/check_docs.py --linked-files  print the files outside docs/ that a page links to;
+                                        tools/docs.sh puts them on the site
 
 Words of a page: the prose, and half of the words in tables. Code blocks do not count.
 """
@@ -31,7 +32,8 @@ def pages(patterns):
 
 
 def tracked_markdown():
-    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=ROOT, check=True,
+    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=ROOT,
+                            check=True,
                             capture_output=True, text=True)
     return [path for line in listed.stdout.splitlines() if (path := ROOT / line).exists()]
 
@@ -185,7 +187,8 @@ def linked_files():
 
 def check_site(site):
     """Links and anchors of the built pages; the API reference is Doxygen's own."""
-    pages_of_site = [path for path in site.rglob("*.html") if path.relative_to(site).parts[0] != "api" and path.name != "404.html"]
+    pages_of_site = [path for path in site.rglob("*.html")
+                     if path.relative_to(site).parts[0] != "api" and path.name != "404.html"]
     ids = {}
     for page in pages_of_site:
         text = page.read_text(encoding="utf-8")

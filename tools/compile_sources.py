@@ -2,7 +2,7 @@
 """Compiles every source of a compilation database alone, without code generation, and runs clang-tidy on some of them.
 
     tools/compile_sources.py build/sources/compile_commands.json            compile every source
-    tools/compile_sources.py build/sources/compile_commands.json --tidy 30  and clang-tidy for sources of the last 30 commits
+    tools/compile_sources.py build/sources/compile_commands.json --tidy 30  and clang-tidy for the last 30 commits
 
 Ends with 1 if a source does not compile or clang-tidy has a finding. `.clang-tidy` lists the checks.
 """
@@ -40,7 +40,8 @@ def recent_files(commits):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("database", help="compile_commands.json of a build without unity and precompiled headers")
-    parser.add_argument("--tidy", type=int, metavar="COMMITS", default=0, help="clang-tidy for sources of so many commits")
+    parser.add_argument("--tidy", type=int, metavar="COMMITS", default=0,
+                        help="clang-tidy for sources of so many commits")
     options = parser.parse_args()
     entries = {entry["file"]: entry for entry in json.loads(Path(options.database).read_text())}
     work = [(entry, syntax_command(entry)) for _, entry in sorted(entries.items())]

@@ -5,7 +5,8 @@ from pathlib import Path
 def pages_of(source, folder):
     """Paths of a folder's pages: architecture first, the rest sorted by name."""
     found = (source / "docs" / folder).glob("*.md")
-    return [str(path.relative_to(source)) for path in sorted(found, key=lambda path: (path.stem != "architecture", path.name))]
+    return [str(path.relative_to(source))
+            for path in sorted(found, key=lambda path: (path.stem != "architecture", path.name))]
 
 
 def on_config(config):

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Fuzzes every boundary: tools/fuzz.sh [SECONDS] [BOUNDARY...]. SECONDS (60) is the time for each boundary. As many boundaries
-# run at once as there are processors (or LODESTONE_JOBS).
-# The fuzzer is built with clang and its address and undefined-behaviour sanitizers in build/fuzz. The corpus grows in
-# build/fuzz/corpus. Inputs that crash, hang or need too much memory stay in build/fuzz/found; the script then ends with 1.
-# Each boundary adds its time to build/fuzz/times.csv.
+# Fuzzes every boundary: tools/fuzz.sh [SECONDS] [BOUNDARY...]. SECONDS (60) is the time for each boundary. As many
+# boundaries run at once as there are processors (or LODESTONE_JOBS). The fuzzer is built with clang and its address
+# and undefined-behaviour sanitizers in build/fuzz. The corpus grows in build/fuzz/corpus. Inputs that crash, hang or
+# need too much memory stay in build/fuzz/found; the script then ends with 1. Each boundary adds its time to
+# build/fuzz/times.csv.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LODESTONE_BUILD:-$root/build/fuzz}

@@ -4,8 +4,8 @@
 #
 #   tools/package.sh [FOLDER]       (default: build/packages)
 #
-# A clean Debian requires root, debootstrap (tools/setup.sh debootstrap) and a package mirror (LODESTONE_MIRROR, default
-# http://deb.debian.org/debian). Without these, the package is only unpacked, and its dependencies are not tested.
+# A clean Debian requires root, debootstrap (tools/setup.sh debootstrap) and a package mirror (LODESTONE_MIRROR;
+# default: that of this machine). Without these, the package is only unpacked, and its dependencies are not tested.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LODESTONE_BUILD:-$root/build/release}
@@ -34,12 +34,13 @@ trap 'rm -rf "$clean"' EXIT
 demo=usr/share/lodestone/tools/demo.sh
 if ((EUID == 0)) && [[ -n $(command -v debootstrap) ]]; then
   step "A clean Debian 12"
-  debootstrap --variant=minbase bookworm "$clean" "${LODESTONE_MIRROR:-http://deb.debian.org/debian}" >"$out/debootstrap.log"
+  mirror=${LODESTONE_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | head -1)}
+  debootstrap --variant=minbase bookworm "$clean" "$mirror" >"$out/debootstrap.log"
   cp "$program" "$clean/tmp/lodestone.deb"
   # The program reads /proc; the mount ends with the command.
   inside() {
-    unshare --mount bash -c 'mount -t proc proc "$0/proc" && exec chroot "$0" env LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"' \
-      "$clean" "$@"
+    unshare --mount bash -c 'mount -t proc proc "$0/proc" && exec chroot "$0" "$@"' \
+      "$clean" env LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"
   }
   inside apt-get -qq install --yes --no-install-recommends -o Dpkg::Use-Pty=0 -o Dpkg::Options::=--force-unsafe-io \
     /tmp/lodestone.deb >"$out/install.log"

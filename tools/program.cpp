@@ -17,6 +17,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "frontends/configuration/number_text.h"
 #include "tools/commands.h"
 #include "tools/messages.h"
 #include "tools/run/resources.h"
@@ -41,12 +42,6 @@ NamedCommand named_command(const CLI::App& app) {
   return command;
 }
 
-bool is_number(const std::string& word) {
-  char* end = nullptr;
-  std::strtod(word.c_str(), &end);
-  return !word.empty() && *end == '\0';
-}
-
 /// One line about an error in the command line. CLI11 first reports missing options, which are often misspelt ones.
 std::string call_error(const CLI::App& app, const CLI::Error& error) {
   const NamedCommand command = named_command(app);
@@ -62,7 +57,9 @@ std::string call_error(const CLI::App& app, const CLI::Error& error) {
   for (const std::string& word : command.app->remaining()) {
     const std::string name = word.substr(0, word.find('='));
     if (name.starts_with("--")) return "unknown option '" + name + "'" + suggestion(name, options) + help;
-    if (commands.empty() && is_number(word)) return "unexpected number '" + word + "'; put a pose in quotes" + help;
+    if (double number = 0.0; commands.empty() && parse_number(word, number)) {
+      return "unexpected number '" + word + "'; put a pose in quotes" + help;
+    }
     if (commands.empty() || name.starts_with('-')) continue;
     return "there is no command '" + name + "'" + (command.app == &app ? "" : " of " + command.name) +
            suggestion(name, commands) + " (known: " + join_names(commands) + ")";

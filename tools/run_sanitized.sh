@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # The test programs under sanitizers: tools/run_sanitized.sh SHARD...|all|list. `address` is AddressSanitizer with
-# LeakSanitizer and UndefinedBehaviorSanitizer, `thread` ThreadSanitizer. A shard is a part of one test program under one
-# sanitizer. Its build contains only the layers that the program links. The compiler is clang, which needs half of the time of
-# g++; the folder is build/SANITIZER. The script ends with 1 if a sanitizer reports something, in child processes too, or if a
-# test program does not end.
+# LeakSanitizer and UndefinedBehaviorSanitizer, `thread` ThreadSanitizer. A shard is a part of one test program under
+# one sanitizer. Its build contains only the layers that the program links. The compiler is clang, which needs half of
+# the time of g++; the folder is build/SANITIZER. The script ends with 1 if a sanitizer reports something, in child
+# processes too, or if a test program does not end.
 #
-# A failed test is named but does not count; tools/run_tests.sh judges tests. clang evaluates arguments in another order than
-# g++, so tests draw other random numbers, and a few statistics miss their bounds.
-# Tests on real data are skipped, unless LODESTONE_DATA names their folder.
+# A failed test is named but does not count; tools/run_tests.sh judges tests. clang evaluates arguments in another
+# order than g++, so tests draw other random numbers, and a few statistics miss their bounds. Tests on real data are
+# skipped, unless LODESTONE_DATA names their folder.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 rules=$root/cmake/sanitizers
@@ -58,7 +58,8 @@ run_shard() {
   rm -rf "$results"
   mkdir -p "$results"
 
-  export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1:check_initialization_order=1:log_path=$results/report
+  export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1:check_initialization_order=1
+  ASAN_OPTIONS+=:log_path=$results/report
   export UBSAN_OPTIONS=print_stacktrace=1:log_path=$results/report
   export LSAN_OPTIONS=suppressions=$rules/leak.supp:print_suppressions=0
   export TSAN_OPTIONS=second_deadlock_stack=1:history_size=4:suppressions=$rules/thread.supp:log_path=$results/report

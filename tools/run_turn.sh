@@ -4,10 +4,11 @@
 #
 #   sanitized shards   tools/run_sanitized.sh, see there
 #   fuzz               tools/fuzz.sh, a minute for each boundary
-#   sources            every source compiled alone, without precompiled headers, and clang-tidy for the sources of recent commits
+#   sources            every source compiled alone, without precompiled headers, and clang-tidy for the sources of
+#                      recent commits
 #
-# LODESTONE_SECONDS limits a turn. A turn that does not end in this time is not judged: the script names it and ends with 0 the
-# first time, with 1 if the same turn was not judged before on this machine.
+# LODESTONE_SECONDS limits a turn. A turn that does not end in this time is not judged: the script names it and ends
+# with 0 the first time, with 1 if the same turn was not judged before on this machine.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 turns=(

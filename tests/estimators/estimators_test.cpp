@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -5,6 +6,7 @@
 
 #include "core/error.h"
 #include "tests/estimators/drive.h"
+#include "tests/frontends/logs/test_files.h"
 
 namespace lodestone::testing {
 namespace {
@@ -18,7 +20,13 @@ TEST(Estimators, UnknownNamesAndMissingMapsAreOneClearLine) {
     EXPECT_NE(std::string(error.what()).find("--cloud"), std::string::npos);
   }
   input.field = shared_drive().field;
-  EXPECT_THROW(make_estimator("lidar-inertial", input), InputError);
+  for (const char* lidar : {"lidar-inertial", "ndt", "continuous-time"}) {
+    EXPECT_THROW(make_estimator(lidar, input), InputError) << lidar;
+  }
+  for (const char* magnetic : {"magnetic", "magnetic-calibrating", "magnetic-particle", "magnetic-stochastic"}) {
+    EXPECT_THAT(message_of<InputError>([&] { make_estimator(magnetic, input); }),
+                ::testing::HasSubstr("requires magnetometers"));
+  }
   try {
     make_estimator("smother", input);
     FAIL();

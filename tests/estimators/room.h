@@ -2,15 +2,18 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/geometry/trajectory.h"
 #include "core/lidar/plane_map.h"
 #include "core/magnetometer/magnetic_map.h"
 #include "estimators/factory.h"
+#include "frontends/synchronizer/synchronizer.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/simulation_source.h"
 
@@ -77,6 +80,26 @@ inline Room load_room() {
   room.input.planes = std::make_shared<PlaneMap>(room.cloud, PlaneMapOptions{});
   room.input.field = field_over(room.world, *room.environment, {-8.0, -5.0}, {8.0, 5.0});
   return room;
+}
+
+/// A drive along the room's loop.
+struct RoomDrive {
+  Room room;  ///< with the drive's initial pose
+  Trajectory truth;
+  std::vector<ScanBundle> bundles;
+};
+
+inline RoomDrive drive_through_room(std::uint64_t seed, double duration_s) {
+  RoomDrive drive{load_room(), {}, {}};
+  simulation::SimulationSource source(drive.room.world, drive.room.environment, "loop",
+                                      simulation::SimulationSource::Drive::sequence, seed, duration_s);
+  drive.truth = source.trajectory();
+  WarningLog warnings;
+  Synchronizer synchronizer(source, drive.room.input.suite, warnings);
+  for (ScanBundle bundle; synchronizer.next(bundle);) drive.bundles.push_back(bundle);
+  const Time begin = std::max(drive.bundles.front().scan.start, drive.truth.front().time);
+  drive.room.input.initial_pose = *interpolate(drive.truth, begin, 1'000'000'000);
+  return drive;
 }
 
 }  // namespace lodestone::testing

@@ -29,7 +29,8 @@ run(${CMAKE_COMMAND} --build ${WORK}/build)
 # From here on only installed files are used.
 set(lodestone ${prefix}/bin/lodestone)
 set(drive ${WORK}/drive)
-run(${lodestone} simulate ${prefix}/share/lodestone/config/worlds/corridor.yaml --out ${drive} --duration 5 --only log,cloud
+run(${lodestone} simulate ${prefix}/share/lodestone/config/worlds/corridor.yaml --out ${drive}
+    --duration 5 --only log,cloud
     --set sensors.lidar.rows=16 --set sensors.lidar.columns=512)
 read_poses(${drive}/truth.tum truth)
 list(GET truth 0 first)

@@ -59,8 +59,8 @@ TEST(Architecture, IncludesOnlyPointToLowerLayers) {
 }
 
 TEST(Architecture, OnlyFrontendsAndToolsKnowFilesAndTheirFormats) {
-  const std::regex forbidden(
-      R"(^(pcl|opencv2|yaml-cpp|rosbag|ros|sensor_msgs|embree3|CLI|nlohmann|spdlog|sqlite3\.h|tiffio\.h|fstream|iostream)(/|$))");
+  const std::regex forbidden(R"(^(pcl|opencv2|yaml-cpp|rosbag|ros|sensor_msgs|embree3|CLI|nlohmann|spdlog|)"
+                             R"(sqlite3\.h|tiffio\.h|fstream|iostream)(/|$))");
   const std::regex solvers(R"(^(ceres|cholmod\.h|suitesparse)(/|$))");
   for (const std::string layer : {"core", "factors", "estimators", "localization"}) {
     for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
@@ -133,6 +133,23 @@ TEST(Architecture, LoopsOnAllCoresGoThroughOneDoor) {
       EXPECT_FALSE(std::regex_search(include, loops))
           << path << ":" << line << ": core/parallel.h instead of " << include;
     });
+  }
+}
+
+TEST(Architecture, NoLineHasMoreThan120Columns) {
+  const std::regex texts(R"(.*\.(h|cpp|cc|js|mjs|css|html|py|sh|cmake|yaml)|.*CMakeLists\.txt)");
+  for (const char* folder : {"core", "factors", "frontends", "estimators", "localization", "tools", "tests", "config",
+                             "cmake", "docs/examples"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / folder)) {
+      if (!entry.is_regular_file() || !std::regex_match(entry.path().filename().string(), texts)) continue;
+      std::ifstream file(entry.path());
+      int number = 0;
+      for (std::string line; std::getline(file, line);) {
+        ++number;
+        const auto columns = std::count_if(line.begin(), line.end(), [](char byte) { return (byte & 0xC0) != 0x80; });
+        EXPECT_LE(columns, 120) << entry.path() << ":" << number;
+      }
+    }
   }
 }
 

@@ -21,8 +21,8 @@ namespace lodestone {
 namespace {
 
 constexpr const char* examples = R"(
-The log: a ROS 1 bag, a ROS 2 bag (.mcap, .db3, its folder), or a folder of CSV and PCD files. The content determines the
-format. Messages with a known counterpart in ROS 1 and ROS 2 are converted (PointCloud2, Imu, MagneticField, Livox'
+The log: a ROS 1 bag, a ROS 2 bag (.mcap, .db3, its folder), or a folder of CSV and PCD files. The content determines
+the format. Messages with a known counterpart in ROS 1 and ROS 2 are converted (PointCloud2, Imu, MagneticField, Livox'
 CustomMsg). Other messages can only be written to a format of the same ROS.
 
 Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:

@@ -16,7 +16,8 @@ Examples:
   lodestone reproduce paper --only 'accuracy/tunnel-*' --seeds 1 --out /tmp/tunnels
   lodestone reproduce config/experiments/paper.yaml --out results/paper --jobs 2
 
-Finished steps are skipped: an interrupted call continues when repeated. docs/user/experiment-files.md describes the format.)";
+Finished steps are skipped: an interrupted call continues when repeated.
+docs/user/experiment-files.md describes the format.)";
 
 }  // namespace
 

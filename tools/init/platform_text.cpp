@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "frontends/configuration/options.h"
+#include "frontends/configuration/platform_calibration.h"
 
 namespace lodestone {
 namespace {
@@ -31,11 +32,8 @@ class CommentedLines {
     const auto depth = static_cast<std::size_t>(std::count(parent.begin(), parent.end(), '.') + !parent.empty());
     std::string indent(2 * (depth + (parent.find('[') == std::string::npos ? 0 : 1)), ' ');
     if (first_of_item) indent.replace(indent.size() - 2, 2, "- ");
-    std::string text = indent + key + ":" + (value.empty() ? "" : " " + value);
-    if (const auto comment = comments_.find(path); comment != comments_.end()) {
-      text += "  # " + on_one_line(comment->second);
-    }
-    text_ += text + "\n";
+    const std::string text = indent + key + ":" + (value.empty() ? "" : " " + value);
+    text_ += text + comment_of(path) + "\n";
   }
 
   template <class Value>
@@ -52,11 +50,22 @@ class CommentedLines {
     value(path, "quaternion_xyzw", std::vector<double>{q.x(), q.y(), q.z(), q.w()});
   }
 
+  /// Lines that are YAML already; the comment of `path` goes to the first of them.
+  void block(const std::string& path, std::string lines) {
+    if (const auto comment = comment_of(path); !comment.empty()) lines.insert(lines.find('\n'), comment);
+    text_ += lines;
+  }
+
   void item(const std::string& value) { text_ += "  - " + value + "\n"; }
 
   const std::string& text() const { return text_; }
 
  private:
+  std::string comment_of(const std::string& path) const {
+    const auto found = comments_.find(path);
+    return found == comments_.end() ? "" : "  # " + on_one_line(found->second);
+  }
+
   const std::map<std::string, std::string>& comments_;
   std::string text_;
 };
@@ -81,14 +90,11 @@ void write_lidar(CommentedLines& out, const LidarMessageLayout& layout, const Li
   out.value(lidar, "max_range_m", model.max_range_m);
   out.value(lidar, "scan_period_s", model.scan_period_s);
   out.pose(lidar, "T_imu_lidar", model.T_imu_lidar);
-  const std::string calibration = lidar + ".calibration";
-  out.line(lidar, "calibration", "");
-  out.value(calibration, "translation_sigma_m", sigmas.translation_sigma_m);
-  out.value(calibration, "rotation_sigma_deg", sigmas.rotation_sigma_deg);
-  out.value(calibration, "clock_sigma_s", sigmas.clock_sigma_s);
+  out.block("lidar.calibration", calibration_sigma_lines(1, "calibration", sigmas));
 }
 
-void write_imu(CommentedLines& out, const ImuMessageLayout& layout, const ImuNoise& noise) {
+void write_imu(CommentedLines& out, const ImuMessageLayout& layout, const ImuNoise& noise,
+               const ImuCalibrationSigmas& sigmas) {
   const std::string imu = "imu";
   out.line("", imu, "");
   out.value(imu, "topic", layout.topic);
@@ -98,18 +104,13 @@ void write_imu(CommentedLines& out, const ImuMessageLayout& layout, const ImuNoi
   out.value(imu, "accelerometer_noise_density_m_s2_sqrt_hz", noise.accelerometer_noise_density);
   out.value(imu, "gyroscope_bias_random_walk_rad_s2_sqrt_hz", noise.gyroscope_bias_random_walk);
   out.value(imu, "accelerometer_bias_random_walk_m_s3_sqrt_hz", noise.accelerometer_bias_random_walk);
+  out.block("imu.calibration", calibration_sigma_lines(1, "calibration", sigmas));
 }
 
 void write_magnetometers(CommentedLines& out, const Platform& platform) {
   if (platform.magnetometers.empty()) return out.line("", "magnetometers", "[]");
   const std::string calibration = "magnetometer_calibration";
-  const MagnetometerCalibrationSigmas& sigmas = platform.suite.calibration.magnetometers;
-  out.line("", calibration, "");
-  out.value(calibration, "translation_sigma_m", sigmas.translation_sigma_m);
-  out.value(calibration, "rotation_sigma_deg", sigmas.rotation_sigma_deg);
-  out.value(calibration, "clock_sigma_s", sigmas.clock_sigma_s);
-  out.value(calibration, "offset_sigma_ut", sigmas.offset_sigma_ut);
-  out.value(calibration, "matrix_sigma", sigmas.matrix_sigma);
+  out.block(calibration, calibration_sigma_lines(0, calibration, platform.suite.calibration.magnetometers));
   out.line("", "magnetometers", "");
   for (std::size_t i = 0; i < platform.magnetometers.size(); ++i) {
     const std::string item = fmt::format("magnetometers[{}]", i);
@@ -130,7 +131,7 @@ std::string commented_text(const CommentedPlatform& commented) {
   out.value("", "name", platform.name);
   out.value("", "gravity_m_s2", platform.suite.gravity_m_s2);
   write_lidar(out, platform.lidar, platform.suite.lidar, platform.suite.calibration.lidar);
-  write_imu(out, platform.imu, platform.suite.imu);
+  write_imu(out, platform.imu, platform.suite.imu, platform.suite.calibration.imu);
   write_magnetometers(out, platform);
   if (!platform.guesses.empty()) {
     out.line("", "guesses", "");

@@ -253,12 +253,13 @@ void add_map_magnetic(CLI::App& parent, int* code) {
   command->footer("Options of --config and --set:\n" + list_options(MagneticMapOptions{}) +
                   R"(
 Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
-  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
-      --out /tmp/tunnel/field.yaml
-  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
-      --out /tmp/tunnel/coarse.yaml --resolution 0.2 --set regression.window_points=200
-  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
-      --out /tmp/tunnel/curl_free.yaml --method curl-free)");
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
+      --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/field.yaml
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
+      --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/coarse.yaml \
+      --resolution 0.2 --set regression.window_points=200
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
+      --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/curl_free.yaml --method curl-free)");
   command->callback([call, code]() {
     map_magnetic(*call);
     *code = exit_code::done;
@@ -272,10 +273,10 @@ void add_map_command(CLI::App& app, int* code) {
   command->require_subcommand(1);
   command->footer(R"(
 Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
-  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
-      --out /tmp/tunnel/field.yaml
-  lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum --platform /tmp/tunnel/platform.yaml \
-      --out /tmp/tunnel/map.pcd
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
+      --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/field.yaml
+  lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum \
+      --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/map.pcd
   lodestone map diff /tmp/tunnel/field.yaml /tmp/tunnel/coarse.yaml --out /tmp/tunnel/change
   lodestone map magnetic --help)");
   add_map_cloud(*command, code);

@@ -15,8 +15,8 @@ namespace {
 
 constexpr const char* kRunExamples = R"(
 Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
-  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum --platform /tmp/tunnel/platform.yaml \
-      --out /tmp/tunnel/field.yaml
+  lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
+      --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/field.yaml
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \
       --magnetic /tmp/tunnel/field.yaml --initial-pose-from /tmp/tunnel/truth.tum --out /tmp/tunnel/run
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \

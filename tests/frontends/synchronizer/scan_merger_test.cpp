@@ -213,7 +213,9 @@ further_lidars:
     max_range_m: 90
     scan_period_s: 0.1
     T_imu_lidar: {translation_m: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}
-imu: {topic: /imu/data, rate_hz: 200, gyroscope_noise_density_rad_s_sqrt_hz: 1.0e-3, accelerometer_noise_density_m_s2_sqrt_hz: 2.0e-2, gyroscope_bias_random_walk_rad_s2_sqrt_hz: 2.0e-5, accelerometer_bias_random_walk_m_s3_sqrt_hz: 5.0e-4}
+imu: {topic: /imu/data, rate_hz: 200, gyroscope_noise_density_rad_s_sqrt_hz: 1.0e-3,
+  accelerometer_noise_density_m_s2_sqrt_hz: 2.0e-2,
+  gyroscope_bias_random_walk_rad_s2_sqrt_hz: 2.0e-5, accelerometer_bias_random_walk_m_s3_sqrt_hz: 5.0e-4}
 )");
   Platform platform = load_platform(folder / "two.yaml");
   platform.suite.lidar.T_imu_lidar = front.T_imu_lidar;

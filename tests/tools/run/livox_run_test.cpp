@@ -19,7 +19,8 @@ cloud: {point_spacing_m: 0.1}
 solids:
   - {shape: box, at_m: [0, 0, 1.5], size_m: [14, 10, 3]}
   - {shape: box, at_m: [2, 3, 1], size_m: [1, 2, 2]}
-  - {shape: rectangle, at_m: [-3, 0, 1.5], size_m: [3, 4], rotation_rpy_deg: [0, 90, 0], transparency: 0.8, max_incidence_deg: 20}
+  - {shape: rectangle, at_m: [-3, 0, 1.5], size_m: [3, 4], rotation_rpy_deg: [0, 90, 0],
+     transparency: 0.8, max_incidence_deg: 20}
 sequences:
   short: {waypoints_m: [[-2, -2], [3, -2]], speed: [[0, 1.0]], rest_s: 1.0}
 )";

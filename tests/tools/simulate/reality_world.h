@@ -64,7 +64,8 @@ survey: {lateral_offsets_m: [0.0], position_sigma_m: 0, angle_sigma_deg: 0}
 solids:
   - {name: floor, shape: rectangle, size_m: [40, 30]}
   - {name: hall, shape: box, at_m: [0, 0, 2.5], size_m: [40, 30, 5]}
-  - {name: crates, shape: box, at_m: [-17, 10, 0.5], size_m: [1, 1, 1], repeat: {count: [12, 2, 1], step_m: [2.8, 2, 0]},
+  - {name: crates, shape: box, at_m: [-17, 10, 0.5], size_m: [1, 1, 1],
+     repeat: {count: [12, 2, 1], step_m: [2.8, 2, 0]},
      steel: [{kind: dipole, at_m: [0, 0, 0], moment_sigma_a_m2: 30}]}
   - {name: more crates, shape: box, at_m: [-17, -12, 0.5], size_m: [1, 1, 1],
      repeat: {count: [12, 2, 1], step_m: [2.8, 2, 0]}, steel: [{kind: dipole, at_m: [0, 0, 0], moment_sigma_a_m2: 30}]}

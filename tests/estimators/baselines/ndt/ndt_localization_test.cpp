@@ -17,27 +17,13 @@ constexpr double kDrive_s = 6.0;
 /// Half of a loop through the room, and the room's NDT map.
 class NdtInARoom : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    room_ = std::make_unique<Room>(load_room());
-    simulation::SimulationSource source(room_->world, room_->environment, "loop",
-                                        simulation::SimulationSource::Drive::sequence, 3, kDrive_s);
-    truth_ = source.trajectory();
-    WarningLog warnings;
-    Synchronizer synchronizer(source, room_->input.suite, warnings);
-    for (ScanBundle bundle; synchronizer.next(bundle);) bundles_.push_back(bundle);
-    room_->input.initial_pose =
-        *interpolate(truth_, std::max(bundles_.front().scan.start, truth_.front().time), 1'000'000'000);
-  }
-  static void TearDownTestSuite() {
-    room_.reset();
-    bundles_.clear();
-    truth_.clear();
-  }
+  static void SetUpTestSuite() { drive_ = std::make_unique<RoomDrive>(drive_through_room(3, kDrive_s)); }
+  static void TearDownTestSuite() { drive_.reset(); }
 
   static std::shared_ptr<ScanMatcher> make_matcher() {
     const NdtOptions options;
     VoxelMeans cloud(options.thinning_m);
-    for (const Eigen::Vector3f& point : room_->cloud) cloud.add(point);
+    for (const Eigen::Vector3f& point : drive_->room.cloud) cloud.add(point);
     return std::make_shared<NdtMap>(cloud, options, 30.0);
   }
 
@@ -48,38 +34,32 @@ class NdtInARoom : public ::testing::Test {
     return collector;
   }
 
-  static std::unique_ptr<Room> room_;
-  static std::vector<ScanBundle> bundles_;
-  static Trajectory truth_;
+  static inline std::unique_ptr<RoomDrive> drive_;
 };
-
-std::unique_ptr<Room> NdtInARoom::room_;
-std::vector<ScanBundle> NdtInARoom::bundles_;
-Trajectory NdtInARoom::truth_;
 
 /// The MIL-LC paper has 0.038 m in its warehouse; this room, whose scans have fewer points, gives 0.040 m.
 TEST_F(NdtInARoom, IsAsAccurateAsPublishedWhereNoDirectionIsDegenerate) {
-  NdtLocalization estimator(room_->input, make_matcher(), {});
-  const Collector result = estimate(estimator, bundles_);
-  ASSERT_EQ(result.best_estimates.size(), bundles_.size());
-  ASSERT_EQ(result.causal_estimates.size(), bundles_.size());
-  const Accuracy best = accuracy(result.best_estimates, truth_);
+  NdtLocalization estimator(drive_->room.input, make_matcher(), {});
+  const Collector result = estimate(estimator, drive_->bundles);
+  ASSERT_EQ(result.best_estimates.size(), drive_->bundles.size());
+  ASSERT_EQ(result.causal_estimates.size(), drive_->bundles.size());
+  const Accuracy best = accuracy(result.best_estimates, drive_->truth);
   EXPECT_LT(best.ate_m, 0.045);
   EXPECT_LT(best.max_m, 0.1);
-  for (std::size_t i = 0; i < bundles_.size(); ++i) {
-    EXPECT_EQ(result.best_estimates[i].time, bundles_[i].scan.end);
+  for (std::size_t i = 0; i < drive_->bundles.size(); ++i) {
+    EXPECT_EQ(result.best_estimates[i].time, drive_->bundles[i].scan.end);
     EXPECT_GT(result.best_estimates[i].diagnostics.inlier_share, 0.9);
   }
 }
 
 TEST_F(NdtInARoom, SameBundlesSameBitsWithAFreshMatcherAndAUsedOne) {
-  const std::span<const ScanBundle> bundles(bundles_.data(), 10);
+  const std::span<const ScanBundle> bundles(drive_->bundles.data(), 10);
   const auto used = make_matcher();
-  NdtLocalization first(room_->input, used, {});
+  NdtLocalization first(drive_->room.input, used, {});
   const Collector once = estimate(first, bundles);
-  NdtLocalization second(room_->input, used, {});
+  NdtLocalization second(drive_->room.input, used, {});
   const Collector again = estimate(second, bundles);
-  NdtLocalization third(room_->input, make_matcher(), {});
+  NdtLocalization third(drive_->room.input, make_matcher(), {});
   const Collector fresh = estimate(third, bundles);
   for (std::size_t i = 0; i < bundles.size(); ++i) {
     for (const Collector* other : {&again, &fresh}) {
@@ -93,24 +73,24 @@ TEST_F(NdtInARoom, SameBundlesSameBitsWithAFreshMatcherAndAUsedOne) {
 }
 
 TEST_F(NdtInARoom, WithoutScansTheImuPredictsAndTheCovarianceGrows) {
-  std::vector<ScanBundle> bundles(bundles_.begin(), bundles_.begin() + 15);
+  std::vector<ScanBundle> bundles(drive_->bundles.begin(), drive_->bundles.begin() + 15);
   for (std::size_t i = 10; i < bundles.size(); ++i) bundles[i].scan.points.clear();
-  NdtLocalization estimator(room_->input, make_matcher(), {});
+  NdtLocalization estimator(drive_->room.input, make_matcher(), {});
   const Collector result = estimate(estimator, bundles);
   for (std::size_t i = 11; i < bundles.size(); ++i) {
     const Estimate& estimate = result.causal_estimates[i];
     EXPECT_GT(estimate.covariance(3, 3), result.causal_estimates[i - 1].covariance(3, 3)) << i;
     EXPECT_EQ(estimate.diagnostics.points, 0);
   }
-  EXPECT_LT(accuracy(result.causal_estimates, truth_).max_m, 0.3);
+  EXPECT_LT(accuracy(result.causal_estimates, drive_->truth).max_m, 0.3);
 }
 
 TEST_F(NdtInARoom, UsesNoMagnetometers) {
-  std::vector<ScanBundle> bundles(bundles_.begin(), bundles_.begin() + 3);
-  NdtLocalization first(room_->input, make_matcher(), {});
+  std::vector<ScanBundle> bundles(drive_->bundles.begin(), drive_->bundles.begin() + 3);
+  NdtLocalization first(drive_->room.input, make_matcher(), {});
   const Collector with = estimate(first, bundles);
   for (ScanBundle& bundle : bundles) bundle.magnetic.clear();
-  EstimatorInput input = room_->input;
+  EstimatorInput input = drive_->room.input;
   input.field = nullptr;
   NdtLocalization second(input, make_matcher(), {});
   const Collector without = estimate(second, bundles);
@@ -136,15 +116,16 @@ class PerfectMatcher final : public ScanMatcher {
 
 TEST_F(NdtInARoom, ARegisteredPoseIsThatOfTheScansMiddleAndTheEstimateThatOfItsEnd) {
   std::vector<Pose> middles;
-  for (const ScanBundle& bundle : bundles_) {
-    middles.push_back(*interpolate(truth_, bundle.scan.start + (bundle.scan.end - bundle.scan.start) / 2, 20'000'000));
+  for (const ScanBundle& bundle : drive_->bundles) {
+    middles.push_back(
+        *interpolate(drive_->truth, bundle.scan.start + (bundle.scan.end - bundle.scan.start) / 2, 20'000'000));
   }
   std::vector<double> errors_m;
   for (const double pose_time : {0.0, 0.5, 1.0}) {
     NdtFilterOptions options;
     options.pose_time = pose_time;
-    NdtLocalization estimator(room_->input, std::make_shared<PerfectMatcher>(middles), options);
-    errors_m.push_back(accuracy(estimate(estimator, bundles_).best_estimates, truth_).ate_m);
+    NdtLocalization estimator(drive_->room.input, std::make_shared<PerfectMatcher>(middles), options);
+    errors_m.push_back(accuracy(estimate(estimator, drive_->bundles).best_estimates, drive_->truth).ate_m);
   }
   // The wide sigma points bias the filter's velocity downwards.
   EXPECT_LT(errors_m[1], 0.025);
@@ -154,7 +135,7 @@ TEST_F(NdtInARoom, ARegisteredPoseIsThatOfTheScansMiddleAndTheEstimateThatOfItsE
 }
 
 TEST_F(NdtInARoom, ByNameItRequiresTheCloudMapAndIsJudgedAsGood) {
-  EstimatorInput input = room_->input;
+  EstimatorInput input = drive_->room.input;
   try {
     make_estimator("ndt", input);
     FAIL();
@@ -163,7 +144,7 @@ TEST_F(NdtInARoom, ByNameItRequiresTheCloudMapAndIsJudgedAsGood) {
   }
   input.matcher = make_matcher();
   const auto estimator = make_estimator("ndt", input);
-  const Collector result = estimate(*estimator, std::span<const ScanBundle>(bundles_.data(), 20));
+  const Collector result = estimate(*estimator, std::span<const ScanBundle>(drive_->bundles.data(), 20));
   for (const Estimate& estimate : result.best_estimates) EXPECT_NE(estimate.health, Health::lost);
 }
 

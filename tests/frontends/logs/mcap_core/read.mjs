@@ -1,8 +1,8 @@
 // node read.mjs IN.mcap: reads an MCAP file without compression by its indexes with @mcap/core, for mcap_core_test.cpp.
 // Prints the profile, then for each topic: name, type, encoding of the definition, messages, first time, first message
 // in hex.
-import { McapIndexedReader } from "@mcap/core";
-import { readFileSync } from "node:fs";
+import { McapIndexedReader } from '@mcap/core';
+import { readFileSync } from 'node:fs';
 
 const bytes = readFileSync(process.argv[2]);
 const readable = {
@@ -18,7 +18,7 @@ for await (const message of reader.readMessages()) {
   const topic = topics.get(channel.topic) ?? {
     type: `${schema.name} ${schema.encoding}`,
     messages: 0,
-    first: `${message.logTime} ${Buffer.from(message.data).toString("hex")}`,
+    first: `${message.logTime} ${Buffer.from(message.data).toString('hex')}`,
   };
   ++topic.messages;
   topics.set(channel.topic, topic);

@@ -1,8 +1,8 @@
 // node write.mjs OUT.mcap chunked|plain|bare: writes an MCAP file with @mcap/core, for mcap_core_test.cpp.
 // 400 sensor_msgs/msg/Imu of 200 Hz on /imu, and 20 messages of another type on /other; chunks of 4 kB, or no chunks
 // ("plain"), or chunks without any index or summary ("bare").
-import { McapWriter } from "@mcap/core";
-import { appendFileSync, writeFileSync } from "node:fs";
+import { McapWriter } from '@mcap/core';
+import { appendFileSync, writeFileSync } from 'node:fs';
 
 const [out, kind] = process.argv.slice(2);
 
@@ -19,7 +19,7 @@ function imu(index) {
   return new Uint8Array(view.buffer);
 }
 
-writeFileSync(out, "");
+writeFileSync(out, '');
 let position = 0n;
 const writable = {
   async write(buffer) {
@@ -28,28 +28,40 @@ const writable = {
   },
   position: () => position,
 };
-const bare = kind === "bare";
-const options = { writable, chunkSize: 4096, useChunks: kind !== "plain" };
+const bare = kind === 'bare';
+const options = { writable, chunkSize: 4096, useChunks: kind !== 'plain' };
 if (bare) {
-  for (const name of ["MessageIndex", "ChunkIndex", "Statistics", "SummaryOffsets"]) options["use" + name] = false;
+  for (const name of ['MessageIndex', 'ChunkIndex', 'Statistics', 'SummaryOffsets']) options['use' + name] = false;
   options.repeatSchemas = options.repeatChannels = false;
 }
 const writer = new McapWriter(options);
-await writer.start({ profile: "ros2", library: "" });
-const schema = (name) => ({ name, encoding: "ros2msg", data: new TextEncoder().encode("# left out") });
-const schemaId = await writer.registerSchema(schema("sensor_msgs/msg/Imu"));
-const otherId = await writer.registerSchema(schema("std_msgs/msg/Empty"));
-const channel = (id, topic) => ({ schemaId: id, topic, messageEncoding: "cdr", metadata: new Map([["a", "b"]]) });
-const imuChannel = await writer.registerChannel(channel(schemaId, "/imu"));
-const otherChannel = await writer.registerChannel(channel(otherId, "/other"));
+await writer.start({ profile: 'ros2', library: '' });
+const schema = (name) => ({ name, encoding: 'ros2msg', data: new TextEncoder().encode('# left out') });
+const schemaId = await writer.registerSchema(schema('sensor_msgs/msg/Imu'));
+const otherId = await writer.registerSchema(schema('std_msgs/msg/Empty'));
+const channel = (id, topic) => ({ schemaId: id, topic, messageEncoding: 'cdr', metadata: new Map([['a', 'b']]) });
+const imuChannel = await writer.registerChannel(channel(schemaId, '/imu'));
+const otherChannel = await writer.registerChannel(channel(otherId, '/other'));
 for (let index = 0; index < 400; ++index) {
   // Every fourth pair is recorded the wrong way round.
   const shown = index % 8 === 0 ? index + 1 : index % 8 === 1 ? index - 1 : index;
   const logTime = 1700000000000000000n + BigInt(shown) * 5000000n;
   await writer.addMessage({ channelId: imuChannel, sequence: index, logTime, publishTime: logTime, data: imu(shown) });
   if (index % 20 === 0) {
-    await writer.addMessage({ channelId: otherChannel, sequence: 0, logTime, publishTime: logTime, data: new Uint8Array(5) });
+    await writer.addMessage({
+      channelId: otherChannel,
+      sequence: 0,
+      logTime,
+      publishTime: logTime,
+      data: new Uint8Array(5),
+    });
   }
 }
-await writer.addAttachment({ name: "note", logTime: 1n, createTime: 1n, mediaType: "text/plain", data: new Uint8Array(100) });
+await writer.addAttachment({
+  name: 'note',
+  logTime: 1n,
+  createTime: 1n,
+  mediaType: 'text/plain',
+  data: new Uint8Array(100),
+});
 await writer.end();
