@@ -37,7 +37,7 @@ struct InitialOptions {
     visitor.field("position_sigma_m", position_sigma_m, "sigma of the initial position, each axis");
     visitor.field("rotation_sigma_deg", rotation_sigma_deg, "sigma of the initial attitude, each axis");
     visitor.field("velocity_sigma_m_s", velocity_sigma_m_s,
-                  "sigma of the initial velocity, which is assumed to be zero");
+                  "sigma of the initial velocity: that of the trajectory of --initial-pose-from, otherwise zero");
     visitor.field("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s,
                   "sigma of the gyroscope bias, which is assumed to be zero");
     visitor.field("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2,

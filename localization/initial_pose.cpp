@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -40,9 +41,20 @@ Pose initial_pose_from(const Trajectory& trajectory, const std::string& path, Ti
   if (wait > 0 && wait < kEarliest) return trajectory.front().pose;
   throw InputError(fmt::format(
       "{}: there is no pose at the log's begin, {} s; the trajectory spans {} s to {} s; --initial-pose-from requires "
-      "a "
-      "trajectory with the log's clock",
+      "a trajectory with the log's clock",
       path, format_stamp(time), format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
+}
+
+Vector3 initial_velocity_from(const Trajectory& trajectory, Time time) {
+  constexpr Time kHalf = 250'000'000;
+  constexpr Time kShortest = 100'000'000;
+  if (trajectory.empty()) return Vector3::Zero();
+  const Time from = std::max(time - kHalf, trajectory.front().time);
+  const Time to = std::min(time + kHalf, trajectory.back().time);
+  const auto before = interpolate(trajectory, from, from_seconds(1.0));
+  const auto after = interpolate(trajectory, to, from_seconds(1.0));
+  if (to - from < kShortest || !before || !after) return Vector3::Zero();
+  return (after->position - before->position) / to_seconds(to - from);
 }
 
 }  // namespace lodestone

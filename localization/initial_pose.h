@@ -14,4 +14,8 @@ Pose parse_initial_pose(const std::string& text);
 /// `path` is named in messages. Throws InputError if the trajectory does not cover that time.
 Pose initial_pose_from(const Trajectory& trajectory, const std::string& path, Time time);
 
+/// The velocity at that time, map axes, m/s: mean over at most 0.5 s about it. Zero if the trajectory covers less than
+/// 0.1 s of these.
+Vector3 initial_velocity_from(const Trajectory& trajectory, Time time);
+
 }  // namespace lodestone

@@ -130,6 +130,9 @@ std::unique_ptr<Estimator> estimator_at_start(const Site& site, const Localizati
     input.matcher =
         load_ndt_map(site.files.cloud, site.options.ndt.registration, site.platform.suite.lidars(), warnings);
   }
+  if (const auto* poses = std::get_if<PoseOfTrajectory>(&task.initial_pose)) {
+    input.initial_velocity = initial_velocity_from(poses->trajectory, first.scan.start);
+  }
   if (const auto* found = std::get_if<StartHypothesis>(&task.initial_pose)) input = begin_at(*found, std::move(input));
   return make_estimator(task.estimator, input);
 }

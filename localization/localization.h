@@ -22,7 +22,8 @@ namespace lodestone {
 /// The initial pose is the map's origin, which is counted as run.initial_pose.
 struct MapOrigin {};
 
-/// The initial pose is that of a trajectory T_map_imu at the first scan's start. The clock must be the log's.
+/// Initial pose and velocity are those of a trajectory T_map_imu at the first scan's start. The clock must be the
+/// log's.
 struct PoseOfTrajectory {
   Trajectory trajectory;
   std::string file;  ///< named in messages

@@ -31,5 +31,20 @@ TEST(InitialPose, IsInterpolatedInATrajectory) {
   EXPECT_THROW(initial_pose_from(trajectory, "t.tum", from_seconds(10.6)), InputError);
 }
 
+TEST(InitialPose, OfATrajectoryHasItsVelocity) {
+  Trajectory trajectory;
+  for (int i = 0; i <= 40; ++i) {
+    const double t = 0.05 * i;
+    trajectory.push_back({from_seconds(10.0 + t), {Quaternion::Identity(), {1.0 + 0.4 * t, -0.3 * t * t, 0.0}}});
+  }
+  // Over a constant acceleration, a mean about the middle is exact.
+  EXPECT_TRUE(initial_velocity_from(trajectory, from_seconds(11.0)).isApprox(Vector3(0.4, -0.6, 0.0), 1e-9));
+  // At its ends, the mean is of one side.
+  EXPECT_TRUE(initial_velocity_from(trajectory, from_seconds(10.0)).isApprox(Vector3(0.4, -0.075, 0.0), 1e-9));
+  // Before, the robot stands still; a single pose says nothing.
+  EXPECT_EQ(initial_velocity_from(trajectory, from_seconds(9.5)), Vector3::Zero());
+  EXPECT_EQ(initial_velocity_from({trajectory.front()}, from_seconds(10.0)), Vector3::Zero());
+}
+
 }  // namespace
 }  // namespace lodestone
