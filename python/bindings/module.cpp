@@ -1,0 +1,20 @@
+#include "bindings/bindings.h"
+#include "core/error.h"
+
+PYBIND11_MODULE(_lodestone, module) {
+  using namespace lodestone::python;
+  module.doc() = "The compiled part of lodestone. Use the package lodestone.";
+  module.attr("__version__") = LODESTONE_VERSION;
+  py::register_exception<lodestone::InputError>(module, "InputError", PyExc_ValueError).attr("__doc__") =
+      "Wrong input. The text is one line: file, topic or key, expectation, content and remedy.";
+  bind_trajectories(module);
+  bind_platforms(module);
+  bind_measurements(module);
+  bind_logs(module);
+  bind_field_maps(module);
+  bind_field_surveys(module);
+  bind_cloud_maps(module);
+  bind_sites(module);
+  bind_localization(module);
+  bind_evaluation(module);
+}
