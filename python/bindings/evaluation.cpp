@@ -55,7 +55,9 @@ class Pairs {
   std::size_t size() const { return pairs_.size(); }
   double scale() const { return similarity_.scale; }
   py::array_t<double> transform() const {
-    return array_of<double>(std::array{Pose{similarity_.rotation, similarity_.translation}}, 7, write_pose);
+    py::array_t<double> pose(7);
+    write_pose({similarity_.rotation, similarity_.translation}, pose.mutable_data());
+    return pose;
   }
   py::array_t<std::int64_t> stamps() const {
     return array_of<std::int64_t>(pairs_, 1, [](const PosePair& one, auto* out) { *out = one.time; });

@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "bindings/bindings.h"
-#include "bindings/warning_list.h"
 #include "core/error.h"
 #include "frontends/configuration/options.h"
 #include "localization/site.h"
@@ -50,7 +49,6 @@ void bind_sites(py::module_& module) {
       .def_property_readonly(
           "magnetic_map", [](const Site& site) { return std::const_pointer_cast<MagneticMap>(site.field); },
           "The magnetic map, or None.")
-      .def("warning_rows", [](const Site& site) { return list_of(site.warnings); })
       .def("__repr__", [](const Site& site) {
         return "<lodestone.Site of '" + site.platform.name + "', cloud '" + site.files.cloud + "', magnetic '" +
                site.files.magnetic + "'>";
