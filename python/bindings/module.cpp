@@ -5,8 +5,8 @@ PYBIND11_MODULE(_lodestone, module) {
   using namespace lodestone::python;
   module.doc() = "The compiled part of lodestone. Use the package lodestone.";
   module.attr("__version__") = LODESTONE_VERSION;
-  py::register_exception<lodestone::InputError>(module, "InputError", PyExc_ValueError).attr("__doc__") =
-      "Wrong input. The text is one line: file, topic or key, expectation, content and remedy.";
+  const auto& error = py::register_exception<lodestone::InputError>(module, "InputError", PyExc_ValueError);
+  error.attr("__doc__") = "Wrong input. The text is one line: file, topic or key, expectation, content and remedy.";
   bind_trajectories(module);
   bind_platforms(module);
   bind_measurements(module);
@@ -17,4 +17,8 @@ PYBIND11_MODULE(_lodestone, module) {
   bind_sites(module);
   bind_localization(module);
   bind_evaluation(module);
+  // Where users import them from.
+  for (const char* name : {"InputError", "Platform", "Site", "MagneticMap"}) {
+    module.attr(name).attr("__module__") = "lodestone";
+  }
 }

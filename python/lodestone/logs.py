@@ -1,6 +1,7 @@
 """Logs, and measurements in memory."""
 
 import os
+from dataclasses import dataclass
 from typing import Iterator, NamedTuple, Optional
 
 import numpy as np
@@ -10,8 +11,15 @@ from . import _lodestone
 from .trajectory import time_index
 
 
-class LogWarning(NamedTuple):
-    """What a run or a reader survived. pandas.DataFrame(warnings) makes a table."""
+@dataclass(frozen=True)
+class LogWarning:
+    """What a run or a reader survived. pandas.DataFrame(warnings) makes a table.
+
+    kind: a short name, such as lidar.nan_points.
+    count: how often.
+    detail: text of the first warning of this kind.
+    first_ns, last_ns: times of the first and the last.
+    """
 
     kind: str
     count: int

@@ -66,7 +66,7 @@ class Trajectory:
         """
         _lodestone.write_text_file(os.fspath(path), _comment(comment) + _lodestone.tum_lines(*self._arrays()))
 
-    def _arrays(self) -> tuple:
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self.stamp_ns, self.position_m, self.quaternion_xyzw
 
 

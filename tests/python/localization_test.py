@@ -1,9 +1,11 @@
 """A run from Python gives the bytes of the command, whether it reads the log or gets arrays."""
 
 import csv
+import dataclasses
 import math
 import os
 import signal
+import subprocess
 import tempfile
 import threading
 import time
@@ -77,6 +79,52 @@ class LocalizationTest(unittest.TestCase):
         measurements = lodestone.read_log(drive.LOG, self.site.platform)
         runs = [lodestone.localize(log, site, "magnetic-stochastic", self.truth) for log in (drive.LOG, measurements)]
         assert_same_bits(self, *(run.best for run in runs))
+
+    def run_both(self, log, folder):
+        """The poses in trajectory.tum of the command, those of Python, the command's exit code, Python's result."""
+        call = [drive.PROGRAM, "run", log, "--platform", drive.PLATFORM, "--cloud", drive.CLOUD, "--magnetic", drive.FIELD,
+                "--initial-pose-from", drive.TRUTH, "--out", folder / "run", "--check-seconds", "0"]
+        code = subprocess.run(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE).returncode
+        result = lodestone.localize(log, self.site, initial_pose=self.truth)
+        result.best.write_tum(folder / "python.tum")
+        texts = [path.read_text() for path in (folder / "run" / "smoother" / "trajectory.tum", folder / "python.tum")]
+        return (*([line for line in text.splitlines() if line[0] != "#"] for text in texts), code, result)
+
+    def test_warnings_of_the_reader_are_in_the_result(self):
+        with tempfile.TemporaryDirectory() as name:
+            cut = Path(name) / "cut.bag"
+            whole = drive.LOG.read_bytes()
+            cut.write_bytes(whole[:len(whole) // 2])
+            expected, poses, code, result = self.run_both(cut, Path(name))
+            self.assertEqual((poses, code), (expected, 0))
+            self.assertEqual([one.kind for one in result.warnings], ["log.cut_off"])
+            self.assertEqual(pd.DataFrame(result.warnings)["count"][0], 1)
+
+    def test_a_log_that_breaks_off_keeps_its_estimates(self):
+        with tempfile.TemporaryDirectory() as name:
+            damaged = Path(name) / "damaged.bag"
+            drive.lodestone("convert", drive.LOG, "--out", damaged)
+            content = bytearray(damaged.read_bytes())
+            content[len(content) // 2:len(content) // 2 + 64] = bytes(64)
+            damaged.write_bytes(content)
+            expected, poses, code, result = self.run_both(damaged, Path(name))
+            self.assertEqual((poses, code), (expected, 2))
+            self.assertIsInstance(result.failure, lodestone.InputError)
+            self.assertIn("cannot be unpacked", str(result.failure))
+            self.assertGreater(result.scans, 10)
+
+    def test_lost_estimates_are_left_out_of_files(self):
+        best = dataclasses.replace(self.result.best, health=self.result.best.health.copy())
+        best.health[[3, 4, 10]] = "lost"
+        stamps = [int(best.stamp_ns[index]) for index in (3, 4, 10, 10)]
+        self.assertEqual(best.lost_intervals_ns, [(stamps[0], stamps[1]), (stamps[2], stamps[3])])
+        self.assertEqual(len(best.trajectory), len(best) - 3)
+        with tempfile.TemporaryDirectory() as folder:
+            best.write_tum(Path(folder) / "best.tum")
+            lines = (Path(folder) / "best.tum").read_text().splitlines()
+        seconds = [f"{stamp // 10**9}.{stamp % 10**9:09}" for stamp in stamps]
+        self.assertEqual(lines[-2:], [f"# lost from {seconds[0]} to {seconds[1]}", f"# lost from {seconds[2]} to {seconds[3]}"])
+        self.assertEqual(len(lines), 1 + len(best) - 3 + 2)
 
     def test_every_form_of_an_initial_pose(self):
         first = self.truth.interpolate([self.result.begin_ns])
