@@ -8,8 +8,8 @@
     result.best.to_frame()        # pandas
 
 Conventions: poses are T_map_imu, p_map = T_map_imu p_imu. Quaternions are x, y, z, w. Units are SI, and µT for the
-field. Stamps are int64 nanoseconds, because float64 seconds since 1970 have no nanoseconds. Covariances are of the pose,
-in the order φ (rotation, right, body frame, rad), p (position, map frame, m).
+field. Stamps are int64 nanoseconds, because float64 seconds since 1970 have no nanoseconds. Covariances are of the
+pose, in the order φ (rotation, right, body frame, rad), p (position, map frame, m).
 """
 
 from ._lodestone import (InputError, MagneticMap, Platform, Site, __version__, estimator_names, list_map_options,

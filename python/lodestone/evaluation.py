@@ -82,9 +82,10 @@ def evaluate(estimate: Union[Estimates, Trajectory, str], truth: Union[Trajector
               "heading": np.rad2deg(pairs.headings()), "rpe": lengths, "rpe-angle": np.rad2deg(angles)}
     for name in relations or ():
         if len(errors[name]) == 0:
-            raise InputError(f"{name}: no segment of {delta} {delta_unit} in {len(pairs)} matched poses; decrease delta")
+            raise InputError(f"{name}: no segment of {delta} {delta_unit} in {len(pairs)} matched poses; "
+                             "decrease delta")
     errors = {name: values for name, values in errors.items() if len(values) and name in (relations or RELATIONS)}
     rows = {name: {"unit": _UNITS[name], **_lodestone.summary_of(np.abs(values))} for name, values in errors.items()}
     nees = pairs.consistency(covariance) if covariance is not None and align == "none" else None
-    return Evaluation(pairs.stamp_ns, errors, pd.DataFrame.from_dict(rows, orient="index"), pairs.scale, pairs.transform,
-                      nees)
+    summary = pd.DataFrame.from_dict(rows, orient="index")
+    return Evaluation(pairs.stamp_ns, errors, summary, pairs.scale, pairs.transform, nees)

@@ -75,8 +75,8 @@ def read_survey(log, trajectory: Trajectory, platform: Platform, *, max_gap_s: f
         arrays, rows = _lodestone.survey_of_log(os.fspath(log), platform, *poses, max_gap_s)
     survey = FieldSurvey(*arrays, warnings=[LogWarning(*row) for row in rows])
     if len(survey) == 0:
-        raise InputError(f"no magnetometer reading has a pose ({survey.without_pose} are outside of the trajectory); use "
-                         "the trajectory of this drive, in the clock of the log")
+        raise InputError(f"no magnetometer reading has a pose ({survey.without_pose} are outside of the trajectory); "
+                         "use the trajectory of this drive, in the clock of the log")
     return survey
 
 

@@ -141,7 +141,9 @@ class Estimates:
                             health_reason=pd.Categorical(self.health_reason, _HEALTH_REASON))
 
     def write_tum(self, path) -> None:
-        """Writes the usable poses as a TUM file: the same bytes as trajectory.tum of a finished `lodestone run`.
+        """Writes the usable poses as a TUM file: the same bytes as trajectory.tum of `lodestone run`.
+
+        `lodestone run` marks files of runs that did not reach the end of the log, or ended lost, by a last comment.
 
         Raises InputError if the file cannot be written.
         """

@@ -1,6 +1,6 @@
-"""Localizes the drive of tools/demo.sh from Python: demo_drive.py FOLDER. The trajectory must have the bytes of the demo's.
+"""Localizes the drive of tools/demo.sh from Python: demo_drive.py FOLDER.
 
-tools/package.sh runs this where only the packages are installed.
+The trajectory must have the bytes of the demo's. tools/package.sh runs this where only the packages are installed.
 """
 
 import sys

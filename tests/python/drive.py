@@ -29,7 +29,7 @@ def lodestone(*arguments) -> str:
 def make() -> None:
     shutil.rmtree(FOLDER, ignore_errors=True)
     lodestone("simulate", WORLDS / "tunnel.yaml", "--out", FOLDER, "--duration", 6, "--only", "log,cloud", "--set",
-              "sensors.lidar.rows=16", "--set", "sensors.lidar.columns=512")
+              "sensors.lidar.rows=16", "--set", "sensors.lidar.columns=512", "--set", "sensors.wheels.rate_hz=100")
     lodestone("map", "magnetic", LOG, "--trajectory", TRUTH, "--platform", PLATFORM, "--out", FIELD)
     lodestone("run", LOG, "--platform", PLATFORM, "--cloud", CLOUD, "--magnetic", FIELD, "--initial-pose-from", TRUTH,
               "--out", FOLDER / "run")

@@ -56,7 +56,7 @@ def main(folder, repeats):
     print(f"{len(scans)} scans of {np.mean([len(scan.points_m) for scan in scans]):.0f} points, {repeats} repeats")
     for column, kind in enumerate(("wall time", "CPU time")):
         reading_s, adding_s, log_s, arrays_s = (np.median(np.array(values)[:, column]) for values in costs.values())
-        print(f"{kind}: run over the log {log_s:.3f} s, run over arrays {arrays_s:.3f} s and adding them {adding_s:.3f} s, "
+        print(f"{kind}: run over the log {log_s:.3f} s, over arrays {arrays_s:.3f} s, adding them {adding_s:.3f} s, "
               f"ratio {(arrays_s + adding_s) / log_s:.4f}; reading the log alone {reading_s:.3f} s")
 
 
