@@ -34,9 +34,10 @@ InitialPose initial_pose_of(const py::object& argument) {
   return pose_argument(argument, "initial_pose");
 }
 
-/// Whether a callback asks to continue: any result but False.
+/// Whether a callback asks to continue: any result but False of Python or numpy.
 bool goes_on(const py::object& result) {
-  return result.ptr() != Py_False;
+  py::detail::make_caster<bool> boolean;
+  return !boolean.load(result, /*convert=*/false) || static_cast<bool>(boolean);
 }
 
 /// One call of localize: the interpreter lock is released except in callbacks.

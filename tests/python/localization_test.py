@@ -150,6 +150,9 @@ class LocalizationTest(unittest.TestCase):
         self.assertEqual(len(shares), self.result.scans)
         self.assertEqual(shares, sorted(shares))
         self.assertGreater(shares[-1], 0.9)
+        for result, scans in ((np.False_, 1), (0, self.result.scans)):
+            self.assertEqual(lodestone.localize(drive.LOG, self.site, "ieskf", self.truth,
+                                                progress=lambda share, stamp: result).scans, scans)
 
     def test_a_batch_reports_its_progress_and_can_be_stopped(self):
         site = lodestone.load_site(drive.PLATFORM, drive.CLOUD, drive.FIELD, options={"smoother.refine": "batch"})
