@@ -4,6 +4,9 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR Lodestone)
 set(CPACK_PACKAGE_CONTACT "Lodestone developers")
 set(CPACK_COMPONENTS_ALL program library)
+if(LODESTONE_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -23,4 +26,12 @@ set(development_packages
   libtiff-dev libopencv-dev libfastcdr-dev libsqlite3-dev libbz2-dev zlib1g-dev liblz4-dev libzstd-dev)
 list(JOIN development_packages ", " development_packages)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "${development_packages}")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-lodestone)
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Localization of LiDAR, IMU and magnetometer data in prior maps, from Python")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+# A compiled module fits one version of Python.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, python3-pandas")
 include(CPack)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the Debian packages lodestone and liblodestone-dev, installs lodestone into a clean Debian 12, and runs
-# `lodestone --version` and a short demo there.
+# Builds the Debian packages lodestone, liblodestone-dev and python3-lodestone, installs lodestone and python3-lodestone
+# into a clean Debian 12, and runs `lodestone --version`, a short demo, and the demo's drive from Python there.
 #
 #   tools/package.sh [FOLDER]       (default: build/packages)
 #
@@ -17,7 +17,7 @@ step() { printf '\n== %s\n' "$*"; }
 # LODESTONE_PACKAGE_BUILT: the build folder is complete.
 if [[ -z ${LODESTONE_PACKAGE_BUILT:-} ]]; then
   "$root/tools/setup.sh" dpkg-dev
-  "$root/tools/build.sh" lodestone lodestone_localization
+  "$root/tools/build.sh" lodestone lodestone_localization lodestone_python
 fi
 
 step "Packages"
@@ -25,8 +25,10 @@ rm -f "$out"/*.deb
 (cd "$build" && cpack -G DEB -B "$out" >"$out/cpack.log") || { cat "$out/cpack.log" >&2; exit 1; }
 rm -rf "$out/_CPack_Packages"
 program=$(echo "$out"/lodestone_*.deb)
+module=$(echo "$out"/python3-lodestone_*.deb)
 ls -l "$out"/*.deb
 dpkg-deb --field "$program" Package Version Depends
+dpkg-deb --field "$module" Package Version Depends
 
 # The demo finds its worlds beside itself, in share/lodestone.
 clean=$(mktemp -d)
@@ -37,17 +39,19 @@ if ((EUID == 0)) && [[ -n $(command -v debootstrap) ]]; then
   mirror=${LODESTONE_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | head -1)}
   debootstrap --variant=minbase bookworm "$clean" "$mirror" >"$out/debootstrap.log"
   cp "$program" "$clean/tmp/lodestone.deb"
+  cp "$module" "$clean/tmp/python3-lodestone.deb"
   # The program reads /proc; the mount ends with the command.
   inside() {
     unshare --mount bash -c 'mount -t proc proc "$0/proc" && exec chroot "$0" "$@"' \
       "$clean" env LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"
   }
   inside apt-get -qq install --yes --no-install-recommends -o Dpkg::Use-Pty=0 -o Dpkg::Options::=--force-unsafe-io \
-    /tmp/lodestone.deb >"$out/install.log"
+    /tmp/lodestone.deb /tmp/python3-lodestone.deb >"$out/install.log"
   folder=/
 else
   step "Not tested: installation and dependencies, which require root and debootstrap. The package is only unpacked."
   dpkg-deb -x "$program" "$clean"
+  dpkg-deb -x "$module" "$clean"
   mkdir -p "$clean/tmp"
   inside() { "$@"; }
   folder=$clean/
@@ -59,4 +63,7 @@ inside "${folder}usr/bin/lodestone" --version
 step "Demo"
 inside env LODESTONE_PROGRAM="${folder}usr/bin/lodestone" LODESTONE_DEMO_DURATION="${LODESTONE_DEMO_DURATION:-10}" \
   bash "$folder$demo" "${folder}tmp/demo"
+step "Python: the demo's trajectory again"
+install "$root/tests/python/demo_drive.py" "$clean/tmp/demo_drive.py"
+inside env PYTHONPATH="${folder}usr/lib/python3/dist-packages" /usr/bin/python3 "${folder}tmp/demo_drive.py" "${folder}tmp/demo"
 step "The packages are in $out"

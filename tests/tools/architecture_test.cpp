@@ -22,7 +22,8 @@ const std::map<std::string, std::set<std::string>> kAllowed{
     {"frontends", {"core"}},
     {"estimators", {"core", "factors"}},
     {"localization", {"core", "factors", "frontends", "estimators"}},
-    {"tools", {"core", "factors", "frontends", "estimators", "localization"}}};
+    {"tools", {"core", "factors", "frontends", "estimators", "localization"}},
+    {"python", {"core", "factors", "frontends", "estimators", "localization"}}};
 
 bool is_source(const fs::path& path) {
   static const std::set<std::string> kEndings{".h", ".cpp", ".cc"};
@@ -62,7 +63,7 @@ TEST(Architecture, OnlyFrontendsAndToolsKnowFilesAndTheirFormats) {
   const std::regex forbidden(R"(^(pcl|opencv2|yaml-cpp|rosbag|ros|sensor_msgs|embree3|CLI|nlohmann|spdlog|)"
                              R"(sqlite3\.h|tiffio\.h|fstream|iostream)(/|$))");
   const std::regex solvers(R"(^(ceres|cholmod\.h|suitesparse)(/|$))");
-  for (const std::string layer : {"core", "factors", "estimators", "localization"}) {
+  for (const std::string layer : {"core", "factors", "estimators", "localization", "python"}) {
     for_each_include(layer, [&](const fs::path& path, int line, const std::string& include) {
       EXPECT_FALSE(std::regex_search(include, forbidden))
           << path << ":" << line << ": " << layer << " must not include " << include;
