@@ -72,8 +72,8 @@ std::int64_t read_drives(const std::vector<CloudDrive>& drives, const Platform& 
   return points;
 }
 
-std::vector<VoxelMean> build(const std::vector<CloudDrive>& drives, const Platform& platform, double voxel_m,
-                             int min_points, double max_gap_s, bool keep_moving) {
+std::vector<VoxelMean> build_cloud(const std::vector<CloudDrive>& drives, const Platform& platform, double voxel_m,
+                                   int min_points, double max_gap_s, bool keep_moving) {
   option_checks::within("voxel_m", voxel_m, 0.01, 0.5);
   option_checks::within("min_points", min_points, 1, 1000);
   for (const CloudDrive& drive : drives) {
@@ -114,7 +114,7 @@ py::array_t<float> build_cloud_map(const py::list& drives, Platform platform, do
   {
     const py::gil_scoped_release unlocked;
     const ThreadLimit limit(threads);
-    for (const VoxelMean& mean : build(all, platform, voxel_m, min_points, max_gap_s, keep_moving)) {
+    for (const VoxelMean& mean : build_cloud(all, platform, voxel_m, min_points, max_gap_s, keep_moving)) {
       points.push_back(mean.position);
     }
   }

@@ -18,7 +18,7 @@ namespace {
 constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magnetometers = true, .wheels = false};
 
 /// Arrays of a survey: position_m (N, 3), field_ut (N, 3), noise_ut (N,), stamp_ns (N,), readings without a pose.
-py::tuple arrays_of(const FieldSurvey& survey) {
+py::tuple survey_arrays(const FieldSurvey& survey) {
   const auto& all = survey.observations;
   return py::make_tuple(
       array_of<double>(all, 3, [](const FieldObservation& one, double* out) { write_vector(one.position, out); }),
@@ -61,7 +61,7 @@ py::tuple survey_of_log(const std::string& path, const Platform& platform, const
     BagSource source(path, platform, warnings, magnetometers_only, LogPause::is_bridged);
     survey = read_with(source, trajectory, platform, max_gap_s);
   }
-  return py::make_tuple(arrays_of(survey), list_of(warnings));
+  return py::make_tuple(survey_arrays(survey), list_of(warnings));
 }
 
 py::tuple survey_of_measurements(const Measurements& measurements, const py::object& stamp_ns,
@@ -75,10 +75,10 @@ py::tuple survey_of_measurements(const Measurements& measurements, const py::obj
     MeasurementList list(std::move(readings), measurements.platform().suite);
     survey = read_with(list, trajectory, measurements.platform(), max_gap_s);
   }
-  return py::make_tuple(arrays_of(survey), py::list());
+  return py::make_tuple(survey_arrays(survey), py::list());
 }
 
-py::object dict_of(const std::optional<HeldOutScore>& score) {
+py::object score_dict(const std::optional<HeldOutScore>& score) {
   if (!score) return py::none();
   py::dict result;
   result["cells"] = score->cells;
@@ -99,8 +99,8 @@ std::optional<HeldOutScore> held_out_score(const FieldSurvey& survey, const Magn
 }
 
 /// `surveys`: (position_m, field_ut, noise_ut, stamp_ns) of each drive.
-py::dict build(const py::list& surveys, const std::vector<std::string>& settings,
-               const std::vector<std::string>& configurations, int threads) {
+py::dict build_field_map(const py::list& surveys, const std::vector<std::string>& settings,
+                         const std::vector<std::string>& configurations, int threads) {
   FieldSurvey all;
   for (const py::handle& one : surveys) {
     const auto arrays = one.cast<py::tuple>();
@@ -124,7 +124,7 @@ py::dict build(const py::list& surveys, const std::vector<std::string>& settings
   values["high_sigma_ut"] = result->high_sigma_ut;
   values["drive_sigma_ut"] = array_of(result->fit.drive.sigma_ut);
   values["drive_position_sigma_m"] = result->fit.drive.position_sigma_m;
-  values["held_out"] = dict_of(score);
+  values["held_out"] = score_dict(score);
   return values;
 }
 
@@ -135,7 +135,7 @@ void bind_field_surveys(py::module_& module) {
              py::arg("position_m"), py::arg("quaternion_xyzw"), py::arg("max_gap_s"));
   module.def("survey_of_measurements", &survey_of_measurements, py::arg("measurements"), py::arg("stamp_ns"),
              py::arg("position_m"), py::arg("quaternion_xyzw"), py::arg("max_gap_s"));
-  module.def("build_magnetic_map", &build, py::arg("surveys"), py::arg("settings"), py::arg("configurations"),
+  module.def("build_magnetic_map", &build_field_map, py::arg("surveys"), py::arg("settings"), py::arg("configurations"),
              py::arg("threads"));
   module.def(
       "list_map_options", []() { return list_options(MagneticMapOptions{}); },
