@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/aside.h"
+#include "frontends/configuration/missing_file.h"
 
 namespace lodestone {
 
@@ -26,7 +27,7 @@ bool is_handed_over(const std::string& path) {
 
 std::string read_text_file(const std::string& path) {
   std::error_code code;
-  if (!std::filesystem::exists(path, code)) throw InputError(path + ": there is no such file");
+  if (!std::filesystem::exists(path, code)) throw missing_file(path);
   if (std::filesystem::is_directory(path, code)) throw InputError(path + ": expected a file, found a folder");
   const bool is_file = std::filesystem::is_regular_file(path, code);
   if (!is_file && !is_handed_over(path))

@@ -78,7 +78,9 @@ ConfigurationNode ConfigurationNode::parse(const std::string& text, const std::s
     std::string what = error.msg;  // may contain a line end
     std::replace_if(
         what.begin(), what.end(), [](unsigned char letter) { return letter < ' '; }, ' ');
-    throw InputError(name + line + ": is no valid YAML (" + what + ")");
+    const bool tab = text.find("\n\t") != std::string::npos || text.find(" \t") != std::string::npos;
+    throw InputError(name + line + ": is no valid YAML (" + what + ")" +
+                     (tab ? "; YAML allows no tabs as indentation: use spaces" : ""));
   }
 }
 

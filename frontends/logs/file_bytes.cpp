@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "frontends/configuration/missing_file.h"
 
 namespace lodestone {
 
@@ -25,7 +26,7 @@ namespace {
 
 FileBytes::FileBytes(std::string path) : path_(std::move(path)) {
   struct stat status {};
-  if (::stat(path_.c_str(), &status) != 0) throw InputError(path_ + ": there is no such file");
+  if (::stat(path_.c_str(), &status) != 0) throw missing_file(path_);
   if (!S_ISREG(status.st_mode)) throw InputError(path_ + ": expected a log, but this is not a regular file");
   descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) refuse_to_open(path_);

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/missing_file.h"
 #include "frontends/configuration/number_text.h"
 #include "frontends/logs/csv/csv_text.h"
 
@@ -104,7 +105,7 @@ class TableReader {
 
   FieldTable read() {
     std::error_code code;
-    if (!std::filesystem::exists(path_, code)) throw InputError(path_ + ": there is no such file");
+    if (!std::filesystem::exists(path_, code)) throw missing_file(path_);
     if (!std::filesystem::is_regular_file(path_, code))
       throw InputError(path_ + ": expected a text table, but this is not a file");
     const SeemingKind kind = seeming_kind_of_file(path_);

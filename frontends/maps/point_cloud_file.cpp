@@ -15,6 +15,7 @@
 #include "core/nearest_name.h"
 #include "frontends/configuration/aside.h"
 #include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/missing_file.h"
 #include "frontends/maps/pcd_check.h"
 #include "frontends/maps/pcd_layout.h"
 #include "frontends/maps/ply_vertices.h"
@@ -30,7 +31,7 @@ enum class Format { pcd, ply };
 /// The format by the file's first bytes, not by its name.
 Format format_of(const std::string& path) {
   std::error_code code;
-  if (!std::filesystem::exists(path, code)) throw InputError(path + ": there is no such file");
+  if (!std::filesystem::exists(path, code)) throw missing_file(path);
   if (!std::filesystem::is_regular_file(path, code)) throw InputError(path + ": expected a PCD or PLY file");
   std::ifstream stream(path, std::ios::binary);
   std::string line;

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
+#include "frontends/configuration/missing_file.h"
 #include "frontends/logs/file_bytes.h"
 
 namespace lodestone {
@@ -131,7 +132,7 @@ std::optional<std::uint64_t> announced_description(const FileBytes& file) {
 
 RasterFile::RasterFile(std::string path, std::size_t cache_bytes) : path_(std::move(path)), cache_bytes_(cache_bytes) {
   std::error_code code;
-  if (!std::filesystem::is_regular_file(path_, code)) throw InputError(path_ + ": there is no such file");
+  if (!std::filesystem::is_regular_file(path_, code)) throw missing_file(path_);
   TiffHandle first = open_tiff(path_, "r");
   if (!first) fail_to_open(path_);
   const int pages = static_cast<int>(TIFFNumberOfDirectories(first.get()));

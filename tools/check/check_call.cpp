@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "core/thread_limit.h"
+#include "frontends/configuration/missing_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/plane_map_loader.h"
@@ -32,7 +33,7 @@ void check_call(const CheckCall& call) {
     throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
   if (call.threads && *call.threads < 1)
     throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
-  if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
+  if (!std::filesystem::exists(call.log)) throw missing_file(call.log, "log");
   const bool maps = !call.cloud.empty() || !call.magnetic.empty();
   if (maps && call.platform.empty()) throw InputError("--cloud, --magnetic: a map requires --platform; add it");
   if (!call.initial_pose.empty() && call.initial_pose != "auto") parse_initial_pose(call.initial_pose);

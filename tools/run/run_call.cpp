@@ -12,6 +12,7 @@
 #include "core/thread_limit.h"
 #include "estimators/factory.h"
 #include "estimators/smoother/bound.h"
+#include "frontends/configuration/missing_file.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/text_file.h"
@@ -73,7 +74,7 @@ void check_call(const RunCall& call) {
         "add the cloud map or set an initial pose");
   }
   if (!call.initial_pose.empty() && !is_automatic(call)) parse_initial_pose(call.initial_pose);
-  if (!std::filesystem::exists(call.log)) throw InputError(fmt::format("{}: no such log", call.log));
+  if (!std::filesystem::exists(call.log)) throw missing_file(call.log, "log");
   check_folder(call.out);
   check_output_folder(call);
 }
