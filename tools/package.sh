@@ -65,5 +65,6 @@ inside env LODESTONE_PROGRAM="${folder}usr/bin/lodestone" LODESTONE_DEMO_DURATIO
   bash "$folder$demo" "${folder}tmp/demo"
 step "Python: the demo's trajectory again"
 install "$root/tests/python/demo_drive.py" "$clean/tmp/demo_drive.py"
-inside env PYTHONPATH="${folder}usr/lib/python3/dist-packages" /usr/bin/python3 "${folder}tmp/demo_drive.py" "${folder}tmp/demo"
+inside env PYTHONPATH="${folder}usr/lib/python3/dist-packages" /usr/bin/python3 \
+  "${folder}tmp/demo_drive.py" "${folder}tmp/demo"
 step "The packages are in $out"
