@@ -16,13 +16,7 @@ class LidarPoses {
 
   /// T_map_lidar; empty before the first pose, after the last one, and between poses more than `max_gap` apart. The
   /// reference is valid until the next call.
-  const std::optional<Pose>& at(Time time) {
-    if (time == time_) return T_map_lidar_;
-    time_ = time;
-    T_map_lidar_ = interpolate(trajectory_, time, max_gap_);
-    if (T_map_lidar_) T_map_lidar_ = *T_map_lidar_ * T_imu_lidar_;
-    return T_map_lidar_;
-  }
+  const std::optional<Pose>& at(Time time);
 
  private:
   const Trajectory& trajectory_;

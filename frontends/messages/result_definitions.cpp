@@ -61,7 +61,7 @@ std::string result_definition(const std::string& type) {
   std::vector<std::string> types;
   collect_types(found->second, types);
   for (const std::string& name : types) {
-    text += std::string(80, '=') + "\nMSG: " + name + "\n" + result_fields().at(name);
+    text.append(80, '=').append("\nMSG: ").append(name).append("\n").append(result_fields().at(name));
   }
   return text;
 }
