@@ -74,6 +74,10 @@ std::vector<FieldRow> field_rows(const FieldComparison& comparison, const std::v
   return rows;
 }
 
+bool map_is_hardly_the_cause(const StaleMap& stale) {
+  return static_cast<double>(stale.stale_cells()) > kDoubtfulStaleShare * static_cast<double>(stale.cells.size());
+}
+
 void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog& warnings) {
   for (std::size_t j = 0; j < stale.offsets.size(); ++j) {
     const MagnetometerOffset& offset = stale.offsets[j];
@@ -95,12 +99,11 @@ void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog
           time);
     }
   }
-  const std::size_t count = stale.stale_cells();
-  if (static_cast<double>(count) > kDoubtfulStaleShare * static_cast<double>(stale.cells.size())) {
+  if (map_is_hardly_the_cause(stale)) {
     warnings.add("field.disagrees",
                  fmt::format("the field differs from the map in {} of {} visited cells: trajectory, "
                              "calibration or choice of the map may be wrong instead of the map",
-                             count, stale.cells.size()),
+                             stale.stale_cells(), stale.cells.size()),
                  time);
   }
 }
@@ -157,6 +160,12 @@ void write_field_report(const std::filesystem::path& folder, const FieldReport& 
 
 std::string stale_map_text(const std::string& estimator, const StaleMap& stale) {
   if (stale.cells.empty()) return fmt::format("Stale map ({}): the map has no field along the path\n", estimator);
+  if (map_is_hardly_the_cause(stale)) {
+    return fmt::format(
+        "Stale map ({}): the field differs from the map in {} of {} visited cells; rather the trajectory, the "
+        "calibration or the choice of the map is wrong\n",
+        estimator, stale.stale_cells(), stale.cells.size());
+  }
   std::string text = fmt::format(
       "Stale map ({}): {} place{} ({} of {} visited cells of {:g} m) where the field differs from the map\n"
       "  probability of false alarm {:g} per cell: {:.1f} cells by chance\n",

@@ -162,8 +162,9 @@ TEST_F(FieldReportTest, AWrongMapIsSaidToBeSuspect) {
     nodes[i].head<3>() += Eigen::Vector3f::Constant(third == 0 ? 9.0F : (third == 1 ? -9.0F : 25.0F));
   }
   map_ = MagneticMap(grid, nodes, 5.0);
-  report();
+  const FieldReport found = report();
   EXPECT_EQ(warnings_.count("field.disagrees"), 1);
+  EXPECT_THAT(stale_map_text("smoother", found.stale), HasSubstr("rather the trajectory"));
 }
 
 TEST_F(FieldReportTest, ThePictureIsDrawnForMuchAndForNothing) {
