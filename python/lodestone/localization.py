@@ -72,7 +72,7 @@ def load_site(platform, cloud=None, magnetic=None, *, options: Optional[Mapping[
     Raises InputError.
     """
     if not isinstance(platform, Platform):
-        platform = load_platform(platform)
+        platform = load_platform(platform, lidar=cloud is not None)
     field = magnetic if isinstance(magnetic, MagneticMap) else None
     file = "" if magnetic is None or field is not None else os.fspath(magnetic)
     return _lodestone.load_site(platform, "" if cloud is None else os.fspath(cloud), file, field, settings(options),

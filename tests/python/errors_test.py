@@ -35,6 +35,17 @@ class ErrorsTest(unittest.TestCase):
             self.assertIn(str(caught.exception), printed.stderr)
             self.assertNotIn("\n", str(caught.exception))
 
+    def test_a_robot_without_lidar_needs_no_section_lidar(self):
+        with tempfile.TemporaryDirectory() as folder:
+            bare = Path(folder) / "platform.yaml"
+            lines = drive.PLATFORM.read_text().split("\n")
+            begin = lines.index("lidar:")
+            end = next(i for i in range(begin + 1, len(lines)) if lines[i] and not lines[i].startswith(" "))
+            bare.write_text("\n".join(lines[:begin] + lines[end:]))
+            lodestone.load_site(bare, magnetic=drive.FIELD)
+            with self.assertRaisesRegex(lodestone.InputError, "lidar"):
+                lodestone.load_site(bare, drive.CLOUD)
+
     def test_input_errors_are_value_errors(self):
         self.assertTrue(issubclass(lodestone.InputError, ValueError))
         for wrong in (lambda: lodestone.read_trajectory("absent.tum"),

@@ -55,8 +55,8 @@ void add_run_command(CLI::App& app, int* code) {
                           "T_map_imu at the first scan, \"x y z qx qy qz qw\", or auto: searched on the whole map "
                           "(default: the map's origin)");
   files
-      .input(
-          command->add_option("--initial-pose-from", call->initial_pose_from, "trajectory (TUM) with the initial pose"))
+      .input(command->add_option("--initial-pose-from", call->initial_pose_from,
+                                 "trajectory (TUM) with the initial pose and velocity"))
       ->excludes(pose);
   files.input(command->add_option("--config", call->configurations,
                                   "YAML files with options; later files override earlier ones"));
