@@ -78,7 +78,7 @@ std::vector<SensorStream> make_streams(const Platform& platform, SensorChoice ch
       imu.path_keys = {"imu.angular_velocity", "imu.linear_acceleration"};
     }
   }
-  if (choice.lidar) {
+  if (choice.lidar && platform.has_lidar()) {
     add(Sensor::lidar, 0, platform.lidar.topic, "lidar.topic");
     for (std::size_t i = 0; i < platform.further_lidars.size(); ++i) {
       add(Sensor::lidar, i + 1, platform.further_lidars[i].topic, fmt::format("further_lidars[{}].topic", i));

@@ -36,6 +36,7 @@ std::vector<ScanOdometry> follow_all_scans(const LogSample& sample, const Platfo
 
 void check_motion(const LogSample& sample, const Platform& platform, const std::vector<ScanOdometry>& odometry,
                   Findings& findings) {
+  if (!platform.has_lidar()) return;
   for (std::size_t i = 0; i < odometry.size(); ++i) {
     const Trajectory& poses = odometry[i].poses;
     const auto rotation = fit_rotation(poses, sample.imu, model_of(platform, i).T_imu_lidar.rotation);

@@ -71,6 +71,12 @@ TEST_F(LogChecks, AHealthyLogRaisesNoAlarm) {
   EXPECT_THAT(alarms(still(), still().platform()), UnorderedElementsAre());
 }
 
+TEST_F(LogChecks, ARobotWithoutLidarIsNotAskedForOne) {
+  Platform platform = still().platform();
+  platform.lidar.topic.clear();
+  for (const Finding& finding : check(still(), platform)) EXPECT_NE(finding.kind, "topic.missing") << finding.seen;
+}
+
 TEST_F(LogChecks, AWrongTopicNamesTheOneThatFits) {
   Platform platform = still().platform();
   platform.lidar.topic = "/points";
