@@ -155,6 +155,7 @@ class PlatformDraft {
     platform_.suite.imu.rate_hz =
         imu_.period_s > 0.0 ? to_four_digits(1.0 / imu_.period_s) : platform_.suite.imu.rate_hz;
     comment("imu.topic", described(imu_, "the IMU with most messages; others in the log", ""));
+    comment("imu.calibration", "usual: one sigma of the IMU's scales and axes");
     comment("imu.rate_hz", imu_.period_s > 0.0 ? "median of the first stamps" : "guess: the log has a single message");
   }
 
