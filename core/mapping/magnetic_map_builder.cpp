@@ -224,4 +224,13 @@ HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit,
   return score;
 }
 
+std::optional<HeldOutScore> score_held_out_blocks(const std::vector<FieldObservation>& observations,
+                                                  const MagneticMapResult& result, const MagneticMapOptions& options) {
+  if (options.held_out_block_m <= 0.0) return std::nullopt;
+  const SurveySplit split =
+      split_survey(observations, result.fit.cell_m, HeldOutBlocks(observations, options.held_out_block_m, 10, 5));
+  if (split.held_out.empty() || split.training.empty()) return std::nullopt;
+  return score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
+}
+
 }  // namespace lodestone

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/magnetometer/magnetic_map.h"
@@ -65,5 +66,10 @@ struct HeldOutScore {
 /// predictions with σ up to `max_sigma_ut` count.
 HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit, double max_sigma_ut,
                             const SlidingGprOptions& options);
+
+/// The same for every tenth stretch of options.held_out_block_m along the survey's way, with the kernels of `result`,
+/// which was built from all `observations`. Empty if the length is zero or the survey is too short.
+std::optional<HeldOutScore> score_held_out_blocks(const std::vector<FieldObservation>& observations,
+                                                  const MagneticMapResult& result, const MagneticMapOptions& options);
 
 }  // namespace lodestone

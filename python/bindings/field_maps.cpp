@@ -124,8 +124,8 @@ interpolation: "bicubic" or "bilinear".
 field_ut: (N, 3) along the map's axes, µT.
 gradient_ut_m: (N, 3, 3) dB_i/dx_j, µT/m.
 sigma_ut: (N,) one sigma of a component, µT.
-All are NaN where the map has no field. Between layers the field is linear; beyond the lowest and the highest layer, that
-layer is used. Raises ValueError for another shape.)")
+All are NaN where the map has no field. Between layers the field is linear; beyond the lowest and the highest layer,
+that layer is used. Raises ValueError for another shape.)")
       .def("nodes", &nodes_of, "All nodes, (layers, rows, columns, 4) float32, as in the constructor.")
       .def_property_readonly("resolution_m", [](const MagneticMap& map) { return map.grid().resolution_m; })
       .def_property_readonly("origin_m",

@@ -88,16 +88,6 @@ py::object score_dict(const std::optional<HeldOutScore>& score) {
   return result;
 }
 
-/// Every tenth block of way against a map of the rest, as `lodestone map magnetic` does.
-std::optional<HeldOutScore> held_out_score(const FieldSurvey& survey, const MagneticMapResult& result,
-                                           const MagneticMapOptions& options) {
-  if (options.held_out_block_m <= 0.0) return std::nullopt;
-  const SurveySplit split = split_survey(survey.observations, result.fit.cell_m,
-                                         HeldOutBlocks(survey.observations, options.held_out_block_m, 10, 5));
-  if (split.held_out.empty() || split.training.empty()) return std::nullopt;
-  return score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
-}
-
 /// `surveys`: (position_m, field_ut, noise_ut, stamp_ns) of each drive.
 py::dict build_field_map(const py::list& surveys, const std::vector<std::string>& settings,
                          const std::vector<std::string>& configurations, int threads) {
@@ -114,7 +104,7 @@ py::dict build_field_map(const py::list& surveys, const std::vector<std::string>
     load_options(load_configuration(configurations, settings), options);
     const ThreadLimit limit(threads);
     result = build_magnetic_map(all.observations, options);
-    score = held_out_score(all, *result, options);
+    score = score_held_out_blocks(all.observations, *result, options);
   }
   py::dict values;
   values["magnetic_map"] = std::make_shared<MagneticMap>(result->map);

@@ -140,7 +140,7 @@ TEST(Architecture, LoopsOnAllCoresGoThroughOneDoor) {
 TEST(Architecture, NoLineHasMoreThan120Columns) {
   const std::regex texts(R"(.*\.(h|cpp|cc|js|mjs|css|html|py|sh|cmake|yaml)|.*CMakeLists\.txt)");
   for (const char* folder : {"core", "factors", "frontends", "estimators", "localization", "tools", "tests", "config",
-                             "cmake", "docs/examples"}) {
+                             "cmake", "python", "docs/examples"}) {
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(LODESTONE_SOURCE_DIR) / folder)) {
       if (!entry.is_regular_file() || !std::regex_match(entry.path().filename().string(), texts)) continue;
       std::ifstream file(entry.path());

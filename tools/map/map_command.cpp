@@ -201,24 +201,18 @@ void map_magnetic(const MapMagneticCall& call) {
   }
 
   std::string held_out;
-  std::optional<HeldOutScore> held_out_score;
-  if (options.held_out_block_m > 0.0) {
-    const SurveySplit split = split_survey(survey.observations, result.fit.cell_m,
-                                           HeldOutBlocks(survey.observations, options.held_out_block_m, 10, 5));
-    if (!split.held_out.empty() && !split.training.empty()) {
-      const HeldOutScore score = score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
-      held_out_score = score;
-      held_out = fmt::format(
-          "every tenth {:g} m of way predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
-          "cells; normalized by sigma {:.2f} {:.2f} {:.2f}; {} cells without prediction",
-          options.held_out_block_m, score.rms_ut.x(), score.rms_ut.y(), score.rms_ut.z(), score.cells,
-          score.normalized_rms.x(), score.normalized_rms.y(), score.normalized_rms.z(), score.refused);
-      fmt::print("held out: {}; {:.1f} s\n", held_out, clock.lap());
-    }
+  const std::optional<HeldOutScore> score = score_held_out_blocks(survey.observations, result, options);
+  if (score) {
+    held_out = fmt::format(
+        "every tenth {:g} m of way predicted from the rest: rms {:.3f} {:.3f} {:.3f} uT (x y z) over {} "
+        "cells; normalized by sigma {:.2f} {:.2f} {:.2f}; {} cells without prediction",
+        options.held_out_block_m, score->rms_ut.x(), score->rms_ut.y(), score->rms_ut.z(), score->cells,
+        score->normalized_rms.x(), score->normalized_rms.y(), score->normalized_rms.z(), score->refused);
+    fmt::print("held out: {}; {:.1f} s\n", held_out, clock.lap());
   }
   const std::string unreached = unreached_heights(survey.observations, result.map);
   if (!unreached.empty()) fmt::print("warning: map.height (1 times): {}\n", unreached);
-  const std::string doubts = survey_doubts(result.fit, reading_noise(platform), held_out_score);
+  const std::string doubts = survey_doubts(result.fit, reading_noise(platform), score);
   if (!doubts.empty()) fmt::print("warning: map.survey_noise (1 times): {}\n", doubts);
   write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out, doubts), call.out,
                      options.tile_nodes());
