@@ -74,7 +74,8 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
 Verdict HealthMonitor::judge_observation(const Estimate& causal, double step_s) {
   const Diagnostics& diagnostics = causal.diagnostics;
   const bool wheels = diagnostics.wheel_weight >= 0.0;
-  const bool observed = diagnostics.degenerate_directions == 0 || diagnostics.magnetic_samples > 0 || wheels;
+  const bool by_scans = has_scans_ && diagnostics.degenerate_directions == 0;
+  const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
   unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
   const double sigma_m = 0.5 * kDeadReckoning_m_s2 * unobserved_s_ * unobserved_s_;
   const double claimed_m = std::sqrt(causal.covariance.diagonal().tail<3>().maxCoeff());

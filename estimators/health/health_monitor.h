@@ -22,7 +22,7 @@ Verdict judge_covariance(const Estimate& estimate);
 class HealthMonitor {
  public:
   /// `input` must outlive this.
-  explicit HealthMonitor(const EstimatorInput& input) : judge_(input) {}
+  explicit HealthMonitor(const EstimatorInput& input) : judge_(input), has_scans_(input.planes != nullptr) {}
 
   /// The newest estimate of a bundle, in order of time: sets its health, and the evidence in its diagnostics.
   void judge(const ScanBundle& bundle, Estimate& causal);
@@ -48,6 +48,7 @@ class HealthMonitor {
   };
 
   PlaceJudge judge_;
+  bool has_scans_;  // that are compared with a cloud map
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds

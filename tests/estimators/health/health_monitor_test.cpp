@@ -86,7 +86,17 @@ TEST_F(MonitorOfReadings, ADirectionThatNothingObservesIsUnknownAfterSeconds) {
   while (step(monitor, 0, 0.0, 1).health == Health::uncertain) ASSERT_LT(steps_, 1000);
   EXPECT_NEAR(kStep_s * steps_, 17.3, 0.25);
   EXPECT_EQ(step(monitor, 0, 0.0, 1).reason, HealthReason::unobserved);
-  EXPECT_EQ(step(monitor, 0, 0.0, 0).health, Health::good);  // a scan that observes all directions
+  EXPECT_EQ(step(monitor, 4, 1.0, 1).health, Health::good);  // readings on the map
+}
+
+/// A filter that has left the field map, and has no scans, keeps a small covariance.
+TEST_F(MonitorOfReadings, WithoutCloudMapNothingObservesAnEstimateOffTheFieldMap) {
+  const EstimatorInput input;
+  HealthMonitor monitor(input);
+  for (int i = 0; i < 300; ++i) EXPECT_EQ(step(monitor, 4, 1.0).health, Health::good);
+  while (step(monitor, 0, 0.0).health != Health::lost) ASSERT_LT(steps_, 1000);
+  EXPECT_NEAR(kStep_s * (steps_ - 300), 17.3, 0.25);
+  EXPECT_EQ(step(monitor, 0, 0.0).reason, HealthReason::unobserved);
 }
 
 TEST_F(MonitorOfReadings, ADirectionThatReadingsOrAGrowingCovarianceCoverIsNotUnknown) {
