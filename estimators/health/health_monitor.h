@@ -48,7 +48,7 @@ class HealthMonitor {
   };
 
   PlaceJudge judge_;
-  bool has_scans_;  // that are compared with a cloud map
+  bool has_scans_;                  // that are compared with a cloud map
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
