@@ -21,7 +21,8 @@ using Field = ros1::PointField;
 /// Three simulated scans of a rotating LiDAR in a hall, at rest and moving; made once.
 const std::vector<LidarScan>& simulated_scans() {
   static const std::vector<LidarScan> scans = [] {
-    const std::string path = ::testing::TempDir() + "point_layouts_hall.yaml";
+    const testing::TemporaryFolder folder;
+    const std::string path = folder / "hall.yaml";
     testing::write_text(path,
                         "name: hall\nearth_field_ut: [20, 0, -40]\nstart_time_s: 1700000000\n"
                         "sensors:\n  lidar: {rows: 8, columns: 512, min_range_m: 0.1, max_range_m: 60}\n"
@@ -34,7 +35,6 @@ const std::vector<LidarScan>& simulated_scans() {
     for (Measurement measurement; source.next(measurement);) {
       if (auto* scan = std::get_if<LidarScan>(&measurement)) result.push_back(std::move(*scan));
     }
-    std::filesystem::remove(path);
     return result;
   }();
   return scans;
