@@ -91,15 +91,17 @@ DriveError fit_drive_error(const std::vector<HeldOutCell>& cells, double correla
     least = cost;
     best = candidate;
   }
-  if (best.sigma_ut.isZero() && best.position_sigma_m == 0.0) return best;
   std::vector<NormalizedError> errors;
+  double cost = 0.0;
   for (const HeldOutCell& cell : cells) {
     const Vector3 variance = cell.variance_ut2 + best.variance(cell.squared_slope);
     for (int k = 0; k < 3; ++k) {
+      cost += student_cost(cell.error_ut[k] * cell.error_ut[k], variance[k]);
       if (!cell.well_predicted[static_cast<std::size_t>(k)]) continue;
       errors.push_back({cell.position, 3 * cell.block + k, cell.error_ut[k] / std::sqrt(variance[k])});
     }
   }
+  if (cells.size() >= enough_held_out_cells) best.held_out_cost = cost / (3.0 * static_cast<double>(cells.size()));
   best.sigma_shares = sigma_shares(cells, best);
   best.correlation_m = error_correlation_length(errors, correlation_reach_m);
   return best;

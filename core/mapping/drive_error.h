@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "core/geometry/so3.h"
@@ -20,6 +21,9 @@ struct DriveError {
   /// Rms of each component's errors over the root mean square of the three components' predicted sigmas.
   Vector3 sigma_shares = Vector3::Ones();
   double correlation_m = 0.0;  ///< the errors' correlation is exp(−distance / correlation_m); 0: not estimated
+  /// Mean negative log likelihood of an error by a Student distribution, up to a constant; infinite if there are fewer
+  /// than enough_held_out_cells.
+  double held_out_cost = std::numeric_limits<double>::infinity();
 
   /// Variance per component, µT², for the components' squared horizontal slopes, (µT/m)².
   Vector3 variance(const Vector3& squared_slope) const {

@@ -14,6 +14,8 @@ struct FieldObservation {
   Vector3 field_ut = Vector3::Zero();  ///< map axes, µT
   double noise_ut = 1.0;               ///< white noise, one sigma per component
   Time time = 0;
+  int magnetometer = -1;                          ///< which one of the survey's array; below 0: unknown
+  Quaternion R_map_mag = Quaternion::Identity();  ///< used if the magnetometer is known
 };
 
 /// The mean of all observations in one voxel.

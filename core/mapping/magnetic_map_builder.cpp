@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/magnetometer/sparse_field_nodes.h"
 #include "core/mapping/gpr_sweep.h"
+#include "core/mapping/survey_offsets.h"
 #include "core/middle_value.h"
 #include "core/parallel.h"
 
@@ -115,6 +116,27 @@ std::shared_ptr<SparseFieldNodes> with_position_error(const SparseFieldNodes& no
   return result;
 }
 
+struct FittedSurvey {
+  std::vector<FieldObservation> observations;  ///< without the offsets
+  std::vector<Vector3> offsets_ut;
+  FieldKernelFit fit;
+};
+
+/// The readings without the magnetometers' offsets if held-out readings are then predicted better, otherwise with them.
+FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
+  const auto fitted = [&](const std::vector<Vector3>& offsets_ut) {
+    FittedSurvey survey{without_offsets(readings, offsets_ut), offsets_ut, {}};
+    survey.fit = fit_field_kernels(survey.observations, options.resolution_m, options.regression, options.method);
+    return survey;
+  };
+  FittedSurvey plain = fitted({});
+  if (options.offset_sigma_ut == 0.0) return plain;
+  const std::vector<Vector3> offsets_ut = survey_offsets(readings, options.offset_sigma_ut);
+  if (mean_square_offset(offsets_ut) == 0.0) return plain;
+  FittedSurvey corrected = fitted(offsets_ut);
+  return corrected.fit.drive.held_out_cost < plain.fit.drive.held_out_cost ? corrected : plain;
+}
+
 std::vector<double> sigmas_within(const SparseFieldNodes& nodes, const FieldGrid& grid, double limit) {
   std::vector<double> sigmas;
   for_each_row(nodes, grid, [&](int, int, const std::array<std::vector<Eigen::Vector4f>, 3>& rows) {
@@ -133,6 +155,7 @@ void MagneticMapOptions::check() const {
   };
   require(resolution_m >= 0.005 && resolution_m <= 10.0, "resolution_m must be in 0.005..10");
   require(max_sigma_ut >= 0.0, "max_sigma_ut must not be negative");
+  require(offset_sigma_ut >= 0.0 && offset_sigma_ut <= 1000.0, "offset_sigma_ut must be in 0..1000");
   require(tile_m > 0.0 && tile_m <= 1000.0, "tile_m must be in 0..1000");
   require(held_out_block_m == 0.0 || held_out_block_m >= 0.1, "held_out_block_m must be 0 or at least 0.1");
   for (std::size_t i = 1; i < heights_m.size(); ++i)
@@ -144,17 +167,17 @@ int MagneticMapOptions::tile_nodes() const {
   return std::clamp(static_cast<int>(std::lround(tile_m / resolution_m / 16.0)), 1, 64) * 16;
 }
 
-MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
-                                     const MagneticMapOptions& options) {
+MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
   options.check();
-  const FieldKernelFit fit = fit_field_kernels(observations, options.resolution_m, options.regression, options.method);
+  const auto [observations, offsets_ut, fit] = fit_survey(readings, options);
   const std::vector<FieldCell> cells = thin_survey(observations, fit.cell_m);
   const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
   const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
 
   // Row by row from below: then memory contains only a few rows of the regression's windows.
   const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : kMostOfSignal * signal_sigma(fit.kernels);
-  const Vector3 drive_variance = fit.drive.sigma_ut.cwiseAbs2();
+  // The next drive has offsets of this size, too.
+  const Vector3 drive_variance = fit.drive.sigma_ut.cwiseAbs2().array() + mean_square_offset(offsets_ut);
   auto nodes = std::make_shared<SparseFieldNodes>();
   const auto layers = static_cast<int>(grid.heights_m.size());
   GprSweep sweep(*regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
@@ -186,7 +209,7 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observ
   const FieldMapErrors errors{fit.drive.correlation_m, fit.drive.sigma_shares};
   std::vector<double> sigmas = sigmas_within(*nodes, grid, limit);
   MagneticMapResult result{
-      MagneticMap(grid, nodes, limit, cache_bytes, errors), fit, cells.size(), sigmas.size(), 0.0, 0.0};
+      MagneticMap(grid, nodes, limit, cache_bytes, errors), fit, cells.size(), sigmas.size(), 0.0, 0.0, offsets_ut};
   const auto at = [&](double share) {
     return sigmas.empty() ? std::numeric_limits<double>::quiet_NaN() : value_at_share(sigmas, share);
   };
@@ -224,9 +247,10 @@ HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit,
   return score;
 }
 
-std::optional<HeldOutScore> score_held_out_blocks(const std::vector<FieldObservation>& observations,
+std::optional<HeldOutScore> score_held_out_blocks(const std::vector<FieldObservation>& readings,
                                                   const MagneticMapResult& result, const MagneticMapOptions& options) {
   if (options.held_out_block_m <= 0.0) return std::nullopt;
+  const std::vector<FieldObservation> observations = without_offsets(readings, result.offsets_ut);
   const SurveySplit split =
       split_survey(observations, result.fit.cell_m, HeldOutBlocks(observations, options.held_out_block_m, 10, 5));
   if (split.held_out.empty() || split.training.empty()) return std::nullopt;

@@ -19,8 +19,8 @@ FieldSurvey read_survey(MeasurementSource& source, const Trajectory& trajectory,
     }
     const MagnetometerModel& model = suite.magnetometers.at(static_cast<std::size_t>(sample->magnetometer));
     const Pose T_map_mag = *T_map_imu * model.T_imu_mag;
-    survey.observations.push_back(
-        {T_map_mag.position, T_map_mag.rotation * sample->field_ut, model.noise_ut, sample->time});
+    survey.observations.push_back({T_map_mag.position, T_map_mag.rotation * sample->field_ut, model.noise_ut,
+                                   sample->time, sample->magnetometer, T_map_mag.rotation});
   }
   return survey;
 }

@@ -17,7 +17,8 @@ namespace {
 
 constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magnetometers = true, .wheels = false};
 
-/// Arrays of a survey: position_m (N, 3), field_ut (N, 3), noise_ut (N,), stamp_ns (N,), readings without a pose.
+/// Arrays of a survey: position_m (N, 3), field_ut (N, 3), noise_ut (N,), stamp_ns (N,), readings without a pose,
+/// magnetometer (N,), quaternion_xyzw (N, 4).
 py::tuple survey_arrays(const FieldSurvey& survey) {
   const auto& all = survey.observations;
   return py::make_tuple(
@@ -25,11 +26,16 @@ py::tuple survey_arrays(const FieldSurvey& survey) {
       array_of<double>(all, 3, [](const FieldObservation& one, double* out) { write_vector(one.field_ut, out); }),
       array_of<double>(all, 1, [](const FieldObservation& one, double* out) { *out = one.noise_ut; }),
       array_of<std::int64_t>(all, 1, [](const FieldObservation& one, auto* out) { *out = one.time; }),
-      survey.without_pose);
+      survey.without_pose,
+      array_of<std::int64_t>(all, 1, [](const FieldObservation& one, auto* out) { *out = one.magnetometer; }),
+      array_of<double>(all, 4, [](const FieldObservation& one, double* out) {
+        for (int i = 0; i < 4; ++i) out[i] = one.R_map_mag.coeffs()(i);
+      }));
 }
 
+/// `magnetometer` and `quaternion_xyzw` may be None.
 FieldSurvey survey_of(const py::object& position_m, const py::object& field_ut, const py::object& noise_ut,
-                      const py::object& stamp_ns) {
+                      const py::object& stamp_ns, const py::object& magnetometer, const py::object& quaternion_xyzw) {
   const Array<double> positions = table_argument<double>(position_m, "position_m", 3);
   const Array<double> field = table_argument<double>(field_ut, "field_ut", 3);
   const Array<double> noise = column_argument<double>(noise_ut, "noise_ut");
@@ -41,6 +47,16 @@ FieldSurvey survey_of(const py::object& position_m, const py::object& field_ut, 
   survey.observations.reserve(static_cast<std::size_t>(stamps.shape(0)));
   for (py::ssize_t i = 0; i < stamps.shape(0); ++i) {
     survey.observations.push_back({vector_at(positions, i), vector_at(field, i), noise.at(i), stamps.at(i)});
+  }
+  if (magnetometer.is_none() || quaternion_xyzw.is_none()) return survey;
+  const Array<std::int64_t> numbers = integers_argument(magnetometer, "magnetometer");
+  const Array<double> quaternions = table_argument<double>(quaternion_xyzw, "quaternion_xyzw", 4);
+  require_rows(numbers, "magnetometer", stamps.shape(0));
+  require_rows(quaternions, "quaternion_xyzw", stamps.shape(0));
+  for (py::ssize_t i = 0; i < stamps.shape(0); ++i) {
+    FieldObservation& one = survey.observations[static_cast<std::size_t>(i)];
+    one.magnetometer = static_cast<int>(numbers.at(i));
+    one.R_map_mag.coeffs() = Eigen::Map<const Eigen::Vector4d>(quaternions.data(i, 0));
   }
   return survey;
 }
@@ -88,13 +104,13 @@ py::object score_dict(const std::optional<HeldOutScore>& score) {
   return result;
 }
 
-/// `surveys`: (position_m, field_ut, noise_ut, stamp_ns) of each drive.
+/// `surveys`: (position_m, field_ut, noise_ut, stamp_ns, magnetometer, quaternion_xyzw) of each drive.
 py::dict build_field_map(const py::list& surveys, const std::vector<std::string>& settings,
                          const std::vector<std::string>& configurations, int threads) {
   FieldSurvey all;
   for (const py::handle& one : surveys) {
     const auto arrays = one.cast<py::tuple>();
-    append_drive(all, survey_of(arrays[0], arrays[1], arrays[2], arrays[3]));
+    append_drive(all, survey_of(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]));
   }
   std::optional<MagneticMapResult> result;
   std::optional<HeldOutScore> score;
@@ -114,6 +130,8 @@ py::dict build_field_map(const py::list& surveys, const std::vector<std::string>
   values["high_sigma_ut"] = result->high_sigma_ut;
   values["drive_sigma_ut"] = array_of(result->fit.drive.sigma_ut);
   values["drive_position_sigma_m"] = result->fit.drive.position_sigma_m;
+  values["offsets_ut"] =
+      array_of<double>(result->offsets_ut, 3, [](const Vector3& offset, double* out) { write_vector(offset, out); });
   values["held_out"] = score_dict(score);
   return values;
 }

@@ -10,7 +10,7 @@ _Path = Union[str, os.PathLike[str]]
 _Array = np.ndarray
 _WarningRow = tuple[str, int, str, int, int]
 _ScanArrays = tuple[int, int, _Array, _Array, _Array, _Array, _Array]
-_SurveyArrays = tuple[_Array, _Array, _Array, _Array, int]
+_SurveyArrays = tuple[_Array, _Array, _Array, _Array, int, _Array, _Array]
 
 __version__: str
 
@@ -129,7 +129,7 @@ def survey_of_log(path: str, platform: Platform, stamp_ns: npt.ArrayLike, positi
 def survey_of_measurements(measurements: Measurements, stamp_ns: npt.ArrayLike, position_m: npt.ArrayLike,
                            quaternion_xyzw: npt.ArrayLike,
                            max_gap_s: float) -> tuple[_SurveyArrays, list[_WarningRow]]: ...
-def build_magnetic_map(surveys: list[tuple[_Array, _Array, _Array, _Array]], settings: list[str],
+def build_magnetic_map(surveys: list[tuple[Any, ...]], settings: list[str],
                        configurations: list[str], threads: int) -> dict[str, Any]: ...
 def read_point_cloud(path: str) -> npt.NDArray[np.float32]: ...
 def write_point_cloud(path: str, points_m: npt.ArrayLike) -> None: ...

@@ -23,6 +23,9 @@ class FieldSurvey:
     stamp_ns: (N,) integers, nanoseconds, not decreasing.
     without_pose: number of readings that were discarded, because the trajectory has no pose there.
     warnings: what the reader of the log discarded.
+    magnetometer: (N,) integers, place of each reading's magnetometer in the platform file; None: unknown.
+    quaternion_xyzw: (N, 4) rotation of the magnetometer to the map frame; None: unknown. If both are known, constant
+        offsets of the magnetometers are found and subtracted.
     """
 
     position_m: np.ndarray
@@ -31,6 +34,8 @@ class FieldSurvey:
     stamp_ns: np.ndarray
     without_pose: int = 0
     warnings: Sequence[LogWarning] = ()
+    magnetometer: Optional[np.ndarray] = None
+    quaternion_xyzw: Optional[np.ndarray] = None
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
@@ -44,6 +49,7 @@ class MagneticMapResult:
     cells, nodes: number of averaged cells of the survey, and of nodes with field.
     median_sigma_ut, high_sigma_ut: half, and 95 %, of the nodes have a smaller sigma, µT.
     drive_sigma_ut, drive_position_sigma_m: error between drives beyond noise: (3,) µT, and m.
+    offsets_ut: (M, 3), what was subtracted from the readings of each magnetometer, own axes, µT; (0, 3): nothing.
     held_out: errors on parts of the survey that were predicted from the rest: cells, refused, rms_ut (3,),
         normalized_rms (3,), which is 1 if the map's sigma is right. None: the survey is too short, or not wanted.
     """
@@ -55,6 +61,7 @@ class MagneticMapResult:
     high_sigma_ut: float
     drive_sigma_ut: np.ndarray
     drive_position_sigma_m: float
+    offsets_ut: np.ndarray
     held_out: Optional[dict]
 
 
@@ -73,7 +80,7 @@ def read_survey(log, trajectory: Trajectory, platform: Platform, *, max_gap_s: f
         arrays, rows = _lodestone.survey_of_measurements(log, *poses, max_gap_s)
     else:
         arrays, rows = _lodestone.survey_of_log(os.fspath(log), platform, *poses, max_gap_s)
-    survey = FieldSurvey(*arrays, warnings=[LogWarning(*row) for row in rows])
+    survey = FieldSurvey(*arrays[:5], [LogWarning(*row) for row in rows], *arrays[5:])
     if len(survey) == 0:
         raise InputError(f"no magnetometer reading has a pose ({survey.without_pose} are outside of the trajectory); "
                          "use the trajectory of this drive, in the clock of the log")
@@ -85,7 +92,8 @@ def build_magnetic_map(survey: Union[FieldSurvey, Iterable[FieldSurvey]], *,
                        config: Union[str, os.PathLike, Sequence] = (), threads: int = 0) -> MagneticMapResult:
     """Builds a magnetic map by Gaussian-process regression, as `lodestone map magnetic`.
 
-    survey: one drive, or several that form one survey in one frame.
+    survey: one drive, or several that form one survey in one frame. One robot
+        drove all of them: its magnetometers have the same offsets.
     options: for example {"resolution_m": 0.2, "method": "curl-free"}. list_map_options() has all.
     config: path or paths of configuration files. `options` override them.
     threads: 0: all of the machine. The map does not depend on it.
@@ -93,7 +101,8 @@ def build_magnetic_map(survey: Union[FieldSurvey, Iterable[FieldSurvey]], *,
     Raises InputError if the survey is too short or an option is out of range, and if no node has a field.
     """
     surveys = [survey] if isinstance(survey, FieldSurvey) else list(survey)
-    arrays = [(one.position_m, one.field_ut, one.noise_ut, one.stamp_ns) for one in surveys]
+    arrays = [(one.position_m, one.field_ut, one.noise_ut, one.stamp_ns, one.magnetometer, one.quaternion_xyzw)
+              for one in surveys]
     values = _lodestone.build_magnetic_map(arrays, settings(options), paths(config), threads)
     result = MagneticMapResult(**values)
     if result.nodes == 0:

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 
 #include "core/error.h"
 #include "core/mapping/magnetic_map_builder.h"
+#include "core/stopwatch.h"
 #include "core/thread_limit.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/platform.h"
@@ -33,6 +33,7 @@ struct MapMagneticCall {
   SurveyFiles survey;
   std::string platform;
   std::string out;
+  std::string platform_out;
   std::vector<std::string> configurations;
   std::vector<std::string> settings;
   std::optional<std::string> method;
@@ -42,20 +43,6 @@ struct MapMagneticCall {
 };
 
 constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magnetometers = true, .wheels = false};
-
-/// Wall time since the previous lap.
-class Clock {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 MagneticMapOptions read_options(const MapMagneticCall& call) {
   MagneticMapOptions options;
@@ -97,11 +84,11 @@ FieldSurvey read_field_drive(const SurveyDrive& drive, const Platform& platform)
 FieldSurvey read_field_survey(const MapMagneticCall& call, const Platform& platform) {
   FieldSurvey survey;
   for (const SurveyDrive& drive : read_survey_drives(call.survey)) {
-    Clock clock;
+    const Stopwatch reading;
     FieldSurvey one = read_field_drive(drive, platform);
     fmt::print("{}: {} readings of {} magnetometers, {:.1f} s of log, read in {:.1f} s\n", drive.log,
                one.observations.size(), platform.suite.magnetometers.size(),
-               to_seconds(one.observations.back().time - one.observations.front().time), clock.lap());
+               to_seconds(one.observations.back().time - one.observations.front().time), reading.elapsed_s());
     append_drive(survey, std::move(one));
   }
   return survey;
@@ -142,6 +129,28 @@ std::string kernels_table(const FieldKernelFit& fit) {
   return text;
 }
 
+std::string offsets_table(const std::vector<Vector3>& offsets_ut, const SensorSuite& suite) {
+  if (offsets_ut.empty()) {
+    return "offsets of the magnetometers: none, since they would not predict held-out readings better\n";
+  }
+  std::string text = "offsets of the magnetometers, subtracted (own axes, x y z):\n";
+  for (std::size_t j = 0; j < offsets_ut.size(); ++j) {
+    const Vector3& offset = offsets_ut[j];
+    text += fmt::format("  {:<16} {:>8.3f} {:>8.3f} {:>8.3f} uT\n", suite.magnetometers[j].name, offset.x(), offset.y(),
+                        offset.z());
+  }
+  return text;
+}
+
+/// The platform with the offsets as a part of the hard iron: field = C (reading - hard iron).
+Platform without_offsets(Platform platform, const std::vector<Vector3>& offsets_ut) {
+  for (std::size_t j = 0; j < offsets_ut.size(); ++j) {
+    MagnetometerMessageLayout& layout = platform.magnetometers[j];
+    layout.hard_iron_ut += layout.soft_iron_correction.inverse() * offsets_ut[j];
+  }
+  return platform;
+}
+
 Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& options, const FieldSurvey& survey,
                          const MagneticMapResult& result, const std::string& held_out, const std::string& doubts) {
   Provenance provenance{{"made_by", "lodestone map magnetic"},
@@ -166,6 +175,11 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
   if (const std::string drive = drive_error_text(result.fit.drive); !drive.empty()) {
     provenance.push_back({"drive_error", drive});
   }
+  for (std::size_t j = 0; j < result.offsets_ut.size(); ++j) {
+    const Vector3& offset = result.offsets_ut[j];
+    provenance.push_back({fmt::format("subtracted_offset_{}", j),
+                          fmt::format("{:.3f} {:.3f} {:.3f} uT", offset.x(), offset.y(), offset.z())});
+  }
   if (!held_out.empty()) provenance.push_back({"held_out", held_out});
   if (!doubts.empty()) provenance.push_back({"warning", doubts});
   return provenance;
@@ -177,18 +191,21 @@ void map_magnetic(const MapMagneticCall& call) {
   const MagneticMapOptions options = read_options(call);
   const std::filesystem::path out = yaml_output(call.out);
 
-  const Platform platform = load_platform(call.platform, magnetometers_only);
+  if (!call.platform_out.empty()) yaml_output(call.platform_out);
+  // A platform file that is written again must be complete, except for a LiDAR.
+  const Platform platform =
+      load_platform(call.platform, call.platform_out.empty() ? magnetometers_only : SensorChoice{.lidar = false});
   const FieldSurvey survey = read_field_survey(call, platform);
-  Clock clock;
-
+  const Stopwatch building;
   const MagneticMapResult result = build_magnetic_map(survey.observations, options);
   const FieldGrid& grid = result.map.grid();
   fmt::print("{}: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
              method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows,
-             grid.resolution_m, grid.heights_m.front(), clock.lap());
+             grid.resolution_m, grid.heights_m.front(), building.elapsed_s());
   fmt::print("{}", kernels_table(result.fit));
   const std::string drive = drive_error_text(result.fit.drive);
   fmt::print("error between drives: {}\n", drive.empty() ? "none found beyond the noise" : drive);
+  if (options.offset_sigma_ut > 0.0) fmt::print("{}", offsets_table(result.offsets_ut, platform.suite));
   fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
              result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
   throw_if_interrupted();
@@ -201,6 +218,7 @@ void map_magnetic(const MapMagneticCall& call) {
   }
 
   std::string held_out;
+  const Stopwatch testing;
   const std::optional<HeldOutScore> score = score_held_out_blocks(survey.observations, result, options);
   if (score) {
     held_out = fmt::format(
@@ -208,7 +226,7 @@ void map_magnetic(const MapMagneticCall& call) {
         "cells; normalized by sigma {:.2f} {:.2f} {:.2f}; {} cells without prediction",
         options.held_out_block_m, score->rms_ut.x(), score->rms_ut.y(), score->rms_ut.z(), score->cells,
         score->normalized_rms.x(), score->normalized_rms.y(), score->normalized_rms.z(), score->refused);
-    fmt::print("held out: {}; {:.1f} s\n", held_out, clock.lap());
+    fmt::print("held out: {}; {:.1f} s\n", held_out, testing.elapsed_s());
   }
   const std::string unreached = unreached_heights(survey.observations, result.map);
   if (!unreached.empty()) fmt::print("warning: map.height (1 times): {}\n", unreached);
@@ -220,6 +238,9 @@ void map_magnetic(const MapMagneticCall& call) {
   draw_map_picture(picture, &result.map, {}, {});
   fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),
              picture.string());
+  if (call.platform_out.empty()) return;
+  save_platform(without_offsets(platform, result.offsets_ut), call.platform_out);
+  fmt::print("wrote {}\n", call.platform_out);
 }
 
 void add_map_magnetic(CLI::App& parent, int* code) {
@@ -234,6 +255,9 @@ void add_map_magnetic(CLI::App& parent, int* code) {
       .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written next to it"),
               CommandFiles::with_endings({".tif", ".png"}))
       ->required();
+  files.output(command->add_option("--platform-out", call->platform_out,
+                                   "the platform file to write for this robot, with the offsets of its magnetometers "
+                                   "as a part of their hard iron"));
   command->add_option("--method", call->method,
                       "s-gpr: each component separately (default); curl-free: one potential for all three");
   command->add_option("--resolution", call->resolution_m, "spacing of the map's nodes, metres (default 0.1)");

@@ -50,9 +50,10 @@ struct DriveErrors {
 };
 
 /// A drive of three magnetometers over the floor: lanes 0.35 m apart along x, then 0.7 m apart along y, readings every
-/// 2 cm. Heights 0.1 m. `shift_m`: of all lanes, so that another drive has other tracks.
+/// 2 cm. Heights 0.1 m. `shift_m`: of all lanes, so that another drive has other tracks. `true_offsets`: receives the
+/// offsets of the magnetometers.
 inline std::vector<FieldObservation> drive_over(const SteelFloor& floor, std::uint64_t seed, const DriveErrors& errors,
-                                                double shift_m = 0.0) {
+                                                double shift_m = 0.0, std::vector<Vector3>* true_offsets = nullptr) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   const auto draw = [&](double sigma) {
@@ -61,6 +62,7 @@ inline std::vector<FieldObservation> drive_over(const SteelFloor& floor, std::ui
   };
   std::vector<Vector3> offsets;
   for (int j = 0; j < 3; ++j) offsets.push_back(draw(errors.offset_ut));
+  if (true_offsets != nullptr) *true_offsets = offsets;
   constexpr double step_m = 0.02, alike_m = 2.0;
   const double keep = std::exp(-step_m / alike_m);
   Vector3 error = draw(errors.position_m);
@@ -79,7 +81,8 @@ inline std::vector<FieldObservation> drive_over(const SteelFloor& floor, std::ui
         R_map_imu.topLeftCorner<2, 2>() << along.x(), left.x(), along.y(), left.y();
         const Vector3 field =
             floor.field_ut(place) + R_map_imu * offsets[static_cast<std::size_t>(j)] + draw(errors.noise_ut);
-        readings.push_back({place + Vector3(error.x(), error.y(), 0.0), field, errors.noise_ut, from_seconds(seconds)});
+        readings.push_back({place + Vector3(error.x(), error.y(), 0.0), field, errors.noise_ut, from_seconds(seconds),
+                            j, Quaternion(R_map_imu)});
       }
     }
   };

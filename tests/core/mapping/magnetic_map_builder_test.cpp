@@ -6,6 +6,7 @@
 #include <random>
 
 #include "core/error.h"
+#include "drifting_survey.h"
 
 namespace lodestone {
 namespace {
@@ -83,6 +84,45 @@ TEST(MagneticMapBuilderTest, HeldOutScoreIsHonest) {
     EXPECT_GT(score.normalized_rms[k], 0.6);
     EXPECT_LT(score.normalized_rms[k], 1.4);
   }
+}
+
+TEST(MagneticMapBuilderTest, SubtractsOffsetsOnlyIfHeldOutReadingsAgree) {
+  const testing::SteelFloor floor(5);
+  MagneticMapOptions options;
+  options.regression.calibration_block_m = 1.5;
+  const auto survey = [&](double offset_ut, std::vector<Vector3>* truth) {
+    return testing::drive_over(floor, 5, {0.0, offset_ut, 0.2}, 0.0, truth);
+  };
+  std::vector<Vector3> truth;
+  const MagneticMapResult with = build_magnetic_map(survey(3.0, &truth), options);
+  options.offset_sigma_ut = 0.0;
+  const MagneticMapResult ignored = build_magnetic_map(survey(3.0, nullptr), options);
+  double error = 0.0, error_ignored = 0.0;
+  int count = 0;
+  for (double x = 0.3; x < 4.7; x += 0.11) {
+    for (double y = 0.3; y < 1.8; y += 0.13) {
+      const Vector3 place(x, y, 0.1);
+      const auto found = with.map.query(place, FieldInterpolation::bicubic);
+      const auto other = ignored.map.query(place, FieldInterpolation::bicubic);
+      if (!found || !other) continue;
+      error += (found->field_ut - floor.field_ut(place)).head<2>().squaredNorm();
+      error_ignored += (other->field_ut - floor.field_ut(place)).head<2>().squaredNorm();
+      ++count;
+    }
+  }
+  ASSERT_GT(count, 200);
+  EXPECT_LT(error, 0.5 * error_ignored);
+  ASSERT_EQ(with.offsets_ut.size(), 3U);
+  for (std::size_t j = 0; j < 3; ++j) {
+    EXPECT_LT((with.offsets_ut[j] - truth[j]).head<2>().norm(), 0.5 * truth[j].head<2>().norm());
+  }
+
+  options.offset_sigma_ut = 1.0;
+  const MagneticMapResult without = build_magnetic_map(survey(0.0, nullptr), options);
+  options.offset_sigma_ut = 0.0;
+  const MagneticMapResult plain = build_magnetic_map(survey(0.0, nullptr), options);
+  EXPECT_TRUE(without.offsets_ut.empty());
+  EXPECT_EQ(without.median_sigma_ut, plain.median_sigma_ut);
 }
 
 TEST(MagneticMapBuilderTest, RefusesAGridTooLarge) {

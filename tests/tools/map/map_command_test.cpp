@@ -93,6 +93,34 @@ TEST(MapCommand, RequiresNeitherLidarNorImuInThePlatformFile) {
                  "the key 'lidar' is missing");
 }
 
+TEST(MapCommand, FindsAWrongHardIronAndWritesThePlatformFile) {
+  const TemporaryFolder folder;
+  const std::string in = folder.path().string() + "/";
+  std::ofstream(in + "lane.yaml") << kLane;
+  ASSERT_EQ(run_lodestone("simulate " + in + "lane.yaml --only survey --out " + in).code, 0);
+  const Platform truth = load_platform(in + "platform.yaml");
+  Platform wrong = truth;
+  wrong.magnetometers[0].hard_iron_ut += Vector3(4.0, -3.0, 0.0);
+  wrong.magnetometers[0].soft_iron_correction(0, 0) = 1.02;
+  save_platform(wrong, in + "wrong.yaml");
+  const auto build = [&in](const std::string& name) {
+    const ProgramResult result =
+        run_lodestone("map magnetic " + in + "survey.bag --trajectory " + in + "survey.tum --platform " + in + name +
+                      ".yaml --out " + in + "of-" + name + ".yaml --platform-out " + in + name + "-out.yaml");
+    EXPECT_EQ(result.code, 0) << result.errors;
+    return result.output;
+  };
+  EXPECT_THAT(build("platform"), HasSubstr("none, since they would not predict held-out readings better"));
+  EXPECT_EQ(content_of(in + "platform-out.yaml"), content_of(in + "platform.yaml"));
+  EXPECT_THAT(build("wrong"), HasSubstr("  front            "));
+  const Platform found = load_platform(in + "wrong-out.yaml");
+  for (std::size_t j = 0; j < 2; ++j) {
+    const Vector3 error = found.magnetometers[j].hard_iron_ut - truth.magnetometers[j].hard_iron_ut;
+    EXPECT_LT(error.head<2>().norm(), 1.0) << error.transpose();
+  }
+  EXPECT_THAT(content_of(in + "of-wrong.yaml"), HasSubstr("subtracted_offset_0"));
+}
+
 /// Copies the readings of a survey; `moved` changes their times.
 template <class Moved>
 void copy_survey(const std::string& from, const Platform& platform, const std::string& to, const Moved& moved) {

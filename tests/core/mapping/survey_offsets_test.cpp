@@ -1,0 +1,88 @@
+#include "core/mapping/survey_offsets.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drifting_survey.h"
+
+namespace lodestone {
+namespace {
+
+using testing::DriveErrors;
+using testing::SteelFloor;
+
+/// Largest error of the horizontal offsets, µT.
+double worst_horizontal(const std::vector<Vector3>& found, const std::vector<Vector3>& truth) {
+  double worst = 0.0;
+  for (std::size_t j = 0; j < truth.size(); ++j) {
+    worst = std::max(worst, (found[j] - truth[j]).head<2>().cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+class SurveyOffsets : public ::testing::TestWithParam<int> {
+ protected:
+  /// Offsets of 2 µT, drawn anew for each seed, in a drive whose poses err by 1 cm.
+  const SteelFloor floor_{static_cast<std::uint64_t>(100 + GetParam())};
+  std::vector<Vector3> truth_;
+  const std::vector<FieldObservation> readings_ =
+      testing::drive_over(floor_, static_cast<std::uint64_t>(GetParam()), {0.01, 2.0, 1.0}, 0.0, &truth_);
+};
+
+TEST_P(SurveyOffsets, AreFoundInTheMagnetometersOwnAxes) {
+  const std::vector<Vector3> found = survey_offsets(readings_, 3.0);
+  EXPECT_LT(worst_horizontal(found, truth_), 0.3);
+  // On a flat floor, passes show the vertical offsets of magnetometers relative to each other only.
+  double square = 0.0;
+  for (std::size_t j = 0; j < 3; ++j) {
+    const Vector3 error = found[j] - truth_[j], next = found[(j + 1) % 3] - truth_[(j + 1) % 3];
+    square += std::pow(next.z() - error.z(), 2) / 3.0;
+  }
+  EXPECT_LT(std::sqrt(square), 0.3);
+}
+
+TEST_P(SurveyOffsets, MakePassesAgree) {
+  const std::vector<Vector3> found = survey_offsets(readings_, 3.0);
+  const std::vector<FieldObservation> corrected = without_offsets(readings_, found);
+  for (const Vector3& none : survey_offsets(corrected, 3.0)) EXPECT_LT(none.head<2>().norm(), 0.05);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, SurveyOffsets, ::testing::Range(1, 6));
+
+TEST(SurveyOffsets, OfOnePassWithoutCrossingsAreZero) {
+  std::vector<FieldObservation> lane;
+  for (int i = 0; i < 500; ++i) {
+    lane.push_back({{0.02 * i, 0.05, 0.05},
+                    {18.0 + 0.01 * i, 3.0, -42.0},
+                    1.0,
+                    from_seconds(0.02 * i),
+                    0,
+                    Quaternion::Identity()});
+  }
+  const std::vector<Vector3> found = survey_offsets(lane, 1.0);
+  EXPECT_EQ(found[0], Vector3::Zero());
+}
+
+TEST(SurveyOffsets, IgnoreReadingsOfUnknownMagnetometers) {
+  const SteelFloor floor(7);
+  std::vector<FieldObservation> readings = testing::drive_over(floor, 7, {0.01, 2.0, 1.0});
+  for (FieldObservation& one : readings) one.magnetometer = -1;
+  const std::vector<Vector3> found = survey_offsets(readings, 3.0);
+  EXPECT_TRUE(found.empty());
+  const std::vector<FieldObservation> same = without_offsets(readings, {Vector3(1.0, 2.0, 3.0)});
+  EXPECT_EQ(same.front().field_ut, readings.front().field_ut);
+}
+
+TEST(SurveyOffsets, OfAFewWildPassesDoNotCount) {
+  const SteelFloor floor(9);
+  std::vector<Vector3> truth;
+  std::vector<FieldObservation> readings = testing::drive_over(floor, 9, {0.01, 2.0, 1.0}, 0.0, &truth);
+  // A vehicle beside the way in a twentieth of the drive.
+  for (std::size_t i = 0; i < readings.size() / 20; ++i) readings[i].field_ut += Vector3(30.0, -20.0, 10.0);
+  const std::vector<Vector3> found = survey_offsets(readings, 3.0);
+  EXPECT_LT(worst_horizontal(found, truth), 0.4);
+}
+
+}  // namespace
+}  // namespace lodestone
