@@ -11,6 +11,7 @@
 #include "estimators/baselines/ndt/ndt_localization.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
+#include "estimators/mixture/magnetic_mixture.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
 
@@ -61,6 +62,10 @@ constexpr std::array kEstimators{
     EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
+                  }},
+    EstimatorKind{"magnetic-mixture", Sensors::magnetic, false,
+                  [](EstimatorInput input) -> std::unique_ptr<Estimator> {
+                    return std::make_unique<MagneticMixture>(std::move(input));
                   }},
     EstimatorKind{"magnetic-particle", Sensors::magnetic, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {

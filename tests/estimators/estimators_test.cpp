@@ -23,7 +23,8 @@ TEST(Estimators, UnknownNamesAndMissingMapsAreOneClearLine) {
   for (const char* lidar : {"lidar-inertial", "ndt", "continuous-time"}) {
     EXPECT_THROW(make_estimator(lidar, input), InputError) << lidar;
   }
-  for (const char* magnetic : {"magnetic", "magnetic-calibrating", "magnetic-particle", "magnetic-stochastic"}) {
+  for (const char* magnetic :
+       {"magnetic", "magnetic-calibrating", "magnetic-mixture", "magnetic-particle", "magnetic-stochastic"}) {
     EXPECT_THAT(message_of<InputError>([&] { make_estimator(magnetic, input); }),
                 ::testing::HasSubstr("requires magnetometers"));
   }

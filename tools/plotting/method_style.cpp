@@ -14,15 +14,16 @@ struct Known {
 };
 
 /// In the legend's order. Strokes differ too, for print in grey.
-constexpr std::array<Known, 9> kKnown{{{"smoother", 0, Stroke::solid},
-                                       {"ieskf", 1, Stroke::dashed},
-                                       {"lidar-inertial", 2, Stroke::solid},
-                                       {"magnetic", 3, Stroke::dotted},
-                                       {"ndt", 4, Stroke::solid},
-                                       {"continuous-time", 5, Stroke::dashed},
-                                       {"magnetic-calibrating", 6, Stroke::dotted},
-                                       {"magnetic-particle", 7, Stroke::dashed},
-                                       {"magnetic-stochastic", 8, Stroke::dotted}}};
+constexpr std::array<Known, 10> kKnown{{{"smoother", 0, Stroke::solid},
+                                        {"ieskf", 1, Stroke::dashed},
+                                        {"lidar-inertial", 2, Stroke::solid},
+                                        {"magnetic", 3, Stroke::dotted},
+                                        {"ndt", 4, Stroke::solid},
+                                        {"continuous-time", 5, Stroke::dashed},
+                                        {"magnetic-calibrating", 6, Stroke::dotted},
+                                        {"magnetic-particle", 7, Stroke::dashed},
+                                        {"magnetic-stochastic", 8, Stroke::dotted},
+                                        {"magnetic-mixture", 9, Stroke::solid}}};
 
 const Known* find_known(const std::string& method) {
   const auto* found =

@@ -15,7 +15,8 @@ namespace {
 
 class MagneticBaselines : public ::testing::TestWithParam<std::string> {};
 
-INSTANTIATE_TEST_SUITE_P(Names, MagneticBaselines, ::testing::Values("magnetic-particle", "magnetic-stochastic"),
+INSTANTIATE_TEST_SUITE_P(Names, MagneticBaselines,
+                         ::testing::Values("magnetic-mixture", "magnetic-particle", "magnetic-stochastic"),
                          [](const auto& name) { return name.param.substr(std::strlen("magnetic-")); });
 
 // The paper's figures are 0.12 to 0.2 m.

@@ -106,7 +106,7 @@ TEST(MapCommand, FindsAWrongHardIronAndWritesThePlatformFile) {
   const auto build = [&in](const std::string& name) {
     const ProgramResult result =
         run_lodestone("map magnetic " + in + "survey.bag --trajectory " + in + "survey.tum --platform " + in + name +
-                      ".yaml --out " + in + "of-" + name + ".yaml --platform-out " + in + name + "-out.yaml");
+                      ".yaml --out " + in + "of-" + name + ".yaml --platform-out " + in + name + "-out.yaml --set offset_sigma_ut=5");
     EXPECT_EQ(result.code, 0) << result.errors;
     return result.output;
   };

@@ -1,0 +1,366 @@
+#include "estimators/mixture/place_mixture.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "core/parallel.h"
+#include "estimators/baselines/state_cloud.h"
+#include "estimators/initialization/initialization.h"
+#include "estimators/layer_height.h"
+#include "estimators/smoother/field_weighting.h"
+
+namespace lodestone {
+
+namespace {
+
+constexpr std::size_t kMostComponents = 1000;
+constexpr std::size_t kMostParts = 3 * kMostComponents;  ///< before they are merged
+constexpr double kLeastWeight = 1e-6;                    ///< of the heaviest component's
+/// Largest sigma of a component's position, m: a third of the smallest length scale of fields near steel (0.24 m).
+constexpr double kWidest_m = 0.08;
+/// Components in one bin are merged.
+constexpr double kBin_m = 0.05, kBin_rad = 0.05, kBin_m_s = 0.1;
+/// Offsets of real sensors are not normal: a few drift. Sigma of the prior over that of the platform file.
+constexpr double kOffsetSpread = 2.0;
+constexpr double kOffsetWalk_ut_sqrt_s = 0.02;  ///< as in the smoother
+constexpr double kStudentDegrees = 4.0;         ///< Lange, Little and Taylor 1989
+
+/// A normal distribution as three (Huber 2011, table of splits), with the variance that keeps that of the whole.
+struct Part {
+  double shift_sigmas;
+  double weight;
+};
+constexpr std::array<Part, 3> kParts{Part{-1.0567, 0.2252}, Part{0.0, 0.5496}, Part{1.0567, 0.2252}};
+/// Share of the variance that leaves each part.
+constexpr double kSplitOff = 2.0 * 0.2252 * 1.0567 * 1.0567;
+
+constexpr Eigen::Index kOffsets = tangent::size;
+
+bool heavier(const PlaceComponent& a, const PlaceComponent& b) {
+  return a.log_weight > b.log_weight;
+}
+
+/// One component with the weight, mean and covariance of all.
+PlaceComponent merged(const std::vector<const PlaceComponent*>& members) {
+  PlaceComponent result = *members.front();
+  if (members.size() == 1) return result;
+  const Eigen::Index size = result.covariance.cols();
+  std::vector<Eigen::VectorXd> steps;
+  std::vector<double> weights;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
+  double sum = 0.0;
+  for (const PlaceComponent* member : members) {
+    Eigen::VectorXd step(size);
+    step << member->state.boxminus(result.state), member->offsets_ut - result.offsets_ut;
+    weights.push_back(std::exp(member->log_weight - result.log_weight));
+    mean += weights.back() * step;
+    sum += weights.back();
+    steps.push_back(std::move(step));
+  }
+  mean /= sum;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const Eigen::VectorXd apart = steps[i] - mean;
+    covariance += weights[i] / sum * (members[i]->covariance + apart * apart.transpose());
+  }
+  result = result.boxplus(mean);
+  result.covariance = covariance;
+  result.log_weight += std::log(sum);
+  return result;
+}
+
+/// Components in one bin of `dimensions` coordinates of position and velocity, and of heading, become one. `scale`: of
+/// the bins' sides. `components` and the result: the heaviest first.
+std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> components, double scale,
+                                           std::size_t dimensions) {
+  using Bin = std::array<double, 7>;
+  std::map<Bin, std::vector<const PlaceComponent*>> bins;  // the heaviest first in each
+  for (const PlaceComponent& one : components) {
+    Bin bin{};
+    for (std::size_t k = 0; k < dimensions; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      bin[k] = std::floor(one.state.T_map_imu.position[axis] / (scale * kBin_m));
+      bin[3 + k] = std::floor(one.state.velocity[axis] / (scale * kBin_m_s));
+    }
+    bin[6] = std::floor(heading_rad(one.state.T_map_imu.rotation) / (scale * kBin_rad));
+    bins[bin].push_back(&one);
+  }
+  std::vector<PlaceComponent> result;
+  for (const auto& [bin, members] : bins) result.push_back(merged(members));
+  std::stable_sort(result.begin(), result.end(), heavier);
+  return result;
+}
+
+/// Kalman update by residual(δ) = residual + H δ with the given variances of its rows.
+void correct(PlaceComponent& component, const Eigen::VectorXd& residual, const Eigen::MatrixXd& H,
+             const Eigen::VectorXd& variance) {
+  const Eigen::MatrixXd crossed = component.covariance * H.transpose();
+  Eigen::MatrixXd innovation = H * crossed;
+  innovation.diagonal() += variance;
+  const Eigen::LLT<Eigen::MatrixXd> factor(innovation);
+  const Eigen::MatrixXd gain = factor.solve(crossed.transpose()).transpose();
+  component.covariance -= gain * crossed.transpose();
+  component.covariance = (0.5 * (component.covariance + component.covariance.transpose())).eval();
+  component = component.boxplus(-gain * residual);
+}
+
+/// Wider than the structure of the field: the gradient at the mean says nothing. Such a component exists where there
+/// are too many to be split.
+bool is_wide(const PlaceComponent& component) {
+  const double variance = component.covariance.diagonal().segment<2>(tangent::position).maxCoeff();
+  return variance > 4.0 * kWidest_m * kWidest_m;
+}
+
+/// A reading at a component: predicted minus measured field, map axes.
+struct ReadingFit {
+  bool on_map = false;
+  bool informs = false;  ///< false: the field may be any of the map
+  Vector3 residual_ut = Vector3::Zero();
+  double sensor_variance_ut2 = 0.0;  ///< per component
+  double map_variance_ut2 = 0.0;
+  double variance_ut2() const { return sensor_variance_ut2 + map_variance_ut2; }
+};
+
+/// `H`: 3 rows of the residual's derivative; zero off the map.
+ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, const EstimatorInput& input,
+               const FieldBackground& background, Eigen::Ref<Eigen::MatrixXd> H) {
+  const Pose& T_map_imu = component.state.T_map_imu;
+  const Matrix3 R = T_map_imu.rotation.toRotationMatrix();
+  const Matrix3 R_imu_mag = reading.T_end_mag.rotation.toRotationMatrix();
+  const Eigen::Index at = 3 * reading.magnetometer;
+  const Vector3 measured_ut = R_imu_mag * (reading.measured_ut - component.offsets_ut.segment<3>(at));
+  const MagnetometerCalibrationSigmas& calibration = input.suite.calibration.magnetometers;
+  const double noise_ut = input.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
+  const double relative = std::hypot(calibration.rotation_sigma_deg * M_PI / 180.0, calibration.matrix_sigma);
+  ReadingFit result;
+  result.sensor_variance_ut2 =
+      noise_ut * noise_ut / reading.samples + relative * relative * measured_ut.squaredNorm() / 3.0;
+  H.setZero();
+  const auto field = input.field->query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bicubic);
+  result.on_map = field.has_value();
+  if (!field || is_wide(component)) {
+    result.residual_ut = background.mean_ut - R * measured_ut;
+    result.map_variance_ut2 = background.sigma_ut * background.sigma_ut;
+    return result;
+  }
+  result.informs = true;
+  result.residual_ut = field->field_ut - R * measured_ut;
+  const double by_place_ut = calibration.translation_sigma_m * field->gradient.norm() / std::sqrt(3.0);
+  result.map_variance_ut2 = std::pow(std::max(field->sigma_ut, kMapSigmaFloor_ut), 2) + by_place_ut * by_place_ut;
+  H.middleCols<3>(tangent::rotation) =
+      R * so3::hat(measured_ut) - field->gradient * R * so3::hat(reading.T_end_mag.position);
+  H.middleCols<3>(tangent::position) = field->gradient;
+  H.middleCols<3>(kOffsets + at) = R * R_imu_mag;
+  return result;
+}
+
+}  // namespace
+
+PlaceComponent PlaceComponent::boxplus(const Eigen::VectorXd& delta) const {
+  PlaceComponent result = *this;
+  result.state = state.boxplus(delta.head<tangent::size>());
+  result.offsets_ut = offsets_ut + delta.tail(offsets_ut.size());
+  return result;
+}
+
+PlaceTransition place_transition(const Preintegration& increment, const NavState& before, const ImuNoise& noise) {
+  const Preintegration::Increment moved =
+      increment.corrected(before.gyroscope_bias, before.accelerometer_bias, increment.axes());
+  const Matrix3 R = before.T_map_imu.rotation.toRotationMatrix();
+  const double dt = increment.duration_s();
+  const Eigen::Matrix<double, 3, 2> gravity_step = s2::boxplus_jacobian(before.gravity);
+  using namespace tangent;
+  PlaceTransition result;
+  Matrix17& F = result.by_state;
+  F.setIdentity();
+  F.block<3, 3>(tangent::rotation, tangent::rotation) = moved.rotation.conjugate().toRotationMatrix();
+  F.block<3, 3>(tangent::rotation, gyroscope_bias) = increment.rotation_by_gyroscope_bias();
+  F.block<3, 3>(position, tangent::rotation) = -R * so3::hat(moved.position);
+  F.block<3, 3>(position, velocity) = dt * Matrix3::Identity();
+  F.block<3, 3>(position, gyroscope_bias) = R * increment.position_by_gyroscope_bias();
+  F.block<3, 3>(position, accelerometer_bias) = R * increment.position_by_accelerometer_bias();
+  F.block<3, 2>(position, gravity) = 0.5 * dt * dt * gravity_step;
+  F.block<3, 3>(velocity, tangent::rotation) = -R * so3::hat(moved.velocity);
+  F.block<3, 3>(velocity, gyroscope_bias) = R * increment.velocity_by_gyroscope_bias();
+  F.block<3, 3>(velocity, accelerometer_bias) = R * increment.velocity_by_accelerometer_bias();
+  F.block<3, 2>(velocity, gravity) = dt * gravity_step;
+
+  Matrix9 turned = Matrix9::Identity();
+  turned.block<3, 3>(3, 3) = turned.block<3, 3>(6, 6) = R;
+  result.noise.setZero();
+  result.noise.topLeftCorner<9, 9>() = turned * increment.covariance() * turned.transpose();
+  result.noise.diagonal().segment<3>(gyroscope_bias).setConstant(std::pow(noise.gyroscope_bias_random_walk, 2) * dt);
+  result.noise.diagonal()
+      .segment<3>(accelerometer_bias)
+      .setConstant(std::pow(noise.accelerometer_bias_random_walk, 2) * dt);
+  return result;
+}
+
+PlaceMixture::PlaceMixture(const EstimatorInput& input)
+    : input_(input),
+      background_(field_background(*input.field)),
+      correlation_m_(map_correlation_m(input.options.magnetic, *input.field)) {
+  const std::vector<double> crowding = array_crowding(input.suite, correlation_m_);
+  crowding_ = std::accumulate(crowding.begin(), crowding.end(), 0.0) / static_cast<double>(crowding.size());
+  const InitialState initial =
+      initial_state(input.initial_pose, input.initial_velocity, input.suite.gravity_m_s2, input.options.initial);
+  const auto offsets = 3 * static_cast<Eigen::Index>(input.suite.magnetometers.size());
+  PlaceComponent first;
+  first.state = initial.state;
+  first.offsets_ut = Eigen::VectorXd::Zero(offsets);
+  first.covariance = Eigen::MatrixXd::Zero(kOffsets + offsets, kOffsets + offsets);
+  first.covariance.topLeftCorner<tangent::size, tangent::size>() = initial.covariance;
+  first.covariance.diagonal().tail(offsets).setConstant(
+      std::pow(kOffsetSpread * input.suite.calibration.magnetometers.offset_sigma_ut, 2));
+  components_.push_back(std::move(first));
+}
+
+void PlaceMixture::process(const ScanBundle& bundle) {
+  for (std::size_t i = 0; i < components_.size(); ++i) components_[i].parent = i;
+  predict(bundle.imu);
+  split();
+  if (input_.field->grid().heights_m.size() == 1) {
+    for (PlaceComponent& component : components_) update_height(component);
+  }
+  if (!bundle.magnetic.empty() && !bundle.imu.empty()) {
+    const NavState& heaviest = components_.front().state;
+    const std::vector<ArrayReading> arrays = average_array(bundle.magnetic, ScanMotion(heaviest, bundle.imu),
+                                                           input_.suite, input_.options.magnetic.samples_per_reading);
+    const double way_m = heaviest.velocity.norm() * to_seconds(bundle.imu.back().time - bundle.imu.front().time);
+    for (const ArrayReading& array : arrays) update(array, way_m / static_cast<double>(arrays.size()));
+  }
+  reduce();
+}
+
+void PlaceMixture::predict(std::span<const ImuSample> imu) {
+  if (imu.size() < 2) return;
+  const NavState& heaviest = components_.front().state;
+  const Preintegration increment(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, input_.suite.imu);
+  parallel_for(
+      std::size_t{0}, components_.size(),
+      [&](std::size_t i) {
+        PlaceComponent& component = components_[i];
+        const PlaceTransition transition = place_transition(increment, component.state, input_.suite.imu);
+        component.state = increment.predict(component.state);
+        Eigen::MatrixXd& P = component.covariance;
+        const Eigen::Index offsets = component.offsets_ut.size();
+        P.topRows<tangent::size>() = (transition.by_state * P.topRows<tangent::size>()).eval();
+        P.leftCols<tangent::size>() = (P.leftCols<tangent::size>() * transition.by_state.transpose()).eval();
+        P.topLeftCorner<tangent::size, tangent::size>() += transition.noise;
+        P.diagonal().tail(offsets).array() += std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
+      },
+      16);
+}
+
+void PlaceMixture::split() {
+  constexpr int rounds = 12;
+  for (int round = 0; round < rounds; ++round) {
+    std::size_t size = components_.size();
+    std::vector<PlaceComponent> parts;
+    for (PlaceComponent& component : components_) {
+      const Matrix3 position = component.covariance.block<3, 3>(tangent::position, tangent::position);
+      const Eigen::SelfAdjointEigenSolver<Matrix3> solver(position);
+      const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+      if (!(sigma_m > kWidest_m) || size > kMostParts) {
+        parts.push_back(std::move(component));
+        continue;
+      }
+      const Eigen::VectorXd step =
+          component.covariance.middleCols<3>(tangent::position) * solver.eigenvectors().col(2) / sigma_m;
+      PlaceComponent part = component;
+      part.covariance -= kSplitOff * step * step.transpose();
+      for (const Part& one : kParts) {
+        parts.push_back(part.boxplus(one.shift_sigmas * step));
+        parts.back().log_weight += std::log(one.weight);
+      }
+      size += kParts.size() - 1;
+    }
+    const bool done = parts.size() == components_.size();
+    components_ = std::move(parts);
+    if (done) return;
+    std::stable_sort(components_.begin(), components_.end(), heavier);
+  }
+}
+
+void PlaceMixture::update_height(PlaceComponent& component) const {
+  const Vector3 center = array_center(input_.suite);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(1, component.covariance.cols());
+  H.leftCols<6>() = height_by_pose(component.state.T_map_imu, center);
+  const double above_m = (component.state.T_map_imu * center).z() - input_.field->grid().heights_m.front();
+  correct(component, Eigen::VectorXd::Constant(1, above_m), H,
+          Eigen::VectorXd::Constant(1, kLayerHeightSigma_m * kLayerHeightSigma_m));
+}
+
+/// The variance of single readings over that of their mean if errors of the map repeat
+/// (docs/design/013-correlated-field-map-error.md). One share serves all components, so that these are comparable.
+double PlaceMixture::information_share(const ArrayReading& array, double spacing_m) const {
+  const double repeats = correlation_inflation(spacing_m, correlation_m_);
+  Eigen::MatrixXd unused(3, components_.front().covariance.cols());
+  double single = 0.0, repeated = 0.0;
+  for (const MeanReading& reading : array.readings) {
+    const ReadingFit found = fit(reading, components_.front(), input_, background_, unused);
+    single += found.variance_ut2();
+    repeated += repeats * (found.sensor_variance_ut2 + crowding_ * found.map_variance_ut2);
+  }
+  return repeated > single ? single / repeated : 1.0;
+}
+
+void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
+  if (array.readings.empty()) return;
+  const double share = information_share(array, spacing_m);
+  const auto rows = 3 * static_cast<Eigen::Index>(array.readings.size());
+  parallel_for(
+      std::size_t{0}, components_.size(),
+      [&](std::size_t i) {
+        PlaceComponent& component = components_[i];
+        Eigen::MatrixXd H(rows, component.covariance.cols());
+        Eigen::VectorXd residual(rows), variance(rows);
+        int informing = 0;
+        for (Eigen::Index r = 0; r < rows; r += 3) {
+          const MeanReading& reading = array.readings[static_cast<std::size_t>(r / 3)];
+          const ReadingFit found = fit(reading, component, input_, background_, H.middleRows<3>(r));
+          const auto by_reading = H.middleRows<3>(r);
+          const double spread = (by_reading * component.covariance * by_reading.transpose()).trace() / 3.0;
+          const double total = found.variance_ut2() + spread;
+          const double squared = found.residual_ut.squaredNorm() / total;
+          component.log_weight += share * ((found.on_map ? 0.0 : std::log(kStaleShare)) - 1.5 * std::log(total) -
+                                           0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
+          const double robust = std::max(1.0, (kStudentDegrees + squared) / (kStudentDegrees + 3.0));
+          residual.segment<3>(r) = found.informs ? found.residual_ut : Vector3::Zero();
+          variance.segment<3>(r).setConstant(found.variance_ut2() * robust / share);
+          informing += found.informs ? 1 : 0;
+        }
+        if (informing > 0) correct(component, residual, H, variance);
+      },
+      16);
+}
+
+void PlaceMixture::reduce() {
+  std::stable_sort(components_.begin(), components_.end(), heavier);
+  const double least = components_.front().log_weight + std::log(kLeastWeight);
+  std::erase_if(components_, [&](const PlaceComponent& one) { return !(one.log_weight > least); });
+  // On a map with one height, the height is known, and a bin's edge at it would double the components.
+  const std::size_t dimensions = input_.field->grid().heights_m.size() == 1 ? 2 : 3;
+  components_ = merged_in_bins(std::move(components_), 1.0, dimensions);
+  // If there are too many, light ones are merged in larger bins. None is discarded: the covariance would shrink.
+  for (double scale = 1.5; components_.size() > kMostComponents && scale < 1e3; scale *= 1.5) {
+    constexpr auto kept = static_cast<std::ptrdiff_t>(kMostComponents - kMostComponents / 10);
+    std::vector<PlaceComponent> light(components_.begin() + kept, components_.end());
+    components_.resize(kept);
+    for (PlaceComponent& one : merged_in_bins(std::move(light), scale, dimensions)) {
+      components_.push_back(std::move(one));
+    }
+    std::stable_sort(components_.begin(), components_.end(), heavier);
+  }
+  double sum = 0.0;
+  for (const PlaceComponent& one : components_) sum += std::exp(one.log_weight - components_.front().log_weight);
+  const double total = components_.front().log_weight + std::log(sum);
+  for (PlaceComponent& one : components_) one.log_weight -= total;
+}
+
+}  // namespace lodestone
