@@ -112,7 +112,8 @@ TEST(PlaceMixture, WithoutReadingsHasTheMomentsOfOneGaussian) {
   const Moments found = moments_of(mixture);
   EXPECT_LT((found.mean.T_map_imu.position - state.T_map_imu.position).norm(), 5e-3);
   EXPECT_LT((found.mean.velocity - state.velocity).norm(), 5e-3);
-  for (int i = 0; i < tangent::size; ++i) EXPECT_NEAR(found.covariance(i, i) / covariance(i, i), 1.0, 0.1) << i;  // light components are discarded
+  for (int i = 0; i < tangent::size; ++i)
+    EXPECT_NEAR(found.covariance(i, i) / covariance(i, i), 1.0, 0.1) << i;  // light components are discarded
 }
 
 TEST(PlaceMixture, SumOfWeightsIsOneAndTheHeaviestIsFirst) {

@@ -104,9 +104,9 @@ TEST(MapCommand, FindsAWrongHardIronAndWritesThePlatformFile) {
   wrong.magnetometers[0].soft_iron_correction(0, 0) = 1.02;
   save_platform(wrong, in + "wrong.yaml");
   const auto build = [&in](const std::string& name) {
-    const ProgramResult result =
-        run_lodestone("map magnetic " + in + "survey.bag --trajectory " + in + "survey.tum --platform " + in + name +
-                      ".yaml --out " + in + "of-" + name + ".yaml --platform-out " + in + name + "-out.yaml --set offset_sigma_ut=5");
+    const ProgramResult result = run_lodestone(
+        "map magnetic " + in + "survey.bag --trajectory " + in + "survey.tum --platform " + in + name + ".yaml --out " +
+        in + "of-" + name + ".yaml --platform-out " + in + name + "-out.yaml --set offset_sigma_ut=5");
     EXPECT_EQ(result.code, 0) << result.errors;
     return result.output;
   };
