@@ -116,7 +116,7 @@ TEST(MapCommand, FindsAWrongHardIronAndWritesThePlatformFile) {
   const Platform found = load_platform(in + "wrong-out.yaml");
   for (std::size_t j = 0; j < 2; ++j) {
     const Vector3 error = found.magnetometers[j].hard_iron_ut - truth.magnetometers[j].hard_iron_ut;
-    EXPECT_LT(error.head<2>().norm(), 1.0) << error.transpose();
+    EXPECT_LT(error.head<2>().norm(), 1.5) << error.transpose();  // of 5 µT, on lanes of 4 m along one axis
   }
   EXPECT_THAT(content_of(in + "of-wrong.yaml"), HasSubstr("subtracted_offset_0"));
 }
