@@ -21,7 +21,7 @@ class RealMagnetometers : public ::testing::TestWithParam<const char*> {
   const TemporaryFolder folder_;
 };
 
-// 80 s. A window that follows one place is lost on both drives. On the second one, a magnetometer has drifted by 13 µT.
+// 100 s. A window that follows one place is lost on both drives. On the second one, a magnetometer has drifted by 13 µT.
 TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
   const std::string in = data_.string() + "/", drive = GetParam(), out = folder_.path().string() + "/";
   const std::string platform = " --platform " + in + "platform.yaml ";
@@ -29,7 +29,7 @@ TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
                           "--out " + out + "field.yaml")
                 .code,
             0);
-  ASSERT_EQ(run_lodestone("convert " + in + drive + " --to 80 --out " + out + "log.bag").code, 0);
+  ASSERT_EQ(run_lodestone("convert " + in + drive + " --to 100 --out " + out + "log.bag").code, 0);
   const ProgramResult result =
       run_lodestone("run " + out + "log.bag --magnetic " + out + "field.yaml" + platform + "--initial-pose-from " + in +
                     drive + ".tum --truth " + in + drive + ".tum --estimator magnetic-mixture --out " + out + "run");
