@@ -21,7 +21,7 @@ class RealMagnetometers : public ::testing::TestWithParam<const char*> {
   const TemporaryFolder folder_;
 };
 
-// 100 s. A window that follows one place is lost on both drives. On the second one, a magnetometer has drifted by 13 µT.
+// 100 s. A window that follows one place is lost on both drives. On the second, a magnetometer has drifted by 13 µT.
 TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
   const std::string in = data_.string() + "/", drive = GetParam(), out = folder_.path().string() + "/";
   const std::string platform = " --platform " + in + "platform.yaml ";
