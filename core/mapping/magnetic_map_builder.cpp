@@ -117,23 +117,21 @@ std::shared_ptr<SparseFieldNodes> with_position_error(const SparseFieldNodes& no
 }
 
 struct FittedSurvey {
-  std::vector<FieldObservation> observations;  ///< without the offsets
   std::vector<Vector3> offsets_ut;
   FieldKernelFit fit;
 };
 
-/// The readings without the magnetometers' offsets if held-out readings are then predicted better, otherwise with them.
+/// Kernels of the readings without the magnetometers' offsets if held-out readings are then predicted better, otherwise
+/// with them.
 FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
-  const auto fitted = [&](const std::vector<Vector3>& offsets_ut) {
-    FittedSurvey survey{without_offsets(readings, offsets_ut), offsets_ut, {}};
-    survey.fit = fit_field_kernels(survey.observations, options.resolution_m, options.regression, options.method);
-    return survey;
+  const auto fit = [&](const std::vector<FieldObservation>& observations) {
+    return fit_field_kernels(observations, options.resolution_m, options.regression, options.method);
   };
-  FittedSurvey plain = fitted({});
+  FittedSurvey plain{{}, fit(readings)};
   if (options.offset_sigma_ut == 0.0) return plain;
-  const std::vector<Vector3> offsets_ut = survey_offsets(readings, options.offset_sigma_ut);
-  if (mean_square_offset(offsets_ut) == 0.0) return plain;
-  FittedSurvey corrected = fitted(offsets_ut);
+  FittedSurvey corrected{survey_offsets(readings, options.offset_sigma_ut), {}};
+  if (mean_square_offset(corrected.offsets_ut) == 0.0) return plain;
+  corrected.fit = fit(without_offsets(readings, corrected.offsets_ut));
   return corrected.fit.drive.held_out_cost < plain.fit.drive.held_out_cost ? corrected : plain;
 }
 
@@ -169,8 +167,8 @@ int MagneticMapOptions::tile_nodes() const {
 
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
   options.check();
-  const auto [observations, offsets_ut, fit] = fit_survey(readings, options);
-  const std::vector<FieldCell> cells = thin_survey(observations, fit.cell_m);
+  const auto [offsets_ut, fit] = fit_survey(readings, options);
+  const std::vector<FieldCell> cells = thin_survey(without_offsets(readings, offsets_ut), fit.cell_m);
   const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
   const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
 

@@ -21,13 +21,16 @@ double student_weight(double squared_distance) {
 
 }  // namespace
 
+double mean_crowding(const SensorSuite& suite, double correlation_m) {
+  const std::vector<double> crowding = array_crowding(suite, correlation_m);
+  return std::accumulate(crowding.begin(), crowding.end(), 0.0) / static_cast<double>(crowding.size());
+}
+
 FieldMatching::FieldMatching(const EstimatorInput& input)
     : input_(input),
       background_(field_background(*input.field)),
-      correlation_m_(map_correlation_m(input.options.magnetic, *input.field)) {
-  const std::vector<double> crowding = array_crowding(input.suite, correlation_m_);
-  crowding_ = std::accumulate(crowding.begin(), crowding.end(), 0.0) / static_cast<double>(crowding.size());
-}
+      correlation_m_(map_correlation_m(input.options.magnetic, *input.field)),
+      crowding_(mean_crowding(input.suite, correlation_m_)) {}
 
 MatchedScan FieldMatching::match(const ScanBundle& bundle, const NavState& end) const {
   MatchedScan result;

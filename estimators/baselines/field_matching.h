@@ -23,6 +23,9 @@ struct MatchedScan {
   std::vector<Array> arrays;
 };
 
+/// Number of magnetometers that share an error of the map with this correlation length, mean over the array.
+double mean_crowding(const SensorSuite& suite, double correlation_m);
+
 /// Compares the readings of an array with the field map at many poses, by a heavy-tailed likelihood: the residual of
 /// each magnetometer has a Student distribution in three dimensions, with 4 degrees of freedom (Lange, Little and
 /// Taylor 1989). Its scale is the noise of the sensor, the sigmas of its calibration, and the sigma of the map.

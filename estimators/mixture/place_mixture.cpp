@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "core/parallel.h"
+#include "estimators/baselines/field_matching.h"
 #include "estimators/baselines/state_cloud.h"
 #include "estimators/initialization/initialization.h"
 #include "estimators/layer_height.h"
@@ -68,7 +68,7 @@ PlaceComponent merged(const std::vector<const PlaceComponent*>& members) {
     const Eigen::VectorXd apart = steps[i] - mean;
     covariance += weights[i] / sum * (members[i]->covariance + apart * apart.transpose());
   }
-  result = result.boxplus(mean);
+  result.move(mean);
   result.covariance = covariance;
   result.log_weight += std::log(sum);
   return result;
@@ -106,7 +106,7 @@ void correct(PlaceComponent& component, const Eigen::VectorXd& residual, const E
   const Eigen::MatrixXd gain = factor.solve(crossed.transpose()).transpose();
   component.covariance -= gain * crossed.transpose();
   component.covariance = (0.5 * (component.covariance + component.covariance.transpose())).eval();
-  component = component.boxplus(-gain * residual);
+  component.move(-gain * residual);
 }
 
 /// Wider than the structure of the field: the gradient at the mean says nothing. Such a component exists where there
@@ -161,11 +161,9 @@ ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, cons
 
 }  // namespace
 
-PlaceComponent PlaceComponent::boxplus(const Eigen::VectorXd& delta) const {
-  PlaceComponent result = *this;
-  result.state = state.boxplus(delta.head<tangent::size>());
-  result.offsets_ut = offsets_ut + delta.tail(offsets_ut.size());
-  return result;
+void PlaceComponent::move(const Eigen::VectorXd& delta) {
+  state = state.boxplus(delta.head<tangent::size>());
+  offsets_ut += delta.tail(offsets_ut.size());
 }
 
 PlaceTransition place_transition(const Preintegration& increment, const NavState& before, const ImuNoise& noise) {
@@ -204,9 +202,8 @@ PlaceTransition place_transition(const Preintegration& increment, const NavState
 PlaceMixture::PlaceMixture(const EstimatorInput& input)
     : input_(input),
       background_(field_background(*input.field)),
-      correlation_m_(map_correlation_m(input.options.magnetic, *input.field)) {
-  const std::vector<double> crowding = array_crowding(input.suite, correlation_m_);
-  crowding_ = std::accumulate(crowding.begin(), crowding.end(), 0.0) / static_cast<double>(crowding.size());
+      correlation_m_(map_correlation_m(input.options.magnetic, *input.field)),
+      crowding_(mean_crowding(input.suite, correlation_m_)) {
   const InitialState initial =
       initial_state(input.initial_pose, input.initial_velocity, input.suite.gravity_m_s2, input.options.initial);
   const auto offsets = 3 * static_cast<Eigen::Index>(input.suite.magnetometers.size());
@@ -275,7 +272,8 @@ void PlaceMixture::split() {
       PlaceComponent part = component;
       part.covariance -= kSplitOff * step * step.transpose();
       for (const Part& one : kParts) {
-        parts.push_back(part.boxplus(one.shift_sigmas * step));
+        parts.push_back(part);
+        parts.back().move(one.shift_sigmas * step);
         parts.back().log_weight += std::log(one.weight);
       }
       size += kParts.size() - 1;

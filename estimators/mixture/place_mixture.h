@@ -20,7 +20,8 @@ struct PlaceComponent {
   double log_weight = 0.0;
   std::size_t parent = 0;  ///< index of the component before this scan that it comes from
 
-  PlaceComponent boxplus(const Eigen::VectorXd& delta) const;
+  /// Adds a step, in the order of the covariance, to state and offsets.
+  void move(const Eigen::VectorXd& delta);
 };
 
 /// Where a robot may be on a field map, as a mixture of Gaussians: the Gaussian sum filter (Sorenson and Alspach 1971).
