@@ -9,71 +9,72 @@ namespace lodestone {
 
 namespace {
 
-constexpr Time kLag = from_seconds(20.0);
+constexpr double kLag_s = 20.0;   ///< of later readings that choose a place
+constexpr double kBlock_s = 5.0;  ///< scans are smoothed together
+/// The newest scans choose, but do not smooth: their components are many.
+constexpr double kUnsmoothed_s = 5.0;
 /// Places nearer than this to the heaviest one are one place.
 constexpr double kOnePlace_m = 0.3;
 
 }  // namespace
 
 MagneticMixture::MagneticMixture(EstimatorInput input)
-    : input_(std::move(input)), matching_(input_), mixture_(input_) {}
+    : input_(std::move(input)), matching_(input_), mixture_(input_), past_(input_.suite.imu) {}
 
 void MagneticMixture::process(const ScanBundle& bundle, EstimateSink& sink) {
   const Stopwatch step;
   mixture_.process(bundle);
-  Moment moment;
-  weights_.clear();
-  for (const PlaceComponent& one : mixture_.components()) {
-    moment.places.push_back({one.state, one.covariance.topLeftCorner<6, 6>(), one.parent});
-    weights_.push_back(std::exp(one.log_weight));
-  }
-  moment.causal.time = bundle.scan.end;
-  set_estimate(moment.places, weights_, moment.causal);
-  const NavState& state = moment.causal.state;
-  matching_.report(matching_.match(bundle, state), state.T_map_imu, moment.causal.diagnostics);
-  moment.causal.diagnostics.step_ms = step.elapsed_ms();
-  sink.causal(moment.causal);
-  moments_.push_back(std::move(moment));
-  while (moments_.back().causal.time - moments_.front().causal.time > kLag) report(sink);
+  Estimate causal;
+  causal.time = bundle.scan.end;
+  set_estimate(mixture_.components(), causal);
+  matching_.report(matching_.match(bundle, causal.state), causal.state.T_map_imu, causal.diagnostics);
+  past_.add(mixture_.increment(), mixture_.components());
+  causal.diagnostics.step_ms = step.elapsed_ms();
+  sink.causal(causal);
+  causal_.push_back(causal);
+  const auto older_than = [&](double age_s) {
+    return static_cast<std::size_t>(std::count_if(causal_.begin(), causal_.end(), [&](const Estimate& one) {
+      return to_seconds(causal.time - one.time) > age_s;
+    }));
+  };
+  if (older_than(kLag_s + kBlock_s) > 0) report(older_than(kLag_s), older_than(kUnsmoothed_s), sink);
 }
 
 void MagneticMixture::finish(EstimateSink& sink) {
-  while (!moments_.empty()) report(sink);
+  if (!causal_.empty()) report(causal_.size(), causal_.size() - 1, sink);
 }
 
-void MagneticMixture::set_estimate(const std::vector<Place>& places, const std::vector<double>& weights,
-                                   Estimate& estimate) {
-  const auto heaviest = std::max_element(weights.begin(), weights.end()) - weights.begin();
-  const NavState& reference = places[static_cast<std::size_t>(heaviest)].state;
+void MagneticMixture::set_estimate(std::span<const PlaceComponent> places, Estimate& estimate) {
+  const NavState& reference =
+      std::max_element(places.begin(), places.end(), [](const PlaceComponent& a, const PlaceComponent& b) {
+        return a.log_weight < b.log_weight;
+      })->state;
   Vector17 mean = Vector17::Zero();
-  double sum = 0.0;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Vector17 step = places[i].state.boxminus(reference);
-    if (weights[i] == 0.0 || !(step.segment<3>(tangent::position).norm() < kOnePlace_m)) continue;
-    mean += weights[i] * step;
-    sum += weights[i];
+  double near = 0.0, all = 0.0;
+  for (const PlaceComponent& one : places) {
+    const double weight = std::exp(one.log_weight);
+    all += weight;
+    const Vector17 step = one.state.boxminus(reference);
+    if (!(step.segment<3>(tangent::position).norm() < kOnePlace_m)) continue;
+    mean += weight * step;
+    near += weight;
   }
-  estimate.state = reference.boxplus(mean / sum);
+  estimate.state = reference.boxplus(mean / near);
   estimate.covariance.setZero();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (weights[i] == 0.0) continue;
-    const Vector6 apart = places[i].state.T_map_imu.boxminus(estimate.state.T_map_imu);
-    estimate.covariance += weights[i] * (places[i].covariance + apart * apart.transpose());
+  for (const PlaceComponent& one : places) {
+    const Vector6 apart = one.state.T_map_imu.boxminus(estimate.state.T_map_imu);
+    estimate.covariance +=
+        std::exp(one.log_weight) / all * (one.covariance.topLeftCorner<6, 6>() + apart * apart.transpose());
   }
 }
 
-void MagneticMixture::report(EstimateSink& sink) {
-  std::vector<double> weights = weights_;
-  for (std::size_t k = moments_.size() - 1; k > 0; --k) {
-    std::vector<double> before(moments_[k - 1].places.size(), 0.0);
-    for (std::size_t i = 0; i < weights.size(); ++i) before[moments_[k].places[i].parent] += weights[i];
-    weights = std::move(before);
+void MagneticMixture::report(std::size_t count, std::size_t last, EstimateSink& sink) {
+  for (const std::vector<PlaceComponent>& places : past_.take(count, last)) {
+    Estimate best = causal_.front();
+    set_estimate(places, best);
+    sink.best(best);
+    causal_.pop_front();
   }
-  Moment& oldest = moments_.front();
-  Estimate best = oldest.causal;
-  set_estimate(oldest.places, weights, best);
-  sink.best(best);
-  moments_.pop_front();
 }
 
 }  // namespace lodestone

@@ -45,35 +45,6 @@ bool heavier(const PlaceComponent& a, const PlaceComponent& b) {
   return a.log_weight > b.log_weight;
 }
 
-/// One component with the weight, mean and covariance of all.
-PlaceComponent merged(const std::vector<const PlaceComponent*>& members) {
-  PlaceComponent result = *members.front();
-  if (members.size() == 1) return result;
-  const Eigen::Index size = result.covariance.cols();
-  std::vector<Eigen::VectorXd> steps;
-  std::vector<double> weights;
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
-  double sum = 0.0;
-  for (const PlaceComponent* member : members) {
-    Eigen::VectorXd step(size);
-    step << member->state.boxminus(result.state), member->offsets_ut - result.offsets_ut;
-    weights.push_back(std::exp(member->log_weight - result.log_weight));
-    mean += weights.back() * step;
-    sum += weights.back();
-    steps.push_back(std::move(step));
-  }
-  mean /= sum;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    const Eigen::VectorXd apart = steps[i] - mean;
-    covariance += weights[i] / sum * (members[i]->covariance + apart * apart.transpose());
-  }
-  result.move(mean);
-  result.covariance = covariance;
-  result.log_weight += std::log(sum);
-  return result;
-}
-
 /// Components in one bin of `dimensions` coordinates of position and velocity, and of heading, become one. `scale`: of
 /// the bins' sides. `components` and the result: the heaviest first.
 std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> components, double scale,
@@ -91,7 +62,7 @@ std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> component
     bins[bin].push_back(&one);
   }
   std::vector<PlaceComponent> result;
-  for (const auto& [bin, members] : bins) result.push_back(merged(members));
+  for (const auto& [bin, members] : bins) result.push_back(merged_place(members));
   std::stable_sort(result.begin(), result.end(), heavier);
   return result;
 }
@@ -166,6 +137,53 @@ void PlaceComponent::move(const Eigen::VectorXd& delta) {
   offsets_ut += delta.tail(offsets_ut.size());
 }
 
+Eigen::VectorXd step_between(const PlaceComponent& from, const PlaceComponent& to) {
+  Eigen::VectorXd step(tangent::size + from.offsets_ut.size());
+  step << to.state.boxminus(from.state), to.offsets_ut - from.offsets_ut;
+  return step;
+}
+
+PlaceComponent merged_place(std::span<const PlaceComponent* const> members) {
+  PlaceComponent result = *members.front();
+  if (members.size() == 1) return result;
+  const Eigen::Index size = result.covariance.cols();
+  std::vector<Eigen::VectorXd> steps;
+  std::vector<double> weights;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
+  double sum = 0.0;
+  for (const PlaceComponent* member : members) {
+    steps.push_back(step_between(result, *member));
+    weights.push_back(std::exp(member->log_weight - result.log_weight));
+    mean += weights.back() * steps.back();
+    sum += weights.back();
+  }
+  mean /= sum;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const Eigen::VectorXd apart = steps[i] - mean;
+    covariance += weights[i] / sum * (members[i]->covariance + apart * apart.transpose());
+  }
+  result.move(mean);
+  result.covariance = covariance;
+  result.log_weight += std::log(sum);
+  return result;
+}
+
+PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
+                                const ImuNoise& noise) {
+  const PlaceTransition transition = place_transition(increment, component.state, noise);
+  PlacePrediction result{component, component.covariance};
+  result.crossed.topRows<tangent::size>() = transition.by_state * component.covariance.topRows<tangent::size>();
+  result.component.state = increment.predict(component.state);
+  Eigen::MatrixXd& P = result.component.covariance;
+  P = result.crossed;
+  P.leftCols<tangent::size>() = result.crossed.leftCols<tangent::size>() * transition.by_state.transpose();
+  P.topLeftCorner<tangent::size, tangent::size>() += transition.noise;
+  P.diagonal().tail(component.offsets_ut.size()).array() +=
+      std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
+  return result;
+}
+
 PlaceTransition place_transition(const Preintegration& increment, const NavState& before, const ImuNoise& noise) {
   const Preintegration::Increment moved =
       increment.corrected(before.gyroscope_bias, before.accelerometer_bias, increment.axes());
@@ -235,21 +253,14 @@ void PlaceMixture::process(const ScanBundle& bundle) {
 }
 
 void PlaceMixture::predict(std::span<const ImuSample> imu) {
+  increment_.reset();
   if (imu.size() < 2) return;
   const NavState& heaviest = components_.front().state;
-  const Preintegration increment(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, input_.suite.imu);
+  increment_.emplace(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, input_.suite.imu);
   parallel_for(
       std::size_t{0}, components_.size(),
       [&](std::size_t i) {
-        PlaceComponent& component = components_[i];
-        const PlaceTransition transition = place_transition(increment, component.state, input_.suite.imu);
-        component.state = increment.predict(component.state);
-        Eigen::MatrixXd& P = component.covariance;
-        const Eigen::Index offsets = component.offsets_ut.size();
-        P.topRows<tangent::size>() = (transition.by_state * P.topRows<tangent::size>()).eval();
-        P.leftCols<tangent::size>() = (P.leftCols<tangent::size>() * transition.by_state.transpose()).eval();
-        P.topLeftCorner<tangent::size, tangent::size>() += transition.noise;
-        P.diagonal().tail(offsets).array() += std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
+        components_[i] = predicted_place(components_[i], *increment_, input_.suite.imu).component;
       },
       16);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,20 @@ struct PlaceComponent {
   void move(const Eigen::VectorXd& delta);
 };
 
+/// The δ with which `from.move(δ)` has the state and offsets of `to`.
+Eigen::VectorXd step_between(const PlaceComponent& from, const PlaceComponent& to);
+
+/// One component with the weight, mean and covariance of all; its parent is that of the first.
+PlaceComponent merged_place(std::span<const PlaceComponent* const> members);
+
+/// A component at the next scan's end, by the IMU alone.
+struct PlacePrediction {
+  PlaceComponent component;
+  Eigen::MatrixXd crossed;  ///< F P: covariance of the predicted with the present error
+};
+PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
+                                const ImuNoise& noise);
+
 /// Where a robot may be on a field map, as a mixture of Gaussians: the Gaussian sum filter (Sorenson and Alspach 1971).
 /// Each component is an extended Kalman filter with IMU and magnetometers. A component that is wider than the field map
 /// is linear is split (Huber 2011), so that a mixture follows all places that fit the readings; components that meet
@@ -39,6 +54,9 @@ class PlaceMixture {
   /// After the newest scan, the heaviest first. The weights' sum is 1.
   const std::vector<PlaceComponent>& components() const { return components_; }
 
+  /// The IMU of the newest scan; none if there was none.
+  const std::optional<Preintegration>& increment() const { return increment_; }
+
  private:
   void predict(std::span<const ImuSample> imu);
   void split();
@@ -52,6 +70,7 @@ class PlaceMixture {
   double correlation_m_;
   double crowding_;  ///< number of magnetometers that share a map error, mean over the array
   std::vector<PlaceComponent> components_;
+  std::optional<Preintegration> increment_;
 };
 
 /// The change of a component's error state by a scan: F, and the covariance that the IMU adds, 17×17 each. `increment`:
