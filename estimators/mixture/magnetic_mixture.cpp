@@ -28,6 +28,7 @@ void MagneticMixture::process(const ScanBundle& bundle, EstimateSink& sink) {
   causal.time = bundle.scan.end;
   set_estimate(mixture_.components(), causal);
   matching_.report(matching_.match(bundle, causal.state), causal.state.T_map_imu, causal.diagnostics);
+  causal.diagnostics.wheel_weight = mixture_.wheel_weight();
   past_.add(mixture_.increment(), mixture_.components());
   causal.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(causal);

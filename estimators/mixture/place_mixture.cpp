@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/parallel.h"
+#include "core/wheels/wheel_residual.h"
 #include "estimators/baselines/field_matching.h"
 #include "estimators/baselines/state_cloud.h"
 #include "estimators/initialization/initialization.h"
@@ -18,7 +19,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kMostComponents = 1000;
+constexpr std::size_t kMostComponents = 2000;
 constexpr std::size_t kMostParts = 3 * kMostComponents;  ///< before they are merged
 constexpr double kLeastWeight = 1e-6;                    ///< of the heaviest component's
 /// Largest sigma of a component's position, m: a third of the smallest length scale of fields near steel (0.24 m).
@@ -30,16 +31,18 @@ constexpr double kOffsetSpread = 2.0;
 constexpr double kOffsetWalk_ut_sqrt_s = 0.02;  ///< as in the smoother
 constexpr double kStudentDegrees = 4.0;         ///< Lange, Little and Taylor 1989
 
-/// A normal distribution as three (Huber 2011, table of splits), with the variance that keeps that of the whole.
+/// A normal distribution as three, that in its middle first (Huber 2011, table of splits), with the variance that keeps that of the whole.
 struct Part {
   double shift_sigmas;
   double weight;
 };
-constexpr std::array<Part, 3> kParts{Part{-1.0567, 0.2252}, Part{0.0, 0.5496}, Part{1.0567, 0.2252}};
+constexpr std::array<Part, 3> kParts{Part{0.0, 0.5496}, Part{-1.0567, 0.2252}, Part{1.0567, 0.2252}};
 /// Share of the variance that leaves each part.
 constexpr double kSplitOff = 2.0 * 0.2252 * 1.0567 * 1.0567;
 
 constexpr Eigen::Index kOffsets = tangent::size;
+
+using Vector1 = Eigen::Matrix<double, 1, 1>;
 
 bool heavier(const PlaceComponent& a, const PlaceComponent& b) {
   return a.log_weight > b.log_weight;
@@ -61,23 +64,35 @@ std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> component
     bin[6] = std::floor(heading_rad(one.state.T_map_imu.rotation) / (scale * kBin_rad));
     bins[bin].push_back(&one);
   }
-  std::vector<PlaceComponent> result;
-  for (const auto& [bin, members] : bins) result.push_back(merged_place(members));
+  std::vector<const std::vector<const PlaceComponent*>*> groups;
+  for (const auto& [bin, members] : bins) groups.push_back(&members);
+  std::vector<PlaceComponent> result(groups.size());
+  parallel_for(
+      std::size_t{0}, groups.size(), [&](std::size_t i) { result[i] = merged_place(*groups[i]); }, 16);
   std::stable_sort(result.begin(), result.end(), heavier);
   return result;
 }
 
-/// Kalman update by residual(δ) = residual + H δ with the given variances of its rows.
-void correct(PlaceComponent& component, const Eigen::VectorXd& residual, const Eigen::MatrixXd& H,
-             const Eigen::VectorXd& variance) {
-  const Eigen::MatrixXd crossed = component.covariance * H.transpose();
-  Eigen::MatrixXd innovation = H * crossed;
-  innovation.diagonal() += variance;
-  const Eigen::LLT<Eigen::MatrixXd> factor(innovation);
-  const Eigen::MatrixXd gain = factor.solve(crossed.transpose()).transpose();
-  component.covariance -= gain * crossed.transpose();
-  component.covariance = (0.5 * (component.covariance + component.covariance.transpose())).eval();
-  component.move(-gain * residual);
+/// Kalman update of the covariance and of `step`, which is added to the state at the end, by residual + H step. `H`:
+/// rows×n.
+template <int kRows>
+void correct(const Eigen::Matrix<double, kRows, 1>& residual, const Eigen::Matrix<double, kRows, Eigen::Dynamic>& H,
+             const Eigen::Matrix<double, kRows, kRows>& noise, Eigen::MatrixXd& covariance, Eigen::VectorXd& step) {
+  const Eigen::Matrix<double, Eigen::Dynamic, kRows> crossed = covariance.lazyProduct(H.transpose());
+  const Eigen::Matrix<double, kRows, kRows> innovation = H.lazyProduct(crossed) + noise;
+  const Eigen::Matrix<double, Eigen::Dynamic, kRows> gain = crossed.lazyProduct(innovation.inverse());
+  step -= gain * (residual + H * step);
+  covariance -= gain.lazyProduct(crossed.transpose());
+}
+
+void make_symmetric(Eigen::MatrixXd& matrix) {
+  matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
+}
+
+/// A third of the trace of H P Hᵀ.
+double mean_variance(const Eigen::MatrixXd& P, const Eigen::Matrix<double, 3, Eigen::Dynamic>& H) {
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> crossed = P.lazyProduct(H.transpose());
+  return crossed.cwiseProduct(H.transpose()).sum() / 3.0;
 }
 
 /// Wider than the structure of the field: the gradient at the mean says nothing. Such a component exists where there
@@ -97,9 +112,9 @@ struct ReadingFit {
   double variance_ut2() const { return sensor_variance_ut2 + map_variance_ut2; }
 };
 
-/// `H`: 3 rows of the residual's derivative; zero off the map.
+/// `H`: the residual's derivative, 3×n; zero off the map.
 ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, const EstimatorInput& input,
-               const FieldBackground& background, Eigen::Ref<Eigen::MatrixXd> H) {
+               const FieldBackground& background, Eigen::Matrix<double, 3, Eigen::Dynamic>& H) {
   const Pose& T_map_imu = component.state.T_map_imu;
   const Matrix3 R = T_map_imu.rotation.toRotationMatrix();
   const Matrix3 R_imu_mag = reading.T_end_mag.rotation.toRotationMatrix();
@@ -111,7 +126,7 @@ ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, cons
   ReadingFit result;
   result.sensor_variance_ut2 =
       noise_ut * noise_ut / reading.samples + relative * relative * measured_ut.squaredNorm() / 3.0;
-  H.setZero();
+  H.setZero(3, component.covariance.cols());
   const auto field = input.field->query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bicubic);
   result.on_map = field.has_value();
   if (!field || is_wide(component)) {
@@ -172,12 +187,18 @@ PlaceComponent merged_place(std::span<const PlaceComponent* const> members) {
 PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
                                 const ImuNoise& noise) {
   const PlaceTransition transition = place_transition(increment, component.state, noise);
-  PlacePrediction result{component, component.covariance};
-  result.crossed.topRows<tangent::size>() = transition.by_state * component.covariance.topRows<tangent::size>();
+  const auto moves = transition.by_state.topRows<9>();  // the rest of F is the identity
+  const Eigen::MatrixXd& present = component.covariance;
+  PlacePrediction result;
+  result.crossed = present;
+  result.crossed.topRows<9>() = moves.lazyProduct(present.topRows<tangent::size>());
   result.component.state = increment.predict(component.state);
+  result.component.offsets_ut = component.offsets_ut;
+  result.component.log_weight = component.log_weight;
+  result.component.parent = component.parent;
   Eigen::MatrixXd& P = result.component.covariance;
   P = result.crossed;
-  P.leftCols<tangent::size>() = result.crossed.leftCols<tangent::size>() * transition.by_state.transpose();
+  P.leftCols<9>() = result.crossed.leftCols<tangent::size>().lazyProduct(moves.transpose());
   P.topLeftCorner<tangent::size, tangent::size>() += transition.noise;
   P.diagonal().tail(component.offsets_ut.size()).array() +=
       std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
@@ -240,8 +261,11 @@ void PlaceMixture::process(const ScanBundle& bundle) {
   predict(bundle.imu);
   split();
   if (input_.field->grid().heights_m.size() == 1) {
-    for (PlaceComponent& component : components_) update_height(component);
+    parallel_for(
+        std::size_t{0}, components_.size(), [&](std::size_t i) { update_height(components_[i]); }, 16);
   }
+  wheel_weight_ = -1.0;
+  if (input_.suite.wheels && !bundle.imu.empty()) update_wheels(bundle);
   if (!bundle.magnetic.empty() && !bundle.imu.empty()) {
     const NavState& heaviest = components_.front().state;
     const std::vector<ArrayReading> arrays = average_array(bundle.magnetic, ScanMotion(heaviest, bundle.imu),
@@ -268,48 +292,85 @@ void PlaceMixture::predict(std::span<const ImuSample> imu) {
 void PlaceMixture::split() {
   constexpr int rounds = 12;
   for (int round = 0; round < rounds; ++round) {
-    std::size_t size = components_.size();
-    std::vector<PlaceComponent> parts;
-    for (PlaceComponent& component : components_) {
-      const Matrix3 position = component.covariance.block<3, 3>(tangent::position, tangent::position);
-      const Eigen::SelfAdjointEigenSolver<Matrix3> solver(position);
-      const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
-      if (!(sigma_m > kWidest_m) || size > kMostParts) {
-        parts.push_back(std::move(component));
-        continue;
+    // The step of a sigma along the largest axis; empty if the component need not be split.
+    std::vector<Eigen::VectorXd> steps(components_.size());
+    parallel_for(
+        std::size_t{0}, components_.size(),
+        [&](std::size_t i) {
+          const Eigen::MatrixXd& P = components_[i].covariance;
+          const Matrix3 position = P.block<3, 3>(tangent::position, tangent::position);
+          const Eigen::SelfAdjointEigenSolver<Matrix3> solver(position);
+          const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+          if (sigma_m > kWidest_m) {
+            steps[i] = P.middleCols<3>(tangent::position) * solver.eigenvectors().col(2) / sigma_m;
+          }
+        },
+        16);
+    const std::size_t before = components_.size();
+    std::size_t size = before;
+    for (std::size_t i = 0; i < before && size <= kMostParts; ++i) {
+      if (steps[i].size() == 0) continue;
+      components_[i].covariance -= kSplitOff * steps[i] * steps[i].transpose();
+      components_[i].log_weight += std::log(kParts[0].weight);
+      for (std::size_t k = 1; k < kParts.size(); ++k) {
+        components_.push_back(components_[i]);
+        components_.back().move(kParts[k].shift_sigmas * steps[i]);
+        components_.back().log_weight += std::log(kParts[k].weight / kParts[0].weight);
       }
-      const Eigen::VectorXd step =
-          component.covariance.middleCols<3>(tangent::position) * solver.eigenvectors().col(2) / sigma_m;
-      PlaceComponent part = component;
-      part.covariance -= kSplitOff * step * step.transpose();
-      for (const Part& one : kParts) {
-        parts.push_back(part);
-        parts.back().move(one.shift_sigmas * step);
-        parts.back().log_weight += std::log(one.weight);
-      }
-      size += kParts.size() - 1;
+      size = components_.size();
     }
-    const bool done = parts.size() == components_.size();
-    components_ = std::move(parts);
-    if (done) return;
+    if (size == before) return;
     std::stable_sort(components_.begin(), components_.end(), heavier);
   }
 }
 
 void PlaceMixture::update_height(PlaceComponent& component) const {
   const Vector3 center = array_center(input_.suite);
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(1, component.covariance.cols());
+  Eigen::Matrix<double, 1, Eigen::Dynamic> H(1, component.covariance.cols());
+  H.setZero();
   H.leftCols<6>() = height_by_pose(component.state.T_map_imu, center);
   const double above_m = (component.state.T_map_imu * center).z() - input_.field->grid().heights_m.front();
-  correct(component, Eigen::VectorXd::Constant(1, above_m), H,
-          Eigen::VectorXd::Constant(1, kLayerHeightSigma_m * kLayerHeightSigma_m));
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(H.cols());
+  correct<1>(Vector1(above_m), H, Vector1(kLayerHeightSigma_m * kLayerHeightSigma_m), component.covariance, step);
+  make_symmetric(component.covariance);
+  component.move(step);
+}
+
+/// Errors of the wheels' calibration are white noise with the integral of the slip (docs/design/049-wheels.md).
+void PlaceMixture::update_wheels(const ScanBundle& bundle) {
+  const WheelCalibrationSigmas& sigmas = input_.suite.calibration.wheels;
+  const PlaceComponent& heaviest = components_.front();
+  auto reading = average_wheels(bundle.wheels, heaviest.state, bundle.imu, *input_.suite.wheels);
+  if (!reading) return;
+  const Matrix17 covariance = heaviest.covariance.topLeftCorner<tangent::size, tangent::size>();
+  wheel_weight_ = weigh_wheels(heaviest.state, covariance, {}, sigmas, kWheelProbability, *reading);
+  const double duration_s = to_seconds(bundle.imu.back().time - bundle.imu.front().time);
+  const Eigen::Vector4d variance =
+      std::max(1.0, 2.0 * kSlipCorrelation_s / duration_s) * wheel_calibration_variance(sigmas);
+  for (PlaceComponent& component : components_) {
+    const NavState& state = component.state;
+    const WheelResidual predicted =
+        wheel_residual(*reading, state.T_map_imu.rotation, state.velocity, state.gyroscope_bias, {});
+    Eigen::Matrix<double, 3, Eigen::Dynamic> H(3, component.covariance.cols());
+    H.setZero();
+    H.leftCols<tangent::size>() = predicted.by_state();
+    const Matrix3 noise =
+        Matrix3::Identity() + predicted.by_calibration * variance.asDiagonal() * predicted.by_calibration.transpose();
+    const Matrix3 innovation = H * component.covariance * H.transpose() + noise;
+    component.log_weight -= 0.5 * (std::log(innovation.determinant()) +
+                                   predicted.value.dot(innovation.inverse() * predicted.value));
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(H.cols());
+    correct<3>(predicted.value, H, noise, component.covariance, step);
+    make_symmetric(component.covariance);
+    component.move(step);
+  }
 }
 
 /// The variance of single readings over that of their mean if errors of the map repeat
 /// (docs/design/013-correlated-field-map-error.md). One share serves all components, so that these are comparable.
 double PlaceMixture::information_share(const ArrayReading& array, double spacing_m) const {
   const double repeats = correlation_inflation(spacing_m, correlation_m_);
-  Eigen::MatrixXd unused(3, components_.front().covariance.cols());
+  Eigen::Matrix<double, 3, Eigen::Dynamic> unused;
   double single = 0.0, repeated = 0.0;
   for (const MeanReading& reading : array.readings) {
     const ReadingFit found = fit(reading, components_.front(), input_, background_, unused);
@@ -319,32 +380,32 @@ double PlaceMixture::information_share(const ArrayReading& array, double spacing
   return repeated > single ? single / repeated : 1.0;
 }
 
+/// A place off the map predicts a field of the map's distribution, no more: that it is off is no evidence against it.
 void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
   if (array.readings.empty()) return;
   const double share = information_share(array, spacing_m);
-  const auto rows = 3 * static_cast<Eigen::Index>(array.readings.size());
   parallel_for(
       std::size_t{0}, components_.size(),
       [&](std::size_t i) {
         PlaceComponent& component = components_[i];
-        Eigen::MatrixXd H(rows, component.covariance.cols());
-        Eigen::VectorXd residual(rows), variance(rows);
-        int informing = 0;
-        for (Eigen::Index r = 0; r < rows; r += 3) {
-          const MeanReading& reading = array.readings[static_cast<std::size_t>(r / 3)];
-          const ReadingFit found = fit(reading, component, input_, background_, H.middleRows<3>(r));
-          const auto by_reading = H.middleRows<3>(r);
-          const double spread = (by_reading * component.covariance * by_reading.transpose()).trace() / 3.0;
+        Eigen::MatrixXd covariance = component.covariance;  // after the readings so far; weights are by that before
+        Eigen::VectorXd step = Eigen::VectorXd::Zero(covariance.cols());
+        Eigen::Matrix<double, 3, Eigen::Dynamic> H;
+        for (const MeanReading& reading : array.readings) {
+          const ReadingFit found = fit(reading, component, input_, background_, H);
+          const double spread = found.informs ? mean_variance(component.covariance, H) : 0.0;
           const double total = found.variance_ut2() + spread;
           const double squared = found.residual_ut.squaredNorm() / total;
-          component.log_weight += share * ((found.on_map ? 0.0 : std::log(kStaleShare)) - 1.5 * std::log(total) -
+          component.log_weight -= share * (1.5 * std::log(total) +
                                            0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
+          if (!found.informs) continue;
           const double robust = std::max(1.0, (kStudentDegrees + squared) / (kStudentDegrees + 3.0));
-          residual.segment<3>(r) = found.informs ? found.residual_ut : Vector3::Zero();
-          variance.segment<3>(r).setConstant(found.variance_ut2() * robust / share);
-          informing += found.informs ? 1 : 0;
+          correct<3>(found.residual_ut, H, Matrix3::Identity() * (found.variance_ut2() * robust / share), covariance,
+                     step);
         }
-        if (informing > 0) correct(component, residual, H, variance);
+        make_symmetric(covariance);
+        component.covariance = std::move(covariance);
+        component.move(step);
       },
       16);
 }

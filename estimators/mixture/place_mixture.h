@@ -48,11 +48,14 @@ class PlaceMixture {
   /// `input` must have a field map and magnetometers, and must outlive this. Starts at its initial pose.
   explicit PlaceMixture(const EstimatorInput& input);
 
-  /// One scan: prediction, height of the map's layer, readings.
+  /// One scan: prediction, height of the map's layer, wheels, readings.
   void process(const ScanBundle& bundle);
 
   /// After the newest scan, the heaviest first. The weights' sum is 1.
   const std::vector<PlaceComponent>& components() const { return components_; }
+
+  /// As Diagnostics::wheel_weight, of the newest scan.
+  double wheel_weight() const { return wheel_weight_; }
 
   /// The IMU of the newest scan; none if there was none.
   const std::optional<Preintegration>& increment() const { return increment_; }
@@ -61,6 +64,7 @@ class PlaceMixture {
   void predict(std::span<const ImuSample> imu);
   void split();
   void update_height(PlaceComponent& component) const;
+  void update_wheels(const ScanBundle& bundle);
   void update(const ArrayReading& array, double spacing_m);
   double information_share(const ArrayReading& array, double spacing_m) const;
   void reduce();
@@ -71,6 +75,7 @@ class PlaceMixture {
   double crowding_;  ///< number of magnetometers that share a map error, mean over the array
   std::vector<PlaceComponent> components_;
   std::optional<Preintegration> increment_;
+  double wheel_weight_ = -1.0;
 };
 
 /// The change of a component's error state by a scan: F, and the covariance that the IMU adds, 17×17 each. `increment`:
