@@ -388,8 +388,8 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
       std::size_t{0}, components_.size(),
       [&](std::size_t i) {
         PlaceComponent& component = components_[i];
-        Eigen::MatrixXd covariance = component.covariance;  // after the readings so far; weights are by that before
-        Eigen::VectorXd step = Eigen::VectorXd::Zero(covariance.cols());
+        Eigen::MatrixXd covariance;  // after the readings so far; weights are by that before
+        Eigen::VectorXd step;
         Eigen::Matrix<double, 3, Eigen::Dynamic> H;
         for (const MeanReading& reading : array.readings) {
           const ReadingFit found = fit(reading, component, input_, background_, H);
@@ -399,10 +399,15 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
           component.log_weight -= share * (1.5 * std::log(total) +
                                            0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
           if (!found.informs) continue;
+          if (step.size() == 0) {
+            covariance = component.covariance;
+            step.setZero(covariance.cols());
+          }
           const double robust = std::max(1.0, (kStudentDegrees + squared) / (kStudentDegrees + 3.0));
           correct<3>(found.residual_ut, H, Matrix3::Identity() * (found.variance_ut2() * robust / share), covariance,
                      step);
         }
+        if (step.size() == 0) return;
         make_symmetric(covariance);
         component.covariance = std::move(covariance);
         component.move(step);
