@@ -31,7 +31,8 @@ constexpr double kOffsetSpread = 2.0;
 constexpr double kOffsetWalk_ut_sqrt_s = 0.02;  ///< as in the smoother
 constexpr double kStudentDegrees = 4.0;         ///< Lange, Little and Taylor 1989
 
-/// A normal distribution as three, that in its middle first (Huber 2011, table of splits), with the variance that keeps that of the whole.
+/// A normal distribution as three, that in its middle first (Huber 2011, table of splits), with the variance that keeps
+/// that of the whole.
 struct Part {
   double shift_sigmas;
   double weight;
@@ -200,8 +201,7 @@ PlacePrediction predicted_place(const PlaceComponent& component, const Preintegr
   P = result.crossed;
   P.leftCols<9>() = result.crossed.leftCols<tangent::size>().lazyProduct(moves.transpose());
   P.topLeftCorner<tangent::size, tangent::size>() += transition.noise;
-  P.diagonal().tail(component.offsets_ut.size()).array() +=
-      std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
+  P.diagonal().tail(component.offsets_ut.size()).array() += std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
   return result;
 }
 
@@ -283,9 +283,7 @@ void PlaceMixture::predict(std::span<const ImuSample> imu) {
   increment_.emplace(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, input_.suite.imu);
   parallel_for(
       std::size_t{0}, components_.size(),
-      [&](std::size_t i) {
-        components_[i] = predicted_place(components_[i], *increment_, input_.suite.imu).component;
-      },
+      [&](std::size_t i) { components_[i] = predicted_place(components_[i], *increment_, input_.suite.imu).component; },
       16);
 }
 
@@ -357,8 +355,8 @@ void PlaceMixture::update_wheels(const ScanBundle& bundle) {
     const Matrix3 noise =
         Matrix3::Identity() + predicted.by_calibration * variance.asDiagonal() * predicted.by_calibration.transpose();
     const Matrix3 innovation = H * component.covariance * H.transpose() + noise;
-    component.log_weight -= 0.5 * (std::log(innovation.determinant()) +
-                                   predicted.value.dot(innovation.inverse() * predicted.value));
+    component.log_weight -=
+        0.5 * (std::log(innovation.determinant()) + predicted.value.dot(innovation.inverse() * predicted.value));
     Eigen::VectorXd step = Eigen::VectorXd::Zero(H.cols());
     correct<3>(predicted.value, H, noise, component.covariance, step);
     make_symmetric(component.covariance);
@@ -396,8 +394,8 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
           const double spread = found.informs ? mean_variance(component.covariance, H) : 0.0;
           const double total = found.variance_ut2() + spread;
           const double squared = found.residual_ut.squaredNorm() / total;
-          component.log_weight -= share * (1.5 * std::log(total) +
-                                           0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
+          component.log_weight -=
+              share * (1.5 * std::log(total) + 0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
           if (!found.informs) continue;
           if (step.size() == 0) {
             covariance = component.covariance;

@@ -81,8 +81,7 @@ struct Accuracy {
   double nees = 0.0;
   int count = 0;
   void add(const Estimate& one) {
-    const Eigen::Vector2d error =
-        (one.state.T_map_imu.position - StripedField::truth(one.time).position).head<2>();
+    const Eigen::Vector2d error = (one.state.T_map_imu.position - StripedField::truth(one.time).position).head<2>();
     error_m2 += error.squaredNorm();
     nees += 0.5 * error.dot(one.covariance.block<2, 2>(3, 3).llt().solve(error));
     ++count;
