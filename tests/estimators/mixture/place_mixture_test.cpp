@@ -134,6 +134,26 @@ TEST(PlaceMixture, SumOfWeightsIsOneAndTheHeaviestIsFirst) {
   EXPECT_GT(mixture.components().size(), 1U);
 }
 
+// Five seconds without readings, begun with a velocity that is 0.3 m/s off.
+TEST(PlaceMixture, FollowsTheWheels) {
+  const StripedField stripes;
+  EstimatorInput input = with_two_layers(stripes.input);
+  input.initial_velocity.x() -= 0.3;
+  input.options.initial.velocity_sigma_m_s = 0.3;
+  input.suite.wheels.emplace();
+  PlaceMixture mixture(input);
+  for (ScanBundle& bundle : stripes.drive(5.0, 9)) {
+    bundle.magnetic.clear();
+    bundle.wheels.push_back({bundle.scan.end, StripedField::kSpeed_m_s, 0.0, 0.0});
+    mixture.process(bundle);
+    EXPECT_GT(mixture.wheel_weight(), 0.0);
+  }
+  const Moments found = moments_of(mixture);
+  EXPECT_NEAR(found.mean.T_map_imu.position.x(), 5.0, 0.3);
+  EXPECT_NEAR(found.mean.velocity.x(), 1.0, 0.05);
+  EXPECT_LT(std::sqrt(found.covariance(tangent::position, tangent::position)), 0.3);
+}
+
 // The field repeats itself every metre, and the initial pose is a metre off. Past the last stripe the readings decide,
 // also on the places before.
 TEST(MagneticMixture, ChoosesPlacesWithLaterReadings) {

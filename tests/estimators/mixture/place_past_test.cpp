@@ -76,7 +76,7 @@ TEST(SmoothedBefore, IsTheJointEstimate) {
 }
 
 /// Squared error of the position in the plane, m², and per degree of freedom in its covariance; means.
-struct Accuracy {
+struct PlanarAccuracy {
   double error_m2 = 0.0;
   double nees = 0.0;
   int count = 0;
@@ -90,7 +90,7 @@ struct Accuracy {
 
 // Later readings make the past more accurate, and its covariance is still that of its errors.
 TEST(MagneticMixture, SmoothsThePast) {
-  Accuracy causal, best;
+  PlanarAccuracy causal, best;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const StripedField stripes;
     EstimatorInput input = stripes.input;

@@ -21,7 +21,8 @@ class RealMagnetometers : public ::testing::TestWithParam<const char*> {
   const TemporaryFolder folder_;
 };
 
-// 100 s. A window that follows one place is lost on both drives. On the second, a magnetometer has drifted by 13 µT.
+// A window that follows one place is lost on both drives. On the first, two places a metre apart fit for ten seconds,
+// and the robot leaves the map for 25 s. On the second, a magnetometer has drifted by 13 µT.
 TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
   const std::string in = data_.string() + "/", drive = GetParam(), out = folder_.path().string() + "/";
   const std::string platform = " --platform " + in + "platform.yaml ";
@@ -29,9 +30,8 @@ TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
                           "--out " + out + "field.yaml")
                 .code,
             0);
-  ASSERT_EQ(run_lodestone("convert " + in + drive + " --to 100 --out " + out + "log.bag").code, 0);
   const ProgramResult result =
-      run_lodestone("run " + out + "log.bag --magnetic " + out + "field.yaml" + platform + "--initial-pose-from " + in +
+      run_lodestone("run " + in + drive + " --magnetic " + out + "field.yaml" + platform + "--initial-pose-from " + in +
                     drive + ".tum --truth " + in + drive + ".tum --estimator magnetic-mixture --out " + out + "run");
   EXPECT_TRUE(result.code == 0 || result.code == 3) << result.errors;  // 3: lost for a part of the log, and said so
   const Trajectory truth = read_trajectory(in + drive + ".tum");
@@ -46,8 +46,8 @@ TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
   const double share = static_cast<double>(found.size()) / summary["scans"].get<double>();
   std::printf("%s: ATE %.3f m, %d scans wrong, %.0f %% reported\n", drive.c_str(), summary["ate_m"].get<double>(),
               wrong, 100.0 * share);
-  EXPECT_LT(summary["ate_m"].get<double>(), 0.2);
-  EXPECT_LT(wrong, 0.02 * static_cast<double>(found.size()));
+  EXPECT_LT(summary["ate_m"].get<double>(), 0.3);
+  EXPECT_LT(wrong, 0.1 * static_cast<double>(found.size()));
   EXPECT_GT(share, 0.8);
 }
 
