@@ -11,7 +11,7 @@ namespace lodestone {
 /// smoothed with the readings of at least 20 s after it (PlacePast).
 class MagneticMixture final : public Estimator {
  public:
-  /// `input` must have a field map and magnetometers. Cloud map, scans and wheels are not used.
+  /// `input` must have a field map and magnetometers. Cloud map and scans are not used.
   explicit MagneticMixture(EstimatorInput input);
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;

@@ -1,7 +1,7 @@
 #include "estimators/mixture/place_mixture.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,8 +28,7 @@ constexpr double kWidest_m = 0.08;
 constexpr double kBin_m = 0.05, kBin_rad = 0.05, kBin_m_s = 0.1;
 /// Offsets of real sensors are not normal: a few drift. Sigma of the prior over that of the platform file.
 constexpr double kOffsetSpread = 2.0;
-constexpr double kOffsetWalk_ut_sqrt_s = 0.02;  ///< as in the smoother
-constexpr double kStudentDegrees = 4.0;         ///< Lange, Little and Taylor 1989
+constexpr double kStudentDegrees = 4.0;  ///< Lange, Little and Taylor 1989
 
 /// A normal distribution as three, that in its middle first (Huber 2011, table of splits), with the variance that keeps
 /// that of the whole.
@@ -147,96 +146,6 @@ ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, cons
 }
 
 }  // namespace
-
-void PlaceComponent::move(const Eigen::VectorXd& delta) {
-  state = state.boxplus(delta.head<tangent::size>());
-  offsets_ut += delta.tail(offsets_ut.size());
-}
-
-Eigen::VectorXd step_between(const PlaceComponent& from, const PlaceComponent& to) {
-  Eigen::VectorXd step(tangent::size + from.offsets_ut.size());
-  step << to.state.boxminus(from.state), to.offsets_ut - from.offsets_ut;
-  return step;
-}
-
-PlaceComponent merged_place(std::span<const PlaceComponent* const> members) {
-  PlaceComponent result = *members.front();
-  if (members.size() == 1) return result;
-  const Eigen::Index size = result.covariance.cols();
-  std::vector<Eigen::VectorXd> steps;
-  std::vector<double> weights;
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
-  double sum = 0.0;
-  for (const PlaceComponent* member : members) {
-    steps.push_back(step_between(result, *member));
-    weights.push_back(std::exp(member->log_weight - result.log_weight));
-    mean += weights.back() * steps.back();
-    sum += weights.back();
-  }
-  mean /= sum;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    const Eigen::VectorXd apart = steps[i] - mean;
-    covariance += weights[i] / sum * (members[i]->covariance + apart * apart.transpose());
-  }
-  result.move(mean);
-  result.covariance = covariance;
-  result.log_weight += std::log(sum);
-  return result;
-}
-
-PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
-                                const ImuNoise& noise) {
-  const PlaceTransition transition = place_transition(increment, component.state, noise);
-  const auto moves = transition.by_state.topRows<9>();  // the rest of F is the identity
-  const Eigen::MatrixXd& present = component.covariance;
-  PlacePrediction result;
-  result.crossed = present;
-  result.crossed.topRows<9>() = moves.lazyProduct(present.topRows<tangent::size>());
-  result.component.state = increment.predict(component.state);
-  result.component.offsets_ut = component.offsets_ut;
-  result.component.log_weight = component.log_weight;
-  result.component.parent = component.parent;
-  Eigen::MatrixXd& P = result.component.covariance;
-  P = result.crossed;
-  P.leftCols<9>() = result.crossed.leftCols<tangent::size>().lazyProduct(moves.transpose());
-  P.topLeftCorner<tangent::size, tangent::size>() += transition.noise;
-  P.diagonal().tail(component.offsets_ut.size()).array() += std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
-  return result;
-}
-
-PlaceTransition place_transition(const Preintegration& increment, const NavState& before, const ImuNoise& noise) {
-  const Preintegration::Increment moved =
-      increment.corrected(before.gyroscope_bias, before.accelerometer_bias, increment.axes());
-  const Matrix3 R = before.T_map_imu.rotation.toRotationMatrix();
-  const double dt = increment.duration_s();
-  const Eigen::Matrix<double, 3, 2> gravity_step = s2::boxplus_jacobian(before.gravity);
-  using namespace tangent;
-  PlaceTransition result;
-  Matrix17& F = result.by_state;
-  F.setIdentity();
-  F.block<3, 3>(tangent::rotation, tangent::rotation) = moved.rotation.conjugate().toRotationMatrix();
-  F.block<3, 3>(tangent::rotation, gyroscope_bias) = increment.rotation_by_gyroscope_bias();
-  F.block<3, 3>(position, tangent::rotation) = -R * so3::hat(moved.position);
-  F.block<3, 3>(position, velocity) = dt * Matrix3::Identity();
-  F.block<3, 3>(position, gyroscope_bias) = R * increment.position_by_gyroscope_bias();
-  F.block<3, 3>(position, accelerometer_bias) = R * increment.position_by_accelerometer_bias();
-  F.block<3, 2>(position, gravity) = 0.5 * dt * dt * gravity_step;
-  F.block<3, 3>(velocity, tangent::rotation) = -R * so3::hat(moved.velocity);
-  F.block<3, 3>(velocity, gyroscope_bias) = R * increment.velocity_by_gyroscope_bias();
-  F.block<3, 3>(velocity, accelerometer_bias) = R * increment.velocity_by_accelerometer_bias();
-  F.block<3, 2>(velocity, gravity) = dt * gravity_step;
-
-  Matrix9 turned = Matrix9::Identity();
-  turned.block<3, 3>(3, 3) = turned.block<3, 3>(6, 6) = R;
-  result.noise.setZero();
-  result.noise.topLeftCorner<9, 9>() = turned * increment.covariance() * turned.transpose();
-  result.noise.diagonal().segment<3>(gyroscope_bias).setConstant(std::pow(noise.gyroscope_bias_random_walk, 2) * dt);
-  result.noise.diagonal()
-      .segment<3>(accelerometer_bias)
-      .setConstant(std::pow(noise.accelerometer_bias_random_walk, 2) * dt);
-  return result;
-}
 
 PlaceMixture::PlaceMixture(const EstimatorInput& input)
     : input_(input),

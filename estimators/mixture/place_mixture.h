@@ -1,48 +1,20 @@
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "core/imu/preintegration.h"
 #include "core/magnetometer/array_reading.h"
 #include "estimators/factory.h"
 #include "estimators/initialization/field_evidence.h"
+#include "estimators/mixture/place_component.h"
 
 namespace lodestone {
 
-/// One Gaussian of a mixture. The covariance (17 + 3 J square, J magnetometers) has the order of namespace tangent,
-/// then the offsets.
-struct PlaceComponent {
-  NavState state;
-  Eigen::VectorXd offsets_ut;  ///< constant error of each magnetometer in its own axes, J times x, y, z
-  Eigen::MatrixXd covariance;
-  double log_weight = 0.0;
-  std::size_t parent = 0;  ///< index of the component before this scan that it comes from
-
-  /// Adds a step, in the order of the covariance, to state and offsets.
-  void move(const Eigen::VectorXd& delta);
-};
-
-/// The δ with which `from.move(δ)` has the state and offsets of `to`.
-Eigen::VectorXd step_between(const PlaceComponent& from, const PlaceComponent& to);
-
-/// One component with the weight, mean and covariance of all; its parent is that of the first.
-PlaceComponent merged_place(std::span<const PlaceComponent* const> members);
-
-/// A component at the next scan's end, by the IMU alone.
-struct PlacePrediction {
-  PlaceComponent component;
-  Eigen::MatrixXd crossed;  ///< F P: covariance of the predicted with the present error
-};
-PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
-                                const ImuNoise& noise);
-
 /// Where a robot may be on a field map, as a mixture of Gaussians: the Gaussian sum filter (Sorenson and Alspach 1971).
-/// Each component is an extended Kalman filter with IMU and magnetometers. A component that is wider than the field map
-/// is linear is split (Huber 2011), so that a mixture follows all places that fit the readings; components that meet
-/// are merged. docs/design/060
+/// Each component is an extended Kalman filter with IMU, wheels and magnetometers. A component that is wider than the
+/// field map is linear is split (Huber 2011), so that a mixture follows all places that fit the readings; components
+/// that meet are merged. docs/design/060
 class PlaceMixture {
  public:
   /// `input` must have a field map and magnetometers, and must outlive this. Starts at its initial pose.
@@ -77,13 +49,5 @@ class PlaceMixture {
   std::optional<Preintegration> increment_;
   double wheel_weight_ = -1.0;
 };
-
-/// The change of a component's error state by a scan: F, and the covariance that the IMU adds, 17×17 each. `increment`:
-/// of the scan; `before`: the state at its begin.
-struct PlaceTransition {
-  Matrix17 by_state;
-  Matrix17 noise;
-};
-PlaceTransition place_transition(const Preintegration& increment, const NavState& before, const ImuNoise& noise);
 
 }  // namespace lodestone
