@@ -109,6 +109,7 @@ std::unique_ptr<Estimator> make_unmonitored(const EstimatorKind& kind, Estimator
 
 std::vector<std::string> estimator_names() {
   std::vector<std::string> names;
+  names.reserve(kEstimators.size());
   for (const EstimatorKind& kind : kEstimators) names.emplace_back(kind.name);
   return names;
 }

@@ -220,6 +220,7 @@ HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit,
                             const SlidingGprOptions& options) {
   const std::vector<FieldCell>& cells = split.held_out;
   std::vector<Vector3> points;
+  points.reserve(cells.size());
   for (const FieldCell& cell : cells) points.push_back(cell.position);
   const std::vector<SlopedPrediction> predictions =
       predict_with_slopes(*make_regression(split.training, fit, options), points, 0.5 * fit.cell_m);

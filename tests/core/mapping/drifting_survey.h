@@ -60,8 +60,8 @@ inline std::vector<FieldObservation> drive_over(const SteelFloor& floor, std::ui
     const double a = normal(generator), b = normal(generator), c = normal(generator);
     return Vector3(sigma * Vector3(a, b, c));
   };
-  std::vector<Vector3> offsets;
-  for (int j = 0; j < 3; ++j) offsets.push_back(draw(errors.offset_ut));
+  std::vector<Vector3> offsets(3);
+  for (Vector3& offset : offsets) offset = draw(errors.offset_ut);
   if (true_offsets != nullptr) *true_offsets = offsets;
   constexpr double step_m = 0.02, alike_m = 2.0;
   const double keep = std::exp(-step_m / alike_m);

@@ -9,7 +9,6 @@
 namespace lodestone {
 namespace {
 
-using testing::DriveErrors;
 using testing::SteelFloor;
 
 /// Largest error of the horizontal offsets, µT.
@@ -52,6 +51,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, SurveyOffsets, ::testing::Range(1, 6));
 
 TEST(SurveyOffsets, OfOnePassWithoutCrossingsAreZero) {
   std::vector<FieldObservation> lane;
+  lane.reserve(500);
   for (int i = 0; i < 500; ++i) {
     lane.push_back({{0.02 * i, 0.05, 0.05},
                     {18.0 + 0.01 * i, 3.0, -42.0},

@@ -67,8 +67,8 @@ struct CloudLayout {
   void put_time(std::uint8_t* at, Time value_ns) const {
     const Time unit_ns = nanoseconds_per(unit);
     const Time rounded = (value_ns + (value_ns < 0 ? -unit_ns / 2 : unit_ns / 2)) / unit_ns;
-    const double exact = static_cast<double>(value_ns / unit_ns) +
-                         static_cast<double>(value_ns % unit_ns) / static_cast<double>(unit_ns);
+    const Time whole = value_ns / unit_ns, rest_ns = value_ns % unit_ns;
+    const double exact = static_cast<double>(whole) + static_cast<double>(rest_ns) / static_cast<double>(unit_ns);
     const auto copy = [at](auto value) { std::memcpy(at, &value, sizeof(value)); };
     switch (datatype) {
       case ros1::PointField::float32:
