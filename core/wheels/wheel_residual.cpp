@@ -12,6 +12,15 @@ namespace {
 // A larger innovation is a jump of the slip (docs/design/049-wheels.md).
 constexpr double kSlipJumpSigmas = 3.5;
 
+/// Variances of scale with slip, and of the rotation vector, rad².
+Eigen::Vector4d wheel_calibration_variance(const WheelCalibrationSigmas& sigmas) {
+  const double turn_sigma_rad = sigmas.rotation_sigma_deg * M_PI / 180.0;
+  Eigen::Vector4d variance;
+  variance << sigmas.scale_sigma * sigmas.scale_sigma + sigmas.slip_sigma * sigmas.slip_sigma,
+      Vector3::Constant(turn_sigma_rad * turn_sigma_rad);
+  return variance;
+}
+
 /// Covariance of the residual at the prediction, in units of the reading's sigmas.
 Matrix3 innovation_covariance(const WheelResidual& residual, const Matrix17& covariance,
                               const WheelCalibrationSigmas& sigmas) {
@@ -50,12 +59,10 @@ WheelResidual wheel_residual(const WheelReading& reading, const Quaternion& R_ma
   return result;
 }
 
-Eigen::Vector4d wheel_calibration_variance(const WheelCalibrationSigmas& sigmas) {
-  const double turn_sigma_rad = sigmas.rotation_sigma_deg * M_PI / 180.0;
-  Eigen::Vector4d variance;
-  variance << sigmas.scale_sigma * sigmas.scale_sigma + sigmas.slip_sigma * sigmas.slip_sigma,
-      Vector3::Constant(turn_sigma_rad * turn_sigma_rad);
-  return variance;
+Matrix3 wheel_noise(const WheelResidual& residual, const WheelCalibrationSigmas& sigmas, double step_s) {
+  const double repeats = std::max(1.0, 2.0 * kSlipCorrelation_s / step_s);
+  const Eigen::Vector4d variance = repeats * wheel_calibration_variance(sigmas);
+  return Matrix3::Identity() + residual.by_calibration * variance.asDiagonal() * residual.by_calibration.transpose();
 }
 
 double slip_jump(const NavState& predicted, const Matrix17& covariance, const WheelCorrection& correction,

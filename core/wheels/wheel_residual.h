@@ -31,8 +31,9 @@ WheelResidual wheel_residual(const WheelReading& reading, const Quaternion& R_ma
 /// Gate of weigh_wheels: that of the field's Huber weight (docs/design/049-wheels.md).
 inline constexpr double kWheelProbability = 0.95;
 
-/// Variances of scale with slip, and of the rotation vector, rad².
-Eigen::Vector4d wheel_calibration_variance(const WheelCalibrationSigmas& sigmas);
+/// Covariance of the residual for estimators without states of the calibration: its errors are white noise with the
+/// integral of a process of the slip's correlation time (docs/design/049-wheels.md). `step_s`: between two readings.
+Matrix3 wheel_noise(const WheelResidual& residual, const WheelCalibrationSigmas& sigmas, double step_s);
 
 /// The size of a jump of the slip, relative to the velocity, that explains the forward velocity. 0: the innovation is
 /// within 3.5 sigmas, the wheels stand still, or the jump exceeds the velocity itself: spinning wheels.

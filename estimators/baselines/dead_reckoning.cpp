@@ -19,15 +19,10 @@ void update_by_wheels(const ScanBundle& bundle, const SensorSuite& suite, const 
   const auto residual_at = [&](const NavState& state) {
     return wheel_residual(*reading, state.T_map_imu.rotation, state.velocity, state.gyroscope_bias, {});
   };
-  // Errors of the calibration are white noise with the integral of the slip, as in the filter
-  // (docs/design/049-wheels.md).
   const double step_s = to_seconds(bundle.imu.back().time - bundle.imu.front().time);
-  const double repeats = std::max(1.0, 2.0 * kSlipCorrelation_s / step_s);
   const WheelResidual predicted = residual_at(nominal);
-  const Eigen::Vector4d variance = repeats * wheel_calibration_variance(sigmas);
-  const Matrix3 noise =
-      Matrix3::Identity() + predicted.by_calibration * variance.asDiagonal() * predicted.by_calibration.transpose();
-  cloud.update([&](const NavState& state) { return residual_at(state).value; }, predicted.by_state(), noise);
+  cloud.update([&](const NavState& state) { return residual_at(state).value; }, predicted.by_state(),
+               wheel_noise(predicted, sigmas, step_s));
 }
 
 void update_by_height(const SensorSuite& suite, double height_m, StateCloud& cloud) {

@@ -123,15 +123,8 @@ void IteratedFilter::update_by_wheels(const ScanBundle& bundle, Diagnostics& dia
   const auto residual_at = [&](const NavState& state) {
     return wheel_residual(*reading, state.T_map_imu.rotation, state.velocity, state.gyroscope_bias, {});
   };
-  // Errors of the calibration are no states: as white noise with the integral of a process of the slip's correlation
-  // time (docs/design/049-wheels.md).
   const double step_s = to_seconds(bundle.imu.back().time - bundle.imu.front().time);
-  const double repeats = std::max(1.0, 2.0 * kSlipCorrelation_s / step_s);
-  const WheelResidual predicted = residual_at(state_);
-  const Eigen::Vector4d variance = repeats * wheel_calibration_variance(sigmas);
-  const Matrix3 information =
-      (Matrix3::Identity() + predicted.by_calibration * variance.asDiagonal() * predicted.by_calibration.transpose())
-          .inverse();
+  const Matrix3 information = wheel_noise(residual_at(state_), sigmas, step_s).inverse();
   const auto evidence = [&](const NavState& state) {
     const WheelResidual residual = residual_at(state);
     const auto by_state = residual.by_state();

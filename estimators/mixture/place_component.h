@@ -35,8 +35,8 @@ struct PlacePrediction {
 PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
                                 const ImuNoise& noise);
 
-/// The change of a component's error state by a scan: F, and the covariance that the IMU adds, 17×17 each. `increment`:
-/// of the scan; `before`: the state at its begin.
+/// The change of a component's error state by a scan: F, and the covariance that the IMU adds, 17×17 each.
+/// `increment`: of the scan; `before`: the state at its begin.
 struct PlaceTransition {
   Matrix17 by_state;
   Matrix17 noise;

@@ -65,6 +65,7 @@ std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> component
     bins[bin].push_back(&one);
   }
   std::vector<const std::vector<const PlaceComponent*>*> groups;
+  groups.reserve(bins.size());
   for (const auto& [bin, members] : bins) groups.push_back(&members);
   std::vector<PlaceComponent> result(groups.size());
   parallel_for(
@@ -74,19 +75,39 @@ std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> component
 }
 
 /// Kalman update of the covariance and of `step`, which is added to the state at the end, by residual + H step. `H`:
-/// rows×n.
+/// rows×n. Returns the covariance of the residual.
 template <int kRows>
-void correct(const Eigen::Matrix<double, kRows, 1>& residual, const Eigen::Matrix<double, kRows, Eigen::Dynamic>& H,
-             const Eigen::Matrix<double, kRows, kRows>& noise, Eigen::MatrixXd& covariance, Eigen::VectorXd& step) {
+Eigen::Matrix<double, kRows, kRows> correct(const Eigen::Matrix<double, kRows, 1>& residual,
+                                            const Eigen::Matrix<double, kRows, Eigen::Dynamic>& H,
+                                            const Eigen::Matrix<double, kRows, kRows>& noise,
+                                            Eigen::MatrixXd& covariance, Eigen::VectorXd& step) {
   const Eigen::Matrix<double, Eigen::Dynamic, kRows> crossed = covariance.lazyProduct(H.transpose());
   const Eigen::Matrix<double, kRows, kRows> innovation = H.lazyProduct(crossed) + noise;
   const Eigen::Matrix<double, Eigen::Dynamic, kRows> gain = crossed.lazyProduct(innovation.inverse());
   step -= gain * (residual + H * step);
   covariance -= gain.lazyProduct(crossed.transpose());
+  return innovation;
 }
 
 void make_symmetric(Eigen::MatrixXd& matrix) {
   matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
+}
+
+/// The same for one measurement of a component. `H`: the residual's derivative by the first components of its state.
+template <int kRows, int kColumns>
+Eigen::Matrix<double, kRows, kRows> update_by(const Eigen::Matrix<double, kRows, 1>& residual,
+                                              const Eigen::Matrix<double, kRows, kColumns>& H,
+                                              const Eigen::Matrix<double, kRows, kRows>& noise,
+                                              PlaceComponent& component) {
+  const Eigen::Index size = component.covariance.cols();
+  Eigen::Matrix<double, kRows, Eigen::Dynamic> padded(kRows, size);
+  padded.setZero();
+  padded.template leftCols<kColumns>() = H;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(size);
+  const auto innovation = correct<kRows>(residual, padded, noise, component.covariance, step);
+  make_symmetric(component.covariance);
+  component.move(step);
+  return innovation;
 }
 
 /// A third of the trace of H P Hᵀ.
@@ -104,7 +125,6 @@ bool is_wide(const PlaceComponent& component) {
 
 /// A reading at a component: predicted minus measured field, map axes.
 struct ReadingFit {
-  bool on_map = false;
   bool informs = false;  ///< false: the field may be any of the map
   Vector3 residual_ut = Vector3::Zero();
   double sensor_variance_ut2 = 0.0;  ///< per component
@@ -128,7 +148,6 @@ ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, cons
       noise_ut * noise_ut / reading.samples + relative * relative * measured_ut.squaredNorm() / 3.0;
   H.setZero(3, component.covariance.cols());
   const auto field = input.field->query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bicubic);
-  result.on_map = field.has_value();
   if (!field || is_wide(component)) {
     result.residual_ut = background.mean_ut - R * measured_ut;
     result.map_variance_ut2 = background.sigma_ut * background.sigma_ut;
@@ -214,8 +233,7 @@ void PlaceMixture::split() {
         },
         16);
     const std::size_t before = components_.size();
-    std::size_t size = before;
-    for (std::size_t i = 0; i < before && size <= kMostParts; ++i) {
+    for (std::size_t i = 0; i < before && components_.size() <= kMostParts; ++i) {
       if (steps[i].size() == 0) continue;
       components_[i].covariance -= kSplitOff * steps[i] * steps[i].transpose();
       components_[i].log_weight += std::log(kParts[0].weight);
@@ -224,26 +242,19 @@ void PlaceMixture::split() {
         components_.back().move(kParts[k].shift_sigmas * steps[i]);
         components_.back().log_weight += std::log(kParts[k].weight / kParts[0].weight);
       }
-      size = components_.size();
     }
-    if (size == before) return;
+    if (components_.size() == before) return;
     std::stable_sort(components_.begin(), components_.end(), heavier);
   }
 }
 
 void PlaceMixture::update_height(PlaceComponent& component) const {
   const Vector3 center = array_center(input_.suite);
-  Eigen::Matrix<double, 1, Eigen::Dynamic> H(1, component.covariance.cols());
-  H.setZero();
-  H.leftCols<6>() = height_by_pose(component.state.T_map_imu, center);
+  const Eigen::Matrix<double, 1, 6> H = height_by_pose(component.state.T_map_imu, center);
   const double above_m = (component.state.T_map_imu * center).z() - input_.field->grid().heights_m.front();
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(H.cols());
-  correct<1>(Vector1(above_m), H, Vector1(kLayerHeightSigma_m * kLayerHeightSigma_m), component.covariance, step);
-  make_symmetric(component.covariance);
-  component.move(step);
+  update_by<1, 6>(Vector1(above_m), H, Vector1(kLayerHeightSigma_m * kLayerHeightSigma_m), component);
 }
 
-/// Errors of the wheels' calibration are white noise with the integral of the slip (docs/design/049-wheels.md).
 void PlaceMixture::update_wheels(const ScanBundle& bundle) {
   const WheelCalibrationSigmas& sigmas = input_.suite.calibration.wheels;
   const PlaceComponent& heaviest = components_.front();
@@ -251,26 +262,20 @@ void PlaceMixture::update_wheels(const ScanBundle& bundle) {
   if (!reading) return;
   const Matrix17 covariance = heaviest.covariance.topLeftCorner<tangent::size, tangent::size>();
   wheel_weight_ = weigh_wheels(heaviest.state, covariance, {}, sigmas, kWheelProbability, *reading);
-  const double duration_s = to_seconds(bundle.imu.back().time - bundle.imu.front().time);
-  const Eigen::Vector4d variance =
-      std::max(1.0, 2.0 * kSlipCorrelation_s / duration_s) * wheel_calibration_variance(sigmas);
-  for (PlaceComponent& component : components_) {
-    const NavState& state = component.state;
-    const WheelResidual predicted =
-        wheel_residual(*reading, state.T_map_imu.rotation, state.velocity, state.gyroscope_bias, {});
-    Eigen::Matrix<double, 3, Eigen::Dynamic> H(3, component.covariance.cols());
-    H.setZero();
-    H.leftCols<tangent::size>() = predicted.by_state();
-    const Matrix3 noise =
-        Matrix3::Identity() + predicted.by_calibration * variance.asDiagonal() * predicted.by_calibration.transpose();
-    const Matrix3 innovation = H * component.covariance * H.transpose() + noise;
-    component.log_weight -=
-        0.5 * (std::log(innovation.determinant()) + predicted.value.dot(innovation.inverse() * predicted.value));
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(H.cols());
-    correct<3>(predicted.value, H, noise, component.covariance, step);
-    make_symmetric(component.covariance);
-    component.move(step);
-  }
+  const double step_s = to_seconds(bundle.imu.back().time - bundle.imu.front().time);
+  parallel_for(
+      std::size_t{0}, components_.size(),
+      [&](std::size_t i) {
+        PlaceComponent& component = components_[i];
+        const NavState& state = component.state;
+        const WheelResidual predicted =
+            wheel_residual(*reading, state.T_map_imu.rotation, state.velocity, state.gyroscope_bias, {});
+        const Matrix3 innovation = update_by<3, tangent::size>(predicted.value, predicted.by_state(),
+                                                               wheel_noise(predicted, sigmas, step_s), component);
+        component.log_weight -=
+            0.5 * (std::log(innovation.determinant()) + predicted.value.dot(innovation.inverse() * predicted.value));
+      },
+      16);
 }
 
 /// The variance of single readings over that of their mean if errors of the map repeat

@@ -2,7 +2,6 @@
 
 #include <deque>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "estimators/mixture/place_mixture.h"
@@ -22,8 +21,6 @@ class PlacePast {
 
   /// The newest scan. `increment`: from the scan before; none if the IMU has a gap.
   void add(std::optional<Preintegration> increment, std::vector<PlaceComponent> places);
-
-  std::size_t size() const { return scans_.size(); }
 
   /// Places of the oldest scans, `count` of them, smoothed with the scans up to `last` and weighted by the newest one.
   /// Places that are left by (nearly) all weight are missing. Forgets these scans.
