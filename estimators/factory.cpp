@@ -11,6 +11,7 @@
 #include "estimators/baselines/ndt/ndt_localization.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
+#include "estimators/mixture/guarded_smoother.h"
 #include "estimators/mixture/magnetic_mixture.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
@@ -102,6 +103,10 @@ void require_input(const EstimatorKind& kind, const EstimatorInput& input) {
 std::unique_ptr<Estimator> make_unmonitored(const EstimatorKind& kind, EstimatorInput input) {
   require_input(kind, input);
   if (kind.sensors == Sensors::magnetic) input.planes = nullptr;
+  const bool field_alone = input.planes == nullptr && !input.suite.magnetometers.empty();
+  if (kind.refines && field_alone && input.linearize_at == nullptr) {
+    return std::make_unique<GuardedSmoother>(std::move(input), kind.make);
+  }
   return kind.make(std::move(input));
 }
 

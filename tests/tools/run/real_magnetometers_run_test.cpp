@@ -22,25 +22,16 @@ class RealMagnetometers : public ::testing::TestWithParam<RealDrive> {
     if (!std::filesystem::exists(data_ / "run_4")) GTEST_SKIP() << "no data in " << data_ << "; set LODESTONE_DATA";
   }
 
+  static void expect_right_place(const std::string& run, const std::string& estimator, const Trajectory& truth);
+
   const std::filesystem::path data_ = data_folder() / "magnetic" / "aalto_logs";
   const TemporaryFolder folder_;
 };
 
-// A window that follows one place is lost on both drives. On the first, the robot leaves the map for 25 s. On the
-// second, a magnetometer has drifted by 13 µT.
-TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
-  const std::string in = data_.string() + "/", drive = GetParam().name, out = folder_.path().string() + "/";
-  const std::string platform = " --platform " + in + "platform.yaml ";
-  ASSERT_EQ(run_lodestone("map magnetic " + in + "survey_2_3 --trajectory " + in + "survey_2_3.tum" + platform +
-                          "--out " + out + "field.yaml")
-                .code,
-            0);
-  const ProgramResult result =
-      run_lodestone("run " + in + drive + " --magnetic " + out + "field.yaml" + platform + "--initial-pose-from " + in +
-                    drive + ".tum --truth " + in + drive + ".tum --estimator magnetic-mixture --out " + out + "run");
-  EXPECT_TRUE(result.code == 0 || result.code == 3) << result.errors;  // 3: lost for a part of the log, and said so
-  const Trajectory truth = read_trajectory(in + drive + ".tum");
-  const Trajectory found = read_trajectory(out + "run/magnetic-mixture/trajectory.tum");
+void RealMagnetometers::expect_right_place(const std::string& run, const std::string& estimator,
+                                           const Trajectory& truth) {
+  const std::string folder = run + "/" + estimator;
+  const Trajectory found = read_trajectory(folder + "/trajectory.tum");
   int wrong = 0, wrong_later = 0, later = 0;  // by more than half a metre; after the ambiguous part
   double squared_later_m2 = 0.0;
   for (const StampedPose& one : found) {
@@ -53,15 +44,32 @@ TEST_P(RealMagnetometers, MagneticMixtureStaysAtTheRightPlace) {
     squared_later_m2 += error_m * error_m;
     ++later;
   }
-  const auto summary = nlohmann::json::parse(content_of(out + "run/magnetic-mixture/summary.json"));
+  const auto summary = nlohmann::json::parse(content_of(folder + "/summary.json"));
   const double share = static_cast<double>(found.size()) / summary["scans"].get<double>();
-  std::printf("%s: ATE %.3f m, %d scans wrong, %.0f %% reported\n", drive.c_str(), summary["ate_m"].get<double>(),
-              wrong, 100.0 * share);
+  std::printf("%s, %s: ATE %.3f m, %d scans wrong, %.0f %% reported\n", GetParam().name, estimator.c_str(),
+              summary["ate_m"].get<double>(), wrong, 100.0 * share);
   EXPECT_LT(summary["ate_m"].get<double>(), 0.3);
   EXPECT_LT(wrong, 0.1 * static_cast<double>(found.size()));
   EXPECT_LT(std::sqrt(squared_later_m2 / later), 0.2);
   EXPECT_LT(wrong_later, 0.02 * later);
   EXPECT_GT(share, 0.8);
+}
+
+// A window that follows one place is lost on both drives. On the first, the robot leaves the map for 25 s. On the
+// second, a magnetometer has drifted by 13 µT.
+TEST_P(RealMagnetometers, MixtureAndGuardedSmootherStayAtTheRightPlace) {
+  const std::string in = data_.string() + "/", drive = GetParam().name, out = folder_.path().string() + "/";
+  const std::string platform = " --platform " + in + "platform.yaml ";
+  ASSERT_EQ(run_lodestone("map magnetic " + in + "survey_2_3 --trajectory " + in + "survey_2_3.tum" + platform +
+                          "--out " + out + "field.yaml")
+                .code,
+            0);
+  const ProgramResult result = run_lodestone("run " + in + drive + " --magnetic " + out + "field.yaml" + platform +
+                                             "--initial-pose-from " + in + drive + ".tum --truth " + in + drive +
+                                             ".tum --estimator magnetic-mixture,smoother --out " + out + "run");
+  EXPECT_TRUE(result.code == 0 || result.code == 3) << result.errors;  // 3: lost for a part of the log, and said so
+  const Trajectory truth = read_trajectory(in + drive + ".tum");
+  for (const char* estimator : {"magnetic-mixture", "smoother"}) expect_right_place(out + "run", estimator, truth);
 }
 
 INSTANTIATE_TEST_SUITE_P(Drives, RealMagnetometers,

@@ -1,0 +1,133 @@
+#include "estimators/mixture/guarded_smoother.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace lodestone {
+
+namespace {
+
+constexpr double kGate = 22.46;            ///< χ² of six degrees of freedom, 0.999
+constexpr double kUnsure_m = 0.3;          ///< sigma of an estimate that knows several places, or none
+constexpr double kSurerByVariance = 25.0;  ///< of two estimates by the same readings, one of which is unsure
+
+double position_variance_m2(const Estimate& estimate) {
+  return estimate.covariance.diagonal().tail<3>().maxCoeff();
+}
+
+bool is_unsure(const Estimate& estimate) {
+  return !(position_variance_m2(estimate) < kUnsure_m * kUnsure_m);
+}
+
+bool within_gate(const Estimate& a, const Estimate& b, const Matrix6& covariance) {
+  const Vector6 apart = a.state.T_map_imu.boxminus(b.state.T_map_imu);
+  return apart.dot(covariance.llt().solve(apart)) < kGate;
+}
+
+}  // namespace
+
+bool differ(const Estimate& window, const Estimate& place) {
+  if (!within_gate(window, place, window.covariance + place.covariance)) return true;
+  if (!is_unsure(window) && !is_unsure(place)) return false;
+  const auto [surer_m2, other_m2] = std::minmax({position_variance_m2(window), position_variance_m2(place)});
+  return other_m2 > kSurerByVariance * surer_m2;
+}
+
+bool is_replaced(const Estimate& window, const Estimate& place) {
+  return differ(window, place) || !within_gate(window, place, place.covariance);
+}
+
+class GuardedSmoother::PlaceSink final : public EstimateSink {
+ public:
+  explicit PlaceSink(GuardedSmoother& owner) : owner_(owner) {}
+  void causal(const Estimate& estimate) override { owner_.newest_place_ = estimate; }
+  void best(const Estimate& estimate) override {
+    owner_.best_.places.push_back(estimate);
+    if (owner_.input_.options.smoother.refine != Refinement::none) owner_.smoothed_.places.push_back(estimate);
+  }
+
+ private:
+  GuardedSmoother& owner_;
+};
+
+class GuardedSmoother::WindowSink final : public EstimateSink {
+ public:
+  explicit WindowSink(GuardedSmoother& owner) : owner_(owner) {}
+  void causal(const Estimate& estimate) override { owner_.newest_window_ = estimate; }
+  void smoothed(const Estimate& estimate) override { owner_.smoothed_.windows.push_back(estimate); }
+  void best(const Estimate& estimate) override { owner_.best_.windows.push_back(estimate); }
+
+ private:
+  GuardedSmoother& owner_;
+};
+
+GuardedSmoother::GuardedSmoother(EstimatorInput input, Make make)
+    : input_(std::move(input)), make_(make), smoother_(make_(input_)), mixture_(input_) {}
+
+void GuardedSmoother::process(const ScanBundle& bundle, EstimateSink& sink) {
+  PlaceSink places(*this);
+  WindowSink windows(*this);
+  mixture_.process(bundle, places);
+  smoother_->process(bundle, windows);
+  Estimate causal = is_replaced(newest_window_, newest_place_) ? newest_place_ : newest_window_;
+  causal.diagnostics.step_ms = newest_place_.diagnostics.step_ms + newest_window_.diagnostics.step_ms;
+  sink.causal(causal);
+  report(sink);
+  if (window_is_wrong_ && differ(newest_window_, newest_place_) && !is_unsure(newest_place_)) begin_again(sink);
+}
+
+void GuardedSmoother::report(EstimateSink& sink) {
+  report(smoothed_, &EstimateSink::smoothed, sink);
+  report(best_, &EstimateSink::best, sink);
+}
+
+void GuardedSmoother::report(Pairs& pairs, Emit emit, EstimateSink& sink) {
+  while (!pairs.places.empty() && !pairs.windows.empty()) {
+    const Estimate& window = pairs.windows.front();
+    const Estimate& place = pairs.places.front();
+    if (window.time > begun_) window_is_wrong_ = differ(window, place);
+    (sink.*emit)(is_replaced(window, place) ? place : window);
+    pairs.places.pop_front();
+    pairs.windows.pop_front();
+  }
+}
+
+void GuardedSmoother::begin_again(EstimateSink& sink) {
+  WindowSink windows(*this);
+  smoother_->finish(windows);
+  report(sink);
+  const NavState& state = newest_place_.state;
+  if (input_.warnings != nullptr) {
+    const Vector3& p = state.T_map_imu.position;
+    input_.warnings->add("smoother.wrong_place",
+                         fmt::format("later readings show another place; the window begins again at the position "
+                                     "{:.2f} {:.2f} {:.2f} at {:.3f} s",
+                                     p.x(), p.y(), p.z(), to_seconds(newest_place_.time)),
+                         newest_place_.time);
+  }
+  EstimatorInput input = input_;
+  input.initial_pose = state.T_map_imu;
+  input.initial_velocity = state.velocity;
+  InitialOptions& initial = input.options.initial;
+  initial.position_sigma_m = std::max(initial.position_sigma_m, std::sqrt(position_variance_m2(newest_place_)));
+  smoother_ = make_(std::move(input));
+  begun_ = newest_place_.time;
+  window_is_wrong_ = false;
+}
+
+void GuardedSmoother::finish(EstimateSink& sink) {
+  PlaceSink places(*this);
+  WindowSink windows(*this);
+  mixture_.finish(places);
+  smoother_->finish(windows);
+  report(sink);
+}
+
+const CalibrationEstimate* GuardedSmoother::calibration() const {
+  return begun_ < 0 && !window_is_wrong_ ? smoother_->calibration() : nullptr;
+}
+
+}  // namespace lodestone
