@@ -37,8 +37,31 @@ bool differ(const Estimate& window, const Estimate& place) {
 }
 
 bool is_replaced(const Estimate& window, const Estimate& place) {
+  if (!place.covariance.allFinite() || !place.state.T_map_imu.position.allFinite()) return false;
   return differ(window, place) || !within_gate(window, place, place.covariance);
 }
+
+namespace {
+
+/// What to report of a scan. The mixture has no clock offset, no slip and no odd magnetometers of its own.
+Estimate reported(const Estimate& window, const Estimate& place) {
+  if (!is_replaced(window, place)) return window;
+  Estimate result = place;
+  const Diagnostics& of_window = window.diagnostics;
+  result.diagnostics.clock_offset_s = of_window.clock_offset_s;
+  result.diagnostics.clock_sigma_s = of_window.clock_sigma_s;
+  result.diagnostics.wheel_slip = of_window.wheel_slip;
+  result.diagnostics.magnetic_set_aside = of_window.magnetic_set_aside;
+  result.diagnostics.iterations = of_window.iterations;
+  return result;
+}
+
+/// Whether the window has lost the place that the mixture knows.
+bool is_elsewhere(const Estimate& window, const Estimate& place) {
+  return !is_unsure(place) && differ(window, place);
+}
+
+}  // namespace
 
 class GuardedSmoother::PlaceSink final : public EstimateSink {
  public:
@@ -72,11 +95,16 @@ void GuardedSmoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   WindowSink windows(*this);
   mixture_.process(bundle, places);
   smoother_->process(bundle, windows);
-  Estimate causal = is_replaced(newest_window_, newest_place_) ? newest_place_ : newest_window_;
+  Estimate causal = reported(newest_window_, newest_place_);
   causal.diagnostics.step_ms = newest_place_.diagnostics.step_ms + newest_window_.diagnostics.step_ms;
   sink.causal(causal);
+  if (!is_elsewhere(newest_window_, newest_place_)) {
+    elsewhere_since_.reset();
+  } else if (!elsewhere_since_) {
+    elsewhere_since_ = causal.time;
+  }
   report(sink);
-  if (window_is_wrong_ && differ(newest_window_, newest_place_) && !is_unsure(newest_place_)) begin_again(sink);
+  if (elsewhere_since_ && was_elsewhere_ && *elsewhere_since_ <= *was_elsewhere_) begin_again(sink);
 }
 
 void GuardedSmoother::report(EstimateSink& sink) {
@@ -88,8 +116,10 @@ void GuardedSmoother::report(Pairs& pairs, Emit emit, EstimateSink& sink) {
   while (!pairs.places.empty() && !pairs.windows.empty()) {
     const Estimate& window = pairs.windows.front();
     const Estimate& place = pairs.places.front();
-    if (window.time > begun_) window_is_wrong_ = differ(window, place);
-    (sink.*emit)(is_replaced(window, place) ? place : window);
+    if (window.time > begun_ && !is_unsure(place)) {
+      was_elsewhere_ = is_elsewhere(window, place) ? std::optional(window.time) : std::nullopt;
+    }
+    (sink.*emit)(reported(window, place));
     pairs.places.pop_front();
     pairs.windows.pop_front();
   }
@@ -113,9 +143,13 @@ void GuardedSmoother::begin_again(EstimateSink& sink) {
   input.initial_velocity = state.velocity;
   InitialOptions& initial = input.options.initial;
   initial.position_sigma_m = std::max(initial.position_sigma_m, std::sqrt(position_variance_m2(newest_place_)));
+  const double turn_sigma_rad = std::sqrt(newest_place_.covariance.diagonal().head<3>().maxCoeff());
+  initial.rotation_sigma_deg = std::max(initial.rotation_sigma_deg, turn_sigma_rad * 180.0 / M_PI);
+  initial.search_m = initial.search_deg = 0.0;  // the mixture has searched
   smoother_ = make_(std::move(input));
   begun_ = newest_place_.time;
-  window_is_wrong_ = false;
+  elsewhere_since_.reset();
+  was_elsewhere_.reset();
 }
 
 void GuardedSmoother::finish(EstimateSink& sink) {
@@ -124,10 +158,15 @@ void GuardedSmoother::finish(EstimateSink& sink) {
   mixture_.finish(places);
   smoother_->finish(windows);
   report(sink);
+  if (was_elsewhere_ && begun_ < 0 && input_.warnings != nullptr) {
+    input_.warnings->add("smoother.wrong_place",
+                         "at the end, later readings show another place than the window's: no calibration",
+                         *was_elsewhere_);
+  }
 }
 
 const CalibrationEstimate* GuardedSmoother::calibration() const {
-  return begun_ < 0 && !window_is_wrong_ ? smoother_->calibration() : nullptr;
+  return begun_ < 0 && !was_elsewhere_ ? smoother_->calibration() : nullptr;
 }
 
 }  // namespace lodestone

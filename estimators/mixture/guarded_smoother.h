@@ -1,7 +1,6 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <memory>
 #include <optional>
 
@@ -48,9 +47,10 @@ class GuardedSmoother final : public Estimator {
   Estimate newest_place_;
   Estimate newest_window_;
   Pairs best_;
-  Pairs smoothed_;                ///< if the run is refined at the end of the log
-  bool window_is_wrong_ = false;  ///< in the newest pair
-  Time begun_ = -1;               ///< of the window, if it began again
+  Pairs smoothed_;                       ///< if the run is refined at the end of the log
+  std::optional<Time> elsewhere_since_;  ///< the causal estimates: the window is not at the mixture's place
+  std::optional<Time> was_elsewhere_;    ///< of the newest pair whose place is sure
+  Time begun_ = -1;                      ///< of the window, if it began again
 };
 
 /// Whether two estimates of a state by the same readings differ by more than both covariances allow, or one of them is

@@ -45,7 +45,7 @@ void MagneticMixture::finish(EstimateSink& sink) {
   if (!causal_.empty()) report(causal_.size(), causal_.size() - 1, sink);
 }
 
-void MagneticMixture::set_estimate(std::span<const PlaceComponent> places, Estimate& estimate) {
+void MagneticMixture::set_estimate(std::span<const PlaceComponent> places, Estimate& estimate) const {
   const NavState& reference =
       std::max_element(places.begin(), places.end(), [](const PlaceComponent& a, const PlaceComponent& b) {
         return a.log_weight < b.log_weight;
@@ -67,6 +67,8 @@ void MagneticMixture::set_estimate(std::span<const PlaceComponent> places, Estim
     estimate.covariance +=
         std::exp(one.log_weight) / all * (one.covariance.topLeftCorner<6, 6>() + apart * apart.transpose());
   }
+  const Vector3 late_m = input_.suite.calibration.magnetometers.clock_sigma_s * estimate.state.velocity;
+  estimate.covariance.bottomRightCorner<3, 3>() += late_m * late_m.transpose();
 }
 
 void MagneticMixture::report(std::size_t count, std::size_t last, EstimateSink& sink) {

@@ -19,7 +19,8 @@ class MagneticMixture final : public Estimator {
 
  private:
   /// Of places and their weights: the mean of those near the heaviest one, and the second moment of all about it.
-  static void set_estimate(std::span<const PlaceComponent> places, Estimate& estimate);
+  /// The array's clock is no state: its sigma is added along the velocity.
+  void set_estimate(std::span<const PlaceComponent> places, Estimate& estimate) const;
   /// Reports the oldest scans, `count` of them, smoothed with the scans up to `last`.
   void report(std::size_t count, std::size_t last, EstimateSink& sink);
 

@@ -28,11 +28,11 @@ struct StripedField {
     return field;
   }
 
-  StripedField() {
+  explicit StripedField(double until_m = 11.0) {
     FieldGrid grid;
     grid.resolution_m = 0.05;
     grid.origin = {-3.0, -2.0};
-    grid.columns = 281;
+    grid.columns = static_cast<int>(std::lround((until_m - grid.origin.x()) / grid.resolution_m)) + 1;
     grid.rows = 81;
     grid.heights_m = {kHeight_m};
     std::vector<Eigen::Vector4f> nodes;
