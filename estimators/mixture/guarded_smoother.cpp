@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/observability/robust_weight.h"
+
 namespace lodestone {
 
 namespace {
 
-constexpr double kGate = 22.46;            ///< χ² of six degrees of freedom, 0.999
+constexpr double kProbability = 0.999;     ///< that a pose is within the gate
 constexpr double kUnsure_m = 0.3;          ///< sigma of an estimate that knows several places, or none
 constexpr double kSurerByVariance = 25.0;  ///< of two estimates by the same readings, one of which is unsure
 
@@ -24,7 +26,21 @@ bool is_unsure(const Estimate& estimate) {
 
 bool within_gate(const Estimate& a, const Estimate& b, const Matrix6& covariance) {
   const Vector6 apart = a.state.T_map_imu.boxminus(b.state.T_map_imu);
-  return apart.dot(covariance.llt().solve(apart)) < kGate;
+  static const double gate = std::pow(mahalanobis_quantile(6, kProbability), 2);
+  return apart.dot(covariance.llt().solve(apart)) < gate;
+}
+
+/// What to report of a scan. The mixture has no clock offset, no slip and no odd magnetometers of its own.
+Estimate reported(const Estimate& window, const Estimate& place) {
+  if (!is_replaced(window, place)) return window;
+  Estimate result = place;
+  const Diagnostics& of_window = window.diagnostics;
+  result.diagnostics.clock_offset_s = of_window.clock_offset_s;
+  result.diagnostics.clock_sigma_s = of_window.clock_sigma_s;
+  result.diagnostics.wheel_slip = of_window.wheel_slip;
+  result.diagnostics.magnetic_set_aside = of_window.magnetic_set_aside;
+  result.diagnostics.iterations = of_window.iterations;
+  return result;
 }
 
 }  // namespace
@@ -40,28 +56,6 @@ bool is_replaced(const Estimate& window, const Estimate& place) {
   if (!place.covariance.allFinite() || !place.state.T_map_imu.position.allFinite()) return false;
   return differ(window, place) || !within_gate(window, place, place.covariance);
 }
-
-namespace {
-
-/// What to report of a scan. The mixture has no clock offset, no slip and no odd magnetometers of its own.
-Estimate reported(const Estimate& window, const Estimate& place) {
-  if (!is_replaced(window, place)) return window;
-  Estimate result = place;
-  const Diagnostics& of_window = window.diagnostics;
-  result.diagnostics.clock_offset_s = of_window.clock_offset_s;
-  result.diagnostics.clock_sigma_s = of_window.clock_sigma_s;
-  result.diagnostics.wheel_slip = of_window.wheel_slip;
-  result.diagnostics.magnetic_set_aside = of_window.magnetic_set_aside;
-  result.diagnostics.iterations = of_window.iterations;
-  return result;
-}
-
-/// Whether the window has lost the place that the mixture knows.
-bool is_elsewhere(const Estimate& window, const Estimate& place) {
-  return !is_unsure(place) && differ(window, place);
-}
-
-}  // namespace
 
 class GuardedSmoother::PlaceSink final : public EstimateSink {
  public:
@@ -98,7 +92,7 @@ void GuardedSmoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   Estimate causal = reported(newest_window_, newest_place_);
   causal.diagnostics.step_ms = newest_place_.diagnostics.step_ms + newest_window_.diagnostics.step_ms;
   sink.causal(causal);
-  if (!is_elsewhere(newest_window_, newest_place_)) {
+  if (is_unsure(newest_place_) || !differ(newest_window_, newest_place_)) {
     elsewhere_since_.reset();
   } else if (!elsewhere_since_) {
     elsewhere_since_ = causal.time;
@@ -117,7 +111,7 @@ void GuardedSmoother::report(Pairs& pairs, Emit emit, EstimateSink& sink) {
     const Estimate& window = pairs.windows.front();
     const Estimate& place = pairs.places.front();
     if (window.time > begun_ && !is_unsure(place)) {
-      was_elsewhere_ = is_elsewhere(window, place) ? std::optional(window.time) : std::nullopt;
+      was_elsewhere_ = differ(window, place) ? std::optional(window.time) : std::nullopt;
     }
     (sink.*emit)(reported(window, place));
     pairs.places.pop_front();
