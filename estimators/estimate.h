@@ -71,4 +71,9 @@ struct Estimate {
   HealthReason reason = HealthReason::none;
 };
 
+/// The largest variance of an axis of the map in an estimate's covariance.
+inline double position_variance_m2(const Matrix6& covariance) {
+  return covariance.diagonal().tail<3>().maxCoeff();
+}
+
 }  // namespace lodestone

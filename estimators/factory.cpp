@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "estimators/at_layer_height.h"
 #include "estimators/baselines/continuous_time/continuous_time.h"
 #include "estimators/baselines/magnetic_calibrating/magnetic_calibrating.h"
 #include "estimators/baselines/magnetic_particle/magnetic_particle_filter.h"
@@ -104,10 +105,15 @@ std::unique_ptr<Estimator> make_unmonitored(const EstimatorKind& kind, Estimator
   require_input(kind, input);
   if (kind.sensors == Sensors::magnetic) input.planes = nullptr;
   const bool field_alone = input.planes == nullptr && !input.suite.magnetometers.empty();
+  const std::shared_ptr<const MagneticMap> field = input.field;
+  std::unique_ptr<Estimator> estimator;
   if (kind.refines && field_alone && input.linearize_at == nullptr) {
-    return std::make_unique<GuardedSmoother>(std::move(input), kind.make);
+    estimator = std::make_unique<GuardedSmoother>(std::move(input), kind.make);
+  } else {
+    estimator = kind.make(std::move(input));
   }
-  return kind.make(std::move(input));
+  if (!field_alone || field->grid().heights_m.size() != 1) return estimator;
+  return std::make_unique<AtLayerHeight>(std::move(estimator), field->errors().height_sigma_m);
 }
 
 }  // namespace

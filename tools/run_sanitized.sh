@@ -7,7 +7,7 @@
 #
 # A failed test is named but does not count; tools/run_tests.sh judges tests. clang evaluates arguments in another
 # order than g++, so tests draw other random numbers, and a few statistics miss their bounds. Tests on real data are
-# skipped, unless LODESTONE_DATA names their folder.
+# skipped, unless LODESTONE_DATA names their folder. Long tests (tests/long_tests.txt) do not run.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 rules=$root/cmake/sanitizers
@@ -15,7 +15,7 @@ jobs=${LODESTONE_JOBS:-$(nproc)}
 
 # SANITIZER-PROGRAM, with /PARTS if the program is divided.
 programs=(thread-core address-core thread-factors address-factors thread-frontends address-frontends
-  thread-estimators/6 address-estimators/4 thread-localization address-localization
+  thread-estimators/6 address-estimators/8 thread-localization address-localization
   thread-tools/4 address-tools/4)
 shards=()
 for program in "${programs[@]}"; do
@@ -32,8 +32,8 @@ set_up() {
   "$root/tools/setup.sh" "${missing[@]}"
 }
 
-# Tests of a program that do not run under a sanitizer, with the reason (see the head of the list).
-not_run() { awk -v s="$1" -v p="$2" '!/^#/ && ($1 == s || $1 == "both") && $2 == p' "$rules/not_run.txt"; }
+# Tests of a program that do not run under a sanitizer.
+not_run() { awk -v p="$1" '$1 == p { print $2 }' "$root/tests/long_tests.txt"; }
 
 report() {
   echo "sanitized: $shard: $1" >&2
@@ -77,10 +77,10 @@ run_shard() {
       return
     }
   local built=$SECONDS left
-  left=$(not_run "$sanitizer" "$program")
-  [[ -z $left ]] || awk '{ name = $3; $1 = $2 = $3 = ""; print "  not run: " name ":" $0 }' <<<"$left"
+  left=$(not_run "$program")
+  [[ -z $left ]] || sed 's/^/  not run: /' <<<"$left"
 
-  local filter="*-$(awk '{ printf "%s:", $3 }' <<<"$left")" index log processes=()
+  local filter="*-${left//$'\n'/:}" index log processes=()
   for ((index = 0; index < jobs; ++index)); do
     (cd "$results" && GTEST_TOTAL_SHARDS=$((parts * jobs)) GTEST_SHARD_INDEX=$(((part - 1) * jobs + index)) \
       exec "$build/tests/lodestone_${program}_tests" --gtest_filter="$filter" >"tests-$index.log" 2>&1) &

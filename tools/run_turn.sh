@@ -3,6 +3,7 @@
 # `next` (the default) is the turn of this commit: the number of commits decides.
 #
 #   sanitized shards   tools/run_sanitized.sh, see there
+#   long               the tests in tests/long_tests.txt, by ctest
 #   fuzz               tools/fuzz.sh, a minute for each boundary
 #   sources            every source compiled alone, without precompiled headers, and clang-tidy for the sources of
 #                      recent commits
@@ -15,6 +16,7 @@ turns=(
   "thread-core thread-factors thread-frontends"
   "address-core address-factors address-frontends"
   "sources"
+  "long"
   "thread-estimators-1 thread-estimators-2"
   "thread-estimators-3 thread-estimators-4"
   "thread-estimators-5 thread-estimators-6"
@@ -22,6 +24,10 @@ turns=(
   "address-estimators-2"
   "address-estimators-3"
   "address-estimators-4"
+  "address-estimators-5"
+  "address-estimators-6"
+  "address-estimators-7"
+  "address-estimators-8"
   "fuzz"
   "thread-tools-1 thread-tools-2"
   "thread-tools-3 thread-tools-4"
@@ -53,6 +59,11 @@ compile_sources() {
 
 run() {
   case $1 in
+    long)
+      "$root/tools/setup.sh"
+      "$root/tools/build.sh"
+      ctest --test-dir "${LODESTONE_BUILD:-$root/build/release}" -C Long -L long --output-on-failure -j"$(nproc)"
+      ;;
     fuzz)
       "$root/tools/setup.sh" clang llvm libclang-rt-14-dev
       "$root/tools/fuzz.sh" 60

@@ -35,6 +35,8 @@ struct FieldValue {
 struct FieldMapErrors {
   double correlation_m = 0.0;              ///< the error's correlation is exp(−distance / correlation_m); 0: unknown
   Vector3 sigma_shares = Vector3::Ones();  ///< sigma of each component over σ, the root mean square over all three
+  /// Sigma of the magnetometers' height about the layer, of a map with one layer, metres. Below 0: unknown.
+  double height_sigma_m = -1.0;
 };
 
 /// The ambient magnetic field on a regular grid, one or several layers, with posterior sigma at each node. Immutable;

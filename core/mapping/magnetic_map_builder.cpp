@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -36,6 +37,29 @@ double mean_height(const std::vector<FieldCell>& cells) {
   double sum = 0.0;
   for (const FieldCell& cell : cells) sum += cell.position.z();
   return sum / static_cast<double>(cells.size());
+}
+
+/// Sigma of the array's height about `layer_m` along the survey: each magnetometer about its own mean height, and the
+/// mean over the magnetometers about the layer.
+double height_sigma(const std::vector<FieldObservation>& readings, double layer_m) {
+  struct Heights {
+    double count = 0.0, sum_m = 0.0, squares_m2 = 0.0;  // above the layer
+  };
+  std::map<int, Heights> heights;
+  for (const FieldObservation& reading : readings) {
+    Heights& of = heights[reading.magnetometer];
+    const double above_m = reading.position.z() - layer_m;
+    of.count += 1.0;
+    of.sum_m += above_m;
+    of.squares_m2 += above_m * above_m;
+  }
+  double mean_m = 0.0, variance_m2 = 0.0;
+  for (const auto& [magnetometer, of] : heights) {
+    mean_m += of.sum_m / of.count;
+    variance_m2 += std::max(0.0, of.squares_m2 / of.count - std::pow(of.sum_m / of.count, 2));
+  }
+  const auto count = static_cast<double>(heights.size());
+  return std::sqrt(variance_m2 / count + std::pow(mean_m / count, 2));
 }
 
 FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const MagneticMapOptions& options) {
@@ -204,7 +228,8 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readin
   }
   sweep.finish();
   if (fit.drive.position_sigma_m > 0.0) nodes = with_position_error(*nodes, grid, fit.drive.position_sigma_m);
-  const FieldMapErrors errors{fit.drive.correlation_m, fit.drive.sigma_shares};
+  FieldMapErrors errors{fit.drive.correlation_m, fit.drive.sigma_shares};
+  if (layers == 1) errors.height_sigma_m = height_sigma(readings, grid.heights_m.front());
   std::vector<double> sigmas = sigmas_within(*nodes, grid, limit);
   MagneticMapResult result{
       MagneticMap(grid, nodes, limit, cache_bytes, errors), fit, cells.size(), sigmas.size(), 0.0, 0.0, offsets_ut};

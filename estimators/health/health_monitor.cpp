@@ -36,7 +36,7 @@ double fit_of(const PlaceEvidence& evidence) {
 }  // namespace
 
 Verdict judge_covariance(const Estimate& estimate) {
-  const double variance_m2 = estimate.covariance.diagonal().tail<3>().maxCoeff();
+  const double variance_m2 = position_variance_m2(estimate.covariance);
   if (!estimate.state.T_map_imu.position.allFinite() || !estimate.covariance.allFinite()) {
     return {Health::lost, HealthReason::not_finite};
   }
@@ -78,7 +78,7 @@ Verdict HealthMonitor::judge_observation(const Estimate& causal, double step_s) 
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
   unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
   const double sigma_m = 0.5 * kDeadReckoning_m_s2 * unobserved_s_ * unobserved_s_;
-  const double claimed_m = std::sqrt(causal.covariance.diagonal().tail<3>().maxCoeff());
+  const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   if (!(sigma_m > kUncertain_m) || !(claimed_m < kLeastClaim * sigma_m)) return {};
   return {sigma_m > kLost_m ? Health::lost : Health::uncertain, HealthReason::unobserved};
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/observability/robust_weight.h"
+#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -16,12 +17,8 @@ constexpr double kProbability = 0.999;     ///< that a pose is within the gate
 constexpr double kUnsure_m = 0.3;          ///< sigma of an estimate that knows several places, or none
 constexpr double kSurerByVariance = 25.0;  ///< of two estimates by the same readings, one of which is unsure
 
-double position_variance_m2(const Estimate& estimate) {
-  return estimate.covariance.diagonal().tail<3>().maxCoeff();
-}
-
 bool is_unsure(const Estimate& estimate) {
-  return !(position_variance_m2(estimate) < kUnsure_m * kUnsure_m);
+  return !(position_variance_m2(estimate.covariance) < kUnsure_m * kUnsure_m);
 }
 
 bool within_gate(const Estimate& a, const Estimate& b, const Matrix6& covariance) {
@@ -48,7 +45,8 @@ Estimate reported(const Estimate& window, const Estimate& place) {
 bool differ(const Estimate& window, const Estimate& place) {
   if (!within_gate(window, place, window.covariance + place.covariance)) return true;
   if (!is_unsure(window) && !is_unsure(place)) return false;
-  const auto [surer_m2, other_m2] = std::minmax({position_variance_m2(window), position_variance_m2(place)});
+  const auto [surer_m2, other_m2] =
+      std::minmax({position_variance_m2(window.covariance), position_variance_m2(place.covariance)});
   return other_m2 > kSurerByVariance * surer_m2;
 }
 
@@ -87,8 +85,7 @@ GuardedSmoother::GuardedSmoother(EstimatorInput input, Make make)
 void GuardedSmoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   PlaceSink places(*this);
   WindowSink windows(*this);
-  mixture_.process(bundle, places);
-  smoother_->process(bundle, windows);
+  parallel_for(0, 2, [&](int i) { i == 0 ? mixture_.process(bundle, places) : smoother_->process(bundle, windows); });
   Estimate causal = reported(newest_window_, newest_place_);
   causal.diagnostics.step_ms = newest_place_.diagnostics.step_ms + newest_window_.diagnostics.step_ms;
   sink.causal(causal);
@@ -136,7 +133,8 @@ void GuardedSmoother::begin_again(EstimateSink& sink) {
   input.initial_pose = state.T_map_imu;
   input.initial_velocity = state.velocity;
   InitialOptions& initial = input.options.initial;
-  initial.position_sigma_m = std::max(initial.position_sigma_m, std::sqrt(position_variance_m2(newest_place_)));
+  initial.position_sigma_m =
+      std::max(initial.position_sigma_m, std::sqrt(position_variance_m2(newest_place_.covariance)));
   const double turn_sigma_rad = std::sqrt(newest_place_.covariance.diagonal().head<3>().maxCoeff());
   initial.rotation_sigma_deg = std::max(initial.rotation_sigma_deg, turn_sigma_rad * 180.0 / M_PI);
   initial.search_m = initial.search_deg = 0.0;  // the mixture has searched

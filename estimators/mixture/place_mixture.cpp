@@ -328,6 +328,10 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
 }
 
 void PlaceMixture::reduce() {
+  const auto weighted = [](const PlaceComponent& one) { return std::isfinite(one.log_weight); };
+  // If nothing can be weighed, health shall judge the heaviest of before.
+  if (std::none_of(components_.begin(), components_.end(), weighted)) components_.front().log_weight = 0.0;
+  std::erase_if(components_, [&](const PlaceComponent& one) { return !weighted(one); });
   std::stable_sort(components_.begin(), components_.end(), heavier);
   const double least = components_.front().log_weight + std::log(kLeastWeight);
   std::erase_if(components_, [&](const PlaceComponent& one) { return !(one.log_weight > least); });

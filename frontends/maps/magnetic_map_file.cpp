@@ -91,6 +91,7 @@ void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, co
     const Vector3& shares = errors.sigma_shares;
     text += fmt::format("sigma_shares: [{}, {}, {}]\n", shares.x(), shares.y(), shares.z());
   }
+  if (errors.height_sigma_m >= 0.0) text += fmt::format("height_sigma_m: {}\n", errors.height_sigma_m);
   text += provenance.empty() ? "provenance: {}\n" : "provenance:\n";
   for (const auto& [name, value] : provenance) text += "  " + name + ": " + quoted_yaml(value) + "\n";
   write_image(map, tile, image);
@@ -117,7 +118,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   require_kind(yaml_path, SeemingKind::magnetic_map, "a magnetic map's YAML");
   const ConfigurationNode node = ConfigurationNode::load(yaml_path);
   node.refuse_keys_other_than({"resolution_m", "origin_m", "heights_m", "unit", "frame", "max_sigma_ut",
-                               "error_correlation_m", "sigma_shares", "image", "provenance"});
+                               "error_correlation_m", "sigma_shares", "height_sigma_m", "image", "provenance"});
   if (const std::string found = node.at("unit").as_string(); found != unit) {
     node.at("unit").fail(fmt::format("expected {}, found '{}'; convert the image to {}", unit, found, unit));
   }
@@ -142,6 +143,10 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
     const std::vector<double> values = shares->as_doubles(3);
     errors.sigma_shares = {values[0], values[1], values[2]};
     if (!(errors.sigma_shares.minCoeff() > 0.0)) shares->fail("expected three positive numbers");
+  }
+  if (const ConfigurationNode* sigma = node.find("height_sigma_m")) {
+    errors.height_sigma_m = sigma->as_double();
+    if (!(errors.height_sigma_m >= 0.0)) sigma->fail("expected a number that is not negative");
   }
 
   const std::string image = image_beside(yaml_path, node);

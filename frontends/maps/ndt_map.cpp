@@ -13,10 +13,6 @@
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/maps/point_cloud_file.h"
 
-// Compiled in PCL's library.
-extern template class pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ>;
-extern template class pcl::VoxelGridCovariance<pcl::PointXYZ>;
-
 namespace lodestone {
 
 namespace {

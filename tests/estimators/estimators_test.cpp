@@ -149,6 +149,37 @@ TEST(Magnetic, TakesNothingFromCloudMapAndScans) {
   EXPECT_THROW(make_estimator("magnetic", input), InputError);
 }
 
+// The height is that of the layer: whatever the map says of its height is the error of every scan.
+TEST(Estimators, WithoutCloudMapKnowTheHeightNoBetterThanTheLayer) {
+  const Drive& drive = shared_drive();
+  EstimatorInput input = drive.input();
+  input.planes = nullptr;
+  const MagneticMap& map = *drive.field;
+  ASSERT_EQ(map.grid().heights_m.size(), 1);
+  const auto with_sigma = [&](double sigma_m) {
+    FieldMapErrors errors = map.errors();
+    errors.height_sigma_m = sigma_m;
+    return std::make_shared<MagneticMap>(map.grid(), map.nodes(), map.max_sigma_ut(), errors);
+  };
+  for (const char* name : {"smoother", "magnetic", "magnetic-mixture", "magnetic-stochastic"}) {
+    input.field = with_sigma(0.0);
+    const Collector level = run(name, input, drive.bundles, 20);
+    for (const double sigma_m : {0.03, -1.0}) {
+      input.field = with_sigma(sigma_m);
+      const Collector uneven = run(name, input, drive.bundles, 20);
+      const double usual_m = sigma_m < 0.0 ? 0.02 : sigma_m;
+      for (std::size_t i = 0; i < 20; ++i) {
+        EXPECT_EQ(uneven.best_estimates[i].state.T_map_imu.position, level.best_estimates[i].state.T_map_imu.position);
+        Matrix6 added = uneven.best_estimates[i].covariance - level.best_estimates[i].covariance;
+        EXPECT_NEAR(added(5, 5), usual_m * usual_m, 1e-12) << name << " " << i;
+        added(5, 5) = 0.0;
+        EXPECT_EQ(added, Matrix6::Zero()) << name << " " << i;
+        EXPECT_GE(uneven.causal_estimates[i].covariance(5, 5), usual_m * usual_m) << name << " " << i;
+      }
+    }
+  }
+}
+
 TEST(Magnetic, SaysThatItIsLostWhereFieldAndMapDisagree) {
   const Drive& drive = shared_drive();
   for (const std::string name : {"magnetic", "smoother"}) {

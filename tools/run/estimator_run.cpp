@@ -138,7 +138,7 @@ void report_clock_offset(const EstimateRecord& record, RunSummary& summary, Warn
 void warn_of_uncertainty(const EstimateRecord& record, WarningLog& warnings) {
   constexpr double kUncertain_m = 0.5;
   for (std::size_t i = 0; i < record.best().size(); ++i) {
-    const double variance = record.covariances()[i].diagonal().tail<3>().maxCoeff();
+    const double variance = position_variance_m2(record.covariances()[i]);
     if (variance < kUncertain_m * kUncertain_m) continue;
     const Time time = record.best()[i].time;
     warnings.add("run.uncertain",

@@ -125,6 +125,24 @@ TEST(MagneticMapBuilderTest, SubtractsOffsetsOnlyIfHeldOutReadingsAgree) {
   EXPECT_EQ(without.median_sigma_ut, plain.median_sigma_ut);
 }
 
+// The floor of the survey rises and falls; one magnetometer sits higher than the other.
+TEST(MagneticMapBuilderTest, KnowsHowMuchTheArraysHeightVariesAboutTheLayer) {
+  std::vector<FieldObservation> survey = dipole_survey(1.0);
+  const double amplitude_m = 0.02;
+  for (std::size_t i = 0; i < survey.size(); ++i) {
+    survey[i].magnetometer = static_cast<int>(i % 2);
+    const double floor_m = amplitude_m * std::sin(survey[i].position.x());
+    survey[i].position.z() = 0.3 + floor_m + (i % 2 == 0 ? 0.05 : -0.05);
+  }
+  const double rms_m = amplitude_m / std::sqrt(2.0);
+  EXPECT_NEAR(build_magnetic_map(survey, {}).map.errors().height_sigma_m, rms_m, 0.1 * rms_m);
+  MagneticMapOptions options;
+  options.heights_m = {0.33};
+  EXPECT_NEAR(build_magnetic_map(survey, options).map.errors().height_sigma_m, std::hypot(rms_m, 0.03), 0.002);
+  options.heights_m = {0.28, 0.33};
+  EXPECT_LT(build_magnetic_map(survey, options).map.errors().height_sigma_m, 0.0);
+}
+
 TEST(MagneticMapBuilderTest, RefusesAGridTooLarge) {
   auto observations = dipole_survey(1.0);
   observations.back().position.x() = 1e6;

@@ -68,6 +68,7 @@ TEST_F(MagneticMapFile, ReadsBackTheSameBits) {
   EXPECT_EQ(read.max_sigma_ut(), written.max_sigma_ut());
   EXPECT_EQ(read.errors().correlation_m, 0.0);
   EXPECT_EQ(read.errors().sigma_shares, Vector3::Ones());
+  EXPECT_LT(read.errors().height_sigma_m, 0.0);
   const auto a = written.nodes();
   const auto b = read.nodes();
   ASSERT_EQ(a.size(), b.size());
@@ -80,14 +81,18 @@ TEST_F(MagneticMapFile, ReadsBackTheSameBits) {
 TEST_F(MagneticMapFile, KeepsWhatTheMapKnowsOfItsErrors) {
   const FieldGrid grid{0.1, {0.0, 0.0}, 3, 2, {0.1}};
   const std::vector<Eigen::Vector4f> nodes(6, {20.0F, 0.0F, -40.0F, 0.5F});
-  write_magnetic_map(MagneticMap(grid, nodes, 2.0, {0.31, {1.2, 1.1, 0.57}}), {}, yaml_);
+  write_magnetic_map(MagneticMap(grid, nodes, 2.0, {0.31, {1.2, 1.1, 0.57}, 0.013}), {}, yaml_);
   const FieldMapErrors errors = read_magnetic_map(yaml_).errors();
   EXPECT_EQ(errors.correlation_m, 0.31);
   EXPECT_EQ(errors.sigma_shares, Vector3(1.2, 1.1, 0.57));
+  EXPECT_EQ(errors.height_sigma_m, 0.013);
   replace("sigma_shares: [1.2, 1.1, 0.57]", "sigma_shares: [1.2, 1.1]");
   EXPECT_THAT(error(), ::testing::HasSubstr("sigma_shares"));
   replace("sigma_shares: [1.2, 1.1]", "sigma_shares: [1.2, 0, 1.1]");
   EXPECT_THAT(error(), ::testing::HasSubstr("three positive numbers"));
+  replace("sigma_shares: [1.2, 0, 1.1]", "sigma_shares: [1.2, 1.1, 0.57]");
+  replace("height_sigma_m: 0.013", "height_sigma_m: -0.013");
+  EXPECT_THAT(error(), ::testing::HasSubstr("not negative"));
 }
 
 TEST_F(MagneticMapFile, SaysWhatIsWrong) {

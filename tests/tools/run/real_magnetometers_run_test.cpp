@@ -70,17 +70,22 @@ TEST_P(RealMagnetometers, AreEnoughToStayAtTheRightPlace) {
   EXPECT_GT(share, 0.8);
 }
 
-// The smoother takes the mixture's time and its own.
+std::string name_of(const ::testing::TestParamInfo<RealDrive>& one) {
+  std::string name = std::string(one.param.name) + "_" + one.param.estimator;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Beginning, RealMagnetometers, ::testing::Values(RealDrive{"run_5", 0.0, "smoother", "40"}),
+                         name_of);
+
+// Long tests. The smoother takes the mixture's time and its own.
 INSTANTIATE_TEST_SUITE_P(Drives, RealMagnetometers,
                          ::testing::Values(RealDrive{"run_4", 25.0, "magnetic-mixture", "1000"},
                                            RealDrive{"run_5", 0.0, "magnetic-mixture", "1000"},
                                            RealDrive{"run_4", 25.0, "smoother", "100"},
                                            RealDrive{"run_5", 0.0, "smoother", "100"}),
-                         [](const auto& one) {
-                           std::string name = std::string(one.param.name) + "_" + one.param.estimator;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         name_of);
 
 }  // namespace
 }  // namespace lodestone

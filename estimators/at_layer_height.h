@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "estimators/estimator.h"
+#include "estimators/layer_height.h"
+
+namespace lodestone {
+
+/// Decorates an estimator that has no cloud map and a field map with one layer. It holds the robot at the layer's
+/// height, which is wrong by the map's sigma of the height, in the same way for many scans: the reported covariance has
+/// this variance (docs/design/017-height-without-cloud-map.md).
+class AtLayerHeight final : public Estimator {
+ public:
+  /// `map_height_sigma_m`: of the map; below 0: unknown.
+  AtLayerHeight(std::unique_ptr<Estimator> estimator, double map_height_sigma_m)
+      : estimator_(std::move(estimator)),
+        sigma_m_(map_height_sigma_m < 0.0 ? kLayerHeightSigma_m : map_height_sigma_m) {}
+
+  void process(const ScanBundle& bundle, EstimateSink& sink) override {
+    WideningSink widening(sink, sigma_m_);
+    estimator_->process(bundle, widening);
+  }
+
+  void process_in_place(ScanBundle& bundle, EstimateSink& sink) override {
+    WideningSink widening(sink, sigma_m_);
+    estimator_->process_in_place(bundle, widening);
+  }
+
+  void finish(EstimateSink& sink) override {
+    WideningSink widening(sink, sigma_m_);
+    estimator_->finish(widening);
+  }
+
+  std::string solver() const override { return estimator_->solver(); }
+  const CalibrationEstimate* calibration() const override { return estimator_->calibration(); }
+
+ private:
+  class WideningSink final : public EstimateSink {
+   public:
+    WideningSink(EstimateSink& next, double sigma_m) : next_(next), variance_m2_(sigma_m * sigma_m) {}
+    void causal(const Estimate& estimate) override { next_.causal(widened(estimate)); }
+    void best(const Estimate& estimate) override { next_.best(widened(estimate)); }
+    void smoothed(const Estimate& estimate) override { next_.smoothed(widened(estimate)); }
+
+   private:
+    Estimate widened(const Estimate& estimate) const {
+      Estimate result = estimate;
+      result.covariance(5, 5) += variance_m2_;
+      return result;
+    }
+
+    EstimateSink& next_;
+    double variance_m2_;
+  };
+
+  std::unique_ptr<Estimator> estimator_;
+  double sigma_m_;
+};
+
+}  // namespace lodestone
