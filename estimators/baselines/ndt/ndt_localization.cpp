@@ -5,6 +5,7 @@
 
 #include "core/lidar/range_limits.h"
 #include "core/stopwatch.h"
+#include "estimators/baselines/scan_degeneracy.h"
 
 namespace lodestone {
 
@@ -46,6 +47,7 @@ void NdtLocalization::process(const ScanBundle& bundle, EstimateSink& sink) {
   predict(bundle.imu, registered, last);
   estimate.state = filter_->state();
   estimate.covariance = filter_->pose_covariance();
+  judge_degeneracy(input_, bundle, estimate);
   estimate.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(estimate);
   sink.best(estimate);

@@ -1,0 +1,45 @@
+#include "estimators/baselines/scan_degeneracy.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/estimators/drive.h"
+#include "tests/estimators/room.h"
+
+namespace lodestone::testing {
+namespace {
+
+NavState truth_at(const ScanBundle& bundle, const Trajectory& truth) {
+  NavState state;
+  state.T_map_imu = *interpolate(truth, bundle.scan.end, 20'000'000);
+  const Pose before = *interpolate(truth, bundle.scan.start, 20'000'000);
+  const double length_s = to_seconds(bundle.scan.end - bundle.scan.start);
+  state.velocity = (state.T_map_imu.position - before.position) / length_s;
+  return state;
+}
+
+TEST(ScanDegeneracy, ATunnelLosesItsAxis) {
+  const Drive& drive = shared_drive();
+  for (std::size_t i = 10; i < drive.bundles.size(); i += 40) {
+    const Degeneracy found = scan_degeneracy(drive.input(), drive.bundles[i], truth_at(drive.bundles[i], drive.truth));
+    EXPECT_EQ(found.degenerate_directions, 1) << i;
+    // The last direction is that without information: the bore is along x here.
+    EXPECT_GT(std::abs(found.directions(3, 5)), 0.9) << i;
+  }
+}
+
+TEST(ScanDegeneracy, ARoomLosesNothing) {
+  const RoomDrive drive = drive_through_room(3, 2.0);
+  for (const ScanBundle& bundle : drive.bundles) {
+    EXPECT_EQ(scan_degeneracy(drive.room.input, bundle, truth_at(bundle, drive.truth)).degenerate_directions, 0);
+  }
+}
+
+// The search of the estimator without IMU finds a pose in every scan. Only this says what it does not observe.
+TEST(ScanDegeneracy, IsInTheDiagnosticsOfABaseline) {
+  const Drive& drive = shared_drive();
+  const Collector result = run("continuous-time", drive.input(), drive.bundles, 20);
+  for (const Estimate& estimate : result.causal_estimates) EXPECT_EQ(estimate.diagnostics.degenerate_directions, 1);
+}
+
+}  // namespace
+}  // namespace lodestone::testing
