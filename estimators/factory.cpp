@@ -4,7 +4,6 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
-#include "estimators/at_layer_height.h"
 #include "estimators/baselines/continuous_time/continuous_time.h"
 #include "estimators/baselines/magnetic_calibrating/magnetic_calibrating.h"
 #include "estimators/baselines/magnetic_particle/magnetic_particle_filter.h"
@@ -12,6 +11,7 @@
 #include "estimators/baselines/ndt/ndt_localization.h"
 #include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
+#include "estimators/layer_height_variance.h"
 #include "estimators/mixture/guarded_smoother.h"
 #include "estimators/mixture/magnetic_mixture.h"
 #include "estimators/monitored.h"
@@ -31,49 +31,50 @@ struct EstimatorKind {
   const char* name;
   Sensors sensors;
   bool refines;
+  bool constrains_height;  ///< to the layer's, with a field map of one layer and no cloud map
   std::unique_ptr<Estimator> (*make)(EstimatorInput input);
 };
 
 /// The default first.
 constexpr std::array kEstimators{
-    EstimatorKind{"smoother", Sensors::all, true,
+    EstimatorKind{"smoother", Sensors::all, true, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<Smoother>(std::move(input));
                   }},
-    EstimatorKind{"ieskf", Sensors::all, false,
+    EstimatorKind{"ieskf", Sensors::all, false, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<IteratedFilter>(std::move(input));
                   }},
-    EstimatorKind{"lidar-inertial", Sensors::lidar, false,
+    EstimatorKind{"lidar-inertial", Sensors::lidar, false, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<IteratedFilter>(std::move(input));
                   }},
-    EstimatorKind{"magnetic", Sensors::magnetic, true,
+    EstimatorKind{"magnetic", Sensors::magnetic, true, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     input.options.magnetic.measurement = MagneticMeasurement::pose;
                     return std::make_unique<Smoother>(std::move(input));
                   }},
-    EstimatorKind{"ndt", Sensors::lidar, false,
+    EstimatorKind{"ndt", Sensors::lidar, false, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<NdtLocalization>(input, input.matcher, input.options.ndt);
                   }},
-    EstimatorKind{"continuous-time", Sensors::lidar, false,
+    EstimatorKind{"continuous-time", Sensors::lidar, false, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<ContinuousTime>(input, input.options.continuous_time);
                   }},
-    EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false,
+    EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
                   }},
-    EstimatorKind{"magnetic-mixture", Sensors::magnetic, false,
+    EstimatorKind{"magnetic-mixture", Sensors::magnetic, false, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticMixture>(std::move(input));
                   }},
-    EstimatorKind{"magnetic-particle", Sensors::magnetic, false,
+    EstimatorKind{"magnetic-particle", Sensors::magnetic, false, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticParticleFilter>(input, input.options.magnetic_particle);
                   }},
-    EstimatorKind{"magnetic-stochastic", Sensors::magnetic, false,
+    EstimatorKind{"magnetic-stochastic", Sensors::magnetic, false, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticStochasticFilter>(input, input.options.magnetic_stochastic);
                   }},
@@ -112,8 +113,8 @@ std::unique_ptr<Estimator> make_unmonitored(const EstimatorKind& kind, Estimator
   } else {
     estimator = kind.make(std::move(input));
   }
-  if (!field_alone || field->grid().heights_m.size() != 1) return estimator;
-  return std::make_unique<AtLayerHeight>(std::move(estimator), field->errors().height_sigma_m);
+  if (!kind.constrains_height || !field_alone || field->grid().heights_m.size() != 1) return estimator;
+  return std::make_unique<LayerHeightVariance>(std::move(estimator), field->errors().height_sigma_m);
 }
 
 }  // namespace

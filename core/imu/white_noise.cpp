@@ -10,6 +10,11 @@ namespace {
 constexpr long kFewest = 40;
 constexpr double kBinsAnOctave = 8.0;
 constexpr double kOverWhiteNoise = 10.0;
+/// A platform file states too little by a factor of up to three (grade `rough`). What exceeds it is vibration, which is
+/// not white.
+constexpr double kUnderstated = 3.0;
+/// The found density has the resolution of its bins and the error of a median.
+constexpr double kFoundLow = 0.9;
 
 }  // namespace
 
@@ -61,7 +66,9 @@ ImuNoise ImuWhiteNoise::bound(const ImuNoise& stated) const {
   const double to_density = 1.4826 / std::sqrt(20.0) * std::sqrt(step_sum_s_ / static_cast<double>(steps_));
   const auto bounded = [&](double density, const Magnitudes& magnitudes) {
     const double found = magnitudes.median() * to_density;
-    return found > 0.0 ? std::min(density, kOverWhiteNoise * found) : density;
+    if (!(found > 0.0)) return density;
+    const double least = std::min(kFoundLow * found, kUnderstated * density);
+    return std::clamp(density, least, kOverWhiteNoise * found);
   };
   result.gyroscope_noise_density = bounded(stated.gyroscope_noise_density, gyroscope_);
   result.accelerometer_noise_density = bounded(stated.accelerometer_noise_density, accelerometer_);

@@ -9,15 +9,17 @@
 namespace lodestone {
 
 /// The white noise in the samples of an IMU: the median of their third differences, to which motion contributes little.
-/// This bounds the noise that a platform file states: with a density far above the noise the velocity would be free,
-/// and each scan would be deskewed by its own errors (docs/design/038).
+/// This bounds the noise that a platform file states. With a density far above the noise, the velocity would be free,
+/// and each scan would be deskewed by its own errors. With a density below it, the covariance would be too small
+/// (docs/design/038-noise-of-the-imu.md).
 class ImuWhiteNoise {
  public:
   /// Samples of one scan, in order. The first and the last are ignored: they may be interpolated.
   void add(std::span<const ImuSample> samples);
 
   /// `stated`, with densities of at most ten times those of the samples: a low-pass filter at a fifth of the rate hides
-  /// nine tenths of the noise from third differences. Unchanged if there are too few samples, or if they are quantized.
+  /// nine tenths of the noise from third differences. Densities below those of the samples are raised to 0.9 of them,
+  /// at most to three times the statement. Unchanged if there are too few samples, or if they are quantized.
   ImuNoise bound(const ImuNoise& stated) const;
 
  private:

@@ -39,7 +39,7 @@ double mean_height(const std::vector<FieldCell>& cells) {
   return sum / static_cast<double>(cells.size());
 }
 
-/// Sigma of the array's height about `layer_m` along the survey: each magnetometer about its own mean height, and the
+/// Sigma of the array's height about `layer_m` over the readings: each magnetometer about its own mean height, and the
 /// mean over the magnetometers about the layer.
 double height_sigma(const std::vector<FieldObservation>& readings, double layer_m) {
   struct Heights {
@@ -47,16 +47,16 @@ double height_sigma(const std::vector<FieldObservation>& readings, double layer_
   };
   std::map<int, Heights> heights;
   for (const FieldObservation& reading : readings) {
-    Heights& of = heights[reading.magnetometer];
+    Heights& sums = heights[reading.magnetometer];
     const double above_m = reading.position.z() - layer_m;
-    of.count += 1.0;
-    of.sum_m += above_m;
-    of.squares_m2 += above_m * above_m;
+    sums.count += 1.0;
+    sums.sum_m += above_m;
+    sums.squares_m2 += above_m * above_m;
   }
   double mean_m = 0.0, variance_m2 = 0.0;
-  for (const auto& [magnetometer, of] : heights) {
-    mean_m += of.sum_m / of.count;
-    variance_m2 += std::max(0.0, of.squares_m2 / of.count - std::pow(of.sum_m / of.count, 2));
+  for (const auto& [magnetometer, sums] : heights) {
+    mean_m += sums.sum_m / sums.count;
+    variance_m2 += std::max(0.0, sums.squares_m2 / sums.count - std::pow(sums.sum_m / sums.count, 2));
   }
   const auto count = static_cast<double>(heights.size());
   return std::sqrt(variance_m2 / count + std::pow(mean_m / count, 2));

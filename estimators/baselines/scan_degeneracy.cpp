@@ -1,30 +1,55 @@
 #include "estimators/baselines/scan_degeneracy.h"
 
 #include <algorithm>
+#include <memory>
+#include <vector>
 
 #include "core/imu/scan_motion.h"
+#include "core/lidar/association.h"
 #include "core/lidar/condensed_cost.h"
 #include "core/lidar/deskew.h"
+#include "core/lidar/scan_sampling.h"
+#include "core/lidar/voxel_planes.h"
 
 namespace lodestone {
 
-Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const NavState& state) {
-  const LidarOptions& options = input.options.lidar;
-  const Pose& pose = state.T_map_imu;
-  const std::vector<LidarPoint> sampled = sample_scan(bundle.scan, input.suite.lidars(), options.sampling);
-  const std::vector<Eigen::Vector3f> points =
-      deskew(sampled, bundle.scan.start, ScanMotion(state, bundle.imu), input.suite.lidar.T_imu_lidar);
-  const std::shared_ptr<const PlaneMap> planes = input.planes->around(pose.position);
-  const std::vector<Correspondence> correspondences = associate(
-      points, pose, Matrix6::Zero(), *planes, ScanLidars(input.suite.lidars(), sampled), options.association, {});
-  const CondensedCost cost = condense(correspondences, pose);
-  return analyse_by_sigma(cost.hessian(pose) - kNormalNoiseMargin * cost.spurious_information,
-                          std::max(cost.range_rms_m, 1.0), DegeneracyOptions{});
+namespace {
+
+constexpr double kFarthestPoint_m = 1000.0;  // of a LiDAR, from the robot
+
+bool is_within_reach(const EstimatorInput& input, const NavState& state) {
+  const double reach_m = voxels_reach_m(input.planes->voxel_m()) - kFarthestPoint_m;
+  return (state.T_map_imu.position.array().abs() < reach_m).all() && state.T_map_imu.rotation.coeffs().allFinite() &&
+         state.velocity.allFinite();
 }
 
-void judge_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, Estimate& estimate) {
-  if (bundle.scan.points.empty() || bundle.imu.empty() || input.planes == nullptr) return;
-  const Degeneracy found = scan_degeneracy(input, bundle, estimate.state);
+std::vector<Correspondence> correspondences_of(const EstimatorInput& input, const ScanBundle& bundle,
+                                               const Estimate& estimate) {
+  if (bundle.imu.empty() || !is_within_reach(input, estimate.state)) return {};
+  const LidarOptions& options = input.options.lidar;
+  const std::vector<LidarPoint> sampled = sample_scan(bundle.scan, input.suite.lidars(), options.sampling);
+  const std::vector<Eigen::Vector3f> points =
+      deskew(sampled, bundle.scan.start, ScanMotion(estimate.state, bundle.imu), input.suite.lidar.T_imu_lidar);
+  const Pose& pose = estimate.state.T_map_imu;
+  const std::shared_ptr<const PlaneMap> planes = input.planes->around(pose.position);
+  return associate(points, pose, estimate.covariance, *planes, ScanLidars(input.suite.lidars(), sampled),
+                   options.association, {});
+}
+
+}  // namespace
+
+Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate) {
+  const Pose& pose = estimate.state.T_map_imu;
+  const std::vector<Correspondence> correspondences = correspondences_of(input, bundle, estimate);
+  if (correspondences.empty()) return analyse_by_sigma(Matrix6::Zero(), 1.0, {});
+  const CondensedCost cost = condense(correspondences, pose);
+  return analyse_by_sigma(cost.hessian(pose) - kNormalNoiseMargin * cost.spurious_information,
+                          std::max(cost.range_rms_m, 1.0), {});
+}
+
+void set_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, Estimate& estimate) {
+  if (input.planes == nullptr) return;
+  const Degeneracy found = scan_degeneracy(input, bundle, estimate);
   estimate.diagnostics.direction_sigma_m = found.sigma_m;
   estimate.diagnostics.degenerate_directions = found.degenerate_directions;
 }

@@ -5,12 +5,13 @@
 
 namespace lodestone {
 
-/// What the scan of `bundle` alone observes at `state`, the state at the scan's end, by point-to-plane distances and
-/// the marginal rule. For estimators without an analysis of their own: without it, health takes every direction for
-/// observed (docs/design/050-health.md). The input must have a cloud map, the bundle IMU samples.
-Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const NavState& state);
+/// Degeneracy of the pose by the point-to-plane information of one scan, with the default limit of the sigma; options
+/// under `degeneracy` do not apply. For estimators without an analysis of their own: health needs it
+/// (docs/design/050-health.md). `estimate`: at the scan's end, with its covariance. Without points, and if the estimate
+/// is not finite or far beyond any map, nothing is observed. The input must have a cloud map.
+Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate);
 
-/// The same for an estimate at the scan's end, into its diagnostics. Nothing without scan, IMU samples or cloud map.
-void judge_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, Estimate& estimate);
+/// Writes the same to the estimate's diagnostics.
+void set_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, Estimate& estimate);
 
 }  // namespace lodestone

@@ -8,6 +8,7 @@
 
 #include "core/observability/robust_weight.h"
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 
 namespace lodestone {
 
@@ -83,11 +84,12 @@ GuardedSmoother::GuardedSmoother(EstimatorInput input, Make make)
     : input_(std::move(input)), make_(make), smoother_(make_(input_)), mixture_(input_) {}
 
 void GuardedSmoother::process(const ScanBundle& bundle, EstimateSink& sink) {
+  const Stopwatch step;
   PlaceSink places(*this);
   WindowSink windows(*this);
   parallel_for(0, 2, [&](int i) { i == 0 ? mixture_.process(bundle, places) : smoother_->process(bundle, windows); });
   Estimate causal = reported(newest_window_, newest_place_);
-  causal.diagnostics.step_ms = newest_place_.diagnostics.step_ms + newest_window_.diagnostics.step_ms;
+  causal.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(causal);
   if (is_unsure(newest_place_) || !differ(newest_window_, newest_place_)) {
     elsewhere_since_.reset();

@@ -207,12 +207,13 @@ void PlaceMixture::process(const ScanBundle& bundle) {
 void PlaceMixture::predict(std::span<const ImuSample> imu) {
   increment_.reset();
   if (imu.size() < 2) return;
+  imu_white_noise_.add(imu);
+  const ImuNoise noise = imu_white_noise_.bound(input_.suite.imu);
   const NavState& heaviest = components_.front().state;
-  increment_.emplace(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, input_.suite.imu);
+  increment_.emplace(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, noise);
   parallel_for(
       std::size_t{0}, components_.size(),
-      [&](std::size_t i) { components_[i] = predicted_place(components_[i], *increment_, input_.suite.imu).component; },
-      16);
+      [&](std::size_t i) { components_[i] = predicted_place(components_[i], *increment_, noise).component; }, 16);
 }
 
 void PlaceMixture::split() {
@@ -329,7 +330,7 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
 
 void PlaceMixture::reduce() {
   const auto weighted = [](const PlaceComponent& one) { return std::isfinite(one.log_weight); };
-  // If nothing can be weighed, health shall judge the heaviest of before.
+  // If no weight is finite, the component that was the heaviest before the update remains, and health judges it.
   if (std::none_of(components_.begin(), components_.end(), weighted)) components_.front().log_weight = 0.0;
   std::erase_if(components_, [&](const PlaceComponent& one) { return !weighted(one); });
   std::stable_sort(components_.begin(), components_.end(), heavier);

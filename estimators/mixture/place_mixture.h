@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/imu/white_noise.h"
 #include "core/magnetometer/array_reading.h"
 #include "estimators/factory.h"
 #include "estimators/initialization/field_evidence.h"
@@ -45,6 +46,7 @@ class PlaceMixture {
   FieldBackground background_;
   double correlation_m_;
   double crowding_;  ///< number of magnetometers that share a map error, mean over the array
+  ImuWhiteNoise imu_white_noise_;
   std::vector<PlaceComponent> components_;
   std::optional<Preintegration> increment_;
   double wheel_weight_ = -1.0;

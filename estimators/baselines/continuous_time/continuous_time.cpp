@@ -113,7 +113,7 @@ void ContinuousTime::process(const ScanBundle& bundle, EstimateSink& sink) {
     diagnostics.lidar_rmse_m = std::sqrt(sums.weighted_m2 / sums.weights);
     diagnostics.lidar_nis = sums.squares_m2 / (sums.correspondences * options_.point_sigma_m * options_.point_sigma_m);
   }
-  judge_degeneracy(input_, bundle, estimate);
+  set_degeneracy(input_, bundle, estimate);
   diagnostics.step_ms = step.elapsed_ms();
   sink.causal(estimate);
   sink.best(estimate);

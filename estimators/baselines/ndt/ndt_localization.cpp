@@ -47,7 +47,7 @@ void NdtLocalization::process(const ScanBundle& bundle, EstimateSink& sink) {
   predict(bundle.imu, registered, last);
   estimate.state = filter_->state();
   estimate.covariance = filter_->pose_covariance();
-  judge_degeneracy(input_, bundle, estimate);
+  set_degeneracy(input_, bundle, estimate);
   estimate.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(estimate);
   sink.best(estimate);

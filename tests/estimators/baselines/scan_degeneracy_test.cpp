@@ -2,19 +2,23 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/estimators/drive.h"
 #include "tests/estimators/room.h"
 
 namespace lodestone::testing {
 namespace {
 
-NavState truth_at(const ScanBundle& bundle, const Trajectory& truth) {
-  NavState state;
+Estimate truth_at(const ScanBundle& bundle, const Trajectory& truth) {
+  Estimate estimate;
+  NavState& state = estimate.state;
   state.T_map_imu = *interpolate(truth, bundle.scan.end, 20'000'000);
   const Pose before = *interpolate(truth, bundle.scan.start, 20'000'000);
   const double length_s = to_seconds(bundle.scan.end - bundle.scan.start);
   state.velocity = (state.T_map_imu.position - before.position) / length_s;
-  return state;
+  estimate.covariance = 1e-4 * Matrix6::Identity();
+  return estimate;
 }
 
 TEST(ScanDegeneracy, ATunnelLosesItsAxis) {
@@ -31,6 +35,19 @@ TEST(ScanDegeneracy, ARoomLosesNothing) {
   const RoomDrive drive = drive_through_room(3, 2.0);
   for (const ScanBundle& bundle : drive.bundles) {
     EXPECT_EQ(scan_degeneracy(drive.room.input, bundle, truth_at(bundle, drive.truth)).degenerate_directions, 0);
+  }
+}
+
+TEST(ScanDegeneracy, WithoutPointsAndFarFromTheMapNothingIsObserved) {
+  const Drive& drive = shared_drive();
+  ScanBundle empty = drive.bundles[10];
+  const Estimate estimate = truth_at(empty, drive.truth);
+  empty.scan.points.clear();
+  EXPECT_EQ(scan_degeneracy(drive.input(), empty, estimate).degenerate_directions, 6);
+  for (const double away_m : {1e12, std::nan("")}) {
+    Estimate far = estimate;
+    far.state.T_map_imu.position.x() = away_m;
+    EXPECT_EQ(scan_degeneracy(drive.input(), drive.bundles[10], far).degenerate_directions, 6);
   }
 }
 

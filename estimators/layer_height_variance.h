@@ -8,13 +8,13 @@
 
 namespace lodestone {
 
-/// Decorates an estimator that has no cloud map and a field map with one layer. It holds the robot at the layer's
-/// height, which is wrong by the map's sigma of the height, in the same way for many scans: the reported covariance has
-/// this variance (docs/design/017-height-without-cloud-map.md).
-class AtLayerHeight final : public Estimator {
+/// Decorates an estimator without a cloud map on a field map with one layer. The estimator constrains the height to the
+/// layer's. The error of the layer's height is common to many scans; its variance is added to the reported covariance
+/// (docs/design/017-height-without-cloud-map.md).
+class LayerHeightVariance final : public Estimator {
  public:
   /// `map_height_sigma_m`: of the map; below 0: unknown.
-  AtLayerHeight(std::unique_ptr<Estimator> estimator, double map_height_sigma_m)
+  LayerHeightVariance(std::unique_ptr<Estimator> estimator, double map_height_sigma_m)
       : estimator_(std::move(estimator)),
         sigma_m_(map_height_sigma_m < 0.0 ? kLayerHeightSigma_m : map_height_sigma_m) {}
 
