@@ -62,7 +62,8 @@ run() {
     long)
       "$root/tools/setup.sh"
       "$root/tools/build.sh"
-      ctest --test-dir "${LODESTONE_BUILD:-$root/build/release}" -C Long -L long --no-tests=error --output-on-failure -j"$(nproc)"
+      ctest --test-dir "${LODESTONE_BUILD:-$root/build/release}" -C Long -L long --no-tests=error \
+        --output-on-failure -j"$(nproc)"
       ;;
     fuzz)
       "$root/tools/setup.sh" clang llvm libclang-rt-14-dev

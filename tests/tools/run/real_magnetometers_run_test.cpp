@@ -76,9 +76,6 @@ std::string name_of(const ::testing::TestParamInfo<RealDrive>& one) {
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Beginning, RealMagnetometers, ::testing::Values(RealDrive{"run_5", 0.0, "smoother", "40"}),
-                         name_of);
-
 // Long tests. The smoother takes the mixture's time and its own.
 INSTANTIATE_TEST_SUITE_P(Drives, RealMagnetometers,
                          ::testing::Values(RealDrive{"run_4", 25.0, "magnetic-mixture", "1000"},
