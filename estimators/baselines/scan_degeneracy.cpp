@@ -18,8 +18,7 @@ namespace {
 constexpr double kFarthestPoint_m = 1000.0;  // of a LiDAR, from the robot
 
 bool is_within_reach(const EstimatorInput& input, const NavState& state) {
-  const double reach_m = voxels_reach_m(input.planes->voxel_m()) - kFarthestPoint_m;
-  return (state.T_map_imu.position.array().abs() < reach_m).all() && state.T_map_imu.rotation.coeffs().allFinite() &&
+  return has_voxels_around(*input.planes, state.T_map_imu.position) && state.T_map_imu.rotation.coeffs().allFinite() &&
          state.velocity.allFinite();
 }
 
@@ -37,6 +36,10 @@ std::vector<Correspondence> correspondences_of(const EstimatorInput& input, cons
 }
 
 }  // namespace
+
+bool has_voxels_around(const PlaneMapSource& planes, const Vector3& position) {
+  return (position.array().abs() < voxels_reach_m(planes.voxel_m()) - kFarthestPoint_m).all();
+}
 
 Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate) {
   const Pose& pose = estimate.state.T_map_imu;

@@ -1,9 +1,13 @@
 #pragma once
 
+#include "core/lidar/plane_map_source.h"
 #include "core/observability/degeneracy.h"
 #include "estimators/factory.h"
 
 namespace lodestone {
+
+/// Whether the map can number the voxels of a scan at this position. False if the position is not finite.
+bool has_voxels_around(const PlaneMapSource& planes, const Vector3& position);
 
 /// Degeneracy of the pose by the point-to-plane information of one scan, with the default limit of the sigma; options
 /// under `degeneracy` do not apply. For estimators without an analysis of their own: health needs it

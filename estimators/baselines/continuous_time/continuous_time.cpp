@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/lidar/voxel_planes.h"
 #include "core/stopwatch.h"
 #include "estimators/baselines/continuous_time/motion_update.h"
 #include "estimators/baselines/scan_degeneracy.h"
@@ -38,8 +37,6 @@ struct ContinuousTime::Sums {
 };
 
 namespace {
-
-constexpr double kFarthestPoint_m = 1000.0;  // of a point of a scan from the robot
 
 /// The points in the imu frame of the state.
 std::vector<Eigen::Vector3f> moved_to(const MotionState& state, std::span<const Eigen::Vector3f> points,
@@ -171,8 +168,7 @@ void ContinuousTime::keep_localizing(Window& window) {
 
 void ContinuousTime::update(Window& window, Sums& sums) {
   // Without measurements for long, the state may be anywhere.
-  const double reach_m = voxels_reach_m(input_.planes->voxel_m()) - kFarthestPoint_m;
-  if (window.points.empty() || !(state_.T_map_imu.position.array().abs() < reach_m).all()) return;
+  if (window.points.empty() || !has_voxels_around(*input_.planes, state_.T_map_imu.position)) return;
   if (options_.min_localizability > 0.0) keep_localizing(window);
   ScanLidars lidars(lidars_.front());
   lidars.models = lidars_;
