@@ -79,6 +79,7 @@ struct ScanBundle {
   std::vector<ImuSample> imu;
   std::vector<MagneticArraySample> magnetic;  ///< in (previous end, end], in order of time
   std::vector<WheelSample> wheels{};          ///< the same
+  double imu_gap_s = 0.0;  ///< longest time between measured samples of the IMU that overlaps the bundle
 };
 
 }  // namespace lodestone

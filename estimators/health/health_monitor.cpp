@@ -21,6 +21,8 @@ constexpr double kFieldMemory_s = 3.0;
 constexpr double kLeastFieldWeight = 0.5;  // below, more than half of the readings contradict the map
 constexpr double kMostlyAlone = 0.5;
 constexpr double kDeadReckoning_m_s2 = 0.02;
+constexpr double kUnmeasured_m_s2 = 1.0;  // acceleration of a robot without IMU
+constexpr double kImuGap_s = 0.1;
 constexpr double kLeastClaim = 0.1;
 constexpr double kReach_s = 5.0;  // of a loss, back to the scans that caused it
 
@@ -61,23 +63,28 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   } else {
     contradicting_.clear();
   }
-  const Verdict by_evidence = worse(judge_evidence(), judge_observation(causal, step_s));
+  const Verdict by_evidence = worse(judge_evidence(), judge_observation(bundle, causal, step_s));
   record(causal.time, by_evidence);
-  const Verdict verdict = worse(judge_covariance(causal), by_evidence);
+  // What is wrong says more than what is unknown: the former's estimator is stopped.
+  const Verdict by_covariance = judge_covariance(causal);
+  const bool is_finite = by_covariance.reason != HealthReason::not_finite;
+  const Verdict verdict = is_finite ? worse(by_evidence, by_covariance) : by_covariance;
   causal.health = verdict.health;
   causal.reason = verdict.reason;
 }
 
 /// Along a direction that nothing observes, the position is that of dead reckoning: no better than ½ a t², with a of
-/// the accelerometer's bias and the tilt. A covariance far below is that of an estimator that takes noise for
-/// information.
-Verdict HealthMonitor::judge_observation(const Estimate& causal, double step_s) {
+/// the accelerometer's bias and the tilt, or of the robot itself where the IMU is silent too. A covariance far below is
+/// that of an estimator that takes noise for information.
+Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s) {
   const Diagnostics& diagnostics = causal.diagnostics;
   const bool wheels = diagnostics.wheel_weight >= 0.0;
-  const bool by_scans = has_scans_ && diagnostics.degenerate_directions == 0;
+  const bool by_scans = has_scans_ && !bundle.scan.points.empty() && diagnostics.degenerate_directions == 0;
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
   unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
-  const double sigma_m = 0.5 * kDeadReckoning_m_s2 * unobserved_s_ * unobserved_s_;
+  unmeasured_s_ = observed ? 0.0 : unmeasured_s_ + (bundle.imu_gap_s > kImuGap_s ? step_s : 0.0);
+  const double sigma_m = 0.5 * (kDeadReckoning_m_s2 * unobserved_s_ * unobserved_s_ +  //
+                                kUnmeasured_m_s2 * unmeasured_s_ * unmeasured_s_);
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   if (!(sigma_m > kUncertain_m) || !(claimed_m < kLeastClaim * sigma_m)) return {};
   return {sigma_m > kLost_m ? Health::lost : Health::uncertain, HealthReason::unobserved};
@@ -95,6 +102,7 @@ void HealthMonitor::restart() {
   field_weight_ = 1.0;
   field_alone_ = 0.0;
   unobserved_s_ = 0.0;
+  unmeasured_s_ = 0.0;
   last_ = 0;
 }
 

@@ -38,7 +38,7 @@ class HealthMonitor {
   bool add_scan(const PlaceEvidence& evidence, double step_s);
   bool add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s);
   void record(Time time, const Verdict& by_evidence);
-  Verdict judge_observation(const Estimate& causal, double step_s);
+  Verdict judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s);
   Verdict judge_evidence() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
@@ -54,6 +54,7 @@ class HealthMonitor {
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
   double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
   double unobserved_s_ = 0.0;  // since all directions were last observed
+  double unmeasured_s_ = 0.0;  // of these, without IMU
   Time last_ = 0;
   std::vector<Time> contradicting_;   // scans that contradict the maps, without a break until now
   std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept

@@ -13,6 +13,7 @@ namespace {
 constexpr double kStop_s = 3.0;          // of contradicting the maps, before an estimator is stopped
 constexpr double kFirstSearch_s = 1.5;   // of data
 constexpr double kLongestWait_s = 60.0;  // between two searches that found nothing
+constexpr double kBlind_s = 1.0;         // IMU gap, after which scans before and after it have nothing in common
 constexpr double kForget_s = 10.0;       // without suspicion, after which the next search does not wait
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.2;
@@ -90,10 +91,12 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
     suspect(now);
     const double stop_after_s = newest_.reason == HealthReason::not_finite ? 0.0 : kStop_s;
     const bool is_wrong = lost && !is_unknown(newest_.reason);
-    if (is_wrong && to_seconds(now - *lost_since_) >= stop_after_s) stop_estimator(sink);
+    const bool is_blind = lost && bundle.imu_gap_s > kBlind_s && bundle.scan.points.empty();
+    if (is_blind || (is_wrong && to_seconds(now - *lost_since_) >= stop_after_s)) stop_estimator(sink);
   }
   last_suspect_ = now;
   keep(bundle);
+  if (kept_.empty()) return;
   const std::optional<StartHypothesis> found = search();
   if (found && !confirms_estimator(*found)) start_again(*found, sink);
 }
@@ -136,15 +139,21 @@ void Supervised::stop_estimator(EstimateSink& sink) {
   }
 }
 
+/// Keeps what a search can track: scans, and the IMU between them.
 void Supervised::keep(const ScanBundle& bundle) {
+  if (bundle.imu_gap_s > kBlind_s) {
+    kept_.clear();
+    return;
+  }
   kept_.push_back({bundle, newest_.state.T_map_imu});
-  const double most_s = input_.options.search.data_s;
-  while (to_seconds(kept_.back().bundle.scan.end - kept_.front().bundle.scan.start) > most_s) kept_.pop_front();
+  const Time oldest = bundle.scan.end - from_seconds(input_.options.search.data_s);
+  const auto is_useless = [&](const ScanBundle& kept) { return kept.scan.points.empty() || kept.scan.start < oldest; };
+  while (!kept_.empty() && is_useless(kept_.front().bundle)) kept_.pop_front();
 }
 
 std::optional<StartHypothesis> Supervised::search() {
   const Time now = kept_.back().bundle.scan.end;
-  if (now < next_search_) return std::nullopt;
+  if (now < next_search_ || to_seconds(now - kept_.front().bundle.scan.start) < kFirstSearch_s) return std::nullopt;
   wait_s_ = std::min(2.0 * wait_s_, kLongestWait_s);
   next_search_ = now + from_seconds(wait_s_);
   try {

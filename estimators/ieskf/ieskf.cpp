@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/imu/gap_noise.h"
 #include "core/imu/propagation.h"
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
@@ -55,7 +56,8 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     covariance_ = start.covariance;
     started_ = true;
   }
-  state_ = propagate(state_, bundle.imu, input_.suite.imu, &covariance_);
+  const ImuNoise noise = with_gap(input_.suite.imu, bundle.imu_gap_s);
+  state_ = propagate(state_, bundle.imu, noise, &covariance_);
 
   Estimate estimate;
   estimate.time = bundle.scan.end;
@@ -72,7 +74,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
     if (options.ieskf.deskewing_errors) {
       scan.ages_s = ages_at(bundle.scan.end, sampled, bundle.scan.start);
       scan.deskewed = state_;
-      scan.deskewing = Deskewing(state_, motion, input_.suite.imu);
+      scan.deskewing = Deskewing(state_, motion, noise);
     }
     scan.correspondences = associate(scan.points, scan.predicted, covariance_.topLeftCorner<6, 6>(), *scan.planes,
                                      scan.lidars, association_, scan.ages_s);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/imu/gap_noise.h"
 #include "core/parallel.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/baselines/field_matching.h"
@@ -186,7 +187,7 @@ PlaceMixture::PlaceMixture(const EstimatorInput& input)
 
 void PlaceMixture::process(const ScanBundle& bundle) {
   for (std::size_t i = 0; i < components_.size(); ++i) components_[i].parent = i;
-  predict(bundle.imu);
+  predict(bundle);
   split();
   if (input_.field->grid().heights_m.size() == 1) {
     parallel_for(
@@ -204,11 +205,12 @@ void PlaceMixture::process(const ScanBundle& bundle) {
   reduce();
 }
 
-void PlaceMixture::predict(std::span<const ImuSample> imu) {
+void PlaceMixture::predict(const ScanBundle& bundle) {
+  const std::span<const ImuSample> imu = bundle.imu;
   increment_.reset();
   if (imu.size() < 2) return;
   imu_white_noise_.add(imu);
-  const ImuNoise noise = imu_white_noise_.bound(input_.suite.imu);
+  const ImuNoise noise = with_gap(imu_white_noise_.bound(input_.suite.imu), bundle.imu_gap_s);
   const NavState& heaviest = components_.front().state;
   increment_.emplace(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, noise);
   parallel_for(

@@ -34,7 +34,7 @@ class PlaceMixture {
   const std::optional<Preintegration>& increment() const { return increment_; }
 
  private:
-  void predict(std::span<const ImuSample> imu);
+  void predict(const ScanBundle& bundle);
   void split();
   void update_height(PlaceComponent& component) const;
   void update_wheels(const ScanBundle& bundle);

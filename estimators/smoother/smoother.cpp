@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/imu/gap_noise.h"
 #include "core/imu/propagation.h"
 #include "core/lidar/map_error.h"
 #include "core/lidar/scan_sampling.h"
@@ -58,7 +59,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   auto keyframe = std::make_unique<Keyframe>();
   take_measurements(*keyframe, bundle);
   imu_white_noise_.add(bundle.imu);
-  keyframe->imu_noise = imu_white_noise_.bound(input_.suite.imu);
+  keyframe->imu_noise = with_gap(imu_white_noise_.bound(input_.suite.imu), bundle.imu_gap_s);
   Matrix17 predicted_covariance;
   WheelCalibrationSigmas wheel_sigmas = input_.suite.calibration.wheels;
 

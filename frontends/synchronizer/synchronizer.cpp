@@ -41,7 +41,7 @@ Synchronizer::Synchronizer(MeasurementSource& source, const SensorSuite& suite, 
 bool Synchronizer::next(ScanBundle& bundle) {
   while (plan(bundle.scan)) {
     wait_for(bundle.scan.end);
-    if (!take_imu(bundle.scan, bundle.imu)) continue;
+    if (!take_imu(bundle.scan, bundle)) continue;
     take_fields(bundle.scan, bundle.magnetic);
     take_wheels(bundle.scan, bundle.wheels);
     previous_end_ = bundle.scan.end;
@@ -170,11 +170,13 @@ bool Synchronizer::hold_last_imu(const LidarScan& scan) {
   }
   ImuSample held = imu_.back();
   held.time = scan.end;
+  added_imu_ = scan.end;
   imu_.push_back(held);
   return true;
 }
 
-bool Synchronizer::take_imu(const LidarScan& scan, std::vector<ImuSample>& samples) {
+bool Synchronizer::take_imu(const LidarScan& scan, ScanBundle& bundle) {
+  std::vector<ImuSample>& samples = bundle.imu;
   const Time begin = started_ ? previous_end_ : scan.start;
   if (!imu_reaches(scan.end) && !hold_last_imu(scan)) {
     // At the end of the log, queued scans after this one have no IMU samples either.
@@ -184,7 +186,10 @@ bool Synchronizer::take_imu(const LidarScan& scan, std::vector<ImuSample>& sampl
     if (ended_) scans_.clear();
     return false;
   }
-  while (imu_.size() > 1 && imu_[1].time <= begin) imu_.pop_front();
+  while (imu_.size() > 1 && imu_[1].time <= begin) {
+    if (is_measured(imu_.front())) taken_imu_ = imu_.front().time;
+    imu_.pop_front();
+  }
   if (imu_.front().time > begin + tolerated_imu_periods * imu_period_) {
     warnings_.add("lidar.before_imu", "a scan starts before the first IMU sample and was discarded " + at(scan.start),
                   scan.start);
@@ -193,14 +198,23 @@ bool Synchronizer::take_imu(const LidarScan& scan, std::vector<ImuSample>& sampl
   samples.clear();
   samples.push_back(interpolate(imu_.front(), imu_.size() > 1 ? imu_[1] : imu_.front(), begin));
   ImuSample last = samples.front();
+  if (!started_) taken_imu_ = imu_.front().time;
+  Time gap = 0;
   while (!imu_.empty() && imu_.front().time < scan.end) {
     last = imu_.front();
     imu_.pop_front();
     if (last.time > begin) samples.push_back(last);
+    if (!is_measured(last)) continue;
+    if (last.time > begin) gap = std::max(gap, last.time - taken_imu_);
+    taken_imu_ = last.time;
   }
   if (scan.end > begin) samples.push_back(interpolate(last, imu_.front(), scan.end));
+  bundle.imu_gap_s = to_seconds(std::max(gap, imu_.front().time - taken_imu_));
   // The next bundle starts with the same sample.
-  if (imu_.front().time > scan.end) imu_.push_front(samples.back());
+  if (imu_.front().time > scan.end) {
+    imu_.push_front(samples.back());
+    added_imu_ = scan.end;
+  }
   return true;
 }
 

@@ -36,10 +36,13 @@ class Synchronizer {
   bool plan(LidarScan& scan);
   bool plan_empty(Time length, LidarScan& scan) const;
   bool imu_reaches(Time time) const { return !imu_.empty() && imu_.back().time >= time; }
+  bool is_measured(const ImuSample& sample) const {
+    return sample.time != added_imu_ && sample.time <= last_measured_imu_;
+  }
   Time begin_of(const LidarScan& scan) const;
   void wait_for(Time time);
   bool hold_last_imu(const LidarScan& scan);
-  bool take_imu(const LidarScan& scan, std::vector<ImuSample>& samples);
+  bool take_imu(const LidarScan& scan, ScanBundle& bundle);
   void take_fields(const LidarScan& scan, std::vector<MagneticArraySample>& samples);
   bool wheels_reach(Time time) const { return !choice_.wheels || (!wheels_.empty() && wheels_.back().time >= time); }
   void take_wheels(const LidarScan& scan, std::vector<WheelSample>& samples);
@@ -53,6 +56,8 @@ class Synchronizer {
   std::deque<LidarScan> scans_;
   std::deque<ImuSample> imu_;   ///< the first is at or before the previous end
   Time last_measured_imu_ = 0;  ///< repeated samples are later
+  Time taken_imu_ = 0;          ///< newest measured sample in a bundle
+  Time added_imu_ = -1;         ///< newest sample in the queue that was interpolated or repeated
   ArrayGrouping fields_;
   std::deque<WheelSample> wheels_;
   Time newest_ = 0;  ///< newest time of all measurements read

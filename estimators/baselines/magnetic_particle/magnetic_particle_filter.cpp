@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/imu/gap_noise.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "estimators/baselines/dead_reckoning.h"
@@ -46,7 +47,7 @@ void MagneticParticleFilter::process(const ScanBundle& bundle, EstimateSink& sin
   const Stopwatch step;
   if (!started_) start();
   started_ = true;
-  cloud_.propagate(bundle.imu, input_.suite.imu);
+  cloud_.propagate(bundle.imu, with_gap(input_.suite.imu, bundle.imu_gap_s));
   draw();
 
   Diagnostics diagnostics;

@@ -1,5 +1,6 @@
 #include "estimators/baselines/magnetic_stochastic/magnetic_stochastic_filter.h"
 
+#include "core/imu/gap_noise.h"
 #include "core/stopwatch.h"
 #include "estimators/baselines/dead_reckoning.h"
 #include "estimators/baselines/magnetic_stochastic/distribution_fit.h"
@@ -26,7 +27,7 @@ void MagneticStochasticFilter::process(const ScanBundle& bundle, EstimateSink& s
   }
   Estimate found;
   found.time = bundle.scan.end;
-  cloud_.propagate(bundle.imu, input_.suite.imu);
+  cloud_.propagate(bundle.imu, with_gap(input_.suite.imu, bundle.imu_gap_s));
   update_by_wheels(bundle, input_.suite, cloud_.covariance(), cloud_, found.diagnostics);
   if (!matching_.observes_height()) {
     update_by_height(input_.suite, input_.field->grid().heights_m.front(), cloud_);

@@ -78,6 +78,8 @@ class MonitorOfReadings : public ::testing::Test {
     estimate.diagnostics.correspondences = correspondences_;
     ScanBundle bundle;
     bundle.scan.end = estimate.time;
+    if (correspondences_ > 0) bundle.scan.points.resize(1);
+    bundle.imu_gap_s = imu_gap_s_;
     monitor.judge(bundle, estimate);
     return estimate;
   }
@@ -85,6 +87,7 @@ class MonitorOfReadings : public ::testing::Test {
 
   int steps_ = 0;
   int correspondences_ = 0;
+  double imu_gap_s_ = 0.005;
 };
 
 TEST_F(MonitorOfReadings, NeedsSecondsOfDisagreementAndComesBack) {
@@ -112,6 +115,19 @@ TEST_F(MonitorOfReadings, ADirectionThatNothingObservesIsUnknownAfterSeconds) {
   EXPECT_NEAR(kStep_s * steps_, 17.3, 0.25);
   EXPECT_EQ(step(monitor, 0, 0.0, 1).reason, HealthReason::unobserved);
   EXPECT_EQ(step(monitor, 0, 0.0, 0).health, Health::good);  // a scan that observes all directions
+}
+
+TEST_F(MonitorOfReadings, WithoutAnySensorAnEstimateIsLostAfterSeconds) {
+  EstimatorInput input;
+  input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
+  HealthMonitor monitor(input);
+  imu_gap_s_ = 30.0;
+  // ½ · 1 m/s² · t² exceeds 0.5 m after 1 s and 3 m after 2.4 s, also if the estimator sees no degenerate direction.
+  while (step(monitor, 0, 0.0, 0).health == Health::good) ASSERT_LT(steps_, 1000);
+  EXPECT_NEAR(kStep_s * steps_, 1.0, 0.25);
+  while (step(monitor, 0, 0.0, 0).health == Health::uncertain) ASSERT_LT(steps_, 1000);
+  EXPECT_NEAR(kStep_s * steps_, 2.4, 0.25);
+  EXPECT_EQ(step(monitor, 0, 0.0, 0).reason, HealthReason::unobserved);
 }
 
 /// A filter that has left the field map, and has no scans, keeps a small covariance.

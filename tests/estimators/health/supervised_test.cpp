@@ -150,6 +150,35 @@ TEST_F(SupervisedInARoom, WithoutAPlaceEachScanIsReportedAsLost) {
   EXPECT_EQ(result.bests.back().reason, HealthReason::searching);
 }
 
+/// No sensor for 4 s: what the IMU said before it says nothing about the time after it.
+TEST_F(SupervisedInARoom, AfterAnOutageOfAllSensorsTheRobotIsFoundAgain) {
+  constexpr double kBegin_s = 3.0;
+  constexpr double kEnd_s = 7.0;
+  std::vector<ScanBundle> bundles = bundles_;
+  for (ScanBundle& bundle : bundles) {
+    const double end_s = to_seconds(bundle.scan.end - bundles_.front().scan.start);
+    if (end_s < kBegin_s || end_s > kEnd_s) continue;
+    bundle.scan.points.clear();
+    bundle.magnetic.clear();
+    bundle.imu = {bundle.imu.front(), bundle.imu.back()};
+    bundle.imu_gap_s = kEnd_s - kBegin_s;
+  }
+  EstimatorInput input = room_->input;
+  input.initial_pose = truth_.front().pose;
+  input.warnings = &warnings_;
+  const auto smoother = make_estimator("smoother", input);
+  const Estimates result = estimate(*smoother, bundles);
+  expect_every_scan_once(result.causals);
+  expect_every_scan_once(result.bests);
+  EXPECT_EQ(warnings_.count("run.found_again"), 1);
+  for (const Estimate& causal : result.causals) {
+    const double t_s = to_seconds(causal.time - bundles_.front().scan.start);
+    if (t_s > kBegin_s + 3.0 && t_s < kEnd_s) EXPECT_EQ(causal.health, Health::lost) << t_s;
+    if (t_s > kEnd_s + 3.0) EXPECT_EQ(causal.health, Health::good) << t_s;
+    if (causal.health == Health::good) expect_near_the_truth(causal, 0.5);
+  }
+}
+
 TEST_F(SupervisedInARoom, WithoutACloudMapTheEstimatorContinues) {
   EstimatorInput input = wrong_input();
   input.planes = nullptr;

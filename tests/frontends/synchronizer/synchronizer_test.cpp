@@ -267,16 +267,25 @@ TEST_F(SynchronizerTest, AnImuGapIsBridged) {
   has_imu = [](Time t) { return t < 500 * millisecond || t > 800 * millisecond; };
   fill(2.0);
   const auto result = bundles();
-  EXPECT_EQ(result.size(), 20U);
+  ASSERT_EQ(result.size(), 20U);
   EXPECT_EQ(warnings.count("imu.held"), 0) << "the samples after a short gap are waited for";
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    // Samples at 498 and 803 ms: the scans that end at 499, 599, 699, 799 and 899 ms overlap the gap.
+    EXPECT_NEAR(result[i].imu_gap_s, i >= 4 && i <= 8 ? 0.305 : 0.005, 1e-9) << i;
+  }
 }
 
 TEST_F(SynchronizerTest, ALongImuOutageHoldsTheLastSample) {
   has_imu = [](Time t) { return t < 500 * millisecond || t > 3000 * millisecond; };
   fill(5.0);
   const auto result = bundles();
-  EXPECT_EQ(result.size(), 50U);
+  ASSERT_EQ(result.size(), 50U);
   EXPECT_GT(warnings.count("imu.held"), 10);
+  // As long as it is known to be: the sample that ends it is 1 s ahead of the scans that wait for it.
+  EXPECT_NEAR(result[3].imu_gap_s, 0.005, 1e-9);
+  for (std::size_t i = 5; i < 29; ++i) EXPECT_GE(result[i].imu_gap_s, 0.1 * static_cast<double>(i) - 0.4) << i;
+  EXPECT_NEAR(result[29].imu_gap_s, 2.505, 1e-9);
+  EXPECT_NEAR(result[31].imu_gap_s, 0.005, 1e-9);
 }
 
 TEST_F(SynchronizerTest, ScansWithoutImuAtEitherEndAreDroppedAndCounted) {
