@@ -67,6 +67,7 @@ struct MagnetometerCalibrationSigmas {
   double clock_sigma_s = 0.010;        ///< of the array's stamps relative to the IMU's: one constant offset
   double offset_sigma_ut = 1.0;        ///< of the residual hard iron, each component
   double matrix_sigma = 0.01;          ///< of the residual soft iron, each entry of the 3×3 matrix
+  double survey_pose_sigma_m = 0.010;  ///< of the field map's place in the cloud map, each axis: slow errors of surveys
 };
 
 /// Uncertainty of the IMU's axes.
@@ -93,7 +94,7 @@ struct CalibrationSigmas {
 
 /// A calibration without errors.
 constexpr CalibrationSigmas exact_calibration() {
-  return {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
+  return {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
 }
 
 /// The sensors of a robot, for the estimators. Topics and message layouts belong to the reader.

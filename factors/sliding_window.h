@@ -212,7 +212,9 @@ class SlidingWindow {
   struct LongErrors;
   LongErrors long_errors() const;
   Eigen::MatrixXd prior_disturbance(const LongErrors& errors) const;
-  static Eigen::MatrixXd scan_disturbance(const Keyframe& keyframe, const LinearizedFactor& scan);
+  std::vector<const WindowFactor*> disturbed(const Keyframe& keyframe) const;
+  Eigen::MatrixXd disturbance(const Keyframe& keyframe, const WindowFactor& factor, const LinearizedFactor& part) const;
+  std::vector<const Eigen::VectorXd*> source_weights(const LongErrors& errors) const;
   std::vector<Eigen::MatrixXd> disturbances(std::span<const WindowFactor> involved, const LongErrors& errors) const;
   MarginalPrior marginalize_disturbed(std::span<const WindowFactor> involved, std::span<WindowBlock* const> eliminated,
                                       bool first_stretch_leaves);

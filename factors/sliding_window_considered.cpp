@@ -1,6 +1,7 @@
-// Map errors over tens of metres. Scans share them, but on a path of minutes they cannot be distinguished from motion.
-// They are therefore considered, not estimated (Schmidt, Advances in Control Systems 1966): they increase covariances
-// and leave estimates unchanged (docs/design/042-repeated-map-error.md).
+// Map errors over tens of metres. Scans and readings share them, but on a path of minutes they cannot be distinguished
+// from motion. They are therefore considered, not estimated (Schmidt, Advances in Control Systems 1966): they increase
+// covariances and leave estimates unchanged (docs/design/042-repeated-map-error.md,
+// docs/design/063-displacement-between-the-maps.md).
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,9 @@ namespace lodestone {
 
 namespace {
 
-constexpr Eigen::Index kSize = 6;
+constexpr Eigen::Index kCloud = 6;  // components of the cloud map's error
+constexpr Eigen::Index kField = 3;  // of the field map's displacement against the cloud map
+constexpr Eigen::Index kSize = kCloud + kField;
 
 /// Sources processed at the same time: enough for all cores, few enough for memory.
 constexpr Eigen::Index kAtOnce = 8;
@@ -29,9 +32,9 @@ Eigen::MatrixXd compressed(const Eigen::MatrixXd& columns) {
 
 }  // namespace
 
-/// A scan's error is L u, with u of its stretch of the path: six components of unit variance. From stretch to stretch u
-/// = decay u_before + √(1 − decay²) w. The sources are u of the first stretch and all w; u of each stretch is the sum
-/// of the sources with its `weights`.
+/// A scan's error is L u, with u of its stretch of the path: components of unit variance. The last three are those of
+/// the field map, and do not act on the scan. From stretch to stretch u = decay u_before + √(1 − decay²) w. The sources
+/// are u of the first stretch and all w; u of each stretch is the sum of the sources with its `weights`.
 struct SlidingWindow::LongErrors {
   Eigen::Index sources = 0;
   std::unordered_map<const MapErrorEpoch*, Eigen::VectorXd> weights;  // for look-up only
@@ -55,7 +58,7 @@ SlidingWindow::LongErrors SlidingWindow::long_errors() const {
   return result;
 }
 
-/// Columns: those of the sources of `errors`, six each; then independent ones from marginalized keyframes.
+/// Columns: those of the sources of `errors`, kSize each; then independent ones from marginalized keyframes.
 Eigen::MatrixXd SlidingWindow::prior_disturbance(const LongErrors& errors) const {
   const Eigen::Index known = kSize * prior_sources_;
   const Eigen::Index independent = prior_disturbance_.cols() - known;
@@ -66,9 +69,40 @@ Eigen::MatrixXd SlidingWindow::prior_disturbance(const LongErrors& errors) const
   return result;
 }
 
-/// Derivative of a scan's residual by u of its stretch: rows × 6.
-Eigen::MatrixXd SlidingWindow::scan_disturbance(const Keyframe& keyframe, const LinearizedFactor& scan) {
-  return scan.jacobian.rightCols<kSize>() * keyframe.lidar.content->long_map_error_root();
+/// The factors of a keyframe that map errors act on: its scan, and its readings if the map of the field may be
+/// displaced against that of the cloud.
+std::vector<const WindowFactor*> SlidingWindow::disturbed(const Keyframe& keyframe) const {
+  std::vector<const WindowFactor*> result;
+  if (keyframe.lidar && keyframe.map_error != nullptr) result.push_back(&keyframe.lidar);
+  if (!(calibration_.magnetometers.survey_pose_sigma_m > 0.0)) return result;
+  for (const WindowFactor& field : keyframe.fields) {
+    if (field) result.push_back(&field);
+  }
+  return result;
+}
+
+/// Derivative of such a factor's residual by u of its stretch: rows × kSize.
+Eigen::MatrixXd SlidingWindow::disturbance(const Keyframe& keyframe, const WindowFactor& factor,
+                                           const LinearizedFactor& part) const {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(part.jacobian.rows(), kSize);
+  if (factor.id == keyframe.lidar.id) {
+    result.leftCols<kCloud>() = part.jacobian.rightCols<kCloud>() * keyframe.lidar.content->long_map_error_root();
+  } else {
+    result.rightCols<kField>() =
+        calibration_.magnetometers.survey_pose_sigma_m * part.jacobian.middleCols<3>(3);  // by the position
+  }
+  return result;
+}
+
+/// Weights of the sources in u of each keyframe's stretch. Without a scan: of the stretch before.
+std::vector<const Eigen::VectorXd*> SlidingWindow::source_weights(const LongErrors& errors) const {
+  std::vector<const Eigen::VectorXd*> result;
+  const MapErrorEpoch* stretch = map_errors_.front().get();
+  for (const auto& keyframe : keyframes_) {
+    if (keyframe->map_error != nullptr) stretch = keyframe->map_error;
+    result.push_back(&errors.weights.at(stretch));
+  }
+  return result;
 }
 
 std::vector<Eigen::MatrixXd> SlidingWindow::disturbances(std::span<const WindowFactor> involved,
@@ -76,14 +110,19 @@ std::vector<Eigen::MatrixXd> SlidingWindow::disturbances(std::span<const WindowF
   std::vector<Eigen::MatrixXd> result(involved.size());
   if (map_errors_.empty()) return result;
   const Eigen::MatrixXd prior = prior_disturbance(errors);
+  const std::vector<const Eigen::VectorXd*> weights = source_weights(errors);
   for (std::size_t i = 0; i < involved.size(); ++i) {
     if (involved[i].id == prior_.id) result[i] = prior;
-    for (const auto& keyframe : keyframes_) {
-      if (keyframe->lidar.id != involved[i].id || keyframe->map_error == nullptr) continue;
-      const Eigen::MatrixXd own = scan_disturbance(*keyframe, linearize(keyframe->lidar));
-      const Eigen::VectorXd& weights = errors.weights.at(keyframe->map_error);
-      result[i] = Eigen::MatrixXd::Zero(own.rows(), prior.cols());
-      for (Eigen::Index s = 0; s < errors.sources; ++s) result[i].middleCols<kSize>(kSize * s) = weights[s] * own;
+  }
+  for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+    for (const WindowFactor* factor : disturbed(*keyframes_[k])) {
+      const auto found = std::find_if(involved.begin(), involved.end(),
+                                      [&](const WindowFactor& other) { return other.id == factor->id; });
+      if (found == involved.end()) continue;
+      const Eigen::MatrixXd own = disturbance(*keyframes_[k], *factor, linearize(*factor));
+      Eigen::MatrixXd& all = result[static_cast<std::size_t>(found - involved.begin())];
+      all = Eigen::MatrixXd::Zero(own.rows(), prior.cols());
+      for (Eigen::Index s = 0; s < errors.sources; ++s) all.middleCols<kSize>(kSize * s) = (*weights[k])[s] * own;
     }
   }
   return result;
@@ -141,12 +180,15 @@ Eigen::MatrixXd SlidingWindow::covariance(const SparseInformation& known,
   };
   const LongErrors errors = long_errors();
   Eigen::MatrixXd by_errors = by_residual(prior_, linearize(prior_)).transpose() * prior_disturbance(errors);
-  for (const auto& keyframe : keyframes_) {
-    if (!keyframe->lidar || keyframe->map_error == nullptr) continue;
-    const LinearizedFactor part = linearize(keyframe->lidar);
-    const Eigen::MatrixXd own = by_residual(keyframe->lidar, part).transpose() * scan_disturbance(*keyframe, part);
-    const Eigen::VectorXd& weights = errors.weights.at(keyframe->map_error);
-    for (Eigen::Index s = 0; s < errors.sources; ++s) by_errors.middleCols<kSize>(kSize * s) += weights[s] * own;
+  const std::vector<const Eigen::VectorXd*> weights = source_weights(errors);
+  for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+    for (const WindowFactor* factor : disturbed(*keyframes_[k])) {
+      const LinearizedFactor part = linearize(*factor);
+      const Eigen::MatrixXd own = by_residual(*factor, part).transpose() * disturbance(*keyframes_[k], *factor, part);
+      for (Eigen::Index s = 0; s < errors.sources; ++s) {
+        by_errors.middleCols<kSize>(kSize * s) += (*weights[k])[s] * own;
+      }
+    }
   }
   result.noalias() += by_errors * by_errors.transpose();
   return result;
@@ -156,15 +198,17 @@ void SlidingWindow::add_long_errors(const SparseInformation& known, std::vector<
   if (map_errors_.empty()) return;
   const LongErrors errors = long_errors();
   const Eigen::MatrixXd prior_by = prior_disturbance(errors);
-  // Jᵀ D of each scan: contribution of u of its stretch to the gradient.
-  std::vector<Eigen::MatrixXd> gradients(keyframes_.size());
+  const std::vector<const Eigen::VectorXd*> weights = source_weights(errors);
+  // Jᵀ D of each factor: contribution of u of its stretch to the gradient.
+  using Gradients = std::vector<std::pair<const WindowFactor*, Eigen::MatrixXd>>;
+  std::vector<Gradients> gradients(keyframes_.size());
   parallel_for(
       std::size_t{0}, keyframes_.size(),
       [&](std::size_t k) {
-        const Keyframe& keyframe = *keyframes_[k];
-        if (!keyframe.lidar || keyframe.map_error == nullptr) return;
-        const LinearizedFactor part = linearize(keyframe.lidar);
-        gradients[k] = part.jacobian.transpose() * scan_disturbance(keyframe, part);
+        for (const WindowFactor* factor : disturbed(*keyframes_[k])) {
+          const LinearizedFactor part = linearize(*factor);
+          gradients[k].emplace_back(factor, part.jacobian.transpose() * disturbance(*keyframes_[k], *factor, part));
+        }
       },
       4);
   const auto add = [&](const WindowFactor& factor, const Eigen::MatrixXd& gradient, double weight,
@@ -189,15 +233,15 @@ void SlidingWindow::add_long_errors(const SparseInformation& known, std::vector<
       add(prior_, prior_gradient.middleCols(column, width), 1.0, right);
       const Eigen::Index source = column / kSize;
       for (std::size_t k = 0; source < errors.sources && k < keyframes_.size(); ++k) {
-        if (gradients[k].size() == 0) continue;
-        const double weight = errors.weights.at(keyframes_[k]->map_error)[source];
-        if (weight != 0.0) add(keyframes_[k]->lidar, gradients[k], weight, right);
+        const double weight = (*weights[k])[source];
+        if (weight == 0.0) continue;
+        for (const auto& [factor, gradient] : gradients[k]) add(*factor, gradient, weight, right);
       }
       moved[i] = known.solve(right);
     });
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       for (std::size_t k = 0; k < poses.size(); ++k) {
-        const auto pose = moved[i].middleRows<kSize>(known.range(&keyframes_[k]->pose)->begin);
+        const auto pose = moved[i].middleRows<6>(known.range(&keyframes_[k]->pose)->begin);
         poses[k].noalias() += pose * pose.transpose();
       }
     }

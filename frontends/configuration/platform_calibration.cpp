@@ -25,6 +25,7 @@ void visit_magnetometers(Sigmas& sigmas, const Visit& visit) {
   visit_lidar(sigmas, visit);
   visit("offset_sigma_ut", sigmas.offset_sigma_ut, largest_offset_ut);
   visit("matrix_sigma", sigmas.matrix_sigma, largest_share);
+  visit("survey_pose_sigma_m", sigmas.survey_pose_sigma_m, largest_translation_m);
 }
 
 template <class Sigmas, class Visit>

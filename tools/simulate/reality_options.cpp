@@ -106,8 +106,11 @@ CalibrationSigmas calibration_sigmas(const RealityOptions& options) {
   sigmas.lidar = {options.lidar_extrinsic_translation_sigma_m, options.lidar_extrinsic_rotation_sigma_deg,
                   options.lidar_clock_offset_sigma_s};
   sigmas.magnetometers = {options.magnetometer_extrinsic_translation_sigma_m,
-                          options.magnetometer_extrinsic_rotation_sigma_deg, options.magnetometer_clock_offset_sigma_s,
-                          options.magnetometer_offset_sigma_ut, options.magnetometer_matrix_sigma};
+                          options.magnetometer_extrinsic_rotation_sigma_deg,
+                          options.magnetometer_clock_offset_sigma_s,
+                          options.magnetometer_offset_sigma_ut,
+                          options.magnetometer_matrix_sigma,
+                          options.survey_pose_sigma_m};
   sigmas.imu = {options.imu_scale_sigma, options.imu_misalignment_sigma_deg};
   sigmas.wheels = {options.wheel_scale_sigma, options.wheel_rotation_sigma_deg, options.wheel_slip_sigma};
   return sigmas;

@@ -1,29 +1,33 @@
 #!/usr/bin/env python3
 """How soon a robot is found after an outage of all its sensors, during which it drives on.
 
-    tests/benchmarks/health/outages.py FOLDER... [--max-range M] [--out DIR]
+    tests/benchmarks/health/outages.py FOLDER... [--begin S...] [--length S] [--max-range M] [--out DIR]
 
-Each FOLDER has the files of `lodestone simulate` and a magnetic map field.yaml of `lodestone map magnetic`. The log
-runs from its true initial pose. A case is a gap of more than 10 s between its scans. One row of a table for each
-folder, Markdown.
+Each FOLDER has the files of `lodestone simulate` with these outages as faults, and a magnetic map field.yaml of
+`lodestone map magnetic`. The log runs from its true initial pose. One row of a table for each folder, Markdown.
 
-Found: from a scan within 10 s of the gap's end on, the newest positions are right for as long as 1 s. Right, wrong: as
-in wrong_starts.py.
+Found: from a scan on, the newest positions are right for as long as 1 s. Right, wrong: as in wrong_starts.py.
 """
 import argparse
 from pathlib import Path
 
 from wrong_starts import ROOT, is_good_and_wrong, is_right, median, run, scans
 
-GAP_S = 10.0
 FOUND_S = 10.0
 HELD_S = 1.0
 
 
-def cases(rows):
-    """The scans from one gap to the next, without those before the first gap."""
-    ends = [i for i, (a, b) in enumerate(zip(rows, rows[1:]), 1) if b[0] - a[0] > GAP_S]
-    return [rows[i:j] for i, j in zip(ends, ends[1:] + [len(rows)])]
+def cases(rows, begins_s, length_s):
+    """The scans during each outage, and those from its end to the next one. Outages at the log's end are no case."""
+    log_begin = rows[0][0]
+    bounds = [log_begin + begin_s for begin_s in begins_s] + [float("inf")]
+    result = []
+    for begin, until in zip(bounds, bounds[1:]):
+        during = [row for row in rows if begin <= row[0] <= begin + length_s]
+        after = [row for row in rows if begin + length_s < row[0] < until]
+        if after and after[-1][0] - after[0][0] >= FOUND_S:
+            result.append((during, after))
+    return result
 
 
 def seconds_to_right(rows):
@@ -38,24 +42,29 @@ def seconds_to_right(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--begin", type=float, nargs="+", default=[20.0, 65.0, 110.0, 155.0])
+    parser.add_argument("--length", type=float, default=30.0)
     parser.add_argument("--max-range", type=float)
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/lodestone")
     parser.add_argument("--out", type=Path, default=Path("outages"))
     call = parser.parse_args()
 
-    print("| log | cases | found within 10 s | found later | s to right, median | scans after outages | good and wrong | lost |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| log | outages | found within 10 s | later | s to right, median | scans after outages | good and wrong "
+          "| lost | scans in outages | good and wrong |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     for folder in call.folders:
         name = folder.name + (f", {call.max_range:g} m" if call.max_range else "")
         out = call.out / name.replace(", ", "_").replace(" ", "_")
         run(call.program, folder, ["--initial-pose-from", folder / "truth.tum"], out,
             call.max_range)
-        after = cases(scans(folder, out))
-        seconds = [value for value in map(seconds_to_right, after) if value is not None]
+        found = cases(scans(folder, out), call.begin, call.length)
+        during = [row for case, _ in found for row in case]
+        seconds = [value for value in (seconds_to_right(case) for _, case in found) if value is not None]
         soon = sum(value <= FOUND_S for value in seconds)
-        rows = [row for case in after for row in case]
-        print(f"| {name} | {len(after)} | {soon} | {len(seconds) - soon} | {median(seconds)} | {len(rows)} "
-              f"| {sum(is_good_and_wrong(row) for row in rows)} | {sum(row[1] == 'lost' for row in rows)} |", flush=True)
+        rows = [row for _, case in found for row in case]
+        print(f"| {name} | {len(found)} | {soon} | {len(seconds) - soon} | {median(seconds)} | {len(rows)} "
+              f"| {sum(map(is_good_and_wrong, rows))} | {sum(row[1] == 'lost' for row in rows)} | {len(during)} "
+              f"| {sum(map(is_good_and_wrong, during))} |", flush=True)
 
 
 if __name__ == "__main__":

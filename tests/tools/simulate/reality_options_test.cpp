@@ -168,6 +168,7 @@ TEST_F(RealityOptionsOfAWorld, ThePlatformStatesTheSigmasOfTheGrade) {
   EXPECT_EQ(field.magnetometers.clock_sigma_s, usual.magnetometers.clock_sigma_s);
   EXPECT_EQ(field.magnetometers.offset_sigma_ut, usual.magnetometers.offset_sigma_ut);
   EXPECT_EQ(field.magnetometers.matrix_sigma, usual.magnetometers.matrix_sigma);
+  EXPECT_EQ(field.magnetometers.survey_pose_sigma_m, usual.magnetometers.survey_pose_sigma_m);
   EXPECT_EQ(field.imu.scale_sigma, usual.imu.scale_sigma);
   EXPECT_EQ(field.imu.misalignment_sigma_deg, usual.imu.misalignment_sigma_deg);
   EXPECT_EQ(field.wheels.scale_sigma, usual.wheels.scale_sigma);
@@ -176,6 +177,7 @@ TEST_F(RealityOptionsOfAWorld, ThePlatformStatesTheSigmasOfTheGrade) {
   const CalibrationSigmas exact = sensor_suite(load("exact")).calibration;
   EXPECT_EQ(exact.lidar.translation_sigma_m, 0.0);
   EXPECT_EQ(exact.magnetometers.offset_sigma_ut, 0.0);
+  EXPECT_EQ(exact.magnetometers.survey_pose_sigma_m, 0.0);
   EXPECT_EQ(exact.imu.scale_sigma, 0.0);
 }
 
