@@ -31,7 +31,7 @@ struct EstimatorKind {
   const char* name;
   Sensors sensors;
   bool refines;
-  bool constrains_height;  ///< to the layer's, with a field map of one layer and no cloud map
+  bool constrains_height;  ///< to the layer's, with a field map of one layer, where there is no scan or no cloud map
   std::unique_ptr<Estimator> (*make)(EstimatorInput input);
 };
 
@@ -105,16 +105,18 @@ void require_input(const EstimatorKind& kind, const EstimatorInput& input) {
 std::unique_ptr<Estimator> make_unmonitored(const EstimatorKind& kind, EstimatorInput input) {
   require_input(kind, input);
   if (kind.sensors == Sensors::magnetic) input.planes = nullptr;
-  const bool field_alone = input.planes == nullptr && !input.suite.magnetometers.empty();
+  const bool has_cloud = input.planes != nullptr;
+  const bool field_alone = !has_cloud && !input.suite.magnetometers.empty();
   const std::shared_ptr<const MagneticMap> field = input.field;
+  const bool one_layer = field != nullptr && !input.suite.magnetometers.empty() && field->grid().heights_m.size() == 1;
   std::unique_ptr<Estimator> estimator;
   if (kind.refines && field_alone && input.linearize_at == nullptr) {
     estimator = std::make_unique<GuardedSmoother>(std::move(input), kind.make);
   } else {
     estimator = kind.make(std::move(input));
   }
-  if (!kind.constrains_height || !field_alone || field->grid().heights_m.size() != 1) return estimator;
-  return std::make_unique<LayerHeightVariance>(std::move(estimator), field->errors().height_sigma_m);
+  if (!kind.constrains_height || !one_layer) return estimator;
+  return std::make_unique<LayerHeightVariance>(std::move(estimator), field->errors().height_sigma_m, has_cloud);
 }
 
 }  // namespace
