@@ -4,9 +4,9 @@
 
 namespace lodestone {
 
-/// `noise` of samples that were interpolated over a gap of the IMU of `gap_s`, besides what the samples state: white
-/// noise with the variance that a random motion adds over the gap (docs/design/062-gaps-of-the-imu.md). Unchanged for up
-/// to five sampling periods.
+/// `noise` of samples that were interpolated over a gap of the IMU of `gap_s`: besides what it states, white noise with
+/// the variance that a random motion adds over the gap (docs/design/062-gaps-of-the-imu.md). Unchanged for up to five
+/// sampling periods.
 ImuNoise with_gap(const ImuNoise& noise, double gap_s);
 
 }  // namespace lodestone
