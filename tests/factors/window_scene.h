@@ -145,8 +145,8 @@ inline Scan scan(const Pose& T_map_imu, const std::vector<Vector3>& normals, int
 }
 
 inline std::vector<Vector3> room_normals(Random& random) {
-  std::vector<Vector3> normals;
-  for (int i = 0; i < 12; ++i) normals.push_back(random.vector().normalized());
+  std::vector<Vector3> normals(12);
+  for (Vector3& normal : normals) normal = random.vector().normalized();
   return normals;
 }
 
