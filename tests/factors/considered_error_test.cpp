@@ -27,6 +27,7 @@ struct Displaced {
   double field_sigma_m = 0.0;
   std::vector<Vector3> cloud_m;
   std::vector<Vector3> field_m;
+  bool with_readings = true;
 };
 
 /// A drive of 9 m in a room, in maps whose displacement changes over `length_m`; three magnetometers.
@@ -56,6 +57,7 @@ std::unique_ptr<SlidingWindow> window_in_map(double length_m, const Displaced& d
     condensed.long_map_error_root = shared_root(displaced.cloud_sigma_m);
     condensed.long_map_error_length_m = length_m;
     window->set_lidar(k, condensed, seen.matches, {});
+    if (!displaced.with_readings) continue;
     Pose in_field = pose;
     if (!displaced.field_m.empty()) in_field.position += displaced.field_m[k];
     window->set_field(k, map, FieldInterpolation::bicubic,
@@ -83,7 +85,18 @@ Displaced field(double sigma_m) {
   return errors(0.0, sigma_m);
 }
 
-TEST(ConsideredError, ThatAllScansAndReadingsShareMovesThePoseByAllOfIt) {
+TEST(ConsideredError, ThatAllScansShareMovesThePoseByAllOfIt) {
+  Displaced scans = cloud(kShared_m);
+  Displaced exact;
+  scans.with_readings = exact.with_readings = false;
+  const Matrix6 with = newest_covariance(*window_in_map(1e6, scans));
+  const Matrix6 without = newest_covariance(*window_in_map(1e6, exact));
+  const Matrix3 added = (with - without).bottomRightCorner<3, 3>();
+  EXPECT_LT((added - kShared_m * kShared_m * Matrix3::Identity()).norm(), 0.05 * kShared_m * kShared_m);
+  EXPECT_GT(without.trace(), 0.0);
+}
+
+TEST(ConsideredError, OfScansAndOfReadingsAreIndependent) {
   const Matrix6 with = newest_covariance(*window_in_map(1e6, errors(kShared_m, kShared_m)));
   const Matrix6 without = newest_covariance(*window_in_map(1e6, {}));
   const Matrix3 added = (with - without).bottomRightCorner<3, 3>();
