@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kPeriods = 5.0;  // without a sample: no gap
 
-// Rates of a robot that drives, turns or is carried, by six logs: docs/design/062-gaps-of-the-imu.md.
+// Rates of a robot that drives, turns or is carried, by five logs: docs/design/062-gaps-of-the-imu.md.
 constexpr double kAngularVelocity_rad_s = 0.5;
 constexpr double kAcceleration_m_s2 = 1.0;
 constexpr double kCorrelation_s = 1.0;

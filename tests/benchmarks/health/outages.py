@@ -8,10 +8,7 @@ Each FOLDER has the files of `lodestone simulate` with these outages as faults, 
 
 Found: from a scan on, the newest positions are right for as long as 1 s. Right, wrong: as in wrong_starts.py.
 """
-import argparse
-from pathlib import Path
-
-from wrong_starts import ROOT, is_good_and_wrong, is_right, median, run, scans
+from wrong_starts import is_good_and_wrong, is_right, median, parser_of, row_of, run, scans
 
 FOUND_S = 10.0
 HELD_S = 1.0
@@ -40,21 +37,16 @@ def seconds_to_right(rows):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="+", type=Path)
+    parser = parser_of(__doc__, "outages")
     parser.add_argument("--begin", type=float, nargs="+", default=[20.0, 65.0, 110.0, 155.0])
     parser.add_argument("--length", type=float, default=30.0)
-    parser.add_argument("--max-range", type=float)
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/lodestone")
-    parser.add_argument("--out", type=Path, default=Path("outages"))
     call = parser.parse_args()
 
     print("| log | outages | found within 10 s | later | s to right, median | scans after outages | good and wrong "
           "| lost | scans in outages | good and wrong |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     for folder in call.folders:
-        name = folder.name + (f", {call.max_range:g} m" if call.max_range else "")
-        out = call.out / name.replace(", ", "_").replace(" ", "_")
+        name, out = row_of(folder, call)
         run(call.program, folder, ["--initial-pose-from", folder / "truth.tum"], out,
             call.max_range)
         found = cases(scans(folder, out), call.begin, call.length)

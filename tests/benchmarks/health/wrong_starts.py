@@ -23,6 +23,22 @@ WRONG_M = 0.5
 LONG_S = 5.0
 
 
+def parser_of(description, out):
+    """The arguments that the benchmarks of health share."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--max-range", type=float)
+    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/lodestone")
+    parser.add_argument("--out", type=Path, default=Path(out))
+    return parser
+
+
+def row_of(folder, call):
+    """Name of a folder's row, and the folder for its runs."""
+    name = folder.name + (f", {call.max_range:g} m" if call.max_range else "")
+    return name, call.out / name.replace(", ", "_").replace(" ", "_")
+
+
 def read_tum(path):
     rows = [line.split() for line in path.read_text().splitlines() if line and not line.startswith("#")]
     return [tuple(float(value) for value in row) for row in rows]
@@ -125,13 +141,9 @@ def median(values):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="+", type=Path)
+    parser = parser_of(__doc__, "wrong_starts")
     parser.add_argument("--starts", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--max-range", type=float)
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/bin/lodestone")
-    parser.add_argument("--out", type=Path, default=Path("wrong_starts"))
     call = parser.parse_args()
 
     print("| log | scans, true start | good, wrong | lost | wrong starts | lost or right within 5 s "
@@ -139,8 +151,7 @@ def main():
           "| s to lost, median | s to right, median |")
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for folder in call.folders:
-        name = folder.name + (f", {call.max_range:g} m" if call.max_range else "")
-        out = call.out / name.replace(", ", "_").replace(" ", "_")
+        name, out = row_of(folder, call)
         right, wrong = Figures(), Figures()
         run(call.program, folder, ["--initial-pose-from", folder / "truth.tum"], out / "true", call.max_range)
         right.add(scans(folder, out / "true"))
