@@ -26,11 +26,16 @@ constexpr double kLeastDecrease = 5e-3;
 /// Up to this number, forward solves are faster than the recursion over all variables.
 constexpr std::size_t kFewKeyframes = 4;
 
-/// Ends the iterations with the first step that hardly decreases the cost.
+/// Ends the iterations with the first step that hardly decreases the cost, or after which the next one would. A
+/// Gauss-Newton step decreases the cost by a share ρ of what the linear model predicts. If the error of the model grows
+/// with the k-th power of the step, the next step decreases the cost by k²/4 (1 − ρ)² of the same; k = 3 here.
 class SettledCallback final : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& step) override {
-    const bool settled = step.iteration > 0 && step.step_is_valid && std::abs(step.cost_change) < kLeastDecrease;
+    if (step.iteration == 0 || !step.step_is_valid) return ceres::SOLVER_CONTINUE;
+    const double decrease = std::abs(step.cost_change);
+    const double next = 2.25 * std::pow(1.0 - step.relative_decrease, 2) * decrease;
+    const bool settled = decrease < kLeastDecrease || (step.step_is_successful && next < kLeastDecrease);
     return settled ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 };

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <suitesparse/SuiteSparseQR.hpp>
 
+#include "factors/serial_openmp.h"
+
 namespace lodestone {
 
 namespace {
@@ -15,11 +17,15 @@ class SuiteSparse {
  public:
   SuiteSparse() {
     cholmod_l_start(&common);
-    // The caller's order and no BLAS, for bit-identical results on every machine.
     common.nmethods = 1;
     common.method[0].ordering = CHOLMOD_NATURAL;
     common.postorder = 0;
-    common.supernodal = CHOLMOD_SIMPLICIAL;
+    // Columns of equal pattern at once, without zeros that would be added to merge more; then column by column.
+    common.supernodal = CHOLMOD_SUPERNODAL;
+    std::fill_n(common.nrelax, 3, 0);
+    std::fill_n(common.zrelax, 3, 0.0);
+    common.final_asis = 0;
+    common.final_super = 0;
     common.final_ll = 1;
     common.print = 0;
   }
@@ -53,6 +59,7 @@ cholmod_sparse view(const SparseMatrix& matrix, bool upper) {
 }  // namespace
 
 std::optional<SparseTriangle> SparseTriangle::by_cholesky(const SparseMatrix& information) {
+  const SerialOpenMp serial;
   SuiteSparse suite;
   cholmod_sparse matrix = view(information, true);
   cholmod_factor* factor = cholmod_l_analyze(&matrix, &suite.common);

@@ -21,7 +21,7 @@ struct IndexRange {
 /// entries of its pattern, zeros included.
 class SparseTriangle {
  public:
-  /// L by CHOLMOD (simplicial, natural order). `information`: the upper triangle of H with its complete diagonal; row
+  /// L by CHOLMOD (supernodal, natural order). `information`: the upper triangle of H with its complete diagonal; row
   /// indices ascend. Empty if H is not positive definite in double precision.
   static std::optional<SparseTriangle> by_cholesky(const SparseMatrix& information);
 

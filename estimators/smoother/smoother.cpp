@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "core/imu/gap_noise.h"
 #include "core/imu/propagation.h"
@@ -40,6 +41,12 @@ bool turns_far(const Matrix6& gate) {
 
 bool shifts_far(const Matrix6& gate) {
   return shift_variance(gate) > kWideGate_m * kWideGate_m;
+}
+
+/// A direction that is still unknown keeps its wide gate: the axis of a tunnel.
+bool narrows(const Matrix6& gate, const Matrix6& narrower) {
+  return (shifts_far(gate) && shift_variance(narrower) < 0.5 * shift_variance(gate)) ||
+         (turns_far(gate) && turn_variance(narrower) < 0.5 * turn_variance(gate));
 }
 
 }  // namespace
@@ -113,17 +120,18 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   measurements_.weigh_wheels(*keyframes_.back(), window_->state(newest), predicted_covariance,
                              window_->wheel_correction(newest), wheel_sigmas);
   if (solved) relocate();
-  keyframes_[newest]->motion_waits = solved && gate_is_wide(newest);
+  keyframes_[newest]->motion_waits = solved && may_narrow(newest);
   renew(newest);
   share_slide();
   int iterations = solved ? window_->solve() : 0;
   const int reassociations = solved ? options.smoother.reassociations : 0;
-  const bool narrows = begins_to_narrow(newest);
-  const int rounds = std::max(reassociations + (narrows ? kNarrowings : 0), keyframes_[newest]->motion_waits ? 1 : 0);
+  const bool narrowing = begins_to_narrow(newest);
+  const int rounds = std::max(reassociations + (narrowing ? kNarrowings : 0), keyframes_[newest]->motion_waits ? 1 : 0);
   for (int i = 0; i < rounds; ++i) {
-    if (i + 1 == rounds) keyframes_[newest]->motion_waits = false;
-    if (narrows && i > 0) keyframes_[newest]->gate_covariance = narrower_gate(newest);
-    renew_moved(i > 0 || !solved);
+    const bool waited = i + 1 == rounds && std::exchange(keyframes_[newest]->motion_waits, false);
+    if (narrowing && i > 0) keyframes_[newest]->gate_covariance = narrower_gate(newest);
+    const bool renewed = renew_moved(i > 0 || !solved, narrowing || waited || newest == 0);
+    if (!renewed) continue;
     share_slide();
     if (solved) iterations += window_->solve();
   }
@@ -257,11 +265,20 @@ Matrix6 Smoother::narrower_gate(std::size_t k) const {
   return 0.01 * keyframes_[k]->gate_covariance + window_->seen_covariance(k);
 }
 
-/// Residuals of wrong correspondences look like motion within the scan, so this motion is estimated only once the gate
-/// no longer narrows. Without this, a robot at rest began with 0.7 m/s and was lost within a second.
 bool Smoother::gate_is_wide(std::size_t k) const {
   const Matrix6& gate = keyframes_[k]->gate_covariance;
   return shifts_far(gate) || turns_far(gate);
+}
+
+/// Residuals of wrong correspondences look like motion within the scan, so this motion is estimated only once the gate
+/// no longer narrows. Without this, a robot at rest began with 0.7 m/s and was lost within a second. Consecutive scans
+/// see nearly the same planes: what the last one did not observe, this one will not narrow.
+bool Smoother::may_narrow(std::size_t k) const {
+  if (!gate_is_wide(k)) return false;
+  if (k == 0 || keyframes_[k - 1]->correspondences.empty()) return true;
+  const Matrix6& gate = keyframes_[k]->gate_covariance;
+  const Matrix6 expected = (gate.inverse() + keyframes_[k - 1]->lidar_information).inverse();
+  return narrows(gate, 0.01 * gate + expected);
 }
 
 /// Within a wide gate, points on neighbouring surfaces count as much as those on the right one. After a rough
@@ -272,21 +289,24 @@ bool Smoother::begins_to_narrow(std::size_t k) {
   Matrix6& gate = keyframes_[k]->gate_covariance;
   if (!gate_is_wide(k)) return false;
   const Matrix6 narrower = narrower_gate(k);
-  // A direction that is still unknown keeps its wide gate: the axis of a tunnel.
-  const bool narrows = (shifts_far(gate) && shift_variance(narrower) < 0.5 * shift_variance(gate)) ||
-                       (turns_far(gate) && turn_variance(narrower) < 0.5 * turn_variance(gate));
-  if (narrows) gate = narrower;
-  return narrows;
+  if (!narrows(gate, narrower)) return false;
+  gate = narrower;
+  return true;
 }
 
-void Smoother::renew_moved(bool newest_only) {
+/// Renews keyframes that moved since their last association, and the newest one if its association has changed
+/// otherwise. False if there was none.
+bool Smoother::renew_moved(bool newest_only, bool newest_changed) {
   const std::size_t newest = window_->size() - 1;
+  bool renewed = false;
   for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
-    // The newest keyframe always: its first association was at the prediction.
-    if (k == newest || keyframes_[k]->moved(window_->seen_pose(k), kReassociateMoved_m, kReassociateTurned_deg)) {
+    if ((k == newest && newest_changed) ||
+        keyframes_[k]->moved(window_->seen_pose(k), kReassociateMoved_m, kReassociateTurned_deg)) {
       renew(k);
+      renewed = true;
     }
   }
+  return renewed;
 }
 
 /// All keyframes and the prior use the newest keyframe's degenerate direction. If the directions differed, their

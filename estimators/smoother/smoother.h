@@ -36,8 +36,9 @@ class Smoother final : public Estimator {
   Matrix6 marginal_information(std::size_t k, double noise_subtracted) const;
   Matrix6 narrower_gate(std::size_t k) const;
   bool gate_is_wide(std::size_t k) const;
+  bool may_narrow(std::size_t k) const;
   bool begins_to_narrow(std::size_t k);
-  void renew_moved(bool newest_only);
+  bool renew_moved(bool newest_only, bool newest_changed);
   void share_slide();
   void report(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
 
