@@ -106,9 +106,9 @@ std::unique_ptr<Estimator> make_unmonitored(const EstimatorKind& kind, Estimator
   require_input(kind, input);
   if (kind.sensors == Sensors::magnetic) input.planes = nullptr;
   const bool has_cloud = input.planes != nullptr;
-  const bool field_alone = !has_cloud && !input.suite.magnetometers.empty();
-  const std::shared_ptr<const MagneticMap> field = input.field;
-  const bool one_layer = field != nullptr && !input.suite.magnetometers.empty() && field->grid().heights_m.size() == 1;
+  const std::shared_ptr<const MagneticMap> field = input.suite.magnetometers.empty() ? nullptr : input.field;
+  const bool field_alone = !has_cloud && field != nullptr;
+  const bool one_layer = field != nullptr && field->grid().heights_m.size() == 1;
   std::unique_ptr<Estimator> estimator;
   if (kind.refines && field_alone && input.linearize_at == nullptr) {
     estimator = std::make_unique<GuardedSmoother>(std::move(input), kind.make);

@@ -20,10 +20,8 @@ class SuiteSparse {
     common.nmethods = 1;
     common.method[0].ordering = CHOLMOD_NATURAL;
     common.postorder = 0;
-    // Columns of equal pattern at once, without zeros that would be added to merge more; then column by column.
+    // Columns of similar pattern are factorized at once, and then stored one by one.
     common.supernodal = CHOLMOD_SUPERNODAL;
-    std::fill_n(common.nrelax, 3, 0);
-    std::fill_n(common.zrelax, 3, 0.0);
     common.final_asis = 0;
     common.final_super = 0;
     common.final_ll = 1;

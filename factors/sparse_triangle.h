@@ -18,7 +18,7 @@ struct IndexRange {
 };
 
 /// The lower triangular factor L of an information matrix H = L Lᵀ, and covariances from it. L is sparse and stores all
-/// entries of its pattern, zeros included.
+/// entries of its pattern, zeros included: that of H's factor, and those with which CHOLMOD joins columns.
 class SparseTriangle {
  public:
   /// L by CHOLMOD (supernodal, natural order). `information`: the upper triangle of H with its complete diagonal; row

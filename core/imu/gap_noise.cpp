@@ -7,8 +7,6 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kPeriods = 5.0;  // without a sample: no gap
-
 // Rates of a robot that drives, turns or is carried, by five logs: docs/design/062-gaps-of-the-imu.md.
 constexpr double kAngularVelocity_rad_s = 0.5;
 constexpr double kAcceleration_m_s2 = 1.0;
@@ -26,7 +24,7 @@ double variance_a_second(double gap_s) {
 }  // namespace
 
 ImuNoise with_gap(const ImuNoise& noise, double gap_s) {
-  if (!(gap_s * noise.rate_hz > kPeriods)) return noise;
+  if (!(gap_s * noise.rate_hz > kImuGapPeriods)) return noise;
   const double root = std::sqrt(variance_a_second(std::min(gap_s, kLongest_s)));
   ImuNoise result = noise;
   result.gyroscope_noise_density = std::hypot(noise.gyroscope_noise_density, kAngularVelocity_rad_s * root);

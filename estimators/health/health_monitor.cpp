@@ -83,8 +83,8 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
   unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
   unmeasured_s_ = observed ? 0.0 : unmeasured_s_ + (bundle.imu_gap_s > kImuGap_s ? step_s : 0.0);
-  const double sigma_m = 0.5 * (kDeadReckoning_m_s2 * unobserved_s_ * unobserved_s_ +  //
-                                kUnmeasured_m_s2 * unmeasured_s_ * unmeasured_s_);
+  const auto path_m = [](double acceleration_m_s2, double s) { return 0.5 * acceleration_m_s2 * s * s; };
+  const double sigma_m = path_m(kDeadReckoning_m_s2, unobserved_s_) + path_m(kUnmeasured_m_s2, unmeasured_s_);
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   if (!(sigma_m > kUncertain_m) || !(claimed_m < kLeastClaim * sigma_m)) return {};
   return {sigma_m > kLost_m ? Health::lost : Health::uncertain, HealthReason::unobserved};

@@ -11,9 +11,13 @@ namespace lodestone {
 /// apart (compare_map_errors, docs/design/042-repeated-map-error.md).
 class RepeatedMapError {
  public:
-  /// Adds the errors of the next scan and its position (map).
+  /// Whether a scan at `position` (map) is far enough from the last one.
+  bool takes(const Vector3& position) const {
+    return kept_.empty() || (kept_.back().position - position).norm() >= kStep_m;
+  }
+
+  /// Adds the errors of the next scan, and its position, which it takes.
   void add(MapError error, const Vector3& position) {
-    if (!kept_.empty() && (kept_.back().position - position).norm() < kStep_m) return;
     while (kept_.size() > 1 && (kept_[1].position - position).norm() >= kApart_m) kept_.pop_front();
     if (!kept_.empty() && (kept_.front().position - position).norm() >= kApart_m) {
       if (const auto found = compare_map_errors(kept_.front().error, error)) {

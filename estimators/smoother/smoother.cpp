@@ -277,7 +277,9 @@ bool Smoother::may_narrow(std::size_t k) const {
   if (!gate_is_wide(k)) return false;
   if (k == 0 || keyframes_[k - 1]->correspondences.empty()) return true;
   const Matrix6& gate = keyframes_[k]->gate_covariance;
-  const Matrix6 expected = (gate.inverse() + keyframes_[k - 1]->lidar_information).inverse();
+  const Keyframe& before = *keyframes_[k - 1];
+  const Matrix6 kept = before.degeneracy.lidar_projector();
+  const Matrix6 expected = (gate.inverse() + kept.transpose() * before.lidar_information * kept).inverse();
   return narrows(gate, 0.01 * gate + expected);
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/imu/gap_noise.h"
 #include "frontends/logs/open_log.h"
 #include "frontends/messages/bag_streams.h"
 #include "frontends/messages/sensor_checks.h"
@@ -17,9 +18,6 @@
 
 namespace lodestone {
 namespace {
-
-/// A gap is longer than this number of IMU periods; one or two lost packets are no gap.
-constexpr double imu_gap_periods = 5.0;
 
 /// A longer silence of all sensors occurs only in logs that were stopped or joined. The log ends there, unless pauses
 /// are bridged.
@@ -195,7 +193,7 @@ void BagSource::Implementation::take_imu(const SensorStream& stream, StampOrder&
   const bool first = !order.any();
   if (!accept(stream, order, sample.time)) return;
   const double gap_s = to_seconds(sample.time - previous);
-  if (!first && gap_s > imu_gap_periods / platform.suite.imu.rate_hz) {
+  if (!first && gap_s > kImuGapPeriods / platform.suite.imu.rate_hz) {
     warnings.add("imu.gap",
                  fmt::format("{}: {:.3f} s without a sample at {:.3f} s; expected one every {:g} s", stream.topic,
                              gap_s, to_seconds(previous), 1.0 / platform.suite.imu.rate_hz),

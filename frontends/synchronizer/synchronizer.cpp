@@ -41,7 +41,7 @@ Synchronizer::Synchronizer(MeasurementSource& source, const SensorSuite& suite, 
 bool Synchronizer::next(ScanBundle& bundle) {
   while (plan(bundle.scan)) {
     wait_for(bundle.scan.end);
-    if (!take_imu(bundle.scan, bundle)) continue;
+    if (!take_imu(bundle)) continue;
     take_fields(bundle.scan, bundle.magnetic);
     take_wheels(bundle.scan, bundle.wheels);
     previous_end_ = bundle.scan.end;
@@ -175,7 +175,8 @@ bool Synchronizer::hold_last_imu(const LidarScan& scan) {
   return true;
 }
 
-bool Synchronizer::take_imu(const LidarScan& scan, ScanBundle& bundle) {
+bool Synchronizer::take_imu(ScanBundle& bundle) {
+  const LidarScan& scan = bundle.scan;
   std::vector<ImuSample>& samples = bundle.imu;
   const Time begin = started_ ? previous_end_ : scan.start;
   if (!imu_reaches(scan.end) && !hold_last_imu(scan)) {

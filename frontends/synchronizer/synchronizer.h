@@ -42,7 +42,7 @@ class Synchronizer {
   Time begin_of(const LidarScan& scan) const;
   void wait_for(Time time);
   bool hold_last_imu(const LidarScan& scan);
-  bool take_imu(const LidarScan& scan, ScanBundle& bundle);
+  bool take_imu(ScanBundle& bundle);
   void take_fields(const LidarScan& scan, std::vector<MagneticArraySample>& samples);
   bool wheels_reach(Time time) const { return !choice_.wheels || (!wheels_.empty() && wheels_.back().time >= time); }
   void take_wheels(const LidarScan& scan, std::vector<WheelSample>& samples);
