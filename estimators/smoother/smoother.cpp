@@ -22,8 +22,8 @@ constexpr int kNarrowings = 3;  // rounds that narrow the association gate
 constexpr double kWideGate_m = 0.01;
 constexpr double kWideGate_rad = 0.003;
 
-// A keyframe that moved or turned further gets new correspondences. An edge of a voxel is 25 times as long
-// (docs/design/048-options-that-went.md).
+// A keyframe that moved or turned further gets new correspondences: the newest one in its own step, others in the next.
+// An edge of a voxel is 25 times as long (docs/design/048-options-that-went.md).
 constexpr double kReassociateMoved_m = 0.01;
 constexpr double kReassociateTurned_deg = 0.1;
 
@@ -121,17 +121,20 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
                              window_->wheel_correction(newest), wheel_sigmas);
   if (solved) relocate();
   keyframes_[newest]->motion_waits = solved && may_narrow(newest);
+  const int reassociations = solved ? options.smoother.reassociations : 0;
+  for (std::size_t k = 0; k < newest && reassociations > 0; ++k) {
+    if (has_moved(k)) renew(k);
+  }
   renew(newest);
   share_slide();
   int iterations = solved ? window_->solve() : 0;
-  const int reassociations = solved ? options.smoother.reassociations : 0;
   const bool narrowing = begins_to_narrow(newest);
   const int rounds = std::max(reassociations + (narrowing ? kNarrowings : 0), keyframes_[newest]->motion_waits ? 1 : 0);
   for (int i = 0; i < rounds; ++i) {
     const bool waited = i + 1 == rounds && std::exchange(keyframes_[newest]->motion_waits, false);
     if (narrowing && i > 0) keyframes_[newest]->gate_covariance = narrower_gate(newest);
-    const bool renewed = renew_moved(i > 0 || !solved, narrowing || waited || newest == 0);
-    if (!renewed) continue;
+    if (!(narrowing || waited || newest == 0 || has_moved(newest))) continue;
+    renew(newest);
     share_slide();
     if (solved) iterations += window_->solve();
   }
@@ -296,19 +299,8 @@ bool Smoother::begins_to_narrow(std::size_t k) {
   return true;
 }
 
-/// Renews keyframes that moved since their last association, and the newest one if its association has changed
-/// otherwise. False if there was none.
-bool Smoother::renew_moved(bool newest_only, bool newest_changed) {
-  const std::size_t newest = window_->size() - 1;
-  bool renewed = false;
-  for (std::size_t k = newest_only ? newest : 0; k <= newest; ++k) {
-    if ((k == newest && newest_changed) ||
-        keyframes_[k]->moved(window_->seen_pose(k), kReassociateMoved_m, kReassociateTurned_deg)) {
-      renew(k);
-      renewed = true;
-    }
-  }
-  return renewed;
+bool Smoother::has_moved(std::size_t k) const {
+  return keyframes_[k]->moved(window_->seen_pose(k), kReassociateMoved_m, kReassociateTurned_deg);
 }
 
 /// All keyframes and the prior use the newest keyframe's degenerate direction. If the directions differed, their

@@ -38,7 +38,7 @@ class Smoother final : public Estimator {
   bool gate_is_wide(std::size_t k) const;
   bool may_narrow(std::size_t k) const;
   bool begins_to_narrow(std::size_t k);
-  bool renew_moved(bool newest_only, bool newest_changed);
+  bool has_moved(std::size_t k) const;
   void share_slide();
   void report(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
 
