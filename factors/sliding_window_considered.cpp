@@ -181,13 +181,17 @@ Eigen::MatrixXd SlidingWindow::covariance(const SparseInformation& known,
   const LongErrors errors = long_errors();
   Eigen::MatrixXd by_errors = by_residual(prior_, linearize(prior_)).transpose() * prior_disturbance(errors);
   const std::vector<const Eigen::VectorXd*> weights = source_weights(errors);
-  for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+  std::vector<Eigen::MatrixXd> by_stretch(keyframes_.size());
+  parallel_for(std::size_t{0}, keyframes_.size(), [&](std::size_t k) {
+    by_stretch[k] = Eigen::MatrixXd::Zero(by_tangents.cols(), kSize);
     for (const WindowFactor* factor : disturbed(*keyframes_[k])) {
       const LinearizedFactor part = linearize(*factor);
-      const Eigen::MatrixXd own = by_residual(*factor, part).transpose() * disturbance(*keyframes_[k], *factor, part);
-      for (Eigen::Index s = 0; s < errors.sources; ++s) {
-        by_errors.middleCols<kSize>(kSize * s) += (*weights[k])[s] * own;
-      }
+      by_stretch[k].noalias() += by_residual(*factor, part).transpose() * disturbance(*keyframes_[k], *factor, part);
+    }
+  });
+  for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+    for (Eigen::Index s = 0; s < errors.sources; ++s) {
+      by_errors.middleCols<kSize>(kSize * s) += (*weights[k])[s] * by_stretch[k];
     }
   }
   result.noalias() += by_errors * by_errors.transpose();

@@ -10,6 +10,7 @@
 #include "core/lidar/map_error.h"
 #include "core/lidar/scan_sampling.h"
 #include "core/observability/window_information.h"
+#include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "estimators/initialization/initialization.h"
 #include "estimators/smoother/bound.h"
@@ -139,9 +140,11 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     if (solved) iterations += window_->solve();
   }
 
-  follow_residuals(*keyframes_.back());
-  if (newest == 0 && solved) {
+  const SlidingWindow::ClockOffset clock = window_->clock_offset();
+  const bool first = newest == 0 && solved;
+  if (first) {
     // The first scan's noise estimate also applies to the first scan.
+    follow_residuals(*keyframes_.back(), clock);
     keyframes_.back()->variance_scale = variance_scale_;
     keyframes_.back()->map_error_variance_m2 = map_error_.cube_variance_m2();
     renew(newest);
@@ -151,8 +154,13 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
       window_->size() > 1 && to_seconds(window_->time(newest) - window_->time(0)) >= options.smoother.window_s - 1e-6;
   std::vector<std::size_t> wanted{newest};
   if (leaves) wanted.push_back(0);
-  const std::vector<Matrix6> covariances = window_->pose_covariances(wanted);
-  newest_covariance_ = window_->newest_covariance();  // from the same factorization
+  std::vector<Matrix6> covariances;
+  parallel_for(0, 2, [&](int part) {
+    if (part == 0 && !first) follow_residuals(*keyframes_.back(), clock);
+    if (part == 0) return;
+    covariances = window_->pose_covariances(wanted);
+    newest_covariance_ = window_->newest_covariance();  // from the same factorization
+  });
 
   Estimate& estimate = keyframes_.back()->estimate;
   estimate.state = window_->state(newest);
@@ -211,20 +219,21 @@ void Smoother::relocate() {
 
 /// Sensor, surface and map noise differ from the data sheets: variance scales follow the residuals of the log, upwards
 /// at once and downwards over about ten scans (docs/design/040-variance-from-residuals.md).
-void Smoother::follow_residuals(const Keyframe& keyframe) {
+void Smoother::follow_residuals(const Keyframe& keyframe, const SlidingWindow::ClockOffset& clock) {
   const std::size_t newest = window_->size() - 1;
   if (input_.field != nullptr) {
     measurements_.judge_field_error(
         keyframe, window_->state(newest).T_map_imu,
         [&](int magnetometer) { return window_->magnetometer_bias(newest, magnetometer); },
-        [&](int magnetometer) { return window_->magnetometer_matrix(magnetometer); }, window_->clock_offset(),
-        field_error_);
+        [&](int magnetometer) { return window_->magnetometer_matrix(magnetometer); }, clock, field_error_);
   }
   constexpr int kFewest = 100;  // least correspondences for a median
   constexpr double kGain = 0.1;
   if (static_cast<int>(keyframe.correspondences.size()) < kFewest) return;
   const Pose seen = window_->seen_pose(newest);
-  map_error_.add(analyse_map_error(keyframe.correspondences, seen), seen.position);
+  if (map_error_.takes(seen.position)) {
+    map_error_.add(analyse_map_error(keyframe.correspondences, seen), seen.position);
+  }
   const double found = keyframe.variance_scale * residual_scale(keyframe.correspondences, seen);
   const double gain = keyframes_.size() == 1 ? 1.0 : kGain;
   variance_scale_ = std::max(1.0, variance_scale_ + gain * (found - variance_scale_));

@@ -31,7 +31,7 @@ class Smoother final : public Estimator {
   void take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const;
   void relocate();
   void warn_of_move(const char* kind, const std::string& detail, const Pose& from, const Pose& to, Time time);
-  void follow_residuals(const Keyframe& keyframe);
+  void follow_residuals(const Keyframe& keyframe, const SlidingWindow::ClockOffset& clock);
   void renew(std::size_t k);
   Matrix6 marginal_information(std::size_t k, double noise_subtracted) const;
   Matrix6 narrower_gate(std::size_t k) const;
