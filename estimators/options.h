@@ -176,7 +176,8 @@ struct SmootherOptions {
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("window_s", window_s, "length of the sliding window, which is the lag of the smoothed output");
-    visitor.field("reassociations", reassociations, "number of repeated associations per step after solving");
+    visitor.field("reassociations", reassociations,
+                  "repeated associations of a scan in its step, at most; 0: of no scan");
     visitor.field("refine", refine, "none or batch: solve the whole log together at its end (--refine)");
     visitor.section("solver", solver);
   }

@@ -31,6 +31,7 @@ struct InitCall {
   std::vector<std::string> logs;
   std::string out;
   double seconds = 60.0;
+  std::string imu_noise;
   bool force = false;
 };
 
@@ -64,7 +65,7 @@ void write_drafted_platform(const InitCall& call) {
   const fs::path out = yaml_output(call.out);
   WarningLog warnings;
   const LogSurvey survey = survey_logs(call.logs, warnings);
-  const CommentedPlatform draft = draft_platform(survey, out.stem().string(), call.seconds);
+  const CommentedPlatform draft = draft_platform(survey, out.stem().string(), call.seconds, call.imu_noise);
   const std::string text = head_of(call) + commented_text(draft);
   parse_platform(text, out.string());  // a file that cannot be read is never written
   OutputFile file(out);
@@ -94,6 +95,9 @@ void add_init_command(CLI::App& app, int* code) {
       ->add_option("--seconds", call->seconds,
                    "duration of the part of each log that is read for units and for noise at standstill, seconds")
       ->capture_default_str();
+  files.input(
+      command->add_option("--imu-noise", call->imu_noise,
+                          "take the noise of the IMU from a file for Kalibr or of allan_variance_ros (imu.yaml)"));
   command->add_flag("--force", call->force, "replace the platform file if it exists");
   command->callback([call, code]() {
     write_drafted_platform(*call);

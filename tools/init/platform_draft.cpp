@@ -4,6 +4,7 @@
 
 #include <cctype>
 #include <cstdlib>
+#include <filesystem>
 #include <set>
 
 #include "core/angles.h"
@@ -74,7 +75,7 @@ class PlatformDraft {
   }
 
   /// Reads units and noise.
-  CommentedPlatform finish(double seconds) {
+  CommentedPlatform finish(double seconds, const std::string& imu_noise) {
     std::vector<LogSample> samples;
     WarningLog unheard;  // survey_logs has the same
     for (const std::string& log : survey_.logs) {
@@ -88,7 +89,11 @@ class PlatformDraft {
     for (const LogSample& sample : samples) {
       if (!noise) noise = standstill_noise(sample, imu_.period_s);
     }
-    set_imu_noise(noise, seconds);
+    if (imu_noise.empty()) {
+      set_imu_noise(noise, seconds);
+    } else {
+      take_imu_noise(imu_noise);
+    }
     set_field_noise(noise, seconds);
     comment("guesses", "nobody measured these; remove each from the list once you have");
     for (const auto& [key, text] : comments_) {
@@ -262,6 +267,23 @@ class PlatformDraft {
     comment("imu.accelerometer_bias_random_walk_m_s3_sqrt_hz", walk);
   }
 
+  void take_imu_noise(const std::string& path) {
+    const std::vector<KalibrImu> stated = read_kalibr_imus(path);
+    const KalibrImu& found = imu_of_topic(stated, imu_.info.name, path);
+    ImuNoise& imu = platform_.suite.imu;
+    imu.gyroscope_noise_density = found.noise.gyroscope_noise_density;
+    imu.accelerometer_noise_density = found.noise.accelerometer_noise_density;
+    imu.gyroscope_bias_random_walk = found.noise.gyroscope_bias_random_walk;
+    imu.accelerometer_bias_random_walk = found.noise.accelerometer_bias_random_walk;
+    std::string how = "stated by " + std::filesystem::path(path).filename().string();
+    if (!found.topic.empty() && found.topic != imu_.info.name) how += " for the topic " + found.topic;
+    for (const char* key :
+         {"gyroscope_noise_density_rad_s_sqrt_hz", "accelerometer_noise_density_m_s2_sqrt_hz",
+          "gyroscope_bias_random_walk_rad_s2_sqrt_hz", "accelerometer_bias_random_walk_m_s3_sqrt_hz"}) {
+      comment(std::string("imu.") + key, how);
+    }
+  }
+
   void set_field_noise(const std::optional<StandstillNoise>& noise, double seconds) {
     for (std::size_t i = 0; i < magnetometers_.size(); ++i) {
       const double found = noise ? to_four_digits(noise->fields_ut[i]) : 0.0;
@@ -285,8 +307,9 @@ class PlatformDraft {
 
 }  // namespace
 
-CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds) {
-  return PlatformDraft(survey, name).finish(seconds);
+CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds,
+                                 const std::string& imu_noise) {
+  return PlatformDraft(survey, name).finish(seconds, imu_noise);
 }
 
 }  // namespace lodestone

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/init/kalibr_noise.h"
 #include "tools/init/log_survey.h"
 #include "tools/init/platform_text.h"
 
@@ -10,7 +11,9 @@ namespace lodestone {
 
 /// Describes the robot of the surveyed logs: one LiDAR, one IMU, all magnetometers. Reads the first `seconds` of IMU
 /// and magnetometers of each log for units and noise. Each value that is inferred or guessed has a comment. Throws
-/// InputError that lists the topics if there is no LiDAR or no IMU.
-CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds);
+/// InputError that lists the topics if there is no LiDAR or no IMU. `imu_noise`: a file that states the noise of the
+/// IMU (read_kalibr_imus); empty: from the log.
+CommentedPlatform draft_platform(const LogSurvey& survey, const std::string& name, double seconds,
+                                 const std::string& imu_noise = {});
 
 }  // namespace lodestone

@@ -61,6 +61,54 @@ TEST_F(InitCommand, ReplacesAFileOnlyWithForce) {
   EXPECT_THAT(content_of(path("robot.yaml")), HasSubstr("name: \"robot\""));
 }
 
+constexpr const char* kKalibr =
+    "accelerometer_noise_density: 1.86e-03\n"
+    "accelerometer_random_walk:   4.33e-04\n"
+    "gyroscope_noise_density:     1.87e-04\n"
+    "gyroscope_random_walk:       2.66e-05\n"
+    "update_rate:                 200.0\n";
+
+TEST_F(InitCommand, TakesTheNoiseOfTheImuFromAFileForKalibr) {
+  const std::string call = "init " + path("log.bag") + " --imu-noise " + path("imu.yaml") + " --out ";
+  std::ofstream(path("imu.yaml")) << kKalibr << "rostopic: /imu0\n";
+  ASSERT_EQ(run_lodestone(call + path("one.yaml")).code, 0);
+  const std::string how = "  # stated by imu.yaml for the topic /imu0\n";
+  for (const char* line :
+       {"gyroscope_noise_density_rad_s_sqrt_hz: 0.000187", "accelerometer_noise_density_m_s2_sqrt_hz: 0.00186",
+        "gyroscope_bias_random_walk_rad_s2_sqrt_hz: 2.66e-05",
+        "accelerometer_bias_random_walk_m_s3_sqrt_hz: 0.000433"}) {
+    EXPECT_THAT(content_of(path("one.yaml")), HasSubstr(line + how));
+  }
+  // Of several IMUs, that of the log's topic.
+  const auto section = [](const std::string& name, const std::string& topic, const std::string& density) {
+    return name + ":\n  accelerometer_noise_density: " + density +
+           "\n  accelerometer_random_walk: 1e-4\n  gyroscope_noise_density: 1e-4\n  gyroscope_random_walk: 1e-5\n"
+           "  rostopic: " +
+           topic + "\n";
+  };
+  std::ofstream(path("imu.yaml")) << section("imu0", "/other", "0.01") << section("imu1", "/imu/data", "0.02");
+  ASSERT_EQ(run_lodestone(call + path("two.yaml")).code, 0);
+  EXPECT_THAT(content_of(path("two.yaml")),
+              HasSubstr("accelerometer_noise_density_m_s2_sqrt_hz: 0.02  # stated by imu.yaml\n"));
+}
+
+TEST_F(InitCommand, RefusesAFileThatDoesNotStateTheNoise) {
+  const std::string call = "init " + path("log.bag") + " --imu-noise " + path("imu.yaml") + " --out " + path("r.yaml");
+  expect_refused(call, path("imu.yaml"));
+  std::ofstream(path("imu.yaml")) << "gyroscope_noise_density: 1e-4\n";
+  expect_refused(call, "accelerometer_noise_density");
+  std::string wrong = kKalibr;
+  wrong.replace(wrong.find("1.87e-04"), 8, "0       ");
+  std::ofstream(path("imu.yaml")) << wrong;
+  expect_refused(call, "imu.yaml:3: gyroscope_noise_density: expected a number above 0, found 0");
+  std::ofstream(path("imu.yaml")) << "imu0:\n  accelerometer_noise_density: 1\n  accelerometer_random_walk: 1\n"
+                                     "  gyroscope_noise_density: 1\n  gyroscope_random_walk: 1\n  rostopic: /a\n"
+                                     "imu1:\n  accelerometer_noise_density: 1\n  accelerometer_random_walk: 1\n"
+                                     "  gyroscope_noise_density: 1\n  gyroscope_random_walk: 1\n  rostopic: /b\n";
+  expect_refused(call, "none of the IMUs (/a, /b) is the log's, /imu/data");
+  EXPECT_FALSE(std::filesystem::exists(path("r.yaml")));
+}
+
 TEST_F(InitCommand, RefusesInOneLine) {
   expect_refused("init " + path("log.bag") + " --out " + path("robot.txt"), "expected a name ending in .yaml");
   expect_refused("init " + path("absent.bag") + " --out " + path("robot.yaml"), path("absent.bag"));

@@ -1,0 +1,57 @@
+#include "tools/init/kalibr_noise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "frontends/configuration/configuration_node.h"
+
+namespace lodestone {
+namespace {
+
+constexpr const char* kFirstKey = "accelerometer_noise_density";
+
+double positive(const ConfigurationNode& imu, const std::string& key) {
+  const double value = imu.at(key).as_double();
+  if (!(value > 0.0) || !std::isfinite(value)) {
+    imu.at(key).fail(fmt::format("expected a number above 0, found {}", value));
+  }
+  return value;
+}
+
+KalibrImu imu_of(const ConfigurationNode& node) {
+  KalibrImu result;
+  if (const ConfigurationNode* topic = node.find("rostopic")) result.topic = topic->as_string();
+  result.noise.accelerometer_noise_density = positive(node, kFirstKey);
+  result.noise.accelerometer_bias_random_walk = positive(node, "accelerometer_random_walk");
+  result.noise.gyroscope_noise_density = positive(node, "gyroscope_noise_density");
+  result.noise.gyroscope_bias_random_walk = positive(node, "gyroscope_random_walk");
+  return result;
+}
+
+}  // namespace
+
+std::vector<KalibrImu> read_kalibr_imus(const std::string& path) {
+  const ConfigurationNode root = ConfigurationNode::load(path);
+  std::vector<KalibrImu> result;
+  for (const std::string& key : root.keys()) {
+    const ConfigurationNode& section = root.at(key);
+    if (section.kind() == ConfigurationNode::Kind::map && section.has(kFirstKey)) result.push_back(imu_of(section));
+  }
+  if (result.empty()) result.push_back(imu_of(root));
+  return result;
+}
+
+const KalibrImu& imu_of_topic(const std::vector<KalibrImu>& imus, const std::string& topic, const std::string& path) {
+  const auto found = std::ranges::find(imus, topic, &KalibrImu::topic);
+  if (found != imus.end()) return *found;
+  if (imus.size() == 1) return imus.front();
+  std::string topics;
+  for (const KalibrImu& imu : imus) topics += (topics.empty() ? "" : ", ") + imu.topic;
+  throw InputError(fmt::format("{}: none of the IMUs ({}) is the log's, {}; correct its rostopic, or keep one IMU",
+                               path, topics, topic));
+}
+
+}  // namespace lodestone
