@@ -8,6 +8,7 @@ set(lodestone_cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/lodestone)
 
 install(TARGETS lodestone RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 install(DIRECTORY config DESTINATION ${CMAKE_INSTALL_DATADIR}/lodestone COMPONENT program)
+install(DIRECTORY tools/fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/lodestone COMPONENT program USE_SOURCE_PERMISSIONS)
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 # The program writes its manual page and its completion from the declarations of its options.

@@ -121,7 +121,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   measurements_.weigh_wheels(*keyframes_.back(), window_->state(newest), predicted_covariance,
                              window_->wheel_correction(newest), wheel_sigmas);
   if (solved) relocate();
-  keyframes_[newest]->motion_waits = solved && may_narrow(newest);
+  keyframes_[newest]->motion_waits = solved && gate_is_wide(newest);
   const int reassociations = solved ? options.smoother.reassociations : 0;
   for (std::size_t k = 0; k < newest && reassociations > 0; ++k) {
     if (has_moved(k)) renew(k);
@@ -277,22 +277,11 @@ Matrix6 Smoother::narrower_gate(std::size_t k) const {
   return 0.01 * keyframes_[k]->gate_covariance + window_->seen_covariance(k);
 }
 
+/// Residuals of wrong correspondences look like motion within the scan, so this motion is estimated only once the gate
+/// no longer narrows. Without this, a robot at rest began with 0.7 m/s and was lost within a second.
 bool Smoother::gate_is_wide(std::size_t k) const {
   const Matrix6& gate = keyframes_[k]->gate_covariance;
   return shifts_far(gate) || turns_far(gate);
-}
-
-/// Residuals of wrong correspondences look like motion within the scan, so this motion is estimated only once the gate
-/// no longer narrows. Without this, a robot at rest began with 0.7 m/s and was lost within a second. Consecutive scans
-/// see nearly the same planes: what the last one did not observe, this one will not narrow.
-bool Smoother::may_narrow(std::size_t k) const {
-  if (!gate_is_wide(k)) return false;
-  if (k == 0 || keyframes_[k - 1]->correspondences.empty()) return true;
-  const Matrix6& gate = keyframes_[k]->gate_covariance;
-  const Keyframe& before = *keyframes_[k - 1];
-  const Matrix6 kept = before.degeneracy.lidar_projector();
-  const Matrix6 expected = (gate.inverse() + kept.transpose() * before.lidar_information * kept).inverse();
-  return narrows(gate, 0.01 * gate + expected);
 }
 
 /// Within a wide gate, points on neighbouring surfaces count as much as those on the right one. After a rough

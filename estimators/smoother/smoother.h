@@ -36,7 +36,6 @@ class Smoother final : public Estimator {
   Matrix6 marginal_information(std::size_t k, double noise_subtracted) const;
   Matrix6 narrower_gate(std::size_t k) const;
   bool gate_is_wide(std::size_t k) const;
-  bool may_narrow(std::size_t k) const;
   bool begins_to_narrow(std::size_t k);
   bool has_moved(std::size_t k) const;
   void share_slide();

@@ -1,0 +1,101 @@
+"""The steps and the page of a night (tools/fleet), without Snakemake. tests/fleet/slurm.sh runs the whole workflow."""
+
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import pandas as pd
+
+import drive
+
+FLEET = Path(__file__).resolve().parents[2] / "tools" / "fleet"
+
+
+def step(*arguments) -> int:
+    call = [sys.executable, FLEET / "step.py", *map(str, arguments)]
+    return subprocess.run(call, stderr=subprocess.DEVNULL).returncode
+
+
+def night() -> object:
+    spec = importlib.util.spec_from_file_location("night", FLEET / "night.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class Fleet(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def read(self, name: str) -> dict:
+        return json.loads((self.folder / name).read_text())
+
+    def test_a_refused_log_is_a_result_and_its_report_is_left_out(self):
+        (self.folder / "empty.bag").touch()
+        self.assertEqual(step(self.folder / "run.json", drive.PROGRAM, "run", self.folder / "empty.bag", "--platform",
+                              drive.PLATFORM, "--cloud", drive.CLOUD, "--out", self.folder / "run"), 0)
+        note = self.read("run.json")
+        self.assertEqual(note["code"], 2)
+        self.assertIn("empty.bag", note["message"])
+        self.assertEqual(step("--after", self.folder / "run.json", self.folder / "report.json", "false"), 0)
+        self.assertEqual(self.read("report.json")["message"], note["message"])
+
+    def test_a_killed_or_unknown_command_leaves_no_result(self):
+        for command in (["sh", "-c", "kill -KILL $$"], ["false"], ["no-such-program"]):
+            self.assertEqual(step(self.folder / "run.json", *command), 1)
+            self.assertFalse((self.folder / "run.json").exists())
+
+    def add(self, name: str, code: int = 0, message: str = "", source: Path = drive.RUN) -> Path:
+        folder = self.folder / "drives" / name
+        folder.mkdir(parents=True)
+        (folder / "check.json").write_text(json.dumps({"code": 0, "message": ""}))
+        (folder / "run.run.json").write_text(json.dumps({"code": code, "message": message}))
+        if code != 2:
+            shutil.copytree(source, folder / "run" / "smoother")
+        return folder / "run" / "smoother"
+
+    def test_the_page_puts_the_worst_first_and_ranks_places_over_all_drives(self):
+        for name in ("a", "b"):
+            self.add(name)
+        self.add("c", code=2, message="lodestone: <c.bag>: empty")
+        lost = self.add("d", code=3)
+        # The last second of d is lost: these scans have no pose.
+        scans = pd.read_csv(lost / "diagnostics.csv")
+        gone = scans["t_s"] > scans["t_s"].max() - 1.0
+        scans.loc[gone, "health"] = "lost"
+        scans.to_csv(lost / "diagnostics.csv", index=False)
+        poses = (lost / "trajectory.tum").read_text().splitlines()
+        (lost / "trajectory.tum").write_text("\n".join(poses[: len(poses) - int(gone.sum())]) + "\n")
+        (lost / "stale_places.csv").write_text("x_m,y_m,largest_difference_ut\n1000,2000,12.5\n")
+        night().make(self.folder)
+        drives = pd.read_csv(self.folder / "drives.csv")
+        self.assertEqual(list(drives["drive"]), ["c", "d", "a", "b"])
+        self.assertEqual(list(drives["outcome"]), ["refused", "regained", "done", "done"])
+        self.assertAlmostEqual(drives["lost_s"][1], 1.0, delta=0.11)
+        places = pd.read_csv(self.folder / "places.csv")
+        degenerate = places[places["kind"] == "degenerate"]  # the whole tunnel, for all three drives
+        self.assertEqual(set(degenerate["drives"]), {3})
+        total = 3 * (scans["t_s"].max() - scans["t_s"].min()) - drives["lost_s"][1]
+        self.assertAlmostEqual(degenerate["seconds"].sum(), total, delta=0.5)
+        stale = places[places["kind"] == "stale"]
+        self.assertEqual(list(stale["difference_ut"]), [12.5])
+        self.assertEqual((list(stale["x_m"]), list(stale["y_m"])), ([1002.5], [2002.5]))
+        page = (self.folder / "index.html").read_text()
+        self.assertIn("4 drives", page)
+        self.assertIn("1 refused, 1 regained, 2 done", page)
+        self.assertIn("&lt;c.bag&gt;", page)
+
+    def test_a_night_without_any_run_has_a_page_too(self):
+        self.add("c", code=2, message="refused")
+        night().make(self.folder)
+        self.assertIn("1 refused", (self.folder / "index.html").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
