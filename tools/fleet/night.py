@@ -6,6 +6,7 @@ drives.csv: one row a drive and setting, the worst first. places.csv: the places
 estimates were lost, and where the magnetic map is stale, over all drives, the worst first.
 """
 
+import functools
 import html
 import json
 import sys
@@ -24,6 +25,7 @@ def read(path: Path) -> dict:
     return json.loads(path.read_text())
 
 
+@functools.lru_cache(maxsize=8)
 def scans_of(run: Path) -> pd.DataFrame:
     """Time and health of each scan, its position, and the number of its stretch of scans with a pose."""
     diagnostics = pd.read_csv(run / "diagnostics.csv", usecols=["t_s", "health", "degenerate_directions"])

@@ -12,6 +12,7 @@
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/sensor_checks.h"
 #include "tools/check/log_sample.h"
+#include "tools/init/kalibr_noise.h"
 #include "tools/init/standstill_noise.h"
 #include "tools/progress.h"
 

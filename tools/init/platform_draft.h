@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/init/kalibr_noise.h"
 #include "tools/init/log_survey.h"
 #include "tools/init/platform_text.h"
 
