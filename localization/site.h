@@ -17,7 +17,7 @@ namespace lodestone {
 
 /// Prior maps of a site.
 struct MapFiles {
-  std::string cloud{};     ///< point cloud, PCD or PLY; empty: LiDAR is not used
+  std::string cloud{};     ///< point cloud: PCD, PLY or LAS; empty: LiDAR is not used
   std::string magnetic{};  ///< magnetic map, YAML; empty: magnetometers are not used
 };
 

@@ -20,6 +20,7 @@ constexpr int interrupted = 130;
 /// InputError for wrong input; main turns the error into one line and exit code 2.
 void add_simulate_command(CLI::App& app, int* code);
 void add_convert_command(CLI::App& app, int* code);
+void add_shift_command(CLI::App& app, int* code);
 void add_init_command(CLI::App& app, int* code);
 void add_check_command(CLI::App& app, int* code);
 void add_map_command(CLI::App& app, int* code);

@@ -95,6 +95,7 @@ int run_program(int argument_count, char** arguments, const std::string& revisio
   int code = exit_code::done;
   add_simulate_command(app, &code);
   add_convert_command(app, &code);
+  add_shift_command(app, &code);
   add_init_command(app, &code);
   add_check_command(app, &code);
   add_map_command(app, &code);

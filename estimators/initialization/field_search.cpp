@@ -16,7 +16,10 @@ constexpr double kSigma_ut = 4.0;      // change of the field within half a step
 constexpr double kWorstSquare = 16.0;  // limit of a reading's squared residual, sigmas²: one broken sensor must not win
 constexpr double kCrowding = 3.0;      // number of readings that share one error of the map
 constexpr std::size_t kScored = 3000;  // places with the best fit to the field that are also scored by the cloud map
-constexpr std::size_t kFieldCandidates = 100;  // largest number of places that are registered
+// Largest number of places that are registered: by field and scan together, and by the field alone, because a scan may
+// see only what is not on the map.
+constexpr std::size_t kByBoth = 100;
+constexpr std::size_t kByField = 50;
 constexpr double kPlacesApart_m = 0.3;
 constexpr double kPlacesApart_rad = 10.0 * std::numbers::pi / 180.0;
 
@@ -76,6 +79,14 @@ bool fit(const ArrayReading& array, const Quaternion& attitude, const Vector3& p
   return true;
 }
 
+void add_if_new(const Place& place, std::vector<Place>& result) {
+  const bool is_near = std::any_of(result.begin(), result.end(), [&](const Place& other) {
+    return other.level == place.level && (other.position_m - place.position_m).norm() < kPlacesApart_m &&
+           std::abs(std::remainder(other.yaw - place.yaw, 2.0 * std::numbers::pi)) < kPlacesApart_rad;
+  });
+  if (!is_near) result.push_back(place);
+}
+
 }  // namespace
 
 std::vector<Place> search_field(const ArrayReading& array, const Quaternion& attitude, double height_m,
@@ -119,14 +130,11 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
   std::sort(order.begin(), order.end());
   std::vector<Place> result;
   for (const auto& [cost, i] : order) {
-    if (result.size() >= kFieldCandidates) break;
-    const Place& place = places[i];
-    const bool is_near = std::any_of(result.begin(), result.end(), [&](const Place& other) {
-      return other.level == place.level && (other.position_m - place.position_m).norm() < kPlacesApart_m &&
-             std::abs(std::remainder(other.yaw - place.yaw, 2.0 * std::numbers::pi)) < kPlacesApart_rad;
-    });
-    if (!is_near) result.push_back(place);
+    if (result.size() == kByBoth) break;
+    add_if_new(places[i], result);
   }
+  const std::size_t most = result.size() + kByField;
+  for (std::size_t i = 0; i < places.size() && result.size() < most; ++i) add_if_new(places[i], result);
   return result;
 }
 

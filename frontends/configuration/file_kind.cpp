@@ -26,7 +26,8 @@ SeemingKind kind_of_bytes(std::string_view begin) {
   for (const std::string_view magic : {"#ROSBAG V"sv, "\x89MCAP"sv, "SQLite format 3"sv}) {
     if (begin.starts_with(magic)) return SeemingKind::log;
   }
-  if (begin.starts_with("ply\n") || begin.starts_with("ply\r") || begin.starts_with("# .PCD"))
+  if (begin.starts_with("ply\n") || begin.starts_with("ply\r") || begin.starts_with("# .PCD") ||
+      begin.starts_with("LASF"))
     return SeemingKind::point_cloud;
   for (const std::string_view magic : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv}) {
     if (begin.starts_with(magic)) return SeemingKind::raster;
@@ -88,7 +89,7 @@ std::string_view kind_name(SeemingKind kind) {
     case SeemingKind::trajectory:
       return "a trajectory (TUM)";
     case SeemingKind::point_cloud:
-      return "a point cloud (PCD or PLY)";
+      return "a point cloud (PCD, PLY or LAS)";
     case SeemingKind::log:
       return "a log";
     case SeemingKind::raster:

@@ -21,7 +21,7 @@ SeemingKind seeming_kind_of_file(const std::string& path);
 /// magnetic map". Unknown and missing files are left to the reader.
 void require_kind(const std::string& path, SeemingKind expected, std::string_view expected_name);
 
-/// "; this looks like a PCD or PLY file", to be appended to a reader's message; empty if the kind is unknown.
+/// "; this looks like a magnetic map", to be appended to a reader's message; empty if the kind is unknown.
 std::string looks_like(const std::string& path);
 
 }  // namespace lodestone

@@ -174,11 +174,20 @@ std::string pose_text(const Pose& pose) {
                      q.w());
 }
 
+namespace {
+
+/// Nine significant digits, but micrometres at coordinates of a country.
+std::string coordinate_text(double value_m) {
+  return std::abs(value_m) < 1000.0 ? fmt::format("{:.9g}", value_m) : fmt::format("{:.6f}", value_m);
+}
+
+}  // namespace
+
 std::string format_tum(const StampedPose& pose) {
   const Vector3& p = pose.pose.position;
   const Quaternion& q = pose.pose.rotation;
-  return fmt::format("{} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", format_stamp(pose.time), p.x(), p.y(),
-                     p.z(), q.x(), q.y(), q.z(), q.w());
+  return fmt::format("{} {} {} {} {:.9g} {:.9g} {:.9g} {:.9g}", format_stamp(pose.time), coordinate_text(p.x()),
+                     coordinate_text(p.y()), coordinate_text(p.z()), q.x(), q.y(), q.z(), q.w());
 }
 
 std::string euroc_text(const Trajectory& trajectory) {
@@ -188,8 +197,8 @@ std::string euroc_text(const Trajectory& trajectory) {
   for (const StampedPose& pose : trajectory) {
     const Vector3& p = pose.pose.position;
     const Quaternion& q = pose.pose.rotation;
-    fmt::format_to(out, "{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", pose.time, p.x(), p.y(), p.z(), q.w(),
-                   q.x(), q.y(), q.z());
+    fmt::format_to(out, "{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g}\n", pose.time, coordinate_text(p.x()),
+                   coordinate_text(p.y()), coordinate_text(p.z()), q.w(), q.x(), q.y(), q.z());
   }
   return fmt::to_string(text);
 }

@@ -29,10 +29,11 @@ Trajectory read_trajectory(const std::string& path);
 /// "x y z qx qy qz qw", the format of --initial-pose.
 std::string pose_text(const Pose& pose);
 
-/// One line of a TUM file, without line end: stamp with nine decimals, nine significant digits.
+/// One line of a TUM file, without line end: stamp with nine decimals, nine significant digits,
+/// but coordinates to a micrometre.
 std::string format_tum(const StampedPose& pose);
 
-/// The text of a EuRoC csv: stamps in ns, nine significant digits.
+/// The text of a EuRoC csv: stamps in ns, digits as in format_tum.
 std::string euroc_text(const Trajectory& trajectory);
 
 /// Writes a TUM file (temporary file, then rename). `comment`, if any, becomes its first lines. Throws InputError.

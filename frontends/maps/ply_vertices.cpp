@@ -204,8 +204,8 @@ std::uint64_t PlyVertices::list_bytes(const Property& list) {
   return count * static_cast<std::uint64_t>(list.size);
 }
 
-Eigen::Vector3f PlyVertices::next_binary() {
-  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+Vector3 PlyVertices::next_binary() {
+  Vector3 position = Vector3::Zero();
   const std::vector<Property>& properties = elements_[vertex_].properties;
   std::array<std::uint8_t, longest_number> bytes{};
   for (std::size_t i = 0; i < properties.size(); ++i) {
@@ -218,19 +218,19 @@ Eigen::Vector3f PlyVertices::next_binary() {
     for (std::size_t row = 0; row < 3; ++row) {
       if (coordinates_[row] != i) continue;
       if (property.size == 8) {
-        double value = 0.0;
-        std::memcpy(&value, bytes.data(), sizeof(value));
-        position[static_cast<int>(row)] = static_cast<float>(value);
+        std::memcpy(&position[static_cast<int>(row)], bytes.data(), sizeof(double));
       } else {
-        std::memcpy(&position[static_cast<int>(row)], bytes.data(), sizeof(float));
+        float value = 0.0F;
+        std::memcpy(&value, bytes.data(), sizeof(value));
+        position[static_cast<int>(row)] = value;
       }
     }
   }
   return position;
 }
 
-Eigen::Vector3f PlyVertices::next_text() {
-  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+Vector3 PlyVertices::next_text() {
+  Vector3 position = Vector3::Zero();
   if (!std::getline(stream_, line_)) fail("the file ends too early");
   std::istringstream words(line_);
   std::string word;
@@ -252,13 +252,13 @@ Eigen::Vector3f PlyVertices::next_text() {
       float single = 0.0F;
       const bool is_double = properties[i].size == 8;
       if (!(is_double ? parse_number(word, value) : parse_number(word, single))) fail("a coordinate is not a number");
-      position[static_cast<int>(row)] = is_double ? static_cast<float>(value) : single;
+      position[static_cast<int>(row)] = is_double ? value : static_cast<double>(single);
     }
   }
   return position;
 }
 
-Eigen::Vector3f PlyVertices::next() {
+Vector3 PlyVertices::next() {
   return encoding_ == Encoding::text ? next_text() : next_binary();
 }
 

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <fstream>
 #include <string>
 #include <vector>
+
+#include "core/geometry/so3.h"
 
 namespace lodestone {
 
@@ -20,7 +21,7 @@ class PlyVertices {
   std::uint64_t count() const { return elements_[vertex_].count; }
 
   /// The next of count() positions. Throws InputError if the file ends before, or a value is not a number.
-  Eigen::Vector3f next();
+  Vector3 next();
 
  private:
   enum class Encoding { text, little_endian, big_endian };
@@ -47,8 +48,8 @@ class PlyVertices {
   void skip_bytes(std::uint64_t count);
   void read_bytes(std::uint8_t* bytes, int count);
   std::uint64_t list_bytes(const Property& list);
-  Eigen::Vector3f next_binary();
-  Eigen::Vector3f next_text();
+  Vector3 next_binary();
+  Vector3 next_text();
 
   std::string path_;
   std::ifstream stream_;

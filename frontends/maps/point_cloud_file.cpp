@@ -6,16 +6,15 @@
 #include <pcl/io/pcd_io.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
-#include "frontends/configuration/aside.h"
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/missing_file.h"
+#include "frontends/maps/las_points.h"
 #include "frontends/maps/pcd_check.h"
 #include "frontends/maps/pcd_layout.h"
 #include "frontends/maps/ply_vertices.h"
@@ -26,25 +25,22 @@ namespace {
 /// Limit for clouds that PCL reads at once. Larger clouds must be uncompressed binary PCD, which is streamed.
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 34;
 
-enum class Format { pcd, ply };
+enum class Format { pcd, ply, las };
 
 /// The format by the file's first bytes, not by its name.
 Format format_of(const std::string& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code)) throw missing_file(path);
-  if (!std::filesystem::is_regular_file(path, code)) throw InputError(path + ": expected a PCD or PLY file");
+  if (!std::filesystem::is_regular_file(path, code)) throw InputError(path + ": expected a PCD, PLY or LAS file");
   std::ifstream stream(path, std::ios::binary);
   std::string line;
   while (std::getline(stream, line) && (line.size() < 4096 || line.rfind("LASF", 0) == 0)) {
     if (line.rfind("ply", 0) == 0) return Format::ply;
-    if (line.rfind("LASF", 0) == 0) {
-      throw InputError(
-          path + ": LAS and LAZ files are not supported; convert the file to PLY: pdal translate map.laz map.ply");
-    }
+    if (line.rfind("LASF", 0) == 0) return Format::las;
     if (line.rfind("VERSION", 0) == 0 || line.rfind("FIELDS", 0) == 0) return Format::pcd;
     if (!line.empty() && line[0] != '#' && line != "\r") break;
   }
-  throw InputError(path + ": is neither a PCD nor a PLY file; expected a point-cloud map in one of these formats" +
+  throw InputError(path + ": is no PCD, PLY or LAS file; expected a point-cloud map in one of these formats" +
                    looks_like(path));
 }
 
@@ -75,16 +71,16 @@ struct PositionLayout {
     }
   }
 
-  Eigen::Vector3f position(const std::uint8_t* point) const {
-    Eigen::Vector3f result;
+  Vector3 position(const std::uint8_t* point) const {
+    Vector3 result;
     for (int row = 0; row < 3; ++row) {
       const std::uint8_t* data = point + coordinates[row].offset;
       if (coordinates[row].is_double) {
-        double value = 0.0;
-        std::memcpy(&value, data, sizeof(value));
-        result[row] = static_cast<float>(value);
+        std::memcpy(&result[row], data, sizeof(double));
       } else {
-        std::memcpy(&result[row], data, sizeof(float));
+        float value = 0.0F;
+        std::memcpy(&value, data, sizeof(value));
+        result[row] = value;
       }
     }
     return result;
@@ -106,14 +102,18 @@ constexpr const char* kMalformed = "it is malformed or truncated";
 
 /// Farther away, floats are more than a centimetre apart, m: coordinates of a country, not of a site. Voxels of an
 /// eighth of a metre have indices up to here.
-constexpr float kLargestSite_m = 131'072.0F;
+constexpr double kLargestSite_m = 131'072.0;
 /// Limit of plausible coordinates.
-constexpr float kFarthest_m = 1e7F;
+constexpr double kFarthest_m = 1e7;
+/// The origin that is proposed for a georeferenced cloud, rounded to this.
+constexpr double kRoundOrigin_m = 1000.0;
 
-/// Passes finite positions on in pieces and counts the others.
+/// Passes finite positions, less the origin, on in pieces and counts the others.
 class PositionStream {
  public:
-  explicit PositionStream(const PointSink& sink) : sink_(sink) { piece_.reserve(kPointsAPiece); }
+  PositionStream(const PointSink& sink, Vector3 origin_m) : sink_(sink), origin_m_(std::move(origin_m)) {
+    piece_.reserve(kPointsAPiece);
+  }
 
   void add(const PositionLayout& layout, const std::uint8_t* points, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i) {
@@ -121,12 +121,13 @@ class PositionStream {
     }
   }
 
-  void add(const Eigen::Vector3f& position) {
+  void add(const Vector3& in_file) {
+    const Vector3 position = in_file - origin_m_;
     if (!position.allFinite()) {
       ++dropped_;
       return;
     }
-    const float away_m = position.cwiseAbs().maxCoeff();
+    const double away_m = position.cwiseAbs().maxCoeff();
     if (away_m > kFarthest_m) {
       ++too_far_;
       return;
@@ -135,7 +136,7 @@ class PositionStream {
       if (off_site_++ == 0) first_off_site_ = position;
       return;
     }
-    piece_.push_back(position);
+    piece_.emplace_back(position.cast<float>());
     if (piece_.size() == kPointsAPiece) flush();
   }
 
@@ -146,11 +147,13 @@ class PositionStream {
           path + ": the point cloud has no finite points within 10,000 km of its origin; expected a map of the site");
     }
     if (off_site_ > kept_) {
+      const Vector3 near = kRoundOrigin_m * ((first_off_site_ + origin_m_) / kRoundOrigin_m).array().round();
       throw InputError(fmt::format(
           "{}: the origin is far away, a point is at ({:.0f}, {:.0f}, {:.0f}) m, where the precision of floats is "
-          "centimetres or worse; expected metres from an origin at the site; subtract one shift from the "
-          "cloud, the field map, the ground truth and the initial pose",
-          path, first_off_site_.x(), first_off_site_.y(), first_off_site_.z()));
+          "centimetres or worse; expected metres from an origin at the site; subtract one from this cloud, the "
+          "magnetic map and all trajectories, for example `lodestone shift {} --origin {:.0f},{:.0f},{:.0f} --out "
+          "site.pcd`",
+          path, first_off_site_.x(), first_off_site_.y(), first_off_site_.z(), path, near.x(), near.y(), near.z()));
     }
     if (off_site_ + too_far_ > 0) {
       warnings.add("cloud.far_points", path + ": map points farther than 131 km from the origin were dropped", 0,
@@ -172,12 +175,13 @@ class PositionStream {
   }
 
   const PointSink& sink_;
+  Vector3 origin_m_;
   std::vector<Eigen::Vector3f> piece_;
   std::int64_t kept_ = 0;
   std::int64_t dropped_ = 0;   ///< not finite
   std::int64_t too_far_ = 0;   ///< also dropped
   std::int64_t off_site_ = 0;  ///< also dropped; nearer than the limit of plausible coordinates
-  Eigen::Vector3f first_off_site_ = Eigen::Vector3f::Zero();
+  Vector3 first_off_site_ = Vector3::Zero();
 };
 
 void stream_binary_pcd(const std::string& path, const PcdLayout& pcd, PositionStream& positions) {
@@ -210,6 +214,16 @@ void stream_ply(const std::string& path, PositionStream& positions) {
   for (std::uint64_t i = 0; i < vertices.count(); ++i) positions.add(vertices.next());
 }
 
+void stream_las(const std::string& path, WarningLog& warnings, PositionStream& positions) {
+  LasPoints points(path);
+  if (points.count() == 0) fail_empty(path);
+  for (Vector3 position; points.next(position);) positions.add(position);
+  if (points.left_out() > 0) {
+    warnings.add("cloud.marked_points", path + ": map points that the file marks as withheld or noise were dropped", 0,
+                 points.left_out());
+  }
+}
+
 /// Text or packed PCD is read at once by PCL.
 void read_by_pcl(const std::string& path, PositionStream& positions) {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // errors are reported by InputError
@@ -238,10 +252,12 @@ void read_by_pcl(const std::string& path, PositionStream& positions) {
 
 }  // namespace
 
-void stream_point_cloud(const std::string& path, WarningLog& warnings, const PointSink& sink) {
+void stream_point_cloud(const std::string& path, WarningLog& warnings, const PointSink& sink, const Vector3& origin_m) {
   const Format format = format_of(path);
-  PositionStream positions(sink);
-  if (format == Format::ply) {
+  PositionStream positions(sink, origin_m);
+  if (format == Format::las) {
+    stream_las(path, warnings, positions);
+  } else if (format == Format::ply) {
     stream_ply(path, positions);
   } else if (const auto pcd = read_binary_pcd_layout(path)) {
     stream_binary_pcd(path, *pcd, positions);
@@ -251,30 +267,13 @@ void stream_point_cloud(const std::string& path, WarningLog& warnings, const Poi
   positions.finish(path, warnings);
 }
 
-std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLog& warnings) {
+std::vector<Eigen::Vector3f> read_point_cloud(const std::string& path, WarningLog& warnings, const Vector3& origin_m) {
   std::vector<Eigen::Vector3f> points;
-  stream_point_cloud(path, warnings, [&](std::span<const Eigen::Vector3f> piece) {
-    points.insert(points.end(), piece.begin(), piece.end());
-  });
+  stream_point_cloud(
+      path, warnings,
+      [&](std::span<const Eigen::Vector3f> piece) { points.insert(points.end(), piece.begin(), piece.end()); },
+      origin_m);
   return points;
-}
-
-void write_point_cloud(const std::string& path, const std::vector<Eigen::Vector3f>& points) {
-  const std::string aside = aside_name(path);
-  std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
-  stream
-      << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
-      << "WIDTH " << points.size() << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << points.size()
-      << "\nDATA binary\n";
-  static_assert(sizeof(Eigen::Vector3f) == 12, "three floats without padding, as the file has them");
-  stream.write(reinterpret_cast<const char*>(points.data()), static_cast<std::streamsize>(points.size() * 12));
-  stream.close();
-  std::error_code code;
-  if (stream) std::filesystem::rename(aside, path, code);
-  if (!stream || code) {
-    std::remove(aside.c_str());
-    throw InputError(path + ": cannot be written; check the folder and the free space");
-  }
 }
 
 }  // namespace lodestone

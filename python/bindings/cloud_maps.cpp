@@ -14,6 +14,7 @@
 #include "core/option_checks.h"
 #include "core/thread_limit.h"
 #include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/scan_survey.h"
 #include "localization/measurement_list.h"

@@ -63,7 +63,7 @@ def load_site(platform, cloud=None, magnetic=None, *, options: Optional[Mapping[
     """Loads the maps of a site for a robot. A site serves any number of logs and estimators.
 
     platform: path of a platform file, or a Platform.
-    cloud: path of the cloud map, PCD or PLY. None: LiDAR is not used.
+    cloud: path of the cloud map: PCD, PLY or LAS. None: LiDAR is not used.
     magnetic: path of the magnetic map, YAML, or a MagneticMap. None: magnetometers are not used.
     options: of --set, for example {"smoother.refine": "batch"}. list_options() has all.
     config: path or paths of configuration files. `options` override them.

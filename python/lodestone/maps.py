@@ -134,7 +134,7 @@ def build_cloud_map(drives, platform: Platform, *, voxel_m: float = 0.05, min_po
 
 
 def read_point_cloud(path) -> np.ndarray:
-    """The points of a PCD or PLY file, (N, 3) float32, m. Raises InputError."""
+    """The points of a PCD, PLY or LAS file, (N, 3) float32, m. Raises InputError."""
     return _lodestone.read_point_cloud(os.fspath(path))
 
 

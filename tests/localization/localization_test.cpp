@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "localization/measurement_list.h"
 #include "tests/tools/program_runner.h"
 #include "tools/simulate/bag_recorder.h"

@@ -16,7 +16,7 @@
 #include "core/thread_limit.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/scan_survey.h"
 #include "tools/command_files.h"

@@ -9,6 +9,7 @@
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
 #include "tools/writers/output_file.h"

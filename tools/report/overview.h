@@ -14,7 +14,7 @@ struct OverviewInput {
   Time log_begin = 0;
   const Trajectory* truth = nullptr;         ///< may be null
   const MagneticMap* field = nullptr;        ///< may be null
-  std::string cloud;                         ///< PCD or PLY; may be empty
+  std::string cloud;                         ///< PCD, PLY or LAS; may be empty
   std::vector<const Trajectory*> estimates;  ///< at scan ends; the first defines the extent if there is no truth
 };
 

@@ -42,8 +42,8 @@ void add_run_command(CLI::App& app, int* code) {
       ->required();
   files.input(command->add_option("--platform", call->platform, "platform file: sensors, topics, extrinsics, noise"))
       ->required();
-  files.input(
-      command->add_option("--cloud", call->cloud, "prior point-cloud map, PCD or PLY (without it, LiDAR is not used)"));
+  files.input(command->add_option("--cloud", call->cloud,
+                                  "prior point-cloud map: PCD, PLY or LAS (without it, LiDAR is not used)"));
   files.input(command->add_option("--magnetic", call->magnetic,
                                   "prior magnetic map, YAML (without it, magnetometers are not used)"));
   files.output(command->add_option("--out", call->out, "folder for the results"))->required();

@@ -12,7 +12,7 @@
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"

@@ -10,6 +10,7 @@
 #include "estimators/initialization/place_search.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "frontends/synchronizer/survey.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/random_starts.h"

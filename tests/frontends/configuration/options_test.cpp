@@ -148,7 +148,7 @@ TEST(Options, AFileOfBytesIsCalledOne) {
               HasSubstr("options.yaml: expected YAML, found a binary file"));
   testing::write_text(folder / "cloud.pcd", "# .PCD v0.7\nVERSION 0.7\n");
   EXPECT_THAT(testing::message_of<InputError>([&] { load_configuration({folder / "cloud.pcd"}, {}); }),
-              HasSubstr("expected a file of options; this looks like a point cloud (PCD or PLY)"));
+              HasSubstr("expected a file of options; this looks like a point cloud (PCD, PLY or LAS)"));
 }
 
 TEST(Options, RefuseMalformedYamlAndKeysGivenTwice) {

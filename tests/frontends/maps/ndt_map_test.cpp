@@ -9,7 +9,7 @@
 #include <random>
 
 #include "core/error.h"
-#include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
@@ -66,7 +67,7 @@ TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewFarOnesDropped) {
   write_point_cloud(folder / "country.pcd", std::vector<Eigen::Vector3f>(10, far));
   EXPECT_THAT(cloud_error(folder / "country.pcd"),
               ::testing::AllOf(HasSubstr("country.pcd: the origin is far away, a point is at (463012, 5254871, 480) m"),
-                               HasSubstr("subtract one shift")));
+                               HasSubstr("--origin 463000,5255000,0 --out site.pcd")));
   write_point_cloud(folder / "few.pcd", {{1, 2, 3}, {1e20F, 0, 0}, {0, -3e9F, 0}, {4, 5, 6}, far});
   WarningLog warnings;
   EXPECT_EQ(read_point_cloud(folder / "few.pcd", warnings), (std::vector<Eigen::Vector3f>{{1, 2, 3}, {4, 5, 6}}));
@@ -173,18 +174,22 @@ TEST(PointCloudFile, ReadsBinaryPlyOfEitherByteOrderAndBothKindsOfNumbers) {
   }
 }
 
-TEST(PointCloudFile, ALasFileIsRefusedWithTheWayToAPly) {
+TEST(PointCloudFile, TheWriterNeedsAKnownEndingAndDoublesForAnOrigin) {
   const TemporaryFolder folder;
-  std::ofstream(folder / "map.laz", std::ios::binary) << "LASF" << std::string(20000, '\0');
-  EXPECT_THAT(cloud_error(folder / "map.laz"), HasSubstr("convert the file to PLY: pdal translate map.laz map.ply"));
+  EXPECT_THAT(message_of<InputError>([&] { PointCloudWriter(folder / "map.xyz"); }),
+              HasSubstr("expected a name ending in .pcd or .ply, found '.xyz'"));
+  EXPECT_THAT(message_of<InputError>([&] { PointCloudWriter(folder / "map.pcd", Vector3(1.0, 0.0, 0.0)); }),
+              HasSubstr("ending in .ply"));
+  { PointCloudWriter(folder / "abandoned.pcd").add(std::vector<Eigen::Vector3f>{{1, 2, 3}}); }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(PointCloudFile, SaysWhatIsWrong) {
   const TemporaryFolder folder;
   EXPECT_THAT(cloud_error(folder / "absent.pcd"), HasSubstr("there is no such file"));
-  EXPECT_THAT(cloud_error(folder.path().string()), HasSubstr("expected a PCD or PLY file"));
+  EXPECT_THAT(cloud_error(folder.path().string()), HasSubstr("expected a PCD, PLY or LAS file"));
   write_text(folder / "text.pcd", "hello\n");
-  EXPECT_THAT(cloud_error(folder / "text.pcd"), HasSubstr("neither a PCD nor a PLY"));
+  EXPECT_THAT(cloud_error(folder / "text.pcd"), HasSubstr("is no PCD, PLY or LAS file"));
   write_text(folder / "empty.pcd", pcd_header("x y z", 0));
   EXPECT_THAT(cloud_error(folder / "empty.pcd"), HasSubstr("has no points"));
   write_point_cloud(folder / "none.pcd", {});

@@ -10,7 +10,7 @@
 
 #include "core/error.h"
 #include "frontends/maps/plane_map_loader.h"
-#include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "frontends/maps/thickness_record.h"
 #include "tests/frontends/logs/test_files.h"
 

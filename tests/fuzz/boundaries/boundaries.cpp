@@ -1,5 +1,7 @@
 #include "tests/fuzz/boundaries/boundaries.h"
 
+#include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <stdexcept>
 
@@ -226,6 +228,30 @@ void read_ply(const fs::path& folder) {
   read_point_cloud((folder / "cloud.ply").string(), warnings);
 }
 
+void write_las(const fs::path& folder) {
+  std::string text(227, '\0');
+  const auto put = [&text](std::size_t at, const auto& value) { std::memcpy(&text[at], &value, sizeof(value)); };
+  std::memcpy(text.data(), "LASF", 4);
+  text[24] = 1;
+  text[25] = 2;
+  put(94, std::uint16_t{227});
+  put(96, std::uint32_t{227});
+  put(105, std::uint16_t{20});
+  put(107, std::uint32_t{16});
+  for (std::size_t row = 0; row < 3; ++row) put(131 + 8 * row, 0.001);
+  for (int i = 0; i < 16; ++i) {
+    std::string point(20, '\2');
+    std::memcpy(point.data(), &i, sizeof(i));
+    text += point;
+  }
+  write_text(folder / "cloud.las", text);
+}
+
+void read_las(const fs::path& folder) {
+  WarningLog warnings;
+  read_point_cloud((folder / "cloud.las").string(), warnings);
+}
+
 void write_field(const fs::path& folder) {
   FieldGrid grid;
   grid.resolution_m = 0.5;
@@ -362,6 +388,7 @@ const std::vector<Boundary>& boundaries() {
       {"cloud_packed", "cloud.pcd", write_packed_cloud, read_cloud},
       {"cloud_ply_ascii", "cloud.ply", write_ascii_ply, read_ply},
       {"cloud_ply_binary", "cloud.ply", write_binary_ply, read_ply},
+      {"cloud_las", "cloud.las", write_las, read_las},
       {"field_yaml", "field.yaml", write_field, read_field},
       {"field_raster", "field.tif", write_field, read_field},
       {"field_table", "table.csv", write_table, read_table},

@@ -12,7 +12,7 @@
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "tests/estimators/drive.h"
 #include "tests/tools/program_runner.h"
 #include "tools/check/check_call.h"

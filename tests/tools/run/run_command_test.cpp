@@ -15,7 +15,7 @@
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
-#include "frontends/maps/point_cloud_file.h"
+#include "frontends/maps/point_cloud_writer.h"
 #include "tests/tools/program_runner.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/cloud_map.h"
@@ -224,7 +224,7 @@ TEST_F(RunCommand, AMagneticMapIsForMagnetometers) {
 TEST_F(RunCommand, FilesOfAnotherKindAreCalledWhatTheyAre) {
   const std::string log = "run " + path("log.bag") + " --out " + path("out");
   expect_refused(log + " --platform " + path("cloud.pcd") + " --cloud " + path("cloud.pcd"),
-                 "cloud.pcd: expected a platform file; this looks like a point cloud (PCD or PLY)");
+                 "cloud.pcd: expected a platform file; this looks like a point cloud (PCD, PLY or LAS)");
   expect_refused(log + " --platform " + path("platform.yaml") + " --cloud " + path("platform.yaml"),
                  "this looks like a platform file");
   expect_refused(log + " --platform " + path("platform.yaml") + " --magnetic " + path("platform.yaml"),
