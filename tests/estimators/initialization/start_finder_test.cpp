@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -118,6 +121,37 @@ TEST_F(StartInARoom, IsFoundUnderWayWithItsVelocity) {
     ASSERT_FALSE(found.best.empty());
     EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 0.08);
     EXPECT_LT((found.best.front().velocity - log.velocity).norm(), 0.15);
+  }
+}
+
+TEST_F(StartInARoom, IsAmongTheResultsIfTheScanSeesOnlyTheFloorAndPeople) {
+  const StartFinder finder(room_->input);
+  for (const simulation::RandomStart& start : starts(4, 0.0)) {
+    Beginning log = beginning(start);
+    for (ScanBundle& bundle : log.bundles) {
+      std::vector<LidarPoint>& points = bundle.scan.points;
+      const auto by_height = [](const LidarPoint& a, const LidarPoint& b) { return a.position.z() < b.position.z(); };
+      const float floor_m = std::min_element(points.begin(), points.end(), by_height)->position.z();
+      std::vector<LidarPoint> seen;
+      std::copy_if(points.begin(), points.end(), std::back_inserter(seen),
+                   [&](const LidarPoint& point) { return point.position.z() < floor_m + 0.1F; });
+      for (const auto& [x, y] : {std::pair{2.2F, 1.1F}, {-1.5F, -2.8F}, {1.0F, -2.0F}}) {  // people, at rest
+        for (int i = 0; i < 120; ++i) {
+          LidarPoint point = points.front();
+          point.position = {x + 0.02F * static_cast<float>(i % 8), y + 0.015F * static_cast<float>(i % 20),
+                            floor_m + 0.2F + 0.012F * static_cast<float>(i)};
+          seen.push_back(point);
+        }
+      }
+      points = seen;
+    }
+    const FoundStart found = finder.find(log.bundles);
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const StartHypothesis& one : found.best) nearest_m = std::min(nearest_m, distance(one.T_map_imu, log.truth));
+    EXPECT_LT(nearest_m, 0.3);
+    if (found.sure) {
+      EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 0.3);
+    }
   }
 }
 
