@@ -32,8 +32,16 @@ Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& s
   error.segment<3>(3) = rotation_back * moved - increment.position;
   error.tail<3>() = rotation_back * accelerated - increment.velocity;
 
+  // The readings' noise is that of the sensors, not of the readings divided by 1 + E.
+  using Matrix3RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Matrix9 to_readings = Matrix9::Identity();
+  to_readings.topLeftCorner<3, 3>() += Eigen::Map<const Matrix3RowMajor>(axes.data());
+  to_readings.block<3, 3>(3, 3) += Eigen::Map<const Matrix3RowMajor>(axes.data() + 9);
+  to_readings.block<3, 3>(6, 6) = to_readings.block<3, 3>(3, 3);
+  const Matrix9 whitening = whitening_ * to_readings;
+
   Vector15 result;
-  result.head<9>() = whitening_ * error;
+  result.head<9>() = whitening * error;
   result.segment<3>(9) = gyroscope_bias_whitening_ * (second.gyroscope_bias - first.gyroscope_bias);
   result.tail<3>() = accelerometer_bias_whitening_ * (second.accelerometer_bias - first.accelerometer_bias);
   if (jacobians == nullptr) return result;
@@ -68,12 +76,18 @@ Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& s
   if (with_axes_) {
     Eigen::Matrix<double, 9, 18> by_axes = -preintegration_.by_axes();
     by_axes.topRows<3>() = by_turn * preintegration_.by_axes().topRows<3>();
-    jacobians->by_axes.topRows<9>() = whitening_ * by_axes;
+    Eigen::Matrix<double, 9, 18> error_by_axes = Eigen::Matrix<double, 9, 18>::Zero();  // of to_readings · error
+    for (int row = 0; row < 3; ++row) {
+      error_by_axes.block<1, 3>(row, 3 * row) = error.head<3>().transpose();
+      error_by_axes.block<1, 3>(3 + row, 9 + 3 * row) = error.segment<3>(3).transpose();
+      error_by_axes.block<1, 3>(6 + row, 9 + 3 * row) = error.tail<3>().transpose();
+    }
+    jacobians->by_axes.topRows<9>() = whitening * by_axes + whitening_ * error_by_axes;
   }
 
-  by_first.topRows<9>() = (whitening_ * by_first.topRows<9>()).eval();
-  by_second.topRows<9>() = (whitening_ * by_second.topRows<9>()).eval();
-  jacobians->by_gravity.topRows<9>() = (whitening_ * jacobians->by_gravity.topRows<9>()).eval();
+  by_first.topRows<9>() = (whitening * by_first.topRows<9>()).eval();
+  by_second.topRows<9>() = (whitening * by_second.topRows<9>()).eval();
+  jacobians->by_gravity.topRows<9>() = (whitening * jacobians->by_gravity.topRows<9>()).eval();
   for (int axis = 0; axis < 3; ++axis) {
     by_first(9 + axis, gyroscope_bias + axis) = -gyroscope_bias_whitening_;
     by_second(9 + axis, gyroscope_bias + axis) = gyroscope_bias_whitening_;

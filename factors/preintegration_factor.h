@@ -11,7 +11,8 @@ namespace lodestone {
 /// IMU between two keyframes: rotation, position and velocity against the preintegrated increment, and the random walk
 /// of both biases; 15 whitened residuals. Source: Forster et al. 2017, eq. (45), with gravity as a variable.
 /// Parameters: pose i (7), motion i (9), pose j (7), motion j (9), gravity (3), and the axes of the IMU (18) if they
-/// are estimated. The content may be replaced between solves (re-integration at other biases).
+/// are estimated. The content may be replaced between solves (re-integration at other biases). Errors are those of
+/// readings: an error of corrected increments, times 1 + E (docs/design/045-axes-of-the-imu.md).
 class PreintegrationFactor final : public ceres::CostFunction {
  public:
   PreintegrationFactor(const Preintegration& preintegration, const ImuNoise& noise, bool with_axes = false)

@@ -56,12 +56,10 @@ FoundInitialPose find_initial_pose(const std::string& log, const EstimatorInput&
                                  log, found.data_s, found.doubt, advice));
   }
   const StartHypothesis& best = found.best.front();
-  const Vector3& p = best.T_map_imu.position;
   const std::string description = fmt::format(
-      "initial pose: {:.2f} {:.2f} {:.2f}, heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} "
-      "s of "
-      "data, found in {:.1f} s",
-      p.x(), p.y(), p.z(), heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability,
+      "initial pose \"{}\": heading {:.1f}°, {:.2f} m/s, probability {:.4f} among {} candidates; {:.1f} s of data, "
+      "found in {:.1f} s",
+      pose_text(best.T_map_imu), heading_deg(best.T_map_imu.rotation), best.velocity.norm(), best.probability,
       found.candidates, found.data_s, wall_s);
   if (best.probability < PlaceSearchOptions{}.min_probability) {
     warnings.add("run.initial_pose",

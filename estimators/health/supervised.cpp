@@ -115,6 +115,15 @@ void Supervised::estimate(const ScanBundle& bundle, EstimateSink& sink) {
   JudgingSink judging(*this, &bundle, reported_, sink);
   estimator_->process(bundle, judging);
   ++scans_;
+  if (newest_.health == Health::good) settle_search("run.found_again", "");
+}
+
+/// Says what became of the last place that a search found.
+void Supervised::settle_search(const char* kind, const char* outcome) {
+  if (unconfirmed_ && input_.warnings != nullptr) {
+    input_.warnings->add(kind, unconfirmed_->what + outcome, unconfirmed_->time);
+  }
+  unconfirmed_.reset();
 }
 
 void Supervised::report_lost(const ScanBundle& bundle, EstimateSink& sink) {
@@ -132,6 +141,7 @@ void Supervised::report_lost(const ScanBundle& bundle, EstimateSink& sink) {
 void Supervised::stop_estimator(EstimateSink& sink) {
   JudgingSink judging(*this, nullptr, reported_, sink);
   estimator_->finish(judging);
+  settle_search("run.not_found_again", ", which the following scans did not confirm");
   stopped_ = true;
   if (estimator_->calibration() != nullptr && scans_ > best_scans_) {
     best_calibration_ = *estimator_->calibration();
@@ -180,14 +190,11 @@ bool Supervised::confirms_estimator(const StartHypothesis& found) const {
 
 void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {
   if (!stopped_) stop_estimator(sink);
-  if (input_.warnings != nullptr) {
-    const Vector3& p = found.T_map_imu.position;
-    input_.warnings->add("run.found_again",
-                         fmt::format("lost at {:.3f} s; the search found the position {:.2f} {:.2f} {:.2f} at {:.3f} s",
-                                     to_seconds(lost_since_.value_or(*suspect_since_)), p.x(), p.y(), p.z(),
-                                     to_seconds(kept_.front().bundle.scan.start)),
-                         kept_.back().bundle.scan.end);
-  }
+  const Vector3& p = found.T_map_imu.position;
+  unconfirmed_ = {fmt::format("lost at {:.3f} s; the search found the position {:.2f} {:.2f} {:.2f} at {:.3f} s",
+                              to_seconds(lost_since_.value_or(*suspect_since_)), p.x(), p.y(), p.z(),
+                              to_seconds(kept_.front().bundle.scan.start)),
+                  kept_.back().bundle.scan.end};
   reported_ = kept_.back().bundle.scan.end;
   estimator_ = make_(begin_at(found, input_));
   stopped_ = false;

@@ -37,6 +37,12 @@ class Supervised final : public Estimator {
     Pose T_map_imu;  // causal estimate
   };
 
+  /// A place that a search found; the estimator that began there was not good yet.
+  struct FoundPlace {
+    std::string what;
+    Time time;
+  };
+
   void estimate(const ScanBundle& bundle, EstimateSink& sink);
   void report_lost(const ScanBundle& bundle, EstimateSink& sink);
   void stop_estimator(EstimateSink& sink);
@@ -45,6 +51,7 @@ class Supervised final : public Estimator {
   std::optional<StartHypothesis> search();
   bool confirms_estimator(const StartHypothesis& found) const;
   void start_again(const StartHypothesis& found, EstimateSink& sink);
+  void settle_search(const char* kind, const char* outcome);
 
   EstimatorInput input_;
   Make make_;
@@ -61,6 +68,7 @@ class Supervised final : public Estimator {
   Time next_search_ = 0;
   double wait_s_ = 0.0;  // between the next search and the one after it
   std::unique_ptr<StartFinder> finder_;
+  std::optional<FoundPlace> unconfirmed_;
   bool searchable_;
   std::optional<CalibrationEstimate> best_calibration_;  // of estimators before this one
   std::int64_t best_scans_ = 0;

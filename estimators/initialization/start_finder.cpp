@@ -38,7 +38,9 @@ std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
   return samples;
 }
 
-/// Evidence of one scan for a hypothesis: LiDAR and field at the state of its track.
+/// Evidence of one scan for a hypothesis: LiDAR and field at the state of its track, or at the pose near it with which
+/// the readings fit best, if both together are then more likely. Where the scan sees only people, they turn the track
+/// by degrees, and this error would decide between places whose field is alike.
 StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const EstimatorInput& input,
                           const StartEvidence& evidence, double& nowhere) {
   const Quaternion to_imu = state.T_map_imu.rotation.conjugate();
@@ -46,10 +48,19 @@ StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const
                                        input.options.lidar.sampling.voxel_m);
   const std::vector<Eigen::Vector3f> points = above_floor(scan);
   const auto array = reading_at_end(bundle, state, input.suite);
+  const ArrayReading* readings = array ? &*array : nullptr;
+  const auto planes = input.planes->around(state.T_map_imu.position);
   StartCandidate candidate;
   candidate.T_map_imu = state.T_map_imu;
-  evidence.weigh(points, array ? &*array : nullptr, *input.planes->around(state.T_map_imu.position), candidate);
-  nowhere = evidence.nowhere(points, array ? &*array : nullptr, state.T_map_imu.rotation);
+  evidence.weigh(points, readings, *planes, candidate);
+  StartCandidate moved;
+  moved.T_map_imu = evidence.moved_by_field(state.T_map_imu, Matrix6::Zero(), readings);
+  evidence.weigh(points, readings, *planes, moved);
+  if (moved.log_likelihood > candidate.log_likelihood) {
+    moved.T_map_imu = state.T_map_imu;
+    candidate = moved;
+  }
+  nowhere = evidence.nowhere(points, readings, state.T_map_imu.rotation);
   return candidate;
 }
 

@@ -61,6 +61,23 @@ void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayRe
   candidate.log_likelihood += candidate.field.log_likelihood;
 }
 
+Pose StartEvidence::moved_by_field(const Pose& T_map_imu, const Matrix6& information, const ArrayReading* array) const {
+  if (field_ == nullptr || array == nullptr) return T_map_imu;
+  std::vector<LocalizationReading> readings;
+  for (const MeanReading& reading : array->readings) {
+    const double noise = suite_.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
+    readings.push_back({reading.T_end_mag, reading.measured_ut,
+                        noise * noise / reading.samples + kArrayCrowding * kMapError_ut * kMapError_ut});
+  }
+  Vector6 trust;
+  trust << Vector3::Constant(std::pow(3.0 * degree, -2)), Vector3::Constant(std::pow(0.25, -2));
+  const Matrix6 with_trust = information + Matrix6(trust.asDiagonal());
+  const Matrix6 covariance = with_trust.ldlt().solve(Matrix6::Identity());
+  const Matrix6 symmetric = 0.5 * (covariance + covariance.transpose());
+  const MagneticLocalization localized = localize(T_map_imu, symmetric, readings, *field_, {});
+  return 2 * localized.used > static_cast<int>(readings.size()) ? localized.T_map_imu : T_map_imu;
+}
+
 double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array,
                               const Quaternion& attitude) const {
   double result = scan_log_likelihood_off_map(points.size());
@@ -131,23 +148,8 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
     const Pose rough = pose_of(places[i], attitude, height_m);
     const auto planes = planes_.around(rough.position);
     const RegisteredScan registered = register_scan(registered_points, rough, *planes, registered_lidars, association_);
-    candidate.T_map_imu = registered.T_map_imu;
-    if (field_ != nullptr && array != nullptr) {
-      std::vector<LocalizationReading> readings;
-      for (const MeanReading& reading : array->readings) {
-        const double noise = suite_.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
-        readings.push_back({reading.T_end_mag, reading.measured_ut,
-                            noise * noise / reading.samples + kArrayCrowding * kMapError_ut * kMapError_ut});
-      }
-      Vector6 trust;
-      trust << Vector3::Constant(std::pow(3.0 * degree, -2)), Vector3::Constant(std::pow(0.25, -2));
-      // The errors of a scan's many points are correlated, so its information is reduced.
-      const Matrix6 information = 0.1 * registered.information + Matrix6(trust.asDiagonal());
-      const Matrix6 covariance = information.ldlt().solve(Matrix6::Identity());
-      const Matrix6 symmetric = 0.5 * (covariance + covariance.transpose());
-      const MagneticLocalization localized = localize(registered.T_map_imu, symmetric, readings, *field_, {});
-      if (2 * localized.used > static_cast<int>(readings.size())) candidate.T_map_imu = localized.T_map_imu;
-    }
+    // The errors of a scan's many points are correlated, so its information is reduced.
+    candidate.T_map_imu = evidence_.moved_by_field(registered.T_map_imu, 0.1 * registered.information, array);
     evidence_.weigh(judged, array, *planes, candidate);
   });
   std::stable_sort(candidates.begin(), candidates.end(), [](const StartCandidate& a, const StartCandidate& b) {

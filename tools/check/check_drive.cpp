@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <set>
 
 #include "core/evaluation/statistics.h"
@@ -82,7 +81,7 @@ std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
   try {
     const FoundInitialPose found = find_initial_pose(
         log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings);
-    std::printf("%s\n", found.description.c_str());
+    findings.push_back({Severity::note, "start.found", found.description, "check that it is the right place"});
     return found.start.T_map_imu;
   } catch (const InputError& error) {
     findings.push_back(error_finding("start.not_found", error));

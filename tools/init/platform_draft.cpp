@@ -29,6 +29,7 @@ constexpr const char* consumer_imu = "data sheet of a consumer-grade IMU (TDK IC
 constexpr double usual_gyroscope_walk = 2e-5;
 constexpr double usual_accelerometer_walk = 5e-4;
 constexpr double usual_field_noise_ut = 1.0;
+constexpr double rotation_by_eye_deg = 2.0;  // sigma of a rotation that is measured by eye
 
 /// Four significant digits: more are noise, and make the file hard to read.
 double to_four_digits(double value) {
@@ -99,7 +100,7 @@ class PlatformDraft {
     comment("guesses", "nobody measured these; remove each from the list once you have");
     for (const auto& [key, text] : comments_) {
       if (key.ends_with("T_imu_lidar") || key.ends_with("T_imu_mag")) {
-        if (text.starts_with("guess")) platform_.guesses.push_back(key);
+        if (is_guess(key)) platform_.guesses.push_back(key);
       }
     }
     return {platform_, comments_};
@@ -107,6 +108,11 @@ class PlatformDraft {
 
  private:
   void comment(const std::string& key, const std::string& text) { comments_[key] = text; }
+
+  bool is_guess(const std::string& key) const {
+    const auto found = comments_.find(key);
+    return found != comments_.end() && found->second.starts_with("guess");
+  }
 
   std::string described(const SurveyedTopic& topic, const char* others, const char* remedy) const {
     const std::string text = fmt::format("{}, {}", topic.info.type, frame_of(topic));
@@ -130,8 +136,13 @@ class PlatformDraft {
     model.max_range_m = 100.0;
     comment("lidar.max_range_m", sheet);
     model.T_imu_lidar = mounting("lidar.T_imu_lidar", lidar_.frame, "LiDAR");
-    comment("lidar.calibration",
-            "usual: one sigma of T_imu_lidar and of the clock; increase what you measured roughly");
+    const char* usual = "usual: one sigma of T_imu_lidar and of the clock; increase what you measured roughly";
+    if (is_guess("lidar.T_imu_lidar")) {
+      platform_.suite.calibration.lidar.rotation_sigma_deg = rotation_by_eye_deg;
+      usual =
+          "one sigma of T_imu_lidar by tape measure and eye, and of the clock; 0.3 deg from a drawing or a calibration";
+    }
+    comment("lidar.calibration", usual);
   }
 
   void add_layout() {
@@ -176,6 +187,9 @@ class PlatformDraft {
     comment(key + ".topic", fmt::format("{}{}", frame_of(topic),
                                         topic.period_s > 0.0 ? fmt::format(", {:.4g} Hz", 1.0 / topic.period_s) : ""));
     model.T_imu_mag = mounting(key + ".T_imu_mag", topic.frame, "magnetometer");
+    if (is_guess(key + ".T_imu_mag")) {
+      platform_.suite.calibration.magnetometers.rotation_sigma_deg = rotation_by_eye_deg;
+    }
   }
 
   /// T_imu_frame from the static transforms, otherwise the identity.
