@@ -6,7 +6,6 @@
 
 #include "core/measurements.h"
 #include "frontends/configuration/file_kind.h"
-#include "frontends/configuration/number_text.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/platform_calibration.h"
 #include "frontends/configuration/text_file.h"
@@ -211,25 +210,6 @@ void read_wheels(const ConfigurationNode& node, Platform& platform) {
   read_calibration_sigmas(node, "calibration", platform.suite.calibration.wheels);
 }
 
-/// Whether a file has a key such as "magnetometers[0].T_imu_mag".
-bool has_path(const ConfigurationNode& root, const std::string& path) {
-  const ConfigurationNode* node = &root;
-  std::istringstream keys(path);
-  for (std::string key; node != nullptr && std::getline(keys, key, '.');) {
-    const std::size_t bracket = key.find('[');
-    node = node->find(key.substr(0, bracket));
-    if (node == nullptr || bracket == std::string::npos) continue;
-    std::size_t index = 0;
-    if (!key.ends_with(']') || node->kind() != ConfigurationNode::Kind::sequence ||
-        !parse_number(std::string_view(key).substr(bracket + 1, key.size() - bracket - 2), index) ||
-        index >= node->elements().size()) {
-      return false;
-    }
-    node = &node->elements()[index];
-  }
-  return node != nullptr;
-}
-
 Platform read_platform(const ConfigurationNode& root, const SensorChoice& required) {
   root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_clock_offset_s",
                                "magnetometer_calibration", "magnetometers", "wheels", "guesses"});
@@ -253,12 +233,7 @@ Platform read_platform(const ConfigurationNode& root, const SensorChoice& requir
   }
   if (const ConfigurationNode* wheels = root.find("wheels")) read_wheels(*wheels, platform);
   if (const ConfigurationNode* guesses = root.find("guesses")) {
-    for (const ConfigurationNode& node : guesses->elements()) {
-      read_value(node, platform.guesses.emplace_back());
-      if (!has_path(root, platform.guesses.back())) {
-        node.fail("names no key of this file; expected one such as lidar.T_imu_lidar or magnetometers[0].T_imu_mag");
-      }
-    }
+    for (const ConfigurationNode& node : guesses->elements()) read_value(node, platform.guesses.emplace_back());
   }
   return platform;
 }

@@ -148,9 +148,10 @@ TEST_F(StartInARoom, IsAmongTheResultsIfTheScanSeesOnlyTheFloorAndPeople) {
     const FoundStart found = finder.find(log.bundles);
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const StartHypothesis& one : found.best) nearest_m = std::min(nearest_m, distance(one.T_map_imu, log.truth));
-    EXPECT_LT(nearest_m, 0.3);
+    constexpr double kSigma_m = 0.5;  // of a found pose, begin_at()
+    EXPECT_LT(nearest_m, kSigma_m);
     if (found.sure) {
-      EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 0.3);
+      EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 3.0 * kSigma_m);
     }
   }
 }

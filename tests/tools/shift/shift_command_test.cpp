@@ -63,7 +63,7 @@ TEST_F(ShiftCommand, AMagneticMapKeepsItsFieldAndProvenance) {
   grid.heights_m = {0.5, 1.0};
   std::vector<Eigen::Vector4f> nodes;
   for (int i = 0; i < 12; ++i) nodes.emplace_back(static_cast<float>(i), 20.0F, -40.0F, 0.5F);
-  nodes[7].setConstant(std::numeric_limits<float>::quiet_NaN());
+  nodes[8].setConstant(std::numeric_limits<float>::quiet_NaN());
   FieldMapErrors errors;
   errors.correlation_m = 0.3;
   errors.height_sigma_m = 0.02;
