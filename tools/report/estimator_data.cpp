@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/angles.h"
 #include "core/evaluation/errors.h"
@@ -117,6 +119,44 @@ Json estimator_series(const EstimatorFiles& files, const Trajectory* truth, cons
   if (truth != nullptr) add_errors(json, files, *truth, buckets);
   add_diagnostics(json, files, buckets);
   return json;
+}
+
+Json health_json(const EstimatorFiles& files, Time begin) {
+  const CsvTable& table = files.diagnostics;
+  if (!table.has("health") || !table.has("health_reason")) return nullptr;
+  const std::vector<std::string> health = table.texts("health");
+  const std::vector<std::string> reasons = table.texts("health_reason");
+  std::set<Time> good;
+  Json stretches = Json::array();
+  for (std::size_t i = 0; i < health.size(); ++i) {
+    if (health[i] == "good") {
+      good.insert(files.diagnostics_times[i]);
+      continue;
+    }
+    const double at_s = to_seconds(files.diagnostics_times[i] - begin);
+    if (i == 0 || health[i] != health[i - 1]) {
+      stretches.push_back({{"health", health[i]}, {"reasons", Json::array()}, {"from_s", at_s}});
+    }
+    Json& stretch = stretches.back();
+    stretch["to_s"] = at_s;
+    Json& known = stretch["reasons"];
+    if (std::find(known.begin(), known.end(), reasons[i]) == known.end()) known.push_back(reasons[i]);
+  }
+  double sigma_m = 0.0;
+  double heading_deg = 0.0;
+  const std::filesystem::path covariances = files.folder / "covariance.csv";
+  if (!files.trajectory.empty() && std::filesystem::exists(covariances)) {
+    for (const StampedCovariance& entry : read_covariances(covariances)) {
+      if (!good.contains(entry.time)) continue;
+      sigma_m = std::max(sigma_m, std::sqrt(entry.covariance.bottomRightCorner<3, 3>().trace()));
+      heading_deg = std::max(heading_deg, degrees_per_radian * std::sqrt(entry.covariance(2, 2)));
+    }
+  }
+  return {{"scans", health.size()},
+          {"good", good.size()},
+          {"largest_sigma_m", sigma_m},
+          {"largest_heading_sigma_deg", heading_deg},
+          {"stretches", stretches}};
 }
 
 Json table_json(const std::filesystem::path& path) {

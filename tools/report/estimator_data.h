@@ -30,6 +30,11 @@ EstimatorFiles read_estimator(const std::filesystem::path& folder);
 nlohmann::ordered_json estimator_series(const EstimatorFiles& files, const Trajectory* truth,
                                         const TimeBuckets& buckets);
 
+/// Where the estimates can be trusted: numbers of scans and of good ones, their largest sigma of position (m) and
+/// heading (deg), and the stretches of scans that were not good: health, reasons, first and last scan in seconds after
+/// `begin`. Null if the diagnostics have no health.
+nlohmann::ordered_json health_json(const EstimatorFiles& files, Time begin);
+
 /// A CSV file of an estimator's folder as {columns, rows of texts}, or null if there is none.
 nlohmann::ordered_json table_json(const std::filesystem::path& path);
 

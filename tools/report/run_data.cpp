@@ -184,6 +184,7 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
     entry["status"] = entry["summary"].value("status", json["status"]);
     entry["degeneracy_limit_m"] = degeneracy_limit(options, files.name);
     entry["series"] = estimator_series(files, truth.empty() ? nullptr : &truth, buckets);
+    entry["health"] = health_json(files, notes.begin);
     entry["stale_places"] = table_json(files.folder / "stale_places.csv");
     entry["calibration"] = table_json(files.folder / "calibration.csv");
     json["estimators"].push_back(std::move(entry));

@@ -138,6 +138,7 @@ try {
     height: document.documentElement.scrollHeight,
     headings: [...document.querySelectorAll('h1, h2')].map((one) => one.textContent),
     rows: document.querySelectorAll('#comparison tbody tr').length,
+    trust: Array.from(document.querySelectorAll('#trust p, #trust td'), (cell) => cell.textContent),
     staleRows: document.querySelectorAll('#stale tbody tr').length,
     calibrationRows: document.querySelectorAll('#calibration tbody tr').length,
     images: [...document.images].filter((one) => one.naturalWidth > 0).length,

@@ -1,18 +1,22 @@
 // `lodestone report` on a real short run, opened in Chromium like by a reader. To inspect the page, set
 // LODESTONE_KEEP_REPORT to a file name.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
 namespace {
 
+using testing::_;
 using testing::AnyOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
@@ -114,6 +118,17 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   std::ofstream(*folder_ / "lane/run/smoother/calibration.csv")
       << "sensor,parameter,unit,estimate,sigma,platform_sigma\nlidar,turn_z,deg,-1.2,0.1,0.3\n"
          "magnetometers,clock,s,0.004,0.002,0.01\nfront,distortion_xx,1,0.004,0.006,0.01\n";
+  // Ten scans that were not good.
+  const fs::path diagnostics = *folder_ / "lane/run/smoother/diagnostics.csv";
+  std::istringstream lines(content_of(diagnostics));
+  std::ostringstream changed;
+  int number = 0;
+  for (std::string line; std::getline(lines, line); ++number) {
+    const std::size_t at = line.find(",good,none,");
+    if (number > 20 && number <= 30 && at != std::string::npos) line.replace(at, 11, ",lost,scan_off_map,");
+    changed << line << "\n";
+  }
+  std::ofstream(diagnostics) << changed.str();
   const ProgramResult result = run_lodestone("report " + path("lane/run"));
   ASSERT_EQ(result.code, 0) << result.errors;
   const std::string file = path("lane/run/report.html");
@@ -132,6 +147,11 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   EXPECT_EQ(charts.at("map")["data"]["tracks"], "3");  // the truth and two estimates
   EXPECT_EQ(charts.at("map")["data"]["marks"], "2");
   EXPECT_EQ(seen["page"]["rows"], 2);
+  const auto trust = seen["page"]["trust"].get<std::vector<std::string>>();
+  ASSERT_EQ(trust.size(), 2U + 5U) << "a sentence for each estimator and one stretch";
+  EXPECT_THAT(trust[0], HasSubstr(fmt::format("smoother: {} of {} scans are good", number - 11, number - 1)));
+  EXPECT_THAT(std::vector<std::string>(trust.begin() + 2, trust.end()),
+              ElementsAre("smoother", _, _, "lost", "scan off map"));
   EXPECT_EQ(seen["page"]["staleRows"], 2);
   EXPECT_EQ(seen["page"]["calibrationRows"], 3);
   EXPECT_EQ(seen["page"]["width"], 1280) << "wider than the window";

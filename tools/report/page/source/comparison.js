@@ -93,13 +93,6 @@ export function comparison(run) {
     },
     { title: 'Rejected', unit: 'field samples', value: rejected, cell: (row) => count(rejected(row)) },
     number('Speed', '× real time', 'real_time_factor', 1, largest),
-    {
-      title: 'Memory',
-      unit: 'peak, MB',
-      value: of('peak_rss_mb'),
-      cell: (row) => fixed(of('peak_rss_mb')(row), 0),
-      best: smallest,
-    },
   ];
   return sortableTable(
     columns,

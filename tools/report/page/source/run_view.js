@@ -1,4 +1,4 @@
-// One run: comparison, plan, charts over time, distribution, calibration, stale places, warnings, configuration.
+// One run: comparison, trust, plan, charts over time, distribution, calibration, stale places, warnings, configuration.
 import { calibrationSection } from './calibration.js';
 import { distributionChart, timeCharts } from './charts.js';
 import { cloudView } from './cloud_view.js';
@@ -9,6 +9,7 @@ import { decodeCloud, decodeField, driveBox } from './plan.js';
 import { placesOf, staleColumns } from './stale.js';
 import { RunState } from './state.js';
 import { plainTable, sortableTable } from './table.js';
+import { trustSection } from './trust.js';
 
 /** Facts about log and maps, {title: text}; unknown facts are omitted. */
 export function factsOf(run) {
@@ -258,6 +259,7 @@ export async function runView(run) {
       h('h2', {}, run.estimators.length > 1 ? 'Comparison' : 'Figures'),
       comparison(run),
     ),
+    trustSection(run),
     plan.element,
     h(
       'section',
