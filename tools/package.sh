@@ -4,9 +4,9 @@
 #
 #   tools/package.sh [FOLDER] [TEST...]       (default: build/packages, all tests)
 #
-# A clean Debian requires root, debootstrap and autopkgtest (tools/setup.sh debootstrap autopkgtest) and a package mirror
-# (LODESTONE_MIRROR; default: that of this machine). Without these, the packages are only unpacked for the demo, and
-# their dependencies are not tested.
+# A clean Debian requires root, debootstrap and autopkgtest (tools/setup.sh debootstrap autopkgtest) and a package
+# mirror (LODESTONE_MIRROR; default: that of this machine). Without these, the packages are only unpacked for the demo,
+# and their dependencies are not tested.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LODESTONE_BUILD:-$root/build/release}

@@ -121,6 +121,7 @@ std::vector<Place> search_field(const ArrayReading& array, const Quaternion& att
   std::stable_sort(fits.begin(), fits.end(), [](const FieldFit& a, const FieldFit& b) { return a.field > b.field; });
   if (fits.size() > kScored) fits.resize(kScored);
   std::vector<Place> places;
+  places.reserve(fits.size());
   for (const FieldFit& one : fits) places.push_back(one.place);
   search.score(points, places);
   // A scan counts as this number of independent points, however many it has.

@@ -60,6 +60,7 @@ struct PositionLayout {
                                       [&name](const PointFieldLayout& each) { return each.name == name; });
       if (field == fields.end()) {
         std::vector<std::string> names;
+        names.reserve(fields.size());
         for (const auto& each : fields) names.push_back(each.name);
         throw InputError(
             fmt::format("{}: the points have no field '{}'; the file has {}", path, name, join_names(names)));

@@ -70,10 +70,11 @@ class ImuCheck {
     }
     add(Severity::note, rest->at_rest ? "rest" : "no_rest",
         rest->at_rest
-            ? fmt::format("calmest from {:.2f} s on for {:.2f} s, at rest or in straight and even motion: specific force "
-                          "{:.3f} m/s2, turn rate {:.3f} deg/s",
-                          to_seconds(rest->begin - sample_.imu.front().time), to_seconds(rest->end - rest->begin),
-                          rest->linear_acceleration.norm(), rest->angular_velocity.norm() * degrees_per_radian)
+            ? fmt::format(
+                  "calmest from {:.2f} s on for {:.2f} s, at rest or in straight and even motion: specific force "
+                  "{:.3f} m/s2, turn rate {:.3f} deg/s",
+                  to_seconds(rest->begin - sample_.imu.front().time), to_seconds(rest->end - rest->begin),
+                  rest->linear_acceleration.norm(), rest->angular_velocity.norm() * degrees_per_radian)
             : "the robot never stands still in this part: gravity and biases are less accurate",
         "", rest->begin);
     return findings_;
