@@ -53,12 +53,12 @@ StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const
   StartCandidate candidate;
   candidate.T_map_imu = state.T_map_imu;
   evidence.weigh(points, readings, *planes, candidate);
-  StartCandidate moved;
-  moved.T_map_imu = evidence.moved_by_field(state.T_map_imu, Matrix6::Zero(), readings);
-  evidence.weigh(points, readings, *planes, moved);
-  if (moved.log_likelihood > candidate.log_likelihood) {
-    moved.T_map_imu = state.T_map_imu;
-    candidate = moved;
+  if (const auto T_moved = evidence.moved_by_field(state.T_map_imu, Matrix6::Zero(), readings)) {
+    StartCandidate moved;
+    moved.T_map_imu = *T_moved;
+    evidence.weigh(points, readings, *planes, moved);
+    if (moved.log_likelihood > candidate.log_likelihood) candidate = moved;
+    candidate.T_map_imu = state.T_map_imu;
   }
   nowhere = evidence.nowhere(points, readings, state.T_map_imu.rotation);
   return candidate;

@@ -61,8 +61,9 @@ void StartEvidence::weigh(std::span<const Eigen::Vector3f> points, const ArrayRe
   candidate.log_likelihood += candidate.field.log_likelihood;
 }
 
-Pose StartEvidence::moved_by_field(const Pose& T_map_imu, const Matrix6& information, const ArrayReading* array) const {
-  if (field_ == nullptr || array == nullptr) return T_map_imu;
+std::optional<Pose> StartEvidence::moved_by_field(const Pose& T_map_imu, const Matrix6& information,
+                                                  const ArrayReading* array) const {
+  if (field_ == nullptr || array == nullptr) return std::nullopt;
   std::vector<LocalizationReading> readings;
   for (const MeanReading& reading : array->readings) {
     const double noise = suite_.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
@@ -75,7 +76,8 @@ Pose StartEvidence::moved_by_field(const Pose& T_map_imu, const Matrix6& informa
   const Matrix6 covariance = with_trust.ldlt().solve(Matrix6::Identity());
   const Matrix6 symmetric = 0.5 * (covariance + covariance.transpose());
   const MagneticLocalization localized = localize(T_map_imu, symmetric, readings, *field_, {});
-  return 2 * localized.used > static_cast<int>(readings.size()) ? localized.T_map_imu : T_map_imu;
+  if (2 * localized.used <= static_cast<int>(readings.size())) return std::nullopt;
+  return localized.T_map_imu;
 }
 
 double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array,
@@ -149,7 +151,8 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
     const auto planes = planes_.around(rough.position);
     const RegisteredScan registered = register_scan(registered_points, rough, *planes, registered_lidars, association_);
     // The errors of a scan's many points are correlated, so its information is reduced.
-    candidate.T_map_imu = evidence_.moved_by_field(registered.T_map_imu, 0.1 * registered.information, array);
+    candidate.T_map_imu = evidence_.moved_by_field(registered.T_map_imu, 0.1 * registered.information, array)
+                              .value_or(registered.T_map_imu);
     evidence_.weigh(judged, array, *planes, candidate);
   });
   std::stable_sort(candidates.begin(), candidates.end(), [](const StartCandidate& a, const StartCandidate& b) {

@@ -37,9 +37,10 @@ class StartEvidence {
   void weigh(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const PlaneMap& planes,
              StartCandidate& candidate) const;
 
-  /// The pose with which the readings fit best, near `T_map_imu`, whose `information` (φ right, p map) is of the scan;
-  /// `T_map_imu` itself if most readings are off the map, or if there are none.
-  Pose moved_by_field(const Pose& T_map_imu, const Matrix6& information, const ArrayReading* array) const;
+  /// The pose with which the readings fit best, near `T_map_imu`, whose `information` (φ right, p map) is of the scan.
+  /// None if most readings are off the map, or if there are none.
+  std::optional<Pose> moved_by_field(const Pose& T_map_imu, const Matrix6& information,
+                                     const ArrayReading* array) const;
 
   /// Log-likelihood of the same data at a place off the map, where the field is the background's.
   double nowhere(std::span<const Eigen::Vector3f> points, const ArrayReading* array, const Quaternion& attitude) const;

@@ -10,7 +10,6 @@
 #include "core/nearest_name.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/report/json_file.h"
-#include "tools/writers/covariance_file.h"
 
 namespace lodestone {
 
@@ -50,10 +49,7 @@ RunHeader read_run_header(const fs::path& folder) {
 
 EstimatorResults read_results(const fs::path& folder) {
   EstimatorResults results{read_estimator(folder), {}};
-  if (results.files.trajectory.empty() || !fs::exists(folder / "covariance.csv")) return results;
-  for (const StampedCovariance& row : read_covariances(folder / "covariance.csv")) {
-    results.covariances[row.time] = row.covariance;
-  }
+  for (const StampedCovariance& row : results.files.covariances) results.covariances[row.time] = row.covariance;
   return results;
 }
 

@@ -14,7 +14,6 @@
 #include "core/evaluation/statistics.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/report/page_data.h"
-#include "tools/writers/covariance_file.h"
 
 namespace lodestone {
 
@@ -45,17 +44,24 @@ void add_trajectory(Json& json, const Trajectory& trajectory, const TimeBuckets&
   }
 }
 
+double position_sigma_m(const Matrix6& covariance) {
+  return std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+}
+
+/// For a ground robot, the rotation about the body's z axis equals the heading, except for tilt.
+double heading_sigma_deg(const Matrix6& covariance) {
+  return degrees_per_radian * std::sqrt(covariance(2, 2));
+}
+
 void add_sigmas(Json& json, const EstimatorFiles& files, const TimeBuckets& buckets) {
-  const std::filesystem::path path = files.folder / "covariance.csv";
-  if (files.trajectory.empty() || !std::filesystem::exists(path)) return;
+  if (files.covariances.empty()) return;
   std::vector<Time> times;
   std::vector<double> position;
   std::vector<double> heading;
-  for (const StampedCovariance& entry : read_covariances(path)) {
+  for (const StampedCovariance& entry : files.covariances) {
     times.push_back(entry.time);
-    position.push_back(std::sqrt(entry.covariance.bottomRightCorner<3, 3>().trace()));
-    // For a ground robot, the rotation about the body's z axis equals the heading, except for tilt.
-    heading.push_back(degrees_per_radian * std::sqrt(entry.covariance(2, 2)));
+    position.push_back(position_sigma_m(entry.covariance));
+    heading.push_back(heading_sigma_deg(entry.covariance));
   }
   json["sigma"] = rounded(buckets.summarize(times, position, Summary::largest), 4, kUnseen);
   json["sigma_heading"] = rounded(buckets.summarize(times, heading, Summary::largest), 4, kUnseen);
@@ -105,10 +111,13 @@ void add_diagnostics(Json& json, const EstimatorFiles& files, const TimeBuckets&
 }  // namespace
 
 EstimatorFiles read_estimator(const std::filesystem::path& folder) {
-  EstimatorFiles files{folder.filename().string(), {}, CsvTable(folder / "diagnostics.csv"), {}, folder};
+  EstimatorFiles files{folder.filename().string(), {}, CsvTable(folder / "diagnostics.csv"), {}, {}, folder};
   files.diagnostics_times = files.diagnostics.stamps("t_s");
   const std::filesystem::path trajectory = folder / "trajectory.tum";
-  if (has_poses(trajectory)) files.trajectory = read_tum(trajectory.string());
+  if (!has_poses(trajectory)) return files;
+  files.trajectory = read_tum(trajectory.string());
+  const std::filesystem::path covariances = folder / "covariance.csv";
+  if (std::filesystem::exists(covariances)) files.covariances = read_covariances(covariances);
   return files;
 }
 
@@ -144,13 +153,10 @@ Json health_json(const EstimatorFiles& files, Time begin) {
   }
   double sigma_m = 0.0;
   double heading_deg = 0.0;
-  const std::filesystem::path covariances = files.folder / "covariance.csv";
-  if (!files.trajectory.empty() && std::filesystem::exists(covariances)) {
-    for (const StampedCovariance& entry : read_covariances(covariances)) {
-      if (!good.contains(entry.time)) continue;
-      sigma_m = std::max(sigma_m, std::sqrt(entry.covariance.bottomRightCorner<3, 3>().trace()));
-      heading_deg = std::max(heading_deg, degrees_per_radian * std::sqrt(entry.covariance(2, 2)));
-    }
+  for (const StampedCovariance& entry : files.covariances) {
+    if (!good.contains(entry.time)) continue;
+    sigma_m = std::max(sigma_m, position_sigma_m(entry.covariance));
+    heading_deg = std::max(heading_deg, heading_sigma_deg(entry.covariance));
   }
   return {{"scans", health.size()},
           {"good", good.size()},

@@ -8,6 +8,7 @@
 
 #include "core/geometry/trajectory.h"
 #include "tools/report/time_buckets.h"
+#include "tools/writers/covariance_file.h"
 #include "tools/writers/csv_table.h"
 
 namespace lodestone {
@@ -18,10 +19,12 @@ struct EstimatorFiles {
   Trajectory trajectory;  ///< the best estimate, T_map_imu at scan ends; empty if there is none
   CsvTable diagnostics;   ///< one row per scan
   std::vector<Time> diagnostics_times;
+  std::vector<StampedCovariance> covariances;  ///< of the best estimates; empty if there are none
   std::filesystem::path folder;
 };
 
-/// Reads trajectory.tum and diagnostics.csv. Throws InputError if they are missing or malformed.
+/// Reads trajectory.tum, diagnostics.csv and covariance.csv, if there is one. Throws InputError if they are missing or
+/// malformed.
 EstimatorFiles read_estimator(const std::filesystem::path& folder);
 
 /// Series of an estimator on the axis of `buckets`, as columns by name: x, y, z, sigma, sigma_heading, direction_1 to

@@ -1,7 +1,5 @@
 #include "tests/fuzz/boundaries/boundaries.h"
 
-#include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <stdexcept>
 
@@ -21,6 +19,7 @@
 #include "frontends/messages/message_paths.h"
 #include "frontends/messages/point_cloud_decoder.h"
 #include "tests/frontends/logs/synthetic_log.h"
+#include "tests/frontends/maps/las_file.h"
 #include "tests/fuzz/boundaries/transform_boundary.h"
 #include "tools/simulate/world.h"
 
@@ -196,9 +195,12 @@ void write_cloud_of_log(const fs::path& folder) {
   write_text(folder / "points/1700000000.25.pcd", text);
 }
 
+/// The one cloud in the folder, of any format.
 void read_cloud(const fs::path& folder) {
-  WarningLog warnings;
-  read_point_cloud((folder / "cloud.pcd").string(), warnings);
+  for (const char* name : {"cloud.pcd", "cloud.ply", "cloud.las"}) {
+    WarningLog warnings;
+    if (fs::exists(folder / name)) read_point_cloud((folder / name).string(), warnings);
+  }
 }
 
 /// Faces precede the vertices, and each vertex has a list: a reader must skip both.
@@ -223,33 +225,11 @@ void write_binary_ply(const fs::path& folder) {
   write_text(folder / "cloud.ply", text);
 }
 
-void read_ply(const fs::path& folder) {
-  WarningLog warnings;
-  read_point_cloud((folder / "cloud.ply").string(), warnings);
-}
-
 void write_las(const fs::path& folder) {
-  std::string text(227, '\0');
-  const auto put = [&text](std::size_t at, const auto& value) { std::memcpy(&text[at], &value, sizeof(value)); };
-  std::memcpy(text.data(), "LASF", 4);
-  text[24] = 1;
-  text[25] = 2;
-  put(94, std::uint16_t{227});
-  put(96, std::uint32_t{227});
-  put(105, std::uint16_t{20});
-  put(107, std::uint32_t{16});
-  for (std::size_t row = 0; row < 3; ++row) put(131 + 8 * row, 0.001);
-  for (int i = 0; i < 16; ++i) {
-    std::string point(20, '\2');
-    std::memcpy(point.data(), &i, sizeof(i));
-    text += point;
-  }
-  write_text(folder / "cloud.las", text);
-}
-
-void read_las(const fs::path& folder) {
-  WarningLog warnings;
-  read_point_cloud((folder / "cloud.las").string(), warnings);
+  LasFile las;
+  las.announced = 16;
+  for (int i = 0; i < 16; ++i) las.add(i, 2 * i, 500);
+  write_text(folder / "cloud.las", las.bytes());
 }
 
 void write_field(const fs::path& folder) {
@@ -386,9 +366,9 @@ const std::vector<Boundary>& boundaries() {
       {"cloud_ascii", "cloud.pcd", write_ascii_cloud, read_cloud},
       {"cloud_binary", "cloud.pcd", write_binary_cloud, read_cloud},
       {"cloud_packed", "cloud.pcd", write_packed_cloud, read_cloud},
-      {"cloud_ply_ascii", "cloud.ply", write_ascii_ply, read_ply},
-      {"cloud_ply_binary", "cloud.ply", write_binary_ply, read_ply},
-      {"cloud_las", "cloud.las", write_las, read_las},
+      {"cloud_ply_ascii", "cloud.ply", write_ascii_ply, read_cloud},
+      {"cloud_ply_binary", "cloud.ply", write_binary_ply, read_cloud},
+      {"cloud_las", "cloud.las", write_las, read_cloud},
       {"field_yaml", "field.yaml", write_field, read_field},
       {"field_raster", "field.tif", write_field, read_field},
       {"field_table", "table.csv", write_table, read_table},
