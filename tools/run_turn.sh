@@ -4,7 +4,7 @@
 #
 #   sanitized shards   tools/run_sanitized.sh, see there
 #   long               the tests in tests/long_tests.txt, by ctest
-#   fuzz               tools/fuzz.sh, a minute for each boundary
+#   fuzz               tools/fuzz.sh, half a minute for each boundary
 #   sources            every source compiled alone, without precompiled headers, and clang-tidy for the sources of
 #                      recent commits
 #
@@ -67,7 +67,7 @@ run() {
       ;;
     fuzz)
       "$root/tools/setup.sh" clang llvm libclang-rt-14-dev
-      "$root/tools/fuzz.sh" 60
+      "$root/tools/fuzz.sh" 30
       ;;
     sources) compile_sources ;;
     *) "$root/tools/run_sanitized.sh" $1 ;;
