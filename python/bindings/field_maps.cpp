@@ -141,6 +141,13 @@ that layer is used. Raises ValueError for another shape.)")
       .def_property_readonly(
           "error_correlation_m", [](const MagneticMap& map) { return map.errors().correlation_m; },
           "Correlation length of the map's error, m; 0: unknown.")
+      .def_property_readonly(
+          "height_sigma_m",
+          [](const MagneticMap& map) -> std::optional<double> {
+            const double sigma_m = map.errors().height_sigma_m;
+            return sigma_m < 0.0 ? std::nullopt : std::optional(sigma_m);
+          },
+          "How much the height of the survey varied, m; None: unknown, or several layers.")
       .def("write", &write, py::arg("path"), py::arg("provenance") = py::dict(), py::arg("tile_nodes") = 64,
            R"(Writes PATH.yaml, and PATH.tif beside it.
 

@@ -1,16 +1,18 @@
 #!/usr/bin/env bash
-# Runs a night through a real Slurm on this machine: a controller and two nodes. Four logs, one of them empty; a job is
-# killed while it runs and must be done again. Not part of the test suite: installs and starts daemons, requires root.
+# Runs a night and an experiment through a real Slurm on this machine: a controller and two nodes. Four logs (or LOGS),
+# one of them empty; a job is killed while it runs and must be done again. Not part of the test suite: installs and
+# starts daemons, requires root.
 #
-#   tests/fleet/slurm.sh build/release/bin/lodestone /tmp/night
+#   tests/fleet/slurm.sh build/release/bin/lodestone /tmp/night [LOGS]
 set -euo pipefail
 program=$(realpath "$1")
 mkdir -p "$2"
 work=$(realpath "$2")
+logs=${3:-4}
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 
-"$root/tools/setup.sh" snakemake slurmctld slurmd slurm-client munge >/dev/null
-mkdir -p "$work"/{state,spool1,spool2,logs} /run/munge
+"$root/tools/setup.sh" snakemake slurmctld slurmd slurm-client munge jq >/dev/null
+mkdir -p "$work"/{state,spool.n1,spool.n2,logs} /run/munge
 chown munge: /run/munge
 pgrep -x munged >/dev/null || runuser -u munge -- /usr/sbin/munged
 host=$(hostname -s)
@@ -21,7 +23,7 @@ SlurmctldHost=$host(127.0.0.1)
 SlurmUser=root
 AuthType=auth/munge
 StateSaveLocation=$work/state
-SlurmdSpoolDir=$work/spool%n
+SlurmdSpoolDir=$work/spool.%n
 SlurmctldPidFile=$work/slurmctld.pid
 SlurmdPidFile=$work/slurmd.%n.pid
 SlurmctldLogFile=$work/slurmctld.log
@@ -37,8 +39,6 @@ NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=16818 CPUs=1 RealMemory=4
 NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=16819 CPUs=1 RealMemory=4000
 PartitionName=all Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP
 CONF
-sed -i "s|spool%n|spool.%n|" "$SLURM_CONF"
-mkdir -p "$work"/spool.n1 "$work"/spool.n2
 stop() {
   for pid in "$work"/slurm*.pid; do [[ -e $pid ]] && kill "$(cat "$pid")" 2>/dev/null; done
   true
@@ -58,7 +58,7 @@ drive=$work/drive
   --set sensors.lidar.rows=16 --set sensors.lidar.columns=512 >/dev/null
 "$program" map magnetic "$drive/log.bag" --trajectory "$drive/truth.tum" --platform "$drive/platform.yaml" \
   --out "$drive/field.yaml" --quiet >/dev/null
-for i in 1 2 3; do cp "$drive/log.bag" "$work/logs/drive$i.bag"; done
+for ((i = 1; i < logs; ++i)); do ln -f "$drive/log.bag" "$work/logs/drive$i.bag"; done
 : >"$work/logs/empty.bag"
 cat >"$work/night.yaml" <<YAML
 logs: $work/logs/*.bag
@@ -84,9 +84,20 @@ while kill -0 "$night" 2>/dev/null; do
   sleep 0.5
 done
 wait "$night" || { tail -30 snakemake.log; exit 1; }
-echo "a night of 4 logs took $SECONDS s"
+echo "a night of $logs logs took $SECONDS s; its steps $(jq -s 'map(.seconds) | add' night/drives/*/*.json) s on 2 nodes"
 cat night/drives.csv
 [[ -n $killed ]] || { echo "no job was killed" >&2; exit 1; }
-[[ $(grep -c ',done,' night/drives.csv) -eq 3 ]] || { echo "expected 3 drives that are done" >&2; exit 1; }
+[[ $(grep -c ',done,' night/drives.csv) -eq $((logs - 1)) ]] || { echo "expected $((logs - 1)) drives that are done" >&2; exit 1; }
 [[ $(grep -c ',refused,' night/drives.csv) -eq 1 ]] || { echo "expected 1 log that is refused" >&2; exit 1; }
+cat >"$work/experiment.yaml" <<YAML
+name: tunnel
+seeds: [1]
+estimators: [smoother]
+duration_s: 10
+groups:
+  tunnel: {drives: [{world: $root/config/worlds/tunnel.yaml, sequences: ["3", "4"]}]}
+tables:
+  - {name: ate, group: tunnel, columns: [{estimator: smoother}]}
+YAML
+"$program" reproduce experiment.yaml --out experiment --profile "$root/tools/fleet/slurm"
 echo "passed"

@@ -51,6 +51,33 @@ class Fleet(unittest.TestCase):
             self.assertEqual(step(self.folder / "run.json", *command), 1)
             self.assertFalse((self.folder / "run.json").exists())
 
+    def experiment_step(self, kind: str, *commands) -> tuple:
+        """Whether the step is done, and its log."""
+        step = {"kind": kind, "folder": "work/a", "log": "a.log", "commands": commands, "intermediate": ["work/a/b"],
+                "stamp": '{"fingerprint": "f"}'}
+        (self.folder / "logs").mkdir(exist_ok=True)
+        (self.folder / "logs/steps.json").write_text(json.dumps({"program": "/bin/sh", "threads": 2, "steps": [step]}))
+        code = subprocess.run([sys.executable, FLEET / "experiment_step.py", "0"], cwd=self.folder).returncode
+        self.assertEqual((self.folder / "work/a/step.json").exists(), code == 0)
+        return code == 0, (self.folder / "a.log").read_text()
+
+    def test_a_step_of_an_experiment_is_done_when_all_its_commands_are(self):
+        done, log = self.experiment_step("log", ["-c", "echo first; touch work/a/b"], ["-c", "echo second"])
+        self.assertTrue(done)
+        self.assertEqual([line for line in log.splitlines() if line[0] != "$"], ["first", "second"])
+        self.assertEqual(self.read("work/a/step.json")["fingerprint"], "f")
+        self.assertFalse((self.folder / "work/a/b").exists(), "intermediate files are removed")
+
+    def test_a_step_of_an_experiment_that_failed_leaves_no_stamp_and_says_why(self):
+        for kind, command, reason in (("log", "exit 3", "exit code 3"), ("run", "exit 2", "exit code 2"),
+                                      ("run", "kill -KILL $$", "ended by signal SIGKILL")):
+            done, log = self.experiment_step(kind, ["-c", command], ["-c", "echo second"])
+            self.assertFalse(done)
+            self.assertEqual(log.splitlines()[-1], reason)
+
+    def test_a_lost_track_is_a_result_of_an_experiment(self):
+        self.assertTrue(self.experiment_step("run", ["-c", "exit 3"])[0])
+
     def add(self, name: str, code: int = 0, message: str = "", source: Path = drive.RUN) -> Path:
         folder = self.folder / "drives" / name
         folder.mkdir(parents=True)

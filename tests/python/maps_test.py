@@ -53,7 +53,9 @@ class MapsTest(unittest.TestCase):
         result = lodestone.build_magnetic_map(survey)
         result.magnetic_map.write(self.folder / "field.yaml", {"made_by": "a test"})
         self.assertEqual((self.folder / "field.tif").read_bytes(), drive.FIELD.with_suffix(".tif").read_bytes())
-        self.assertIn("a test", (self.folder / "field.yaml").read_text())
+        text = (self.folder / "field.yaml").read_text()
+        self.assertIn("a test", text)
+        self.assertIn(f"height_sigma_m: {self.field.height_sigma_m:.6g}"[:20], text)
         in_memory = lodestone.read_survey(lodestone.read_log(drive.LOG, self.platform), self.truth, self.platform)
         for name in ("position_m", "field_ut", "noise_ut"):
             a, b = (np.sort(getattr(one, name), axis=0) for one in (survey, in_memory))
@@ -76,6 +78,7 @@ class MapsTest(unittest.TestCase):
         np.testing.assert_allclose(values[0], [15, 0, 0])
         np.testing.assert_allclose(gradient[0, 0], [20, 0, 0], atol=1e-9)
         self.assertEqual(sigma[0], 0.5)
+        self.assertIsNone(field.height_sigma_m)
         self.assertTrue(np.isnan(values[1]).all())
         self.assertTrue(np.array_equal(field.nodes(), nodes))
         with self.assertRaisesRegex(ValueError, r"position_m: expected shape \(N, 3\), found \(2,\)"):

@@ -141,7 +141,7 @@ int execute(const reproduce::ExperimentCall& call) {
     return exit_code::done;
   }
   if (call.out.empty()) throw InputError("--out: expected a folder for the results (or --list)");
-  reproduce::PlanRun work(experiment, {call.out, call.any_build, call.jobs, true});
+  reproduce::PlanRun work(experiment, {call.out, call.any_build, call.jobs, call.profile, true});
   work.run();
   write_results(ablation, work);
   return work.exit_code();

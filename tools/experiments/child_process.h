@@ -8,12 +8,14 @@
 
 namespace lodestone::reproduce {
 
-/// A child process whose standard output and error are appended to a file. The destructor kills a running child.
+/// A child process, leader of a process group, whose standard output and error go to a file. The destructor kills a
+/// running group.
 class ChildProcess {
  public:
-  /// Starts `program` with `arguments` in `folder`. Throws InputError if the program cannot be started.
+  /// Starts `program`, which is searched in PATH, with `arguments` in `folder`. Descriptor 3 of the child is this
+  /// program's standard error if `tells`, else /dev/null. Throws InputError if the program cannot be started.
   ChildProcess(const std::string& program, const std::vector<std::string>& arguments, const std::string& folder,
-               const std::string& log);
+               const std::string& log, bool tells);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -21,7 +23,7 @@ class ChildProcess {
   /// Its exit code, or 128 + N if signal N ended it; nothing while it runs. Does not wait.
   std::optional<int> poll();
 
-  /// Sends SIGINT: the program's commands then write their results so far and exit.
+  /// Sends SIGINT to the group.
   void interrupt();
 
  private:

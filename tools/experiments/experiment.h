@@ -191,6 +191,10 @@ std::string find_experiment(const std::string& name);
 /// The same for files in config/FOLDER. `what`: "experiment".
 std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name);
 
+/// Path of `name` in tools/fleet of the source tree, or in the installation's share folder. Throws InputError if it is
+/// in neither.
+std::string find_fleet_file(const std::string& name);
+
 /// Reads an experiment; with `quick`, its section `quick` (seeds, duration_s, only) replaces values. Throws InputError
 /// with file, line, key and correction; unknown keys, groups, rows, estimators and methods are errors.
 Experiment load_experiment(const std::string& path, bool quick);

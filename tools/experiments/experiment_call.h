@@ -16,6 +16,7 @@ struct ExperimentCall {
   bool list = false;
   bool any_build = false;
   std::optional<int> jobs;
+  std::string profile;  ///< of Snakemake, for a cluster
 };
 
 }  // namespace lodestone::reproduce

@@ -22,6 +22,9 @@ void add_experiment_options(CLI::App& command, const ExperimentWords& words, rep
   command.add_flag("--quick", call.quick, fmt::format("the {}'s short form (its section quick)", words.noun));
   command.add_option("--jobs", call.jobs,
                      "steps at a time (default: one per core, at most 4); their threads share the cores");
+  files.input(
+      command.add_option("--profile", call.profile,
+                         "run the steps on a cluster: folder of a Snakemake profile, such as tools/fleet/slurm"));
   command.add_flag("--any-build", call.any_build, "accept finished steps of another build of the program");
   command.add_flag("--list", call.list, words.list);
 }

@@ -35,11 +35,21 @@ void check_worlds(const Experiment& experiment, const Plan& plan) {
   }
 }
 
-ScheduleOptions schedule_options(const std::optional<int>& jobs) {
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+WorkflowOptions workflow_options(const std::optional<int>& jobs, const std::string& profile) {
   if (jobs && *jobs < 1) throw InputError(fmt::format("--jobs: expected at least 1, found {}", *jobs));
-  ScheduleOptions options;
-  options.program = kProgram;
+  WorkflowOptions options;
+  options.profile = profile;
+  if (!profile.empty()) {
+    if (!std::filesystem::exists(std::filesystem::path(profile) / "config.yaml")) {
+      throw InputError(
+          fmt::format("--profile: {}/config.yaml is missing: expected a folder with a profile of Snakemake, "
+                      "such as tools/fleet/slurm",
+                      profile));
+    }
+    options.jobs = jobs.value_or(0);
+    return options;
+  }
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   options.jobs = jobs.value_or(std::min(cores, kMostJobs));
   options.threads = std::max(1, cores / options.jobs);
   return options;
@@ -53,32 +63,36 @@ std::string plural(std::size_t count, const std::string& what) {
 
 PlanRun::PlanRun(const Experiment& experiment, const WorkOptions& options)
     : file_(experiment.file),
-      schedule_(schedule_options(options.jobs)),
+      work_options_(workflow_options(options.jobs, options.profile)),
       plan_(make_plan(experiment, Fingerprint().add_file(kProgram).to_string())) {
   for (Step& step : plan_.steps) step.keep = step.keep || (options.keep_fields && step.kind == StepKind::field);
   check_worlds(experiment, plan_);
   catch_interrupts();
   store_ = std::make_unique<StepStore>(options.out, options.any_build);
-  scheduler_ = std::make_unique<Scheduler>(plan_, *store_, schedule_);
+  workflow_ = std::make_unique<Workflow>(plan_, *store_, work_options_);
 }
 
 void PlanRun::run() {
-  spdlog::info("{}: {} in {}, {} steps to do, {} with {} each", file_, plural(plan_.runs.size(), "run"),
-               root().string(), count(StepState::waiting), plural(static_cast<std::size_t>(schedule_.jobs), "job"),
-               plural(static_cast<std::size_t>(schedule_.threads), "thread"));
-  scheduler_->run();
+  const std::string where =
+      work_options_.profile.empty()
+          ? fmt::format("{} with {} each", plural(static_cast<std::size_t>(work_options_.jobs), "job"),
+                        plural(static_cast<std::size_t>(work_options_.threads), "thread"))
+          : fmt::format("profile {}", work_options_.profile);
+  spdlog::info("{}: {} in {}, {} steps to do, {}", file_, plural(plan_.runs.size(), "run"), root().string(),
+               count(StepState::waiting), where);
+  workflow_->run();
 }
 
 std::vector<bool> PlanRun::done() const {
   std::vector<bool> done;
-  for (const Run& run : plan_.runs) done.push_back(scheduler_->states()[run.step] == StepState::done);
+  for (const Run& run : plan_.runs) done.push_back(workflow_->states()[run.step] == StepState::done);
   return done;
 }
 
 std::vector<std::string> PlanRun::status() const {
   std::vector<std::string> status;
   for (const Run& run : plan_.runs) {
-    const StepState state = scheduler_->states()[run.step];
+    const StepState state = workflow_->states()[run.step];
     const bool failed = state == StepState::failed || state == StepState::blocked;
     status.emplace_back(state == StepState::done ? "done" : failed ? "failed" : "missing");
   }
@@ -86,7 +100,7 @@ std::vector<std::string> PlanRun::status() const {
 }
 
 int PlanRun::exit_code() const {
-  if (scheduler_->all_done()) return lodestone::exit_code::done;
+  if (workflow_->all_done()) return lodestone::exit_code::done;
   spdlog::error(
       "lodestone: {} of {} steps failed; {} steps that depend on them were not started; repeat the call to try again",
       count(StepState::failed), plan_.steps.size(), count(StepState::blocked));
@@ -94,7 +108,7 @@ int PlanRun::exit_code() const {
 }
 
 std::size_t PlanRun::count(StepState state) const {
-  return static_cast<std::size_t>(std::count(scheduler_->states().begin(), scheduler_->states().end(), state));
+  return static_cast<std::size_t>(std::count(workflow_->states().begin(), workflow_->states().end(), state));
 }
 
 }  // namespace lodestone::reproduce

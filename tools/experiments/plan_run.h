@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tools/experiments/plan.h"
-#include "tools/experiments/scheduler.h"
+#include "tools/experiments/workflow.h"
 
 namespace lodestone::reproduce {
 
@@ -15,6 +15,7 @@ struct WorkOptions {
   std::string out;           ///< the output folder
   bool any_build = false;    ///< accept finished steps of another build of the program
   std::optional<int> jobs;   ///< steps at a time; nothing: one per core, at most 4
+  std::string profile;       ///< folder of a Snakemake profile, for a cluster; empty: this machine
   bool keep_fields = false;  ///< keep magnetic maps after the runs, for further calls in this folder
 };
 
@@ -25,7 +26,7 @@ class PlanRun {
   /// wrong, or if the folder is locked.
   PlanRun(const Experiment& experiment, const WorkOptions& options);
 
-  /// Logs the amount of work and runs it (Scheduler::run). Throws Interrupted on a signal.
+  /// Logs the amount of work and runs it (Workflow::run). Throws Interrupted on a signal.
   void run();
 
   const Plan& plan() const { return plan_; }
@@ -42,10 +43,10 @@ class PlanRun {
   std::size_t count(StepState state) const;
 
   std::string file_;
-  ScheduleOptions schedule_;
+  WorkflowOptions work_options_;
   Plan plan_;
   std::unique_ptr<StepStore> store_;
-  std::unique_ptr<Scheduler> scheduler_;
+  std::unique_ptr<Workflow> workflow_;
 };
 
 }  // namespace lodestone::reproduce

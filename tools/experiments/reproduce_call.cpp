@@ -66,7 +66,7 @@ int execute(const ExperimentCall& call) {
     return exit_code::done;
   }
   if (call.out.empty()) throw InputError("--out: expected a folder for the results (or --list)");
-  PlanRun work(experiment, {call.out, call.any_build, call.jobs});
+  PlanRun work(experiment, {call.out, call.any_build, call.jobs, call.profile});
   work.run();
   write_results(experiment, work);
   return work.exit_code();

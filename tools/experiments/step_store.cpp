@@ -41,6 +41,7 @@ void remove_folder(const fs::path& folder) {
 StepStore::StepStore(fs::path root, bool any_build)
     : root_(fs::absolute(root).lexically_normal()), any_build_(any_build) {
   made_folder(root_);
+  made_folder(root_ / "logs");
   // Children inherit the lock: O_CLOEXEC is not set.
   lock_ = open((root_ / ".lock").c_str(), O_RDWR | O_CREAT, 0644);
   if (lock_ < 0) throw InputError(fmt::format("{}: cannot be written; choose another --out", root_.string()));
@@ -67,28 +68,25 @@ bool StepStore::is_done(const Step& step) const {
   return stamp.value(any_build_ ? "recipe" : "fingerprint", "") == (any_build_ ? step.recipe : step.fingerprint);
 }
 
-void StepStore::begin(const Step& step) const {
-  remove_folder(root_ / step.folder);
-  made_folder(root_ / step.folder);
-  made_folder(root_ / "logs");
-  write_text_file(log_of(step).string(), "");
-}
-
-void StepStore::finish(const Step& step) const {
-  for (const std::string& file : step.intermediate) {
-    std::error_code ignored;
-    fs::remove(root_ / file, ignored);
-  }
+std::string StepStore::stamp_of(const Step& step) {
   nlohmann::ordered_json json;
   json["step"] = step.name;
   json["fingerprint"] = step.fingerprint;
   json["recipe"] = step.recipe;
   json["keep"] = step.kept();
-  write_text_file((root_ / step.folder / kStamp).string(), json.dump(2) + "\n");
+  return json.dump(2) + "\n";
 }
 
 void StepStore::remove(const Step& step) const {
   remove_folder(root_ / step.folder);
+  std::error_code ignored;
+  fs::remove(log_of(step), ignored);
+}
+
+void StepStore::remove_elapsed(const Plan& plan) const {
+  for (const Step& step : plan.steps) {
+    if (!step.kept()) remove_folder(root_ / step.folder);
+  }
 }
 
 void StepStore::remove_strangers(const Plan& plan) const {

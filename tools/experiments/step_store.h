@@ -24,14 +24,14 @@ class StepStore {
 
   bool is_done(const Step& step) const;
 
-  /// Empties the step's folder and its log.
-  void begin(const Step& step) const;
+  /// The text of the stamp, which is written into the folder of a finished step (tools/fleet/experiment_step.py).
+  static std::string stamp_of(const Step& step);
 
-  /// Removes the intermediate files and writes the stamp.
-  void finish(const Step& step) const;
-
-  /// Removes the step's folder.
+  /// Removes the step's folder and its log.
   void remove(const Step& step) const;
+
+  /// Removes the folders of all steps of `plan` that are not kept.
+  void remove_elapsed(const Plan& plan) const;
 
   /// Removes work folders that belong to no step of `plan`: remains of an interrupted call. Maps shown by the figures
   /// of another call are kept.

@@ -79,6 +79,7 @@ bool map_is_hardly_the_cause(const StaleMap& stale) {
 }
 
 void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog& warnings) {
+  std::vector<std::string> offsets;
   for (std::size_t j = 0; j < stale.offsets.size(); ++j) {
     const MagnetometerOffset& offset = stale.offsets[j];
     const std::string& name = suite.magnetometers[j].name;
@@ -90,14 +91,17 @@ void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog
                                name, offset.spread_ut),
                    time);
     } else if (offset.offset_ut.norm() > kReportedOffset_ut) {
-      warnings.add(
-          "field.offset",
-          fmt::format(
-              "{} differs by ({:.2f} {:.2f} {:.2f}) uT from the map along the whole path: hard iron, drift or a "
-              "map built with this offset; subtracted in the stale-map report",
-              name, offset.offset_ut.x(), offset.offset_ut.y(), offset.offset_ut.z()),
-          time);
+      const Vector3& found = offset.offset_ut;
+      offsets.push_back(fmt::format("{} ({:.2f}, {:.2f}, {:.2f})", name, found.x(), found.y(), found.z()));
     }
+  }
+  if (!offsets.empty()) {
+    warnings.add(
+        "field.offset",
+        fmt::format("differences from the map along the whole path, uT in each magnetometer's x, y, z: {}: hard "
+                    "iron, drift or a map built with these offsets; subtracted in the stale-map report",
+                    fmt::join(offsets, ", ")),
+        time);
   }
   if (map_is_hardly_the_cause(stale)) {
     warnings.add("field.disagrees",

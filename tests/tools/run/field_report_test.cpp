@@ -107,7 +107,7 @@ TEST_F(FieldReportTest, NamesThePlaceAndTheOffset) {
   EXPECT_NEAR(to_seconds(place.first_time), 20.0, 0.6);
   EXPECT_NEAR(to_seconds(place.last_time), 28.0, 0.6);
   EXPECT_EQ(warnings_.count("field.offset"), 1);
-  EXPECT_THAT(warnings_.entries().at("field.offset").first_detail, HasSubstr("left differs by ("));
+  EXPECT_THAT(warnings_.entries().at("field.offset").first_detail, HasSubstr("x, y, z: left ("));
   EXPECT_EQ(warnings_.count("field.disagrees"), 0);
   EXPECT_NEAR(found.stale.expected_false_alarms(), 1e-3 * static_cast<double>(found.stale.cells.size()), 1e-12);
   const std::string text = stale_map_text("smoother", found.stale);

@@ -1,0 +1,155 @@
+#include "tools/experiments/workflow.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/error.h"
+#include "frontends/configuration/text_file.h"
+#include "tools/experiments/child_process.h"
+#include "tools/experiments/experiment.h"
+#include "tools/progress.h"
+
+namespace lodestone::reproduce {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr auto kPause = std::chrono::milliseconds(20);
+constexpr const char* kStepsFile = "logs/steps.json";
+constexpr const char* kSnakemakeLog = "logs/snakemake.log";
+
+}  // namespace
+
+Workflow::Workflow(const Plan& plan, const StepStore& store, WorkflowOptions options)
+    : plan_(plan),
+      store_(store),
+      options_(std::move(options)),
+      states_(plan.steps.size(), StepState::unneeded),
+      dependents_(plan.steps.size()) {
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) {
+    for (const std::size_t need : plan.steps[i].needs) dependents_[need].push_back(i);
+  }
+  // Steps elapsed before their dependents. In reverse order, the state of all dependents of a step is known.
+  for (std::size_t i = plan.steps.size(); i-- > 0;) {
+    const Step& step = plan.steps[i];
+    const bool asked = std::any_of(dependents_[i].begin(), dependents_[i].end(),
+                                   [&](std::size_t dependent) { return states_[dependent] == StepState::waiting; });
+    if (step.kept() || asked) states_[i] = store.is_done(step) ? StepState::done : StepState::waiting;
+  }
+}
+
+bool Workflow::all_done() const {
+  return std::all_of(states_.begin(), states_.end(),
+                     [](StepState state) { return state == StepState::done || state == StepState::unneeded; });
+}
+
+/// The waiting steps. What is done is not named: Snakemake would compare its time with that of other files.
+std::string Workflow::steps_file() const {
+  nlohmann::ordered_json json;
+  // On this machine the running program, even if its file is replaced meanwhile.
+  json["program"] =
+      options_.profile.empty() ? fmt::format("/proc/{}/exe", getpid()) : fs::read_symlink("/proc/self/exe").string();
+  json["threads"] = options_.threads;
+  json["steps"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (states_[i] != StepState::waiting) continue;
+    const Step& step = plan_.steps[i];
+    nlohmann::ordered_json one;
+    one["name"] = step.name;
+    one["kind"] = step_kind_name(step.kind);
+    one["folder"] = step.folder;
+    one["log"] = fs::relative(store_.log_of(step), store_.root()).string();
+    one["kept"] = step.kept();
+    one["commands"] = step.commands;
+    one["intermediate"] = step.intermediate;
+    one["stamp"] = StepStore::stamp_of(step);
+    one["needs"] = nlohmann::ordered_json::array();
+    for (const std::size_t need : step.needs) {
+      if (states_[need] == StepState::waiting) one["needs"].push_back(plan_.steps[need].folder);
+    }
+    json["steps"].push_back(std::move(one));
+  }
+  return json.dump(1) + "\n";
+}
+
+std::vector<std::string> Workflow::command() const {
+  std::vector<std::string> words{"--snakefile",
+                                 find_fleet_file("experiment.smk"),
+                                 "--directory",
+                                 store_.root().string(),
+                                 "--log-handler-script",
+                                 find_fleet_file("experiment_progress.py"),
+                                 "--keep-going",
+                                 "--nolock",
+                                 "--rerun-incomplete",
+                                 "--scheduler",
+                                 "greedy"};
+  if (options_.profile.empty()) {
+    words.insert(words.end(), {"--cores", std::to_string(options_.jobs * options_.threads)});
+  } else {
+    words.insert(words.end(), {"--profile", fs::absolute(options_.profile).string()});
+    if (options_.jobs > 0) words.insert(words.end(), {"--jobs", std::to_string(options_.jobs)});
+  }
+  return words;
+}
+
+bool Workflow::conclude() {
+  bool begun = false;
+  for (std::size_t i = states_.size(); i-- > 0;) {
+    if (states_[i] != StepState::waiting) continue;
+    const Step& step = plan_.steps[i];
+    const auto& dependents = dependents_[i];
+    // Files that no step needs any more are gone.
+    const bool over = !step.kept() && std::all_of(dependents.begin(), dependents.end(), [&](std::size_t dependent) {
+      return states_[dependent] == StepState::done;
+    });
+    if (over || store_.is_done(step)) {
+      states_[i] = StepState::done;
+    } else {
+      states_[i] = fs::exists(store_.log_of(step)) ? StepState::failed : StepState::blocked;
+    }
+    begun = begun || states_[i] != StepState::blocked;
+  }
+  store_.remove_elapsed(plan_);
+  std::error_code ignored;
+  fs::remove_all(store_.root() / ".snakemake", ignored);
+  return begun;
+}
+
+void Workflow::run() {
+  store_.remove_strangers(plan_);
+  if (all_done()) {
+    store_.remove_elapsed(plan_);
+    return;
+  }
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (states_[i] == StepState::waiting) store_.remove(plan_.steps[i]);
+  }
+  write_text_file((store_.root() / kStepsFile).string(), steps_file());
+  const fs::path log = store_.root() / kSnakemakeLog;
+  ChildProcess snakemake("snakemake", command(), store_.root().string(), log.string(),
+                         spdlog::should_log(spdlog::level::info));
+  while (!snakemake.poll()) {
+    if (interrupt_requested()) {
+      snakemake.interrupt();
+      while (!snakemake.poll()) std::this_thread::sleep_for(kPause);
+      throw Interrupted();
+    }
+    std::this_thread::sleep_for(kPause);
+  }
+  // A signal that reached all processes of a terminal.
+  throw_if_interrupted();
+  if (!conclude()) {
+    throw InputError(fmt::format("snakemake ended with exit code {} before the first step; see {}", *snakemake.poll(),
+                                 log.string()));
+  }
+}
+
+}  // namespace lodestone::reproduce
