@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/work_times.h"
 #include "factors/manifolds.h"
 #include "factors/serial_openmp.h"
 #include "factors/sliding_window_parts.h"
@@ -43,6 +44,7 @@ class SettledCallback final : public ceres::IterationCallback {
 }  // namespace
 
 int SlidingWindow::solve() {
+  const WorkTimer timer(Work::solve);
   changed();
   const ImuAxes axes = imu_axes();
   for (std::size_t k = 1; k < keyframes_.size(); ++k) {

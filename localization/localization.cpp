@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/thread_limit.h"
+#include "core/work_times.h"
 #include "frontends/maps/ndt_map.h"
 #include "localization/automatic_initialization.h"
 #include "localization/initial_pose.h"
@@ -141,8 +142,12 @@ ProcessedBundles process_bundles(const NextBundle& next,
                                  const std::function<std::unique_ptr<Estimator>(const ScanBundle&)>& make_estimator,
                                  EstimateSink& sink, const std::function<bool(const ScanBundle&)>& processed) {
   ProcessedBundles result;
+  const auto read = [&](ScanBundle& bundle) {
+    const WorkTimer timer(Work::read);
+    return next(bundle);
+  };
   try {
-    for (ScanBundle bundle; !result.stopped && next(bundle);) {
+    for (ScanBundle bundle; !result.stopped && read(bundle);) {
       if (result.estimator == nullptr) {
         result.estimator = make_estimator(bundle);
         result.begin = bundle.scan.start;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/work_times.h"
 
 namespace lodestone {
 
@@ -37,6 +38,7 @@ class Supervised::JudgingSink final : public EstimateSink {
       : owner_(owner), bundle_(bundle), reported_(reported), sink_(sink) {}
 
   void causal(const Estimate& estimate) override {
+    const WorkTimer timer(Work::health);
     Estimate judged = estimate;
     owner_.monitor_.judge(*bundle_, judged);
     owner_.newest_ = judged;
@@ -74,6 +76,7 @@ Supervised::Supervised(EstimatorInput input, Make make)
 Supervised::~Supervised() = default;
 
 void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
+  const WorkTimer timer(Work::health);
   const Time now = bundle.scan.end;
   if (stopped_) {
     report_lost(bundle, sink);

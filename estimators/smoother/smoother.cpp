@@ -12,6 +12,7 @@
 #include "core/observability/window_information.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
+#include "core/work_times.h"
 #include "estimators/initialization/initialization.h"
 #include "estimators/smoother/bound.h"
 
@@ -62,6 +63,7 @@ Smoother::~Smoother() = default;
 
 void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   const Stopwatch step;
+  const WorkTimer timer(Work::estimate);
   const RunOptions& options = input_.options;
   const bool solved = input_.linearize_at == nullptr;  // else only covariances are computed
   auto keyframe = std::make_unique<Keyframe>();
@@ -155,12 +157,14 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   std::vector<std::size_t> wanted{newest};
   if (leaves) wanted.push_back(0);
   std::vector<Matrix6> covariances;
+  std::optional<WorkTimer> timed(Work::covariance);
   parallel_for(0, 2, [&](int part) {
     if (part == 0 && !first) follow_residuals(*keyframes_.back(), clock);
     if (part == 0) return;
     covariances = window_->pose_covariances(wanted);
     newest_covariance_ = window_->newest_covariance();  // from the same factorization
   });
+  timed.reset();
 
   Estimate& estimate = keyframes_.back()->estimate;
   estimate.state = window_->state(newest);
@@ -174,6 +178,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   causal.scan_pose = window_->seen_pose(newest);
   if (leaves) {
     report(0, covariances[1], sink);
+    const WorkTimer marginalizing(Work::marginalize);
     window_->marginalize_oldest();
     keyframes_.pop_front();
   }
@@ -187,6 +192,7 @@ void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) c
   keyframe.magnetic = bundle.magnetic;
   keyframe.wheel_samples = bundle.wheels;
   if (input_.planes != nullptr) {
+    const WorkTimer timer(Work::sample);
     keyframe.points = sample_scan(bundle.scan, input_.suite.lidars(), input_.options.lidar.sampling);
   }
 }
@@ -257,7 +263,11 @@ void Smoother::renew(std::size_t k) {
   const std::optional<NavState> state_before = k > 0 ? std::optional(window_->state(k - 1)) : std::nullopt;
   keyframe.lidar_correction = window_->lidar_correction();
   keyframe.map_error = window_->map_error(k);
-  measurements_.register_scan(keyframe, state, state_before ? &*state_before : nullptr);
+  {
+    const WorkTimer timer(Work::associate);
+    measurements_.register_scan(keyframe, state, state_before ? &*state_before : nullptr);
+  }
+  const WorkTimer timer(Work::weigh);
   // Degenerate directions follow those of the previous keyframe; a keyframe analysed again follows itself.
   const Keyframe* before = k + 1 < keyframes_.size() ? &keyframe : k > 0 ? keyframes_[k - 1].get() : nullptr;
   const Degeneracy analysed =

@@ -31,6 +31,7 @@ std::string text_of(const PassRecord& pass) {
   nlohmann::json json{{"wall_s", pass.wall_s},
                       {"refine_s", pass.refine_s},
                       {"peak_rss_mb", pass.peak_rss_mb},
+                      {"work_s", pass.work_s},
                       {"warnings", nlohmann::json::array()}};
   for (const auto& [kind, entry] : pass.warnings.entries()) {
     json["warnings"].push_back({kind, entry.count, entry.first_detail, entry.first_time, entry.last_time});
@@ -40,7 +41,7 @@ std::string text_of(const PassRecord& pass) {
 
 PassRecord pass_of(std::string_view text) {
   const nlohmann::json json = nlohmann::json::parse(text);
-  PassRecord pass{json["wall_s"], json["refine_s"], json["peak_rss_mb"], {}};
+  PassRecord pass{json["wall_s"], json["refine_s"], json["peak_rss_mb"], json["work_s"], {}};
   for (const nlohmann::json& entry : json["warnings"]) {
     pass.warnings.add(entry[0].get<std::string>(), entry[2].get<std::string>(), entry[3].get<Time>(),
                       entry[1].get<std::int64_t>());

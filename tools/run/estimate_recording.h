@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/warnings.h"
+#include "core/work_times.h"
 #include "estimators/estimator.h"
 #include "tools/run/run_identity.h"
 #include "tools/writers/output_file.h"
@@ -17,6 +18,7 @@ struct PassRecord {
   double wall_s = 0.0;
   double refine_s = 0.0;
   double peak_rss_mb = 0.0;
+  WorkTimes work_s{};
   WarningLog warnings;
 };
 

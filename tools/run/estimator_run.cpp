@@ -226,7 +226,8 @@ class Pass {
     if (const CalibrationEstimate* estimate = calibration()) {
       warn_of_calibration(*run_.field.suite, *estimate, last_end_, warnings_);
     }
-    record_ = {seconds_since(start_), seconds_since(worked_off), peak_memory_mb(), warnings_};
+    record_ = {seconds_since(start_), seconds_since(worked_off), peak_memory_mb(), work_times(), warnings_};
+    for (std::size_t i = 0; i < work_before_.size(); ++i) record_.work_s[i] -= work_before_[i];
   }
 
   /// Completes the recording for --resume. If the disk is full, the run continues without it.
@@ -274,6 +275,7 @@ class Pass {
   WarningLog& warnings_;
   ArrayLog readings_;
   Time last_end_ = 0;
+  WorkTimes work_before_ = work_times();
   std::optional<EstimateRecording> recording_;  // of an earlier call, to be replayed
   std::unique_ptr<EstimateRecorder> recorder_;  // of this pass
   ManySinks sinks_;
@@ -347,6 +349,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   summary.wall_s = pass.record_of_pass().wall_s;
   summary.peak_rss_mb = pass.record_of_pass().peak_rss_mb;
+  summary.work_s = pass.record_of_pass().work_s;
   if (run.truth != nullptr) summary.truth = compare_with_truth(outcome.record, *run.truth, log_end, summary.status);
   if (run.truth != nullptr) summary.stages = compare_stages(outcome.record, *run.truth, log_end);
   for (StageFigures& stage : summary.stages) {

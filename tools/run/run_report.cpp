@@ -33,6 +33,10 @@ Json json_of(const RunSummary& summary) {
   json["duration_s"] = number(summary.duration_s);
   json["wall_s"] = number(summary.wall_s);
   json["refine_s"] = number(summary.refine_s);
+  json["work_s"] = Json::object();
+  for (std::size_t i = 0; i < kWorkNames.size(); ++i) {
+    if (summary.work_s[i] > 0.0) json["work_s"][kWorkNames[i]] = number(summary.work_s[i]);
+  }
   json["real_time_factor"] = number(summary.real_time_factor());
   json["peak_rss_mb"] = number(summary.peak_rss_mb);
   json["status"] = status_name(summary.status);

@@ -9,6 +9,7 @@
 #include "core/evaluation/consistency.h"
 #include "core/evaluation/stale_map.h"
 #include "core/warnings.h"
+#include "core/work_times.h"
 #include "tools/run/calibration_consistency.h"
 #include "tools/run/estimate_record.h"
 #include "tools/run/run_call.h"
@@ -66,6 +67,7 @@ struct RunSummary {
   bool saw_field = false;            ///< at least one array sample was on the map
   std::int64_t magnetic_rejected = 0;
   double refine_s = 0.0;               ///< part of wall_s: the batch refinement after the log's end
+  WorkTimes work_s{};                  ///< parts of wall_s
   std::optional<double> lidar_nis;     ///< mean over the scans, per point; 1 is consistent
   std::optional<double> magnetic_nis;  ///< mean over the scans' array samples, per component; 1 is consistent
   double clock_offset_s = 0.0;         ///< delay of the magnetometers' stamps, final estimate

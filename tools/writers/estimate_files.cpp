@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/work_times.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/writers/covariance_file.h"
 
@@ -95,6 +96,7 @@ EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
 }
 
 void EstimateFiles::causal(const Estimate& estimate) {
+  const WorkTimer timer(Work::write);
   if (estimate.health != Health::lost) {
     causal_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
   }
@@ -102,12 +104,14 @@ void EstimateFiles::causal(const Estimate& estimate) {
 }
 
 void EstimateFiles::best(const Estimate& estimate) {
+  const WorkTimer timer(Work::write);
   if (!lost_.add(estimate)) return;
   trajectory_.write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
   covariance_.write(covariance_row(estimate.time, estimate.covariance));
 }
 
 void EstimateFiles::smoothed(const Estimate& estimate) {
+  const WorkTimer timer(Work::write);
   if (estimate.health == Health::lost) return;
   if (smoothed_ == nullptr) {
     smoothed_ = std::make_unique<OutputFile>(folder_ / "smoothed.tum");
