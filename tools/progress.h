@@ -7,8 +7,8 @@
 
 namespace lodestone {
 
-/// From now on SIGINT and SIGTERM only set a flag, so that a long command can write its results so far and exit with
-/// code 130. A second signal ends the process at once.
+/// From now on SIGINT, SIGTERM and SIGHUP (unless it is ignored) only set a flag, so that a long command can write its
+/// results so far and exit with code 130. A second signal ends the process at once.
 void catch_interrupts();
 
 /// Whether a signal has arrived. Long loops poll this.

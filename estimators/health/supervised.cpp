@@ -116,7 +116,10 @@ void Supervised::suspect(Time now) {
 
 void Supervised::estimate(const ScanBundle& bundle, EstimateSink& sink) {
   JudgingSink judging(*this, &bundle, reported_, sink);
-  estimator_->process(bundle, judging);
+  {
+    const WorkTimer timer(Work::estimate);
+    estimator_->process(bundle, judging);
+  }
   ++scans_;
   if (newest_.health == Health::good) settle_search("run.found_again", "");
 }

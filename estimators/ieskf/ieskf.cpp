@@ -11,7 +11,6 @@
 #include "core/observability/robust_weight.h"
 #include "core/stopwatch.h"
 #include "core/wheels/wheel_residual.h"
-#include "core/work_times.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/ieskf/swept_evidence.h"
 #include "estimators/initialization/initialization.h"
@@ -48,7 +47,6 @@ IteratedFilter::IteratedFilter(EstimatorInput input)
 }
 
 void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
-  const WorkTimer timer(Work::estimate);
   const Stopwatch step;
   const RunOptions& options = input_.options;
   if (!started_) {

@@ -63,7 +63,6 @@ Smoother::~Smoother() = default;
 
 void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   const Stopwatch step;
-  const WorkTimer timer(Work::estimate);
   const RunOptions& options = input_.options;
   const bool solved = input_.linearize_at == nullptr;  // else only covariances are computed
   auto keyframe = std::make_unique<Keyframe>();

@@ -57,7 +57,7 @@ class Fleet(unittest.TestCase):
                 "stamp": '{"fingerprint": "f"}'}
         (self.folder / "logs").mkdir(exist_ok=True)
         (self.folder / "logs/steps.json").write_text(json.dumps({"program": "/bin/sh", "threads": 2, "steps": [step]}))
-        code = subprocess.run([sys.executable, FLEET / "experiment_step.py", "0"], cwd=self.folder).returncode
+        code = subprocess.run([sys.executable, FLEET / "experiment_step.py", "work/a"], cwd=self.folder).returncode
         self.assertEqual((self.folder / "work/a/step.json").exists(), code == 0)
         return code == 0, (self.folder / "a.log").read_text()
 
@@ -67,6 +67,9 @@ class Fleet(unittest.TestCase):
         self.assertEqual([line for line in log.splitlines() if line[0] != "$"], ["first", "second"])
         self.assertEqual(self.read("work/a/step.json")["fingerprint"], "f")
         self.assertFalse((self.folder / "work/a/b").exists(), "intermediate files are removed")
+        (self.folder / "work/a/of an earlier call").touch()
+        self.assertTrue(self.experiment_step("log", ["-c", "true"])[0])
+        self.assertEqual([file.name for file in (self.folder / "work/a").iterdir()], ["step.json"])
 
     def test_a_step_of_an_experiment_that_failed_leaves_no_stamp_and_says_why(self):
         for kind, command, reason in (("log", "exit 3", "exit code 3"), ("run", "exit 2", "exit code 2"),

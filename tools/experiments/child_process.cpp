@@ -6,8 +6,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstring>
+#include <thread>
 
 #include "core/error.h"
 
@@ -66,8 +68,16 @@ std::optional<int> ChildProcess::poll() {
   return code_;
 }
 
-void ChildProcess::interrupt() {
-  if (!code_) kill(-process_, SIGINT);
+void ChildProcess::interrupt(bool group) {
+  if (!code_) kill(group ? -process_ : process_, SIGINT);
+}
+
+void ChildProcess::end_group() {
+  constexpr int kPauses = 500;
+  constexpr auto kPause = std::chrono::milliseconds(20);
+  if (kill(-process_, SIGINT) != 0) return;  // nothing is left
+  for (int i = 0; i < kPauses && kill(-process_, 0) == 0; ++i) std::this_thread::sleep_for(kPause);
+  kill(-process_, SIGKILL);
 }
 
 }  // namespace lodestone::reproduce

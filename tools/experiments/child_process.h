@@ -23,8 +23,11 @@ class ChildProcess {
   /// Its exit code, or 128 + N if signal N ended it; nothing while it runs. Does not wait.
   std::optional<int> poll();
 
-  /// Sends SIGINT to the group.
-  void interrupt();
+  /// Sends SIGINT to the process, or to its whole group.
+  void interrupt(bool group);
+
+  /// Ends what the process has left of its group: SIGINT, then SIGKILL after ten seconds. Waits.
+  void end_group();
 
  private:
   pid_t process_ = -1;

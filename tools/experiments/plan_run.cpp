@@ -46,6 +46,10 @@ WorkflowOptions workflow_options(const std::optional<int>& jobs, const std::stri
                       "such as tools/fleet/slurm",
                       profile));
     }
+    if (profile.find(' ') != std::string::npos) {
+      throw InputError(
+          fmt::format("--profile: {}: Snakemake takes no path with a space; link or copy the folder", profile));
+    }
     options.jobs = jobs.value_or(0);
     return options;
   }
@@ -79,7 +83,7 @@ void PlanRun::run() {
                         plural(static_cast<std::size_t>(work_options_.threads), "thread"))
           : fmt::format("profile {}", work_options_.profile);
   spdlog::info("{}: {} in {}, {} steps to do, {}", file_, plural(plan_.runs.size(), "run"), root().string(),
-               count(StepState::waiting), where);
+               workflow_->count(StepState::waiting), where);
   workflow_->run();
 }
 
@@ -103,12 +107,8 @@ int PlanRun::exit_code() const {
   if (workflow_->all_done()) return lodestone::exit_code::done;
   spdlog::error(
       "lodestone: {} of {} steps failed; {} steps that depend on them were not started; repeat the call to try again",
-      count(StepState::failed), plan_.steps.size(), count(StepState::blocked));
+      workflow_->count(StepState::failed), plan_.steps.size(), workflow_->count(StepState::blocked));
   return lodestone::exit_code::input_error;
-}
-
-std::size_t PlanRun::count(StepState state) const {
-  return static_cast<std::size_t>(std::count(workflow_->states().begin(), workflow_->states().end(), state));
 }
 
 }  // namespace lodestone::reproduce

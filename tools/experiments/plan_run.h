@@ -40,8 +40,6 @@ class PlanRun {
   int exit_code() const;
 
  private:
-  std::size_t count(StepState state) const;
-
   std::string file_;
   WorkflowOptions work_options_;
   Plan plan_;

@@ -42,8 +42,11 @@ StepStore::StepStore(fs::path root, bool any_build)
     : root_(fs::absolute(root).lexically_normal()), any_build_(any_build) {
   made_folder(root_);
   made_folder(root_ / "logs");
-  // Children inherit the lock: O_CLOEXEC is not set.
-  lock_ = open((root_ / ".lock").c_str(), O_RDWR | O_CREAT, 0644);
+  // Children inherit the lock: O_CLOEXEC is not set. Low descriptors have a meaning of their own for a child.
+  constexpr int kFirst = 10;
+  const int file = open((root_ / ".lock").c_str(), O_RDWR | O_CREAT, 0644);
+  lock_ = fcntl(file, F_DUPFD, kFirst);
+  close(file);
   if (lock_ < 0) throw InputError(fmt::format("{}: cannot be written; choose another --out", root_.string()));
   if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
     close(lock_);
@@ -79,8 +82,6 @@ std::string StepStore::stamp_of(const Step& step) {
 
 void StepStore::remove(const Step& step) const {
   remove_folder(root_ / step.folder);
-  std::error_code ignored;
-  fs::remove(log_of(step), ignored);
 }
 
 void StepStore::remove_elapsed(const Plan& plan) const {

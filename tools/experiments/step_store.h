@@ -27,7 +27,7 @@ class StepStore {
   /// The text of the stamp, which is written into the folder of a finished step (tools/fleet/experiment_step.py).
   static std::string stamp_of(const Step& step);
 
-  /// Removes the step's folder and its log.
+  /// Removes the step's folder.
   void remove(const Step& step) const;
 
   /// Removes the folders of all steps of `plan` that are not kept.

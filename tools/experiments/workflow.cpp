@@ -53,9 +53,7 @@ bool Workflow::all_done() const {
 /// The waiting steps. What is done is not named: Snakemake would compare its time with that of other files.
 std::string Workflow::steps_file() const {
   nlohmann::ordered_json json;
-  // On this machine the running program, even if its file is replaced meanwhile.
-  json["program"] =
-      options_.profile.empty() ? fmt::format("/proc/{}/exe", getpid()) : fs::read_symlink("/proc/self/exe").string();
+  json["program"] = program();
   json["threads"] = options_.threads;
   json["steps"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -79,18 +77,24 @@ std::string Workflow::steps_file() const {
   return json.dump(1) + "\n";
 }
 
+/// The running program, even if its file is replaced meanwhile. Nodes of a cluster get a copy.
+std::string Workflow::program() const {
+  if (options_.profile.empty()) return fmt::format("/proc/{}/exe", getpid());
+  const fs::path copy = store_.root() / "logs" / "program";
+  std::error_code error;
+  fs::copy_file("/proc/self/exe", copy.string() + ".new", fs::copy_options::overwrite_existing, error);
+  if (!error) fs::rename(copy.string() + ".new", copy, error);
+  if (error) throw InputError(fmt::format("{}: cannot be written: {}", copy.string(), error.message()));
+  return copy.string();
+}
+
 std::vector<std::string> Workflow::command() const {
-  std::vector<std::string> words{"--snakefile",
-                                 find_fleet_file("experiment.smk"),
-                                 "--directory",
-                                 store_.root().string(),
-                                 "--log-handler-script",
-                                 find_fleet_file("experiment_progress.py"),
-                                 "--keep-going",
-                                 "--nolock",
-                                 "--rerun-incomplete",
-                                 "--scheduler",
-                                 "greedy"};
+  std::vector<std::string> words{"--snakefile",          find_fleet_file("experiment.smk"),
+                                 "--directory",          store_.root().string(),
+                                 "--log-handler-script", find_fleet_file("experiment_progress.py"),
+                                 "--keep-going",         "--nolock",
+                                 "--rerun-incomplete",   "--forceall",
+                                 "--scheduler",          "greedy"};
   if (options_.profile.empty()) {
     words.insert(words.end(), {"--cores", std::to_string(options_.jobs * options_.threads)});
   } else {
@@ -100,8 +104,12 @@ std::vector<std::string> Workflow::command() const {
   return words;
 }
 
-bool Workflow::conclude() {
-  bool begun = false;
+std::size_t Workflow::count(StepState state) const {
+  return static_cast<std::size_t>(std::count(states_.begin(), states_.end(), state));
+}
+
+void Workflow::conclude(const std::string& end) {
+  const std::size_t waiting = count(StepState::waiting);
   for (std::size_t i = states_.size(); i-- > 0;) {
     if (states_[i] != StepState::waiting) continue;
     const Step& step = plan_.steps[i];
@@ -115,12 +123,13 @@ bool Workflow::conclude() {
     } else {
       states_[i] = fs::exists(store_.log_of(step)) ? StepState::failed : StepState::blocked;
     }
-    begun = begun || states_[i] != StepState::blocked;
   }
   store_.remove_elapsed(plan_);
   std::error_code ignored;
   fs::remove_all(store_.root() / ".snakemake", ignored);
-  return begun;
+  const std::size_t blocked = count(StepState::blocked);
+  if (blocked == waiting) throw InputError(end);
+  if (blocked > 0 && count(StepState::failed) == 0) spdlog::error("lodestone: {}", end);
 }
 
 void Workflow::run() {
@@ -129,8 +138,9 @@ void Workflow::run() {
     store_.remove_elapsed(plan_);
     return;
   }
+  std::error_code ignored;
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (states_[i] == StepState::waiting) store_.remove(plan_.steps[i]);
+    if (states_[i] == StepState::waiting) fs::remove(store_.log_of(plan_.steps[i]), ignored);
   }
   write_text_file((store_.root() / kStepsFile).string(), steps_file());
   const fs::path log = store_.root() / kSnakemakeLog;
@@ -138,18 +148,18 @@ void Workflow::run() {
                          spdlog::should_log(spdlog::level::info));
   while (!snakemake.poll()) {
     if (interrupt_requested()) {
-      snakemake.interrupt();
+      // Snakemake itself cancels jobs on a cluster; what submits them must not be interrupted.
+      snakemake.interrupt(options_.profile.empty());
       while (!snakemake.poll()) std::this_thread::sleep_for(kPause);
+      snakemake.end_group();
       throw Interrupted();
     }
     std::this_thread::sleep_for(kPause);
   }
-  // A signal that reached all processes of a terminal.
+  snakemake.end_group();
   throw_if_interrupted();
-  if (!conclude()) {
-    throw InputError(fmt::format("snakemake ended with exit code {} before the first step; see {}", *snakemake.poll(),
-                                 log.string()));
-  }
+  conclude(fmt::format("snakemake ended with exit code {} before all steps were done; see {}", *snakemake.poll(),
+                       log.string()));
 }
 
 }  // namespace lodestone::reproduce

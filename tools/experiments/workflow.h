@@ -31,15 +31,17 @@ class Workflow {
 
   /// Runs every waiting step when its requirements are done, and removes files that no step needs any more. A failed
   /// step is reported in one line; other steps continue. On a signal, the steps are stopped and Interrupted is thrown;
-  /// finished steps are kept. Throws InputError if Snakemake cannot be started.
+  /// finished steps are kept. Throws InputError if Snakemake cannot be started, or ends before the first step.
   void run();
 
   bool all_done() const;
+  std::size_t count(StepState state) const;
 
  private:
   std::string steps_file() const;
   std::vector<std::string> command() const;
-  bool conclude();  ///< whether a step has begun
+  std::string program() const;
+  void conclude(const std::string& end);
 
   const Plan& plan_;
   const StepStore& store_;

@@ -30,9 +30,9 @@ for number, step in enumerate(STEPS):
         input: [str(TARGETS[folder]) for folder in step["needs"]],
         output: TARGETS[step["folder"]],
         log: step["log"],
-        params: number=number,
+        params: folder=step["folder"],
         threads: PLAN["threads"],
         # Runs before logs: a log is large, and exists until its runs are done.
-        priority: len(STEPS) - number + (len(STEPS) if step["kept"] else 0),
+        priority: len(STEPS) - number + (len(STEPS) if step["kind"] in ("run", "difference") else 0),
         resources: mem_mb=MEMORY_MB,
-        shell: "{sys.executable} {FLEET}/experiment_step.py {params.number}"
+        shell: "{sys.executable:q} {FLEET:q}/experiment_step.py {params.folder:q}"

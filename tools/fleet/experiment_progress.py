@@ -5,13 +5,10 @@ import os
 import time
 from pathlib import Path
 
-try:
-    out = os.fdopen(3, "w")
-except OSError:  # a job on a cluster's node
-    out = open(os.devnull, "w")
+out = os.fdopen(3, "w")
 start = time.monotonic()
 steps = {step["folder"]: step for step in json.loads(Path("logs/steps.json").read_text())["steps"]}
-running = {}  # job → step
+running = {}  # job → step and its start
 ended = 0
 
 
@@ -40,14 +37,21 @@ def reason(log: str) -> str:
     return ": ".join(reversed(words)) or "did not start"
 
 
-def log_handler(message: dict) -> None:
+def note(message: dict) -> None:
     if message["level"] == "job_info":
         for output in message["output"]:
-            running[message["jobid"]] = steps[str(output).removesuffix("/step.json")]
-    elif message["level"] == "job_finished" and running.get(message["jobid"]):
-        step = running.pop(message["jobid"])
-        seconds = json.loads((Path(step["folder"]) / "step.json").read_text())["seconds"]
-        tell(f"{step['name']}: done in {seconds:.0f} s")
-    elif message["level"] == "job_error" and running.get(message["jobid"]):
-        step = running.pop(message["jobid"])
-        tell(f"{step['name']}: {reason(step['log'])} (see {step['log']})")
+            running[message["jobid"]] = steps[str(output).removesuffix("/step.json")], time.monotonic()
+    elif message["level"] in ("job_finished", "job_error") and message["jobid"] in running:
+        step, begin = running.pop(message["jobid"])
+        if message["level"] == "job_finished":
+            tell(f"{step['name']}: done in {time.monotonic() - begin:.0f} s")
+        elif not reason(step["log"]).startswith("exit code 130"):  # interrupted
+            tell(f"{step['name']}: {reason(step['log'])} (see {Path(step['log']).resolve()})")
+
+
+def log_handler(message: dict) -> None:
+    """Called within Snakemake's scheduler, which an exception would stop."""
+    try:
+        note(message)
+    except (OSError, ValueError, KeyError):
+        pass

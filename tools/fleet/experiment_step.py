@@ -1,11 +1,12 @@
-"""One step of an experiment: experiment_step.py NUMBER, in the folder of results (tools/fleet/experiment.smk).
+"""One step of an experiment: experiment_step.py FOLDER, in the folder of results (tools/fleet/experiment.smk).
 
-Runs the commands of step NUMBER of logs/steps.json one after the other, with their output in the step's log. Then it
-removes intermediate files, and writes step.json last: a step without it is not done. Ends with 1 if a command failed;
-the last line of the log says why.
+Runs the commands of the step of logs/steps.json that makes FOLDER, one after the other, with their output in the
+step's log. FOLDER is emptied before. Then removes intermediate files, and writes step.json last: a step without it is
+not done. Ends with 1 if a command failed; the last line of the log says why.
 """
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -25,13 +26,14 @@ def run(command: list, log) -> int:
             pass
 
 
-def main(number: int) -> int:
+def main(name: str) -> int:
     plan = json.loads(Path("logs/steps.json").read_text())
-    step = plan["steps"][number]
+    step = next(step for step in plan["steps"] if step["folder"] == name)
     results = (0, TRACK_LOST) if step["kind"] == "run" else (0,)
     start = time.monotonic()
     folder = Path(step["folder"])
-    folder.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
     with open(step["log"], "w") as log:
         for words in step["commands"]:
             if step["kind"] != "difference":
@@ -52,4 +54,4 @@ def main(number: int) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1])))
+    sys.exit(main(sys.argv[1]))
