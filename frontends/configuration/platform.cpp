@@ -185,8 +185,27 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
   model.T_imu_mag = read_pose(node.at("T_imu_mag"));
 }
 
+/// The keys of a wheel on each side.
+void read_sides(const ConfigurationNode& node, WheelMessageLayout& layout) {
+  const auto has = [&](const std::string& ending) { return node.has("left" + ending) || node.has("right" + ending); };
+  if (!has("_velocity") && !has("_position")) {
+    if (node.has("track_m")) node.at("track_m").fail("is used only with left_position or left_velocity");
+    return;
+  }
+  layout.positions = has("_position");
+  const std::string ending = layout.positions ? "_position" : "_velocity";
+  for (const char* other : {"left_velocity", "right_velocity", "linear_velocity", "angular_velocity"}) {
+    const bool own = !layout.positions && std::string(other).ends_with("t_velocity");
+    if (node.has(other) && !own) node.at(other).fail("cannot be used beside left" + ending + "; remove one of them");
+  }
+  read_value(node.at("left" + ending), layout.left_path);
+  read_value(node.at("right" + ending), layout.right_path);
+  read_positive(node, "track_m", layout.track_m);
+}
+
 void read_wheels(const ConfigurationNode& node, Platform& platform) {
-  node.refuse_keys_other_than({"topic", "linear_velocity", "angular_velocity", "scale", "clock_offset_s",
+  node.refuse_keys_other_than({"topic", "linear_velocity", "angular_velocity", "left_velocity", "right_velocity",
+                               "left_position", "right_position", "track_m", "scale", "clock_offset_s",
                                "velocity_sigma_m_s", "lateral_motion", "lateral_sigma_m_s", "T_imu_wheels",
                                "calibration"});
   WheelMessageLayout& layout = platform.wheels;
@@ -196,10 +215,14 @@ void read_wheels(const ConfigurationNode& node, Platform& platform) {
     read_value(node.at("linear_velocity"), layout.linear_velocity_path);
     read_value(node.at("angular_velocity"), layout.angular_velocity_path);
   }
+  read_sides(node, layout);
   if (node.has("scale")) read_positive(node, "scale", layout.scale);
   read_clock_offset(node, "clock_offset_s", layout.clock_offset_s);
   read_positive(node, "velocity_sigma_m_s", model.velocity_sigma_m_s);
   read_if_there(node, "lateral_motion", model.lateral_motion);
+  if (model.lateral_motion == LateralMotion::measured && !layout.left_path.empty()) {
+    node.at("lateral_motion").fail("'measured' requires a lateral velocity, which a wheel on each side does not give");
+  }
   if (node.has("lateral_sigma_m_s")) {
     if (model.lateral_motion != LateralMotion::none) {
       node.at("lateral_sigma_m_s").fail("is used only with lateral_motion: none; set that, or remove this key");
@@ -287,6 +310,11 @@ std::string wheel_lines(const Platform& platform) {
   if (!layout.linear_velocity_path.empty()) {
     text += line(1, "linear_velocity", layout.linear_velocity_path) +
             line(1, "angular_velocity", layout.angular_velocity_path);
+  }
+  if (!layout.left_path.empty()) {
+    const std::string ending = layout.positions ? "_position" : "_velocity";
+    text += line(1, "left" + ending, layout.left_path) + line(1, "right" + ending, layout.right_path) +
+            line(1, "track_m", layout.track_m);
   }
   if (layout.scale != 1.0) text += line(1, "scale", layout.scale);
   if (layout.clock_offset_s != 0.0) text += line(1, "clock_offset_s", layout.clock_offset_s);

@@ -113,6 +113,10 @@ struct WheelMessageLayout {
   std::string topic = "/odom";
   /// For messages other than nav_msgs/Odometry: paths of the vectors (logs/message_paths.h), m/s and rad/s.
   std::string linear_velocity_path{}, angular_velocity_path{};
+  /// Instead, for a wheel on each side: paths of a number, with '-' before a path for the opposite sign.
+  std::string left_path{}, right_path{};
+  bool positions = false;       ///< the numbers are positions, not velocities
+  double track_m = 0.0;         ///< distance of the two wheels
   double scale = 1.0;           ///< reported velocity over true velocity; StreamDecoder divides by it
   double clock_offset_s = 0.0;  ///< sign as LidarMessageLayout::clock_offset_s
 };

@@ -38,8 +38,8 @@ std::string types_of(const SensorStream& stream) {
              ", or set imu.angular_velocity and imu.linear_acceleration to their paths in a message of another type";
     case Sensor::wheels:
       return own +
-             ", or set wheels.linear_velocity and wheels.angular_velocity to their paths in a message of another "
-             "type";
+             ", or set wheels.linear_velocity and wheels.angular_velocity, or wheels.left_position and "
+             "wheels.right_position, to their paths in a message of another type";
     case Sensor::magnetometer:
       break;
   }
@@ -97,6 +97,15 @@ std::vector<SensorStream> make_streams(const Platform& platform, SensorChoice ch
       wheels.paths = {platform.wheels.linear_velocity_path, platform.wheels.angular_velocity_path};
       wheels.path_keys = {"wheels.linear_velocity", "wheels.angular_velocity"};
     }
+    if (!platform.wheels.left_path.empty()) {
+      for (const bool left : {true, false}) {
+        const std::string& path = left ? platform.wheels.left_path : platform.wheels.right_path;
+        wheels.paths.push_back(path.substr(path.starts_with('-') ? 1 : 0));
+        wheels.path_keys.push_back(
+            fmt::format("wheels.{}_{}", left ? "left" : "right", platform.wheels.positions ? "position" : "velocity"));
+      }
+      wheels.numbers = true;
+    }
   }
   return streams;
 }
@@ -108,7 +117,9 @@ void bind_paths(const std::string& path, const std::vector<SensorStream>& stream
   });
   const auto reader = other == streams.end() ? std::make_shared<MessagePaths>(path, *stream.info) : other->reader;
   for (std::size_t i = 0; i < stream.paths.size(); ++i) {
-    const std::size_t place = reader->add(stream.paths[i], stream.path_keys[i]);
+    const std::string& key = stream.path_keys[i];
+    const std::size_t place =
+        stream.numbers ? reader->add_number(stream.paths[i], key) : reader->add(stream.paths[i], key);
     if (i == 0) stream.first_vector = place;
   }
   stream.reader = reader;

@@ -22,6 +22,7 @@ struct SensorStream {
   std::string key;                       ///< key of the topic in the platform file: "imu.topic"
   std::vector<std::string> paths;        ///< paths of the vectors in messages of other types; mostly empty
   std::vector<std::string> path_keys;    ///< keys of these paths in the platform file
+  bool numbers = false;                  ///< the paths name single numbers, not vectors
   std::optional<TopicInfo> info;         ///< of its topic in the log, if found
   std::size_t topic_index = 0;           ///< index in the list of chosen topics
   std::shared_ptr<MessagePaths> reader;  ///< reader of the paths, one per topic; null without paths

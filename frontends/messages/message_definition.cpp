@@ -102,6 +102,9 @@ std::string common_definition(const std::string& type) {
     return "std_msgs/Header header\ngeometry_msgs/Vector3 vector\n=================\nMSG: geometry_msgs/Vector3\n"
            "float64 x\nfloat64 y\nfloat64 z\n";
   }
+  if (type == "sensor_msgs/JointState") {
+    return "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n";
+  }
   return ros2_definition(message_type(type));
 }
 

@@ -153,15 +153,40 @@ const Field* MessagePaths::field_at(const std::vector<Step>& steps, bool& in_lis
   return found;
 }
 
+std::string MessagePaths::no_such_path(const std::string& path, const std::string& key,
+                                       const std::string& expected) const {
+  std::vector<std::string> names;
+  for (const Field& each : types_.at(topic_.type))
+    names.push_back(each.name + (each.count == Field::single ? "" : "[]"));
+  return fmt::format("{}: {}: '{}' is not a {} of a {}, which has {}", source_, key, path, expected, topic_.type,
+                     join_names(names));
+}
+
+std::size_t MessagePaths::add_number(const std::string& path, const std::string& key) {
+  const std::vector<Step> steps = steps_of(path);
+  bool in_list = false;
+  const Field* field = steps.empty() ? nullptr : field_at(steps, in_list);
+  const bool indexed = path.ends_with(']');
+  if (field == nullptr || size_of_number(field->type) == 0 || in_list != indexed) {
+    throw InputError(no_such_path(path, key, "number") + "; expected a path like position[0] or left.ticks");
+  }
+  targets_.push_back({steps, vectors_, 0});
+  return vectors_++;
+}
+
+double MessagePaths::period(std::size_t vector) const {
+  const auto target =
+      std::find_if(targets_.begin(), targets_.end(), [&](const Target& each) { return each.vector == vector; });
+  bool in_list = false;
+  const std::string& type = field_at(target->steps, in_list)->type;
+  return type.starts_with("float") ? 0.0 : std::exp2(8 * size_of_number(type));
+}
+
 std::size_t MessagePaths::add(const std::string& path, const std::string& key) {
   const std::vector<Step> steps = steps_of(path);
   bool in_list = false;
   const Field* field = steps.empty() ? nullptr : field_at(steps, in_list);
-  std::vector<std::string> names;
-  for (const Field& each : types_.at(topic_.type))
-    names.push_back(each.name + (each.count == Field::single ? "" : "[]"));
-  const std::string where = fmt::format("{}: {}: '{}' is not a vector of a {}, which has {}", source_, key, path,
-                                        topic_.type, join_names(names));
+  const std::string where = no_such_path(path, key, "vector");
   if (field == nullptr) throw InputError(where + "; expected a path like data[0] or field.vector");
   std::vector<Target> targets;
   for (std::size_t component = 0; component < 3; ++component) {

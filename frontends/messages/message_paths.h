@@ -30,6 +30,12 @@ class MessagePaths {
   /// Throws InputError with the available fields if the definition has no such path; earlier paths remain valid.
   std::size_t add(const std::string& path, const std::string& key);
 
+  /// The same for the path of a single number, which is the first component of its vector.
+  std::size_t add_number(const std::string& path, const std::string& key);
+
+  /// After so many units, the number of a path of add_number() begins anew: 2^bits of an integer; 0: it does not.
+  double period(std::size_t vector) const;
+
   /// Reads one vector per path in one pass. Throws InputError with topic and time if the message contradicts its
   /// definition, or a list is shorter than a path requires.
   void read(const RawMessage& raw, std::vector<Vector>& vectors) const;
@@ -52,11 +58,12 @@ class MessagePaths {
  private:
   void parse(const TopicInfo& topic);
   const Field* field_at(const std::vector<Step>& steps, bool& in_list) const;
+  std::string no_such_path(const std::string& path, const std::string& key, const std::string& expected) const;
 
   std::string source_;
   TopicInfo topic_;
   std::map<std::string, std::vector<Field>> types_;  ///< by ROS 1 name
-  std::vector<Target> targets_;                      ///< three per path
+  std::vector<Target> targets_;                      ///< three per path, one per path of a number
   std::size_t vectors_ = 0;
 };
 

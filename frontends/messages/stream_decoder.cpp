@@ -66,7 +66,23 @@ MagneticSample StreamDecoder::field(const SensorStream& stream) {
   return {stamp(stream), index, to_vector(field.field_tesla) * factor};
 }
 
-WheelSample StreamDecoder::wheels(const SensorStream& stream) {
+std::optional<WheelSample> StreamDecoder::wheel_on_each_side(const SensorStream& stream) {
+  const WheelMessageLayout& layout = platform_.wheels;
+  WheelPositions::Side sides[2];
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::string& path = i == 0 ? layout.left_path : layout.right_path;
+    const double sign = path.starts_with('-') ? -1.0 : 1.0;
+    sides[i] = {sign * vector(stream, i).values[0], stream.reader->period(stream.first_vector + i)};
+  }
+  std::optional<WheelPositions::Velocities> found{{stamp(stream), sides[0].position, sides[1].position}};
+  if (layout.positions) found = wheel_positions_.add(found->time, sides[0], sides[1]);
+  if (!found) return std::nullopt;
+  return WheelSample{found->time, 0.5 * (found->left + found->right) / layout.scale, 0.0,
+                     (found->right - found->left) / (layout.track_m * layout.scale)};
+}
+
+std::optional<WheelSample> StreamDecoder::wheels(const SensorStream& stream) {
+  if (stream.numbers) return wheel_on_each_side(stream);
   Vector3 linear, angular;
   if (stream.reader) {
     linear = to_vector(vector(stream, 0).values);
@@ -77,7 +93,7 @@ WheelSample StreamDecoder::wheels(const SensorStream& stream) {
     angular = to_vector(odometry.angular_velocity);
   }
   linear /= platform_.wheels.scale;
-  return {stamp(stream), linear.x(), linear.y(), angular.z()};
+  return WheelSample{stamp(stream), linear.x(), linear.y(), angular.z()};
 }
 
 void StreamDecoder::scan(const SensorStream& stream, LidarScan& scan) {

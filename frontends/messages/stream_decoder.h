@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "frontends/messages/bag_streams.h"
 #include "frontends/messages/message_decoder.h"
 #include "frontends/messages/point_cloud_decoder.h"
+#include "frontends/messages/wheel_positions.h"
 
 namespace lodestone {
 
@@ -30,8 +32,8 @@ class StreamDecoder {
   ImuSample imu(const SensorStream& stream);
   /// The uncalibrated reading; calibrated() corrects hard and soft iron.
   MagneticSample field(const SensorStream& stream);
-  /// Velocities are divided by the platform file's scale.
-  WheelSample wheels(const SensorStream& stream);
+  /// Velocities are divided by the platform file's scale. Empty if positions of wheels have no position before them.
+  std::optional<WheelSample> wheels(const SensorStream& stream);
   void scan(const SensorStream& stream, LidarScan& scan);
   /// The cloud with its fields; null if the scan is a CustomMsg. The points are views into the message's bytes.
   const ros1::PointCloudMessage* cloud(const SensorStream& stream);
@@ -40,6 +42,7 @@ class StreamDecoder {
   Time clock_offset(const SensorStream& stream) const;
   const ros1::Message& message(const SensorStream& stream);
   const MessagePaths::Vector& vector(const SensorStream& stream, std::size_t index);
+  std::optional<WheelSample> wheel_on_each_side(const SensorStream& stream);
 
   const Platform& platform_;
   MessageDecoder messages_;
@@ -49,6 +52,7 @@ class StreamDecoder {
   bool message_is_decoded_ = false;
   std::vector<MessagePaths::Vector> vectors_;  ///< vectors of a message that is read by paths
   bool vectors_are_decoded_ = false;
+  WheelPositions wheel_positions_;
 };
 
 /// field = soft_iron_correction (reading − hard_iron_ut), in the magnetometer's axes.

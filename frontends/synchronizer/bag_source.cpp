@@ -40,9 +40,9 @@ Time add_first(StreamDecoder& decoder, const SensorStream& stream, FirstReadings
     return sample.time;
   }
   if (stream.sensor == Sensor::wheels) {
-    const WheelSample sample = decoder.wheels(stream);
-    readings.add(sample.time, std::abs(sample.forward_velocity_m_s));
-    return sample.time;
+    const std::optional<WheelSample> sample = decoder.wheels(stream);
+    if (sample) readings.add(sample->time, std::abs(sample->forward_velocity_m_s));
+    return decoder.stamp(stream);
   }
   LidarScan scan;
   decoder.scan(stream, scan);
@@ -213,12 +213,13 @@ void BagSource::Implementation::take_field(const SensorStream& stream, StampOrde
 }
 
 void BagSource::Implementation::take_wheels(const SensorStream& stream, StampOrder& order) {
-  const WheelSample sample = decoder.wheels(stream);
-  if (!std::isfinite(sample.forward_velocity_m_s + sample.lateral_velocity_m_s + sample.yaw_rate_rad_s)) {
-    warnings.add("wheels.not_finite", stream.topic + ": samples that are not finite were discarded", sample.time);
+  const std::optional<WheelSample> sample = decoder.wheels(stream);
+  if (!sample) return;
+  if (!std::isfinite(sample->forward_velocity_m_s + sample->lateral_velocity_m_s + sample->yaw_rate_rad_s)) {
+    warnings.add("wheels.not_finite", stream.topic + ": samples that are not finite were discarded", sample->time);
     return;
   }
-  if (accept(stream, order, sample.time)) ready.emplace_back(sample);
+  if (accept(stream, order, sample->time)) ready.emplace_back(*sample);
 }
 
 void BagSource::Implementation::take_scan(const SensorStream& stream, StampOrder& order) {

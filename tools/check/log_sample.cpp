@@ -93,13 +93,14 @@ class Collector {
   }
 
   void add_wheels(StreamSample& stream) {
-    const WheelSample wheels = decoder_.wheels(stream);
-    const bool finite = std::isfinite(wheels.forward_velocity_m_s) && std::isfinite(wheels.lateral_velocity_m_s) &&
-                        std::isfinite(wheels.yaw_rate_rad_s);
+    const std::optional<WheelSample> wheels = decoder_.wheels(stream);
+    if (!wheels) return;
+    const bool finite = std::isfinite(wheels->forward_velocity_m_s) && std::isfinite(wheels->lateral_velocity_m_s) &&
+                        std::isfinite(wheels->yaw_rate_rad_s);
     if (!finite) {
       ++stream.not_finite;
-    } else if (may_follow(wheels.time, sample_.wheels, &WheelSample::time)) {
-      sample_.wheels.push_back(wheels);
+    } else if (may_follow(wheels->time, sample_.wheels, &WheelSample::time)) {
+      sample_.wheels.push_back(*wheels);
     }
   }
 

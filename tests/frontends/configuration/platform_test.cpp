@@ -93,6 +93,30 @@ TEST(PlatformFile, ReadsBackWheels) {
   EXPECT_THAT(error("lateral_motion: none", "lateral_motion: unknown"), HasSubstr("lateral_motion: none"));
 }
 
+TEST(PlatformFile, ReadsBackAWheelOnEachSide) {
+  const std::string wheels =
+      "\nwheels:\n  topic: /joint_states\n  left_position: position[0]\n  right_position: -position[1]\n"
+      "  track_m: 0.58\n  velocity_sigma_m_s: 0.03\n"
+      "  T_imu_wheels:\n    translation_m: [0, 0, 0]\n    quaternion_xyzw: [0, 0, 0, 1]\n";
+  const testing::TemporaryFolder folder;
+  save_platform(parse_platform(read_text_file(scout) + wheels, "scout.yaml"), folder / "platform.yaml");
+  const Platform back = load_platform(folder / "platform.yaml");
+  EXPECT_EQ(back.wheels.left_path, "position[0]");
+  EXPECT_EQ(back.wheels.right_path, "-position[1]");
+  EXPECT_TRUE(back.wheels.positions);
+  EXPECT_EQ(back.wheels.track_m, 0.58);
+  const auto error = [&](const std::string& from, const std::string& to) {
+    std::string text = wheels;
+    text.replace(text.find(from), from.size(), to);
+    return message_of<InputError>([&] { parse_platform(read_text_file(scout) + text, "scout.yaml"); });
+  };
+  EXPECT_THAT(error("  track_m: 0.58\n", ""), HasSubstr("track_m"));
+  EXPECT_THAT(error("right_position: -position[1]", "right_velocity: velocity[1]"), HasSubstr("right_velocity"));
+  EXPECT_THAT(error("  track_m", "  linear_velocity: a\n  angular_velocity: b\n  track_m"),
+              HasSubstr("cannot be used beside left_position"));
+  EXPECT_THAT(error("  track_m", "  lateral_motion: measured\n  track_m"), HasSubstr("lateral"));
+}
+
 TEST(PlatformFile, AShippedFileHasWheelsWithTheUsualSigmas) {
   const Platform platform = load_platform(std::string(LODESTONE_SOURCE_DIR) + "/config/platforms/scout_wheels.yaml");
   ASSERT_TRUE(platform.suite.wheels);

@@ -78,6 +78,24 @@ std::vector<MessagePaths::Vector> read(const TopicInfo& topic, const std::vector
   return vectors;
 }
 
+TEST(MessagePaths, ReadSingleNumbersAndSayWhenTheyBeginAnew) {
+  MessagePaths reader("log", board_topic(Encoding::cdr));
+  const std::size_t raw = reader.add_number("readings[1].raw", "the key");
+  const std::size_t acceleration = reader.add_number("acceleration_and_more[4]", "the key");
+  const std::vector<std::uint8_t> bytes = board_message<CdrWireWriter>(2);
+  std::vector<MessagePaths::Vector> vectors;
+  reader.read({42, 0, bytes.data(), bytes.size()}, vectors);
+  EXPECT_EQ(vectors[raw].values[0], 7.0);
+  EXPECT_EQ(vectors[raw].stamp, board_time + 2000);
+  EXPECT_EQ(reader.period(raw), 65536.0);
+  EXPECT_FLOAT_EQ(static_cast<float>(vectors[acceleration].values[0]), 9.80665F);
+  EXPECT_EQ(reader.period(acceleration), 0.0);
+  for (const char* path : {"rate", "acceleration_and_more", "name", "nothing"}) {
+    EXPECT_THAT(message_of<InputError>([&] { reader.add_number(path, "the key"); }), HasSubstr("is not a number"))
+        << path;
+  }
+}
+
 TEST(MessagePaths, FindVectorsInAnyMessageOfEitherRos) {
   const std::vector<std::string> paths{"readings[2].field", "rate", "readings[0].field", "acceleration_and_more[2]"};
   for (const Encoding encoding : {Encoding::ros1, Encoding::cdr}) {

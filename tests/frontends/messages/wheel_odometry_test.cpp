@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "frontends/logs/log_conversion.h"
 #include "frontends/logs/open_log.h"
+#include "frontends/messages/wheel_positions.h"
 #include "tests/frontends/logs/log_contents.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/frontends/logs/test_files.h"
@@ -90,6 +91,53 @@ TEST(WheelOdometry, CanComeFromFieldsOfOtherMessages) {
   ASSERT_GE(contents.wheels.size(), 25U);
   EXPECT_DOUBLE_EQ(contents.wheels[4].forward_velocity_m_s, 0.04);
   EXPECT_DOUBLE_EQ(contents.wheels[4].yaw_rate_rad_s, 0.3);
+}
+
+TEST(WheelOdometry, CanComeFromAWheelOnEachSide) {
+  const TemporaryFolder folder;
+  SyntheticLog log = wheeled_log();
+  const double step_s = to_seconds(SyntheticLog::wheel_period);
+  // Left 0.5 m/s, right 0.7 m/s and counted backwards, in half metres.
+  log.on_wheels = [&](int i, ros1::OdometryMessage& odometry) {
+    odometry.linear_velocity = {1.0, -1.4, 0.0};
+    odometry.angular_velocity = {i * step_s * 1.0, -i * step_s * 1.4, 0.0};
+    return i != 7;  // a lost message
+  };
+  log.write(folder / "log.bag");
+  Platform platform = wheeled_platform(log);
+  platform.wheels.scale = 2.0;
+  platform.wheels.track_m = 0.4;
+  for (const bool positions : {false, true}) {
+    const std::string vector = positions ? "twist.twist.angular" : "twist.twist.linear";
+    platform.wheels.positions = positions;
+    platform.wheels.left_path = vector + ".x";
+    platform.wheels.right_path = "-" + vector + ".y";
+    const Contents contents = read_all(folder / "log.bag", platform);
+    ASSERT_GE(contents.wheels.size(), 22U);
+    for (const WheelSample& sample : contents.wheels) {
+      EXPECT_NEAR(sample.forward_velocity_m_s, 0.6, 1e-9);
+      EXPECT_NEAR(sample.yaw_rate_rad_s, 0.2 / 0.4, 1e-9);
+    }
+    // Positions give the mean velocity between two messages, at its middle.
+    EXPECT_EQ(contents.wheels[0].time, log.start + (positions ? SyntheticLog::wheel_period / 2 : 0));
+  }
+  platform.wheels.left_path = "twist.twist.linear";
+  EXPECT_THAT(message_of<InputError>([&] { read_all(folder / "log.bag", platform); }),
+              HasSubstr("wheels.left_position: 'twist.twist.linear' is not a number of a nav_msgs/Odometry"));
+}
+
+TEST(WheelOdometry, CountersThatBeginAnewGoOn) {
+  WheelPositions positions;
+  constexpr double kPeriod = 65536.0;
+  EXPECT_FALSE(positions.add(0, {65530.0, kPeriod}, {5.0, kPeriod}));
+  const auto found = positions.add(from_seconds(0.1), {4.0, kPeriod}, {65531.0, kPeriod});
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->left, 100.0, 1e-9);
+  EXPECT_NEAR(found->right, -100.0, 1e-9);
+  EXPECT_EQ(found->time, from_seconds(0.05));
+  EXPECT_TRUE(positions.add(from_seconds(0.1), {4.0, kPeriod}, {65531.0, kPeriod})) << "the same message again";
+  EXPECT_FALSE(positions.add(from_seconds(1.0), {14.0, kPeriod}, {65531.0, kPeriod})) << "after a pause";
+  EXPECT_FALSE(positions.add(from_seconds(0.9), {24.0, kPeriod}, {65531.0, kPeriod})) << "back in time";
 }
 
 TEST(WheelOdometry, ThatIsBrokenIsDiscardedAndThatIsMissingIsAnError) {
