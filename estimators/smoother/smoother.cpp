@@ -283,6 +283,7 @@ void Smoother::renew(std::size_t k) {
 
 /// The association gate, scaled to a tenth, but at least the present covariance of the pose.
 Matrix6 Smoother::narrower_gate(std::size_t k) const {
+  const WorkTimer timer(Work::covariance);
   return 0.01 * keyframes_[k]->gate_covariance + window_->seen_covariance(k);
 }
 

@@ -119,7 +119,7 @@ TEST(WheelOdometry, CanComeFromAWheelOnEachSide) {
       EXPECT_NEAR(sample.yaw_rate_rad_s, 0.2 / 0.4, 1e-9);
     }
     // Positions give the mean velocity between two messages, at its middle.
-    EXPECT_EQ(contents.wheels[0].time, log.start + (positions ? SyntheticLog::wheel_period / 2 : 0));
+    EXPECT_EQ(contents.wheels[0].time, log.start + 3'000'000 + (positions ? SyntheticLog::wheel_period / 2 : 0));
   }
   platform.wheels.left_path = "twist.twist.linear";
   EXPECT_THAT(message_of<InputError>([&] { read_all(folder / "log.bag", platform); }),
