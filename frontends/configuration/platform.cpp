@@ -8,56 +8,18 @@
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/platform_calibration.h"
+#include "frontends/configuration/platform_values.h"
 #include "frontends/configuration/text_file.h"
 
 namespace lodestone {
 namespace {
 
-/// A platform file has its own structure (lists, poses), but values are parsed and written as those of options.
-using options_detail::read_value;
-using options_detail::write_value;
-
-template <class Value>
-void read_if_there(const ConfigurationNode& node, const std::string& key, Value& value) {
-  if (const ConfigurationNode* child = node.find(key)) read_value(*child, value);
-}
-
-template <class Value>
-void read_if_there(const ConfigurationNode& node, const std::string& key, std::optional<Value>& value) {
-  value.reset();
-  if (node.has(key)) read_value(node.at(key), value.emplace());
-}
-
-void read_positive(const ConfigurationNode& node, const std::string& key, double& value) {
-  read_value(node.at(key), value);
-  if (!(value > 0.0) || std::isinf(value)) node.at(key).fail("expected a number above 0");
-}
-
-// Larger than any offset between clocks; a larger value has the wrong unit or is a stamp.
-constexpr double largest_clock_offset_s = 3600.0;
-
-void read_clock_offset(const ConfigurationNode& node, const std::string& key, double& offset_s) {
-  read_if_there(node, key, offset_s);
-  if (!(std::abs(offset_s) <= largest_clock_offset_s)) {
-    node.at(key).fail("expected seconds, at most " + write_value(largest_clock_offset_s) + " either way");
-  }
-}
-
-Pose read_pose(const ConfigurationNode& node) {
-  node.refuse_keys_other_than({"translation_m", "quaternion_xyzw"});
-  const std::vector<double> translation = node.at("translation_m").as_doubles(3);
-  const std::vector<double> q = node.at("quaternion_xyzw").as_doubles(4);
-  Pose pose;
-  pose.position = Vector3(translation[0], translation[1], translation[2]);
-  pose.rotation = Quaternion(q[3], q[0], q[1], q[2]);
-  const double length = pose.rotation.norm();
-  if (!(std::abs(length - 1.0) < 1e-3)) {
-    node.at("quaternion_xyzw").fail("the quaternion's length is " + write_value(length) + "; expected 1");
-  }
-  // A quaternion of unit length within double precision keeps its bits.
-  if (std::abs(length - 1.0) > 1e-15) pose.rotation.normalize();
-  return pose;
-}
+using platform_values::read_clock_offset;
+using platform_values::read_if_there;
+using platform_values::read_pose;
+using platform_values::read_positive;
+using platform_values::read_value;
+using platform_values::write_value;
 
 /// Keys common to the first LiDAR and further ones.
 const std::vector<std::string> lidar_keys{
