@@ -60,6 +60,12 @@ TEST(PlatformFile, DescribesTheScout) {
   EXPECT_NEAR(platform.suite.lidar.T_imu_lidar.position.z() - magnetometers[0].T_imu_mag.position.z(), 0.38, 1e-12);
 }
 
+/// The error of scout.yaml with a section `wheels` in which `from` is replaced.
+std::string error_with(std::string wheels, const std::string& from, const std::string& to) {
+  wheels.replace(wheels.find(from), from.size(), to);
+  return message_of<InputError>([&] { parse_platform(read_text_file(scout) + wheels, "scout.yaml"); });
+}
+
 TEST(PlatformFile, ReadsBackWheels) {
   EXPECT_FALSE(load_platform(scout).suite.wheels);
   const std::string wheels =
@@ -83,11 +89,7 @@ TEST(PlatformFile, ReadsBackWheels) {
   EXPECT_EQ(back.suite.calibration.wheels.scale_sigma, 0.02);
   EXPECT_EQ(back.suite.calibration.wheels.rotation_sigma_deg, WheelCalibrationSigmas{}.rotation_sigma_deg);
   EXPECT_EQ(back.suite.calibration.wheels.slip_sigma, 0.001);
-  const auto error = [&](const std::string& from, const std::string& to) {
-    std::string text = wheels;
-    text.replace(text.find(from), from.size(), to);
-    return message_of<InputError>([&] { parse_platform(read_text_file(scout) + text, "scout.yaml"); });
-  };
+  const auto error = [&](const std::string& from, const std::string& to) { return error_with(wheels, from, to); };
   EXPECT_THAT(error("scale: 1.02", "scale: 0"), HasSubstr("above 0"));
   EXPECT_THAT(error("slip_sigma", "slipping"), HasSubstr("slipping"));
   EXPECT_THAT(error("lateral_motion: none", "lateral_motion: unknown"), HasSubstr("lateral_motion: none"));
@@ -105,11 +107,7 @@ TEST(PlatformFile, ReadsBackAWheelOnEachSide) {
   EXPECT_EQ(back.wheels.right_path, "-position[1]");
   EXPECT_TRUE(back.wheels.positions);
   EXPECT_EQ(back.wheels.track_m, 0.58);
-  const auto error = [&](const std::string& from, const std::string& to) {
-    std::string text = wheels;
-    text.replace(text.find(from), from.size(), to);
-    return message_of<InputError>([&] { parse_platform(read_text_file(scout) + text, "scout.yaml"); });
-  };
+  const auto error = [&](const std::string& from, const std::string& to) { return error_with(wheels, from, to); };
   EXPECT_THAT(error("  track_m: 0.58\n", ""), HasSubstr("track_m"));
   EXPECT_THAT(error("right_position: -position[1]", "right_velocity: velocity[1]"), HasSubstr("right_velocity"));
   EXPECT_THAT(error("  track_m", "  linear_velocity: a\n  angular_velocity: b\n  track_m"),
