@@ -80,10 +80,6 @@ std::string StepStore::stamp_of(const Step& step) {
   return json.dump(2) + "\n";
 }
 
-void StepStore::remove(const Step& step) const {
-  remove_folder(root_ / step.folder);
-}
-
 void StepStore::remove_elapsed(const Plan& plan) const {
   for (const Step& step : plan.steps) {
     if (!step.kept()) remove_folder(root_ / step.folder);

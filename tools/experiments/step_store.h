@@ -27,9 +27,6 @@ class StepStore {
   /// The text of the stamp, which is written into the folder of a finished step (tools/fleet/experiment_step.py).
   static std::string stamp_of(const Step& step);
 
-  /// Removes the step's folder.
-  void remove(const Step& step) const;
-
   /// Removes the folders of all steps of `plan` that are not kept.
   void remove_elapsed(const Plan& plan) const;
 
