@@ -38,6 +38,8 @@ SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& c
   problem_options.enable_fast_removal = true;
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_options.disable_all_safety_checks = true;
+  evaluation_ = std::make_unique<ParallelEvaluation>([this] { return factors(); });
+  problem_options.evaluation_callback = evaluation_.get();
   problem_ = std::make_unique<ceres::Problem>(problem_options);
 
   gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}};
@@ -74,9 +76,10 @@ WindowFactor SlidingWindow::add_residual(std::unique_ptr<ceres::CostFunction> fu
                                          std::vector<WindowBlock*> blocks) {
   std::vector<double*> parameters;
   for (WindowBlock* block : blocks) parameters.push_back(block->values.data());
-  const ceres::CostFunction* pointer = function.get();
-  const ceres::ResidualBlockId id = problem_->AddResidualBlock(function.release(), nullptr, parameters);
-  return {id, pointer, std::move(blocks)};
+  auto cached = std::make_unique<CachedFactor>(std::move(function));
+  CachedFactor* pointer = cached.get();
+  const ceres::ResidualBlockId id = problem_->AddResidualBlock(cached.release(), nullptr, parameters);
+  return {id, pointer, std::move(blocks), pointer};
 }
 
 void SlidingWindow::set_prior(MarginalPrior prior, const Slide& slide) {
@@ -117,8 +120,8 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
   } else if (!options_.condensed) {
     remove_factor(keyframe.points);
     keyframe.points = add_factor(std::make_unique<PointPlaneFactor>(correspondences, mask), {&keyframe.pose});
-  } else if (keyframe.lidar && keyframe.lidar.content->by_lidar() == scan.by_lidar) {
-    keyframe.lidar.content->set(scan, mask);
+  } else if (keyframe.lidar && keyframe.lidar.content().by_lidar() == scan.by_lidar) {
+    keyframe.lidar.change().set(scan, mask);
   } else {
     remove_lidar(keyframe);
     std::vector<WindowBlock*> blocks{&keyframe.pose, &keyframe.motion};
@@ -150,13 +153,13 @@ void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
 
 void SlidingWindow::set_lidar_mask(std::size_t k, const PoseMask& mask) {
   changed();
-  if (keyframes_[k]->lidar) keyframes_[k]->lidar.content->set_mask(mask);
-  if (keyframes_[k]->points) keyframes_[k]->points.content->set_mask(mask);
+  if (keyframes_[k]->lidar) keyframes_[k]->lidar.change().set_mask(mask);
+  if (keyframes_[k]->points) keyframes_[k]->points.change().set_mask(mask);
 }
 
 void SlidingWindow::follow_slide(const Slide& slide) {
   changed();
-  prior_.content->follow(slide);
+  prior_.change().follow(slide);
 }
 
 SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
@@ -199,8 +202,8 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
   keyframe.fields.resize(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     RenewableFactor<FieldFactor>& factor = keyframe.fields[i];
-    if (factor && factor.content->readings().size() == parts[i].size()) {
-      factor.content->renew(std::move(parts[i]), mask);
+    if (factor && factor.content().readings().size() == parts[i].size()) {
+      factor.change().renew(std::move(parts[i]), mask);
       continue;
     }
     remove_factor(factor);
@@ -242,7 +245,7 @@ void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, 
   changed();
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.field_pose) {
-    keyframe.field_pose.content->set(measured, mask);
+    keyframe.field_pose.change().set(measured, mask);
   } else {
     keyframe.field_pose = add_factor(std::make_unique<PoseFactor>(measured, mask), {&keyframe.pose});
   }
@@ -262,9 +265,9 @@ void SlidingWindow::marginalize_oldest() {
   if (next.lidar_in_prior) involved.push_back(next.lidar);
   std::vector<WindowBlock*> eliminated{&oldest.pose, &oldest.motion};
   // Without a scan the slide is kept: the prior must not constrain a direction that was unobservable before.
-  const Slide slide = next.lidar    ? next.lidar.content->mask().slide()
-                      : next.points ? next.points.content->mask().slide()
-                                    : prior_.content->slide();
+  const Slide slide = next.lidar    ? next.lidar.content().mask().slide()
+                      : next.points ? next.points.content().mask().slide()
+                                    : prior_.content().slide();
   // An epoch is removed with its last keyframe, once a later epoch exists.
   BiasEpoch* leaving = nullptr;
   if (options_.magnetometer_bias_states && epochs_.size() > 1) {

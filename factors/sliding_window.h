@@ -226,6 +226,7 @@ class SlidingWindow {
   int magnetometers_;
   std::unique_ptr<ceres::Manifold> pose_manifold_;
   std::unique_ptr<ceres::Manifold> gravity_manifold_;
+  std::unique_ptr<ceres::EvaluationCallback> evaluation_;  // before the problem, which calls it
   std::unique_ptr<ceres::Problem> problem_;
   WindowBlock gravity_;
   RenewableFactor<PriorFactor> prior_;

@@ -110,11 +110,11 @@ void SlidingWindow::renew_rates(std::size_t k) {
     keyframe.rates = {rates.turn_rate / sides, rates.acceleration / sides};
   }
   if (keyframe.lidar) {
-    keyframe.lidar.content->set_rates(keyframe.rates, k > 0 ? keyframes_[k - 1]->rates : MotionRates{});
+    keyframe.lidar.change().set_rates(keyframe.rates, k > 0 ? keyframes_[k - 1]->rates : MotionRates{});
   }
   if (has_next && keyframes_[k + 1]->lidar) {
     Keyframe& next = *keyframes_[k + 1];
-    next.lidar.content->set_rates(next.rates, keyframe.rates);
+    next.lidar.change().set_rates(next.rates, keyframe.rates);
   }
 }
 
@@ -127,7 +127,7 @@ void SlidingWindow::remove_lidar(Keyframe& keyframe) {
 Pose SlidingWindow::seen_pose(std::size_t k) const {
   const Keyframe& keyframe = *keyframes_[k];
   const Pose T_map_imu = to_pose(keyframe.pose.values.data());
-  return keyframe.lidar ? keyframe.lidar.content->seen(T_map_imu, lidar_values(), map_error_values(keyframe)).pose
+  return keyframe.lidar ? keyframe.lidar.content().seen(T_map_imu, lidar_values(), map_error_values(keyframe)).pose
                         : T_map_imu;
 }
 

@@ -62,7 +62,7 @@ SlidingWindow::LongErrors SlidingWindow::long_errors() const {
 Eigen::MatrixXd SlidingWindow::prior_disturbance(const LongErrors& errors) const {
   const Eigen::Index known = kSize * prior_sources_;
   const Eigen::Index independent = prior_disturbance_.cols() - known;
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(prior_.content->root().rows(), kSize * errors.sources + independent);
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(prior_.content().root().rows(), kSize * errors.sources + independent);
   if (prior_disturbance_.cols() == 0) return result;
   result.leftCols(known) = prior_disturbance_.leftCols(known);
   result.rightCols(independent) = prior_disturbance_.rightCols(independent);
@@ -86,7 +86,7 @@ Eigen::MatrixXd SlidingWindow::disturbance(const Keyframe& keyframe, const Windo
                                            const LinearizedFactor& part) const {
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(part.jacobian.rows(), kSize);
   if (factor.id == keyframe.lidar.id) {
-    result.leftCols<kCloud>() = part.jacobian.rightCols<kCloud>() * keyframe.lidar.content->long_map_error_root();
+    result.leftCols<kCloud>() = part.jacobian.rightCols<kCloud>() * keyframe.lidar.content().long_map_error_root();
   } else {
     result.rightCols<kField>() =
         calibration_.magnetometers.survey_pose_sigma_m * part.jacobian.middleCols<3>(3);  // by the position

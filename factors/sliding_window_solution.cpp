@@ -49,18 +49,19 @@ int SlidingWindow::solve() {
   const ImuAxes axes = imu_axes();
   for (std::size_t k = 1; k < keyframes_.size(); ++k) {
     const double* bias = keyframes_[k - 1]->motion.values.data() + 3;
-    PreintegrationFactor& factor = *keyframes_[k]->imu.content;
-    if (!factor.preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3), axes)) {
-      factor.set(Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), keyframes_[k]->noise, axes),
-                 keyframes_[k]->noise);
+    RenewableFactor<PreintegrationFactor>& factor = keyframes_[k]->imu;
+    if (!factor.content().preintegration().within_linear_range(Vector3(bias), Vector3(bias + 3), axes)) {
+      factor.change().set(
+          Preintegration(keyframes_[k]->samples, Vector3(bias), Vector3(bias + 3), keyframes_[k]->noise, axes),
+          keyframes_[k]->noise);
     }
   }
   for (std::size_t k = 0; k < keyframes_.size(); ++k) renew_rates(k);
   for (const auto& epoch : epochs_) {
-    for (const auto& walk : epoch->walks) {
+    for (auto& walk : epoch->walks) {
       if (!walk) continue;
       const auto& blocks = walk.blocks;
-      walk.content->renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
+      walk.change().renew(blocks.size() == 1 ? nullptr : blocks[0]->values.data(), blocks.back()->values.data());
     }
   }
   SettledCallback settled;
@@ -80,7 +81,14 @@ int SlidingWindow::solve() {
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   const SerialOpenMp serial;
+  std::vector<double*> blocks;
+  problem_->GetParameterBlocks(&blocks);
+  std::vector<std::vector<double>> before;
+  for (const double* block : blocks) before.emplace_back(block, block + problem_->ParameterBlockSize(block));
   ceres::Solve(options, problem_.get(), &summary);
+  // With an evaluation callback, Ceres tries its steps on the variables themselves.
+  for (std::size_t i = 0; !summary.IsSolutionUsable() && i < blocks.size(); ++i)
+    std::ranges::copy(before[i], blocks[i]);
   return std::max(0, static_cast<int>(summary.iterations.size()) - 1);
 }
 
@@ -203,7 +211,7 @@ Eigen::MatrixXd SlidingWindow::seen_jacobian(std::size_t k, std::vector<const Wi
   result.leftCols<6>().setIdentity();
   if (!keyframe.lidar) return result;
   const SeenPose by =
-      keyframe.lidar.content->seen(to_pose(keyframe.pose.values.data()), lidar_values(), map_error_values(keyframe));
+      keyframe.lidar.content().seen(to_pose(keyframe.pose.values.data()), lidar_values(), map_error_values(keyframe));
   result.leftCols<6>() = by.by_pose;
   const auto add = [&](const WindowBlock& block, const Eigen::MatrixXd& part) {
     blocks.push_back(&block);
@@ -213,7 +221,7 @@ Eigen::MatrixXd SlidingWindow::seen_jacobian(std::size_t k, std::vector<const Wi
   };
   if (lidar_calibration_prior_) {
     Eigen::Matrix<double, 6, 7> by_calibration;
-    by_calibration << by.by_mounting, -keyframe.lidar.content->rate_at(state(k));
+    by_calibration << by.by_mounting, -keyframe.lidar.content().rate_at(state(k));
     add(lidar_calibration_, by_calibration);
   }
   if (keyframe.map_error != nullptr) add(keyframe.map_error->error, by.by_map_error);
@@ -246,20 +254,20 @@ Matrix6 SlidingWindow::seen_covariance(std::size_t k) const {
 }
 
 ChainLink SlidingWindow::link(std::size_t k) const {
-  return keyframes_[k + 1]->imu.content->link(state(k), state(k + 1));
+  return keyframes_[k + 1]->imu.content().link(state(k), state(k + 1));
 }
 
 Matrix17 SlidingWindow::prior_information() const {
-  const PriorFactor* prior = prior_.content;
+  const PriorFactor& prior = prior_.content();
   // The prior lists its blocks in the order of the factors that it came from.
   const WindowBlock* order[] = {&keyframes_.front()->pose, &keyframes_.front()->motion, &gravity_};
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(prior->root().rows(), tangent::size);
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(prior.root().rows(), tangent::size);
   Eigen::Index to = 0;
   for (const WindowBlock* block : order) {
     Eigen::Index from = 0;
     for (const WindowBlock* candidate : prior_.blocks) {
       if (candidate == block)
-        root.middleCols(to, block->tangent_size()) = prior->root().middleCols(from, block->tangent_size());
+        root.middleCols(to, block->tangent_size()) = prior.root().middleCols(from, block->tangent_size());
       from += candidate->tangent_size();
     }
     to += block->tangent_size();

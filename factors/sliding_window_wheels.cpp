@@ -43,7 +43,7 @@ void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading, doubl
   changed();
   Keyframe& keyframe = *keyframes_[k];
   if (keyframe.wheels) {
-    keyframe.wheels.content->set(reading);
+    keyframe.wheels.change().set(reading);
     return;
   }
   const double turn_sigma_rad = std::max(calibration_.wheels.rotation_sigma_deg * M_PI / 180.0, kHeldSigma);

@@ -66,11 +66,11 @@ SparseInformation::SparseInformation(std::vector<const WindowBlock*> variables,
 }
 
 void SparseInformation::lay_out(std::span<const Clique> cliques) {
-  earlier_.resize(ranges_.size());
+  later_.resize(ranges_.size());
   for (const Clique& clique : cliques) {
     for (const int own : clique.variables) {
       for (const int other : clique.variables) {
-        if (other < own) earlier_[static_cast<std::size_t>(own)].push_back(other);
+        if (other > own) later_[static_cast<std::size_t>(own)].push_back(other);
       }
     }
   }
@@ -78,15 +78,15 @@ void SparseInformation::lay_out(std::span<const Clique> cliques) {
   information_.resize(size, size);
   std::vector<std::int64_t> rows;
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
-    std::vector<int>& earlier = earlier_[i];
-    std::sort(earlier.begin(), earlier.end());
-    earlier.erase(std::unique(earlier.begin(), earlier.end()), earlier.end());
+    std::vector<int>& later = later_[i];
+    std::sort(later.begin(), later.end());
+    later.erase(std::unique(later.begin(), later.end()), later.end());
     for (Eigen::Index column = 0; column < ranges_[i].size; ++column) {
-      for (const int other : earlier) {
+      for (Eigen::Index row = column; row < ranges_[i].size; ++row) rows.push_back(ranges_[i].begin + row);
+      for (const int other : later) {
         const IndexRange& range = ranges_[static_cast<std::size_t>(other)];
         for (Eigen::Index row = 0; row < range.size; ++row) rows.push_back(range.begin + row);
       }
-      for (Eigen::Index row = 0; row <= column; ++row) rows.push_back(ranges_[i].begin + row);
       information_.outerIndexPtr()[ranges_[i].begin + column + 1] = static_cast<std::int64_t>(rows.size());
     }
   }
@@ -96,43 +96,50 @@ void SparseInformation::lay_out(std::span<const Clique> cliques) {
 }
 
 void SparseInformation::add_factors(std::span<const Clique> cliques) {
-  std::vector<Eigen::MatrixXd> shares(std::min(kFactorsAtOnce, cliques.size()));
+  std::vector<Eigen::MatrixXd> shares(std::min(kFactorsAtOnce, cliques.size()));  // lower triangles
   for (std::size_t first = 0; first < cliques.size(); first += kFactorsAtOnce) {
     const std::size_t count = std::min(kFactorsAtOnce, cliques.size() - first);
     parallel_for(
         std::size_t{0}, count,
         [&](std::size_t i) {
           const Eigen::MatrixXd jacobian = jacobian_of(*cliques[first + i].factor, numbers_);
-          shares[i].noalias() = jacobian.transpose() * jacobian;
+          shares[i].setZero(jacobian.cols(), jacobian.cols());
+          shares[i].selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
         },
         4);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::vector<int>& clique = cliques[first + i].variables;
-      Eigen::Index column_begin = 0;
-      for (const int own : clique) {
-        const IndexRange& columns = ranges_[static_cast<std::size_t>(own)];
-        Eigen::Index row_begin = 0;
-        for (const int other : clique) {
-          const IndexRange& rows = ranges_[static_cast<std::size_t>(other)];
-          if (other <= own) {
-            const Eigen::Index offset = offset_of(other, own);
-            for (Eigen::Index column = 0; column < columns.size; ++column) {
-              double* to = information_.valuePtr() + information_.outerIndexPtr()[columns.begin + column] + offset;
-              const Eigen::Index end = other == own ? column + 1 : rows.size;
-              for (Eigen::Index row = 0; row < end; ++row) to[row] += shares[i](row_begin + row, column_begin + column);
-            }
-          }
-          row_begin += rows.size;
+    for (std::size_t i = 0; i < count; ++i) add_share(cliques[first + i].variables, shares[i]);
+  }
+}
+
+void SparseInformation::add_share(std::span<const int> variables, const Eigen::MatrixXd& share) {
+  Eigen::Index column_begin = 0;
+  for (const int own : variables) {
+    const IndexRange& columns = ranges_[static_cast<std::size_t>(own)];
+    Eigen::Index row_begin = 0;
+    for (const int other : variables) {
+      const IndexRange& rows = ranges_[static_cast<std::size_t>(other)];
+      const Eigen::Index offset = other > own ? columns.size + offset_of(other, own) : 0;
+      for (Eigen::Index column = 0; other >= own && column < columns.size; ++column) {
+        // The columns of a diagonal block begin at the diagonal.
+        const Eigen::Index above = other == own ? column : 0;
+        const Eigen::Index skipped = other == own ? 0 : column;
+        double* to =
+            information_.valuePtr() + information_.outerIndexPtr()[columns.begin + column] + offset - skipped - above;
+        for (Eigen::Index row = above; row < rows.size; ++row) {
+          const Eigen::Index i = row_begin + row;
+          const Eigen::Index j = column_begin + column;
+          to[row] += i >= j ? share(i, j) : share(j, i);
         }
-        column_begin += columns.size;
       }
+      row_begin += rows.size;
     }
+    column_begin += columns.size;
   }
 }
 
 Eigen::Index SparseInformation::offset_of(int row_variable, int column_variable) const {
   Eigen::Index offset = 0;
-  for (const int other : earlier_[static_cast<std::size_t>(column_variable)]) {
+  for (const int other : later_[static_cast<std::size_t>(column_variable)]) {
     if (other == row_variable) break;
     offset += ranges_[static_cast<std::size_t>(other)].size;
   }

@@ -52,15 +52,16 @@ class SparseInformation {
     std::vector<int> variables;
   };
   void lay_out(std::span<const Clique> cliques);
-  Eigen::Index offset_of(int row_variable, int column_variable) const;  // row offset of a block within its columns
+  Eigen::Index offset_of(int row_variable, int column_variable) const;  // of a block below its diagonal block
   void add_factors(std::span<const Clique> cliques);
+  void add_share(std::span<const int> variables, const Eigen::MatrixXd& share);
   SparseMatrix whitened_rows(std::span<const Clique> cliques) const;
 
   std::unordered_map<const WindowBlock*, int> numbers_;  // for look-up only: iteration order would depend on addresses
   std::vector<IndexRange> ranges_;
-  std::vector<std::vector<int>> earlier_;  // smaller variables that share a factor with each, ascending
-  SparseMatrix information_;               // upper triangle
-  std::optional<SparseTriangle> root_;     // empty: a Jacobian was not finite
+  std::vector<std::vector<int>> later_;  // larger variables that share a factor with each, ascending
+  SparseMatrix information_;             // lower triangle
+  std::optional<SparseTriangle> root_;   // empty: a Jacobian was not finite
   bool by_qr_ = false;
 };
 

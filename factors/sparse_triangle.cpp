@@ -37,7 +37,7 @@ class SuiteSparse {
 static_assert(sizeof(SuiteSparse_long) == sizeof(SparseMatrix::StorageIndex));
 
 /// SuiteSparse only reads through these pointers.
-cholmod_sparse view(const SparseMatrix& matrix, bool upper) {
+cholmod_sparse view(const SparseMatrix& matrix, bool lower) {
   cholmod_sparse result{};
   result.nrow = static_cast<std::size_t>(matrix.rows());
   result.ncol = static_cast<std::size_t>(matrix.cols());
@@ -45,7 +45,7 @@ cholmod_sparse view(const SparseMatrix& matrix, bool upper) {
   result.p = const_cast<SparseMatrix::StorageIndex*>(matrix.outerIndexPtr());
   result.i = const_cast<SparseMatrix::StorageIndex*>(matrix.innerIndexPtr());
   result.x = const_cast<double*>(matrix.valuePtr());
-  result.stype = upper ? 1 : 0;
+  result.stype = lower ? -1 : 0;
   result.itype = CHOLMOD_LONG;
   result.xtype = CHOLMOD_REAL;
   result.dtype = CHOLMOD_DOUBLE;
@@ -70,6 +70,9 @@ std::optional<SparseTriangle> SparseTriangle::by_cholesky(const SparseMatrix& in
     const auto* counts = static_cast<const std::int64_t*>(factor->nz);
     const auto* rows = static_cast<const std::int64_t*>(factor->i);
     const auto* values = static_cast<const double*>(factor->x);
+    result->starts_.reserve(factor->n + 1);
+    result->rows_.reserve(factor->nzmax);
+    result->values_.reserve(factor->nzmax);
     result->starts_.push_back(0);
     for (std::size_t column = 0; column < factor->n; ++column) {
       result->rows_.insert(result->rows_.end(), rows + begins[column], rows + begins[column] + counts[column]);
@@ -120,8 +123,8 @@ SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatri
 double SparseTriangle::least_pivot_share(const SparseMatrix& information) const {
   double least = 1.0;
   for (Eigen::Index column = 0; column < information.cols(); ++column) {
-    // The diagonal is the last entry of a column of the upper triangle.
-    const double before = information.valuePtr()[information.outerIndexPtr()[column + 1] - 1];
+    // The diagonal is the first entry of a column of the lower triangle.
+    const double before = information.valuePtr()[information.outerIndexPtr()[column]];
     const double root = values_[static_cast<std::size_t>(starts_[static_cast<std::size_t>(column)])];
     least = std::min(least, root * root / before);
   }

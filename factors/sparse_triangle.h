@@ -21,7 +21,7 @@ struct IndexRange {
 /// entries of its pattern, zeros included: that of H's factor, and those with which CHOLMOD joins columns.
 class SparseTriangle {
  public:
-  /// L by CHOLMOD (supernodal, natural order). `information`: the upper triangle of H with its complete diagonal; row
+  /// L by CHOLMOD (supernodal, natural order). `information`: the lower triangle of H with its complete diagonal; row
   /// indices ascend. Empty if H is not positive definite in double precision.
   static std::optional<SparseTriangle> by_cholesky(const SparseMatrix& information);
 

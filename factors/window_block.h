@@ -2,8 +2,10 @@
 
 #include <ceres/problem.h>
 
+#include <utility>
 #include <vector>
 
+#include "factors/cached_factor.h"
 #include "factors/prior_factor.h"
 
 namespace lodestone {
@@ -21,14 +23,28 @@ struct WindowFactor {
   ceres::ResidualBlockId id = nullptr;
   const ceres::CostFunction* function = nullptr;
   std::vector<WindowBlock*> blocks;
+  CachedFactor* cached = nullptr;  ///< `function`, if it keeps its evaluations
 
   explicit operator bool() const { return id != nullptr; }
 };
 
 /// A factor whose content is replaced between solves. Ceres owns the function.
 template <class Function>
-struct RenewableFactor : WindowFactor {
-  Function* content = nullptr;
+class RenewableFactor : public WindowFactor {
+ public:
+  RenewableFactor() = default;
+  RenewableFactor(WindowFactor factor, Function* content) : WindowFactor(std::move(factor)), content_(content) {}
+
+  const Function& content() const { return *content_; }
+
+  /// The content, to be changed.
+  Function& change() {
+    cached->forget();
+    return *content_;
+  }
+
+ private:
+  Function* content_ = nullptr;
 };
 
 /// Residual of a factor at the current values, and its Jacobian by the tangents of its blocks, side by side.

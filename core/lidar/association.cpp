@@ -87,13 +87,19 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
                     std::span<const std::uint8_t> lidars, const Pose& T_map_imu, const PlaneMap& map,
                     const Noise& noise, std::vector<Correspondence>& result) {
   const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
+  std::vector<Eigen::Vector3f> places(points.size());
   // Doubles for the position: far from the map's origin, floats would lose millimetres.
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3f& point = points[i];
-    const Eigen::Vector3f turned = rotation * point;
-    const Eigen::Vector3f place = (turned.cast<double>() + T_map_imu.position).cast<float>();
-    const Plane* plane = map.match(place, noise.max_distance);
+    const Eigen::Vector3f turned = rotation * points[i];
+    places[i] = (turned.cast<double>() + T_map_imu.position).cast<float>();
+  }
+  std::vector<const Plane*> planes(points.size());
+  map.match(places, noise.max_distance, planes);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Plane* plane = planes[i];
     if (plane == nullptr) continue;
+    const Eigen::Vector3f& point = points[i];
+    const Eigen::Vector3f& place = places[i];
     const float distance = plane->distance(place);
     const Beams& beams = noise.beams[lidars.empty() ? 0 : lidars[i]];
     const Eigen::Vector3f beam = rotation * (point - beams.origin);

@@ -1,6 +1,7 @@
 #include "core/lidar/plane_map.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/lidar/thickness_spread.h"
@@ -12,6 +13,9 @@ namespace {
 constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
 constexpr std::int32_t kNoPlane = -1;
 constexpr float kSameNormal = 0.9F;  // cosine: planes of one surface in neighbouring voxels
+
+/// Points whose memory is read at once: more than a processor's pending reads, few enough for its first cache.
+constexpr std::size_t kPointsAtOnce = 32;
 
 std::uint64_t spread(std::uint64_t key) {
   key *= 0x9E3779B97F4A7C15ULL;
@@ -61,7 +65,7 @@ void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
   mask_ = capacity - 1;
   table_.assign(capacity, {kEmpty, kNoPlane});
   for (const VoxelPlane& voxel : voxels) {
-    std::uint64_t slot = spread(voxel.key) & mask_;
+    std::uint64_t slot = first_slot(voxel.key);
     while (table_[slot].key != kEmpty) slot = (slot + 1) & mask_;
     table_[slot] = {voxel.key, kNoPlane};
     if (counts(voxel)) {
@@ -80,9 +84,17 @@ void PlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
   }
 }
 
+std::uint64_t PlaneMap::first_slot(std::uint64_t key) const {
+  return spread(key) & mask_;
+}
+
 PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
   const std::uint64_t key = voxel_key(voxel);
-  for (std::uint64_t slot = spread(key) & mask_;; slot = (slot + 1) & mask_) {
+  return find(key, first_slot(key));
+}
+
+PlaneMap::Found PlaneMap::find(std::uint64_t key, std::uint64_t slot) const {
+  for (;; slot = (slot + 1) & mask_) {
     const Slot& entry = table_[slot];
     if (entry.key == key) {
       return {true, entry.plane == kNoPlane ? nullptr : &planes_[static_cast<std::size_t>(entry.plane)]};
@@ -102,12 +114,14 @@ bool PlaneMap::agrees(const Eigen::Vector3f& point, float distance_m) const {
   return match(point, distance_m) != nullptr;
 }
 
-bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const {
+bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3i& voxel, const Eigen::Vector3f& point) const {
   const Eigen::Vector3f foot = point - plane.normal * plane.distance(point);
   const Eigen::Vector3f step = plane.normal * static_cast<float>(options_.margin_m);
   for (const float side : {-1.0F, 0.0F, 1.0F}) {
-    const Found there = find(voxel_of(foot + side * step, inverse_voxel_));
-    if (!there.occupied || there.plane == &plane) continue;
+    const Eigen::Vector3i other = voxel_of(foot + side * step, inverse_voxel_);
+    if (other == voxel) continue;
+    const Found there = find(other);
+    if (!there.occupied) continue;
     if (there.plane == nullptr || std::abs(there.plane->normal.dot(plane.normal)) < kSameNormal ||
         std::abs(there.plane->distance(foot)) > 0.5F * static_cast<float>(options_.margin_m)) {
       return false;
@@ -117,20 +131,55 @@ bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3f& poin
 }
 
 const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m) const {
-  const Eigen::Vector3f scaled = point * inverse_voxel_;
-  const Eigen::Vector3f floor = scaled.array().floor();
-  const Eigen::Vector3i voxel = floor.cast<int>();
-  const Found own = find(voxel);
+  const Eigen::Vector3i voxel = voxel_of(point, inverse_voxel_);
+  return match_in(voxel, find(voxel), point, max_distance_m);
+}
+
+void PlaneMap::match(std::span<const Eigen::Vector3f> points, float max_distance_m,
+                     std::span<const Plane*> planes) const {
+  struct Place {
+    Eigen::Vector3i voxel;
+    std::uint64_t key;
+    std::uint64_t slot;
+    Found own;
+  };
+  std::array<Place, kPointsAtOnce> places;
+  for (std::size_t first = 0; first < points.size(); first += kPointsAtOnce) {
+    const std::size_t count = std::min(kPointsAtOnce, points.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      Place& place = places[i];
+      place.voxel = voxel_of(points[first + i], inverse_voxel_);
+      place.key = voxel_key(place.voxel);
+      place.slot = first_slot(place.key);
+      __builtin_prefetch(&table_[place.slot]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      places[i].own = find(places[i].key, places[i].slot);
+      const char* plane = reinterpret_cast<const char*>(places[i].own.plane);
+      if (plane == nullptr) continue;
+      __builtin_prefetch(plane);
+      __builtin_prefetch(plane + sizeof(Plane) - 1);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      planes[first + i] = match_in(places[i].voxel, places[i].own, points[first + i], max_distance_m);
+    }
+  }
+}
+
+const Plane* PlaneMap::match_in(const Eigen::Vector3i& voxel, const Found& own, const Eigen::Vector3f& point,
+                                float max_distance_m) const {
   if (own.occupied) {
     return own.plane != nullptr && std::abs(own.plane->distance(point)) <= max_distance_m &&
-                   serves_both_sides(*own.plane, point)
+                   serves_both_sides(*own.plane, voxel, point)
                ? own.plane
                : nullptr;
   }
+  const Eigen::Vector3f scaled = point * inverse_voxel_;
   const Plane* best = nullptr;
+  Eigen::Vector3i voxel_of_best = voxel;
   float best_distance = max_distance_m;
   for (int axis = 0; axis < 3; ++axis) {
-    const float share = scaled[axis] - floor[axis];
+    const float share = scaled[axis] - static_cast<float>(voxel[axis]);
     // The edge must not be further than the largest distance of a match.
     const float beyond = std::min(share, 1.0F - share) * static_cast<float>(options_.voxel_m);
     if (beyond > max_distance_m) continue;
@@ -142,9 +191,10 @@ const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m)
     if (distance <= best_distance) {
       best_distance = distance;
       best = candidate;
+      voxel_of_best = neighbour;
     }
   }
-  return best != nullptr && serves_both_sides(*best, point) ? best : nullptr;
+  return best != nullptr && serves_both_sides(*best, voxel_of_best, point) ? best : nullptr;
 }
 
 }  // namespace lodestone

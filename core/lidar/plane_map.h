@@ -38,6 +38,10 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   /// depend on the point's noise (docs/design/002).
   const Plane* match(const Eigen::Vector3f& point, float max_distance_m) const;
 
+  /// match() of each point. Memory is read for several points at once, instead of after each other. `planes`: one per
+  /// point.
+  void match(std::span<const Eigen::Vector3f> points, float max_distance_m, std::span<const Plane*> planes) const;
+
   /// Whether a point is where the map has something: within `distance_m` of the plane that `match` finds, or in a voxel
   /// with points that are no plane.
   bool agrees(const Eigen::Vector3f& point, float distance_m) const;
@@ -61,8 +65,13 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
     const Plane* plane;
   };
   void insert(std::span<const VoxelPlane> voxels);
-  bool serves_both_sides(const Plane& plane, const Eigen::Vector3f& point) const;
+  /// `voxel`: that of the plane.
+  bool serves_both_sides(const Plane& plane, const Eigen::Vector3i& voxel, const Eigen::Vector3f& point) const;
+  std::uint64_t first_slot(std::uint64_t key) const;
   Found find(const Eigen::Vector3i& voxel) const;
+  Found find(std::uint64_t key, std::uint64_t slot) const;
+  const Plane* match_in(const Eigen::Vector3i& voxel, const Found& own, const Eigen::Vector3f& point,
+                        float max_distance_m) const;
 
   PlaneMapOptions options_;
   float inverse_voxel_;

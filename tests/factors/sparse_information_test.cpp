@@ -38,8 +38,8 @@ struct RandomRows {
             Eigen::MatrixXd::NullaryExpr(12, variables[variable].size, [&]() { return normal(generator); });
       }
     }
-    const Eigen::MatrixXd upper = (dense.transpose() * dense).triangularView<Eigen::Upper>();
-    information = upper.sparseView();
+    const Eigen::MatrixXd lower = (dense.transpose() * dense).triangularView<Eigen::Lower>();
+    information = lower.sparseView();
     rows = dense.sparseView();
   }
 
@@ -73,9 +73,9 @@ TEST(SparseTriangle, CholeskyAndQrGiveTheCovariancesOfTheDenseInverse) {
 }
 
 TEST(SparseTriangle, CholeskyRefusesWhatIsNotPositive) {
-  Eigen::Matrix3d upper;
-  upper << 1.0, 2.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0;
-  EXPECT_FALSE(SparseTriangle::by_cholesky(upper.sparseView()));
+  Eigen::Matrix3d lower;
+  lower << 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0;
+  EXPECT_FALSE(SparseTriangle::by_cholesky(lower.sparseView()));
 }
 
 /// A chain of keyframes with all kinds of factors and a prior on the first, in order of time.
