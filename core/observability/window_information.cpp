@@ -8,11 +8,13 @@ namespace lodestone {
 
 namespace {
 
-// Rows of a square-root information matrix; columns: a state's 15 and gravity's 2, or several states' in a row.
-using Rows = Eigen::MatrixXd;
-
 constexpr int kState = 15;
 constexpr int kMessage = 17;
+
+// Rows of a square-root information matrix; columns: a state's 15 and gravity's 2, or several states' in a row. At most
+// two messages and a pose's own rows, or a message and a link between two states: no memory is allocated.
+using Rows =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 2 * kMessage + 6, kState + kMessage>;
 
 // Columns are scaled by the plausible initial sigma of each variable, so a pivot is the ratio of this sigma to the
 // measured one. A smaller pivot counts as no information about its variable.
@@ -88,30 +90,17 @@ Matrix6 pose_marginal(const Rows& message) {
 
 }  // namespace
 
-std::vector<Matrix6> marginal_pose_information(std::span<const Matrix6> pose_information,
-                                               std::span<const ChainLink> links) {
-  const std::size_t count = pose_information.size();
-  std::vector<Rows> own(count);
-  std::vector<Rows> forward(count, Rows(0, kMessage));
-  for (std::size_t k = 0; k < count; ++k) own[k] = pose_rows(pose_information[k]);
-  for (std::size_t k = 1; k < count; ++k) {
-    forward[k] = carry(compress(stack(forward[k - 1], own[k - 1])), links[k - 1], true);
+Matrix6 marginal_pose_information(std::span<const Matrix6> pose_information, std::span<const ChainLink> links,
+                                  std::size_t k) {
+  Rows forward(0, kMessage);
+  for (std::size_t i = 0; i < k; ++i) {
+    forward = carry(compress(stack(forward, pose_rows(pose_information[i]))), links[i], true);
   }
-  std::vector<Matrix6> result(count);
   Rows backward(0, kMessage);
-  for (std::size_t k = count; k-- > 0;) {
-    result[k] = pose_marginal(compress(stack(stack(forward[k], own[k]), backward)));
-    if (k > 0) backward = carry(compress(stack(backward, own[k])), links[k - 1], false);
+  for (std::size_t i = pose_information.size() - 1; i > k; --i) {
+    backward = carry(compress(stack(backward, pose_rows(pose_information[i]))), links[i - 1], false);
   }
-  return result;
-}
-
-Matrix6 newest_pose_information(std::span<const Matrix6> pose_information, std::span<const ChainLink> links) {
-  Rows message(0, kMessage);
-  for (std::size_t k = 0; k + 1 < pose_information.size(); ++k) {
-    message = carry(compress(stack(message, pose_rows(pose_information[k]))), links[k], true);
-  }
-  return pose_marginal(compress(stack(message, pose_rows(pose_information.back()))));
+  return pose_marginal(compress(stack(stack(forward, pose_rows(pose_information[k])), backward)));
 }
 
 }  // namespace lodestone

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
-#include <vector>
 
 #include "core/geometry/nav_state.h"
 
@@ -19,14 +19,11 @@ struct ChainLink {
   Matrix15x2 by_gravity = Matrix15x2::Zero();
 };
 
-/// The information Λ_k of LiDAR and IMU together about each pose of a window: 6×6, all other variables marginalized
+/// The information Λ_k of LiDAR and IMU together about pose k of a window: 6×6, all other variables marginalized
 /// (docs/design/009). `pose_information[k]`: LiDAR's about pose k, 6×6, order φ, p; negative directions count as none.
 /// `links[k]` joins states k and k+1; one fewer than poses. There is no prior, so gauge freedoms stay free. Elimination
 /// is by pivoted QR, which separates unobservable from weakly observable variables without an added ridge.
-std::vector<Matrix6> marginal_pose_information(std::span<const Matrix6> pose_information,
-                                               std::span<const ChainLink> links);
-
-/// The last element of marginal_pose_information alone, at half the cost.
-Matrix6 newest_pose_information(std::span<const Matrix6> pose_information, std::span<const ChainLink> links);
+Matrix6 marginal_pose_information(std::span<const Matrix6> pose_information, std::span<const ChainLink> links,
+                                  std::size_t k);
 
 }  // namespace lodestone

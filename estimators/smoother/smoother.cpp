@@ -252,8 +252,7 @@ Matrix6 Smoother::marginal_information(std::size_t k, double noise_subtracted) c
     information.push_back(keyframe->lidar_information + added_back * keyframe->lidar.cost.spurious_information);
   }
   for (std::size_t i = 0; i + 1 < keyframes_.size(); ++i) links.push_back(window_->link(i));
-  return k + 1 == keyframes_.size() ? newest_pose_information(information, links)
-                                    : marginal_pose_information(information, links)[k];
+  return marginal_pose_information(information, links, k);
 }
 
 void Smoother::renew(std::size_t k) {

@@ -164,21 +164,19 @@ Chain random_chain(int count, bool axis_unseen) {
 TEST(WindowInformation, EqualsTheSchurComplementOfTheDenseMatrix) {
   const int count = 6;
   const Chain chain = random_chain(count, false);
-  const auto marginals = marginal_pose_information(chain.poses, chain.links);
   const Eigen::MatrixXd covariance =
       chain.dense.ldlt().solve(Eigen::MatrixXd::Identity(chain.dense.rows(), chain.dense.cols()));
   for (int k = 0; k < count; ++k) {
     const Matrix6 expected = covariance.block<6, 6>(15 * k, 15 * k).inverse();
-    EXPECT_LT((marginals[static_cast<std::size_t>(k)] - expected).norm(), 1e-6 * expected.norm()) << k;
+    const Matrix6 marginal = marginal_pose_information(chain.poses, chain.links, static_cast<std::size_t>(k));
+    EXPECT_LT((marginal - expected).norm(), 1e-6 * expected.norm()) << k;
   }
-  EXPECT_LT((newest_pose_information(chain.poses, chain.links) - marginals.back()).norm(),
-            1e-9 * marginals.back().norm());
 }
 
 TEST(WindowInformation, WhereTheWholeWindowIsBlindNothingIsInvented) {
   const Chain chain = random_chain(8, true);
-  for (const Matrix6& marginal : marginal_pose_information(chain.poses, chain.links)) {
-    const Degeneracy degeneracy = analyse_by_sigma(marginal, 5.0, {});
+  for (std::size_t k = 0; k < chain.poses.size(); ++k) {
+    const Degeneracy degeneracy = analyse_by_sigma(marginal_pose_information(chain.poses, chain.links, k), 5.0, {});
     EXPECT_GT(degeneracy.sigma_m[5], 1e3);
     EXPECT_GT(std::abs(degeneracy.directions(3, 5)), 0.999);
     EXPECT_LT(degeneracy.sigma_m[4], 1.0);
