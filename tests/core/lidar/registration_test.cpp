@@ -139,6 +139,33 @@ TEST(PlaneMap, FindsThePlanesOfABoxAndMarksItsEdges) {
   EXPECT_EQ(map.match(Eigen::Vector3f(5, 5, 5), 0.3F), nullptr);
 }
 
+TEST(PlaneMap, ManyPointsAtOnceGetThePlanesOfSinglePoints) {
+  std::mt19937_64 generator(8);
+  std::uniform_real_distribution<float> uniform(0.0F, 6.0F);
+  std::normal_distribution<float> noise(0.0F, 0.01F);
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 60000; ++i) {
+    Eigen::Vector3f point(uniform(generator), uniform(generator), uniform(generator));
+    point[i % 3] = (i % 2 == 0 ? 1.0F : 4.9F) + noise(generator);
+    points.push_back(point);
+  }
+  const PlaneMap map(points, PlaneMapOptions{});
+  std::vector<Eigen::Vector3f> wanted;
+  for (int i = 0; i < 5003; ++i) {
+    wanted.emplace_back(uniform(generator), uniform(generator), uniform(generator));
+    if (i % 2 == 0) wanted.back()[i % 3] = 1.0F + 5.0F * noise(generator);
+  }
+  std::vector<const Plane*> planes(wanted.size());
+  map.match(wanted, 0.1F, planes);
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    EXPECT_EQ(planes[i], map.match(wanted[i], 0.1F)) << wanted[i].transpose();
+    found += planes[i] != nullptr ? 1 : 0;
+  }
+  EXPECT_GT(found, wanted.size() / 4);
+  EXPECT_LT(found, 3 * wanted.size() / 4);
+}
+
 TEST(PlaneMap, APointJustOverAVoxelsEdgeLosesNothing) {
   // The surface lies a millimetre below a voxel's face: noise puts half of a scan's points into the empty voxel above.
   std::mt19937_64 generator(6);
