@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/lidar/places_in_map.h"
 #include "core/middle_value.h"
 #include "core/observability/robust_weight.h"
 #include "core/parallel.h"
@@ -87,12 +88,7 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
                     std::span<const std::uint8_t> lidars, const Pose& T_map_imu, const PlaneMap& map,
                     const Noise& noise, std::vector<Correspondence>& result) {
   const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
-  std::vector<Eigen::Vector3f> places(points.size());
-  // Doubles for the position: far from the map's origin, floats would lose millimetres.
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3f turned = rotation * points[i];
-    places[i] = (turned.cast<double>() + T_map_imu.position).cast<float>();
-  }
+  const std::vector<Eigen::Vector3f> places = places_in_map(points, T_map_imu);
   std::vector<const Plane*> planes(points.size());
   map.match(places, noise.max_distance, planes);
   for (std::size_t i = 0; i < points.size(); ++i) {

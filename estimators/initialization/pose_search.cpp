@@ -5,6 +5,7 @@
 
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
+#include "core/lidar/places_in_map.h"
 #include "core/magnetometer/array_reading.h"
 #include "core/magnetometer/field_residual.h"
 #include "core/parallel.h"
@@ -72,14 +73,14 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
 double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
   double result = 0.0;
   if (!points_.empty()) {
-    const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
     const auto reach = static_cast<float>(kPlaneSlack_m * slack);
+    const std::vector<Eigen::Vector3f> places = places_in_map(points_, T_map_imu);
+    std::vector<const Plane*> planes(places.size());
+    planes_->match(places, reach, planes);
     double sum = 0.0;
-    for (const Eigen::Vector3f& point : points_) {
-      const Eigen::Vector3f place = ((rotation * point).cast<double>() + T_map_imu.position).cast<float>();
-      const Plane* plane = planes_->match(place, reach);
-      if (plane != nullptr)
-        sum += 1.0 - std::pow(static_cast<double>(plane->distance(place)) / static_cast<double>(reach), 2);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (planes[i] == nullptr) continue;
+      sum += 1.0 - std::pow(static_cast<double>(planes[i]->distance(places[i])) / static_cast<double>(reach), 2);
     }
     result += sum / static_cast<double>(points_.size());
   }

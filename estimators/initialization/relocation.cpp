@@ -11,7 +11,9 @@ constexpr double kPlaceStep_m = 0.1;  // far below the distances over which a fi
 constexpr double kStep_rad = 0.0175;  // 1°
 constexpr double kKnown_m = 0.12;     // one sigma, within reach of a linearization
 constexpr double kFarthest_m = 6.0;
-constexpr int kMostSteps = 7;  // along the second direction and of the heading, which limits the size of the grid
+constexpr double kLost_m = 3.0;      // one sigma: the health of such an estimate is lost
+constexpr double kLostWait_s = 1.0;  // between two searches for it
+constexpr int kMostSteps = 7;        // along the second direction and of the heading, which limits the size of the grid
 
 SearchDirection shift(const Vector3& direction, double reach_m) {
   SearchDirection result;
@@ -52,6 +54,11 @@ std::optional<Pose> Relocation::better_place(const Keyframe& keyframe, const Nav
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance.bottomRightCorner<3, 3>());
   const Vector3 sigma_m = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   if (!(sigma_m[2] > kKnown_m)) return std::nullopt;
+  if (sigma_m[2] > kLost_m) {
+    const Time now = keyframe.estimate.time;
+    if (searched_ && to_seconds(now - *searched_) < kLostWait_s) return std::nullopt;
+    searched_ = now;
+  }
   std::vector<SearchDirection> directions{shift(solver.eigenvectors().col(2), std::min(3.0 * sigma_m[2], kFarthest_m))};
   if (sigma_m[1] > kKnown_m) {
     directions.push_back(shift(solver.eigenvectors().col(1), 3.0 * sigma_m[1]));

@@ -17,7 +17,8 @@ class Relocation {
   std::optional<Pose> better_start(const Keyframe& keyframe, const NavState& state, const Matrix6& covariance);
 
   /// The pose along directions in which the prediction is too uncertain for a linearization, within three sigmas of
-  /// `keyframe.predicted`. Empty if all directions are certain enough, or if no pose fits clearly better.
+  /// `keyframe.predicted`. Empty if all directions are certain enough, or if no pose fits clearly better. An estimate
+  /// that is lost is searched for only once a second, because the search reaches 6 m at most.
   std::optional<Pose> better_place(const Keyframe& keyframe, const NavState& state,
                                    const std::function<Vector3(int)>& bias_ut);
 
@@ -26,6 +27,7 @@ class Relocation {
 
   const EstimatorInput& input_;
   std::optional<FieldBackground> background_;  // computed from the whole map on first use
+  std::optional<Time> searched_;               // last search for a place that is lost
 };
 
 }  // namespace lodestone

@@ -9,6 +9,7 @@
 
 #include "core/angles.h"
 #include "core/lidar/condensed_cost.h"
+#include "core/lidar/places_in_map.h"
 #include "estimators/initialization/log_mixture.h"
 
 namespace lodestone {
@@ -86,17 +87,19 @@ ScanAgreement agreement(std::span<const Eigen::Vector3f> points, const Pose& T_m
   ScanAgreement result;
   result.points = static_cast<int>(points.size());
   if (points.empty()) return result;
-  const Eigen::Matrix3f rotation = T_map_imu.rotation.toRotationMatrix().cast<float>();
   constexpr float kReach_m = 0.3F;
+  const std::vector<Eigen::Vector3f> places = places_in_map(points, T_map_imu);
+  std::vector<const Plane*> planes(places.size());
+  map.match(places, kReach_m, planes);
   double sum = 0.0;
   double saved = 0.0;  // by clutter
   int within = 0;
-  for (const Eigen::Vector3f& point : points) {
-    const Eigen::Vector3f turned = rotation * point;
-    const Eigen::Vector3f place = (turned.cast<double>() + T_map_imu.position).cast<float>();
-    const double sigma_m = 0.05 + 0.003 * static_cast<double>(point.norm());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Plane* plane = planes[i];
+    const Eigen::Vector3f& place = places[i];
+    const double sigma_m = 0.05 + 0.003 * static_cast<double>(points[i].norm());
     double cost = ScanAgreement::most;
-    if (const Plane* plane = map.match(place, kReach_m); plane != nullptr) {
+    if (plane != nullptr) {
       cost = std::min(cost, 0.5 * std::pow(static_cast<double>(plane->distance(place)) / sigma_m, 2));
       within += cost < ScanAgreement::most ? 1 : 0;
     } else if (map.agrees(place, kReach_m)) {
