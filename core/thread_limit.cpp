@@ -1,14 +1,39 @@
 #include "core/thread_limit.h"
 
+#include <dlfcn.h>
 #include <tbb/global_control.h>
 
 #include <optional>
-
-// Debian's alternatives select OpenBLAS or BLIS at installation. Either may be absent.
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
-extern "C" void bli_thread_set_num_threads(long) __attribute__((weak));
+#include <string_view>
 
 namespace lodestone {
+
+namespace {
+
+constexpr const char* kOpenBlas = "libopenblas.so.0";
+constexpr const char* kBlis = "libblis.so.4";
+
+/// A function of a library, if the process has loaded it. Debian's alternatives choose the BLAS at installation, so
+/// that nothing is linked against one.
+template <class Function>
+Function* loaded_function(const char* library, const char* name) {
+  void* handle = dlopen(library, RTLD_LAZY | RTLD_NOLOAD);
+  if (handle == nullptr) return nullptr;
+  auto* function = reinterpret_cast<Function*>(dlsym(handle, name));
+  dlclose(handle);
+  return function;
+}
+
+}  // namespace
+
+std::string blas_description() {
+  auto* config = loaded_function<char*()>(kOpenBlas, "openblas_get_config");
+  auto* core = loaded_function<char*()>(kOpenBlas, "openblas_get_corename");
+  if (config == nullptr || core == nullptr) return "";
+  // "OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ..."
+  const std::string_view all = config();
+  return std::string(all.substr(0, all.find(' ', all.find(' ') + 1))) + ", " + core();
+}
 
 struct ThreadLimit::Control {
   std::optional<tbb::global_control> limit;
@@ -18,8 +43,8 @@ ThreadLimit::ThreadLimit(int threads) : control_(std::make_unique<Control>()) {
   if (threads > 0) {
     control_->limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   }
-  if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
-  if (bli_thread_set_num_threads != nullptr) bli_thread_set_num_threads(1);
+  if (auto* set = loaded_function<void(int)>(kOpenBlas, "openblas_set_num_threads")) set(1);
+  if (auto* set = loaded_function<void(long)>(kBlis, "bli_thread_set_num_threads")) set(1);
 }
 
 ThreadLimit::~ThreadLimit() = default;

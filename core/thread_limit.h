@@ -1,8 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 namespace lodestone {
+
+/// The BLAS that the process has loaded, with the kernels that it chose for this processor: "OpenBLAS 0.3.21, Zen". The
+/// last bits of results depend on both. Empty: not OpenBLAS.
+std::string blas_description();
 
 /// Limits the number of threads during its lifetime (0: all of the machine). BLAS always has one thread: with more, its
 /// sums, and so the results, would depend on the machine.

@@ -85,7 +85,8 @@ class SlidingWindow {
   /// ½ Σ r² over all factors, with their present weights.
   double cost() const;
 
-  /// Names of the solver and the linear solver: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE)".
+  /// Names of the solver, the linear solver and its libraries: "ceres 2.1.0, SPARSE_NORMAL_CHOLESKY (SUITE_SPARSE;
+  /// OpenBLAS 0.3.21, Zen)".
   static std::string solver_description();
 
   /// Pose covariances (φ, p) of the given keyframes, from one factorization of the whole window (SparseInformation),

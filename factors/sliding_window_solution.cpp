@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/thread_limit.h"
 #include "core/work_times.h"
 #include "factors/manifolds.h"
 #include "factors/serial_openmp.h"
@@ -93,8 +94,9 @@ int SlidingWindow::solve() {
 }
 
 std::string SlidingWindow::solver_description() {
+  const std::string blas = blas_description();
   return std::string("ceres ") + CERES_VERSION_STRING + ", " + ceres::LinearSolverTypeToString(kLinearSolver) + " (" +
-         ceres::SparseLinearAlgebraLibraryTypeToString(kSparseLibrary) + ")";
+         ceres::SparseLinearAlgebraLibraryTypeToString(kSparseLibrary) + (blas.empty() ? "" : "; " + blas) + ")";
 }
 
 std::vector<const WindowBlock*> SlidingWindow::variables_in_order() const {

@@ -73,7 +73,9 @@ TEST(WindowSolver, StopsWithATenthOfASigmaLeftAtMost) {
 }
 
 TEST(WindowSolver, NamesItself) {
-  EXPECT_TRUE(SlidingWindow::solver_description().starts_with("ceres 2.")) << SlidingWindow::solver_description();
+  EXPECT_TRUE(SlidingWindow::solver_description().starts_with("ceres 2.") &&
+              SlidingWindow::solver_description().ends_with(")"))
+      << SlidingWindow::solver_description();
 }
 
 TEST(WindowCovariance, OfManyKeyframesIsThatOfEachAlone) {
