@@ -10,14 +10,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kOpenBlas = "libopenblas.so.0";
-constexpr const char* kBlis = "libblis.so.4";
-
 /// A function of a library, if the process has loaded it. Debian's alternatives choose the BLAS at installation, so
 /// that nothing is linked against one.
 template <class Function>
-Function* loaded_function(const char* library, const char* name) {
-  void* handle = dlopen(library, RTLD_LAZY | RTLD_NOLOAD);
+Function* openblas_function(const char* name) {
+  void* handle = dlopen("libopenblas.so.0", RTLD_LAZY | RTLD_NOLOAD);
   if (handle == nullptr) return nullptr;
   auto* function = reinterpret_cast<Function*>(dlsym(handle, name));
   dlclose(handle);
@@ -27,12 +24,16 @@ Function* loaded_function(const char* library, const char* name) {
 }  // namespace
 
 std::string blas_description() {
-  auto* config = loaded_function<char*()>(kOpenBlas, "openblas_get_config");
-  auto* core = loaded_function<char*()>(kOpenBlas, "openblas_get_corename");
-  if (config == nullptr || core == nullptr) return "";
-  // "OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ..."
-  const std::string_view all = config();
-  return std::string(all.substr(0, all.find(' ', all.find(' ') + 1))) + ", " + core();
+  // Computed once: OpenBLAS fills a buffer of its own.
+  static const std::string description = [] {
+    auto* config = openblas_function<char*()>("openblas_get_config");
+    auto* core = openblas_function<char*()>("openblas_get_corename");
+    if (config == nullptr || core == nullptr) return std::string();
+    // "OpenBLAS 0.3.21 NO_LAPACKE DYNAMIC_ARCH ..."
+    const std::string_view all = config();
+    return std::string(all.substr(0, all.find(' ', all.find(' ') + 1))) + ", " + core();
+  }();
+  return description;
 }
 
 struct ThreadLimit::Control {
@@ -43,8 +44,7 @@ ThreadLimit::ThreadLimit(int threads) : control_(std::make_unique<Control>()) {
   if (threads > 0) {
     control_->limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   }
-  if (auto* set = loaded_function<void(int)>(kOpenBlas, "openblas_set_num_threads")) set(1);
-  if (auto* set = loaded_function<void(long)>(kBlis, "bli_thread_set_num_threads")) set(1);
+  if (auto* set = openblas_function<void(int)>("openblas_set_num_threads")) set(1);
 }
 
 ThreadLimit::~ThreadLimit() = default;

@@ -9,8 +9,8 @@ namespace lodestone {
 /// last bits of results depend on both. Empty: not OpenBLAS.
 std::string blas_description();
 
-/// Limits the number of threads during its lifetime (0: all of the machine). BLAS always has one thread: with more, its
-/// sums, and so the results, would depend on the machine.
+/// Limits the number of threads during its lifetime (0: all of the machine). OpenBLAS always has one thread: with more,
+/// its sums, and so the results, would depend on the machine.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads);

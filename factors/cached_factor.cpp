@@ -10,7 +10,7 @@ namespace lodestone {
 
 namespace {
 
-/// Windows with more factors, as those of a batch, keep nothing: it would take as much memory as all else.
+/// Windows with more factors, as those of most batches, keep nothing: it would take as much memory as all else.
 constexpr std::size_t kMostFactors = 4096;
 
 /// Factors that are worth a piece of work for a thread.
@@ -50,6 +50,7 @@ bool CachedFactor::Evaluate(double const* const* parameters, double* residuals, 
 
 void CachedFactor::keep_at(double const* const* parameters) {
   if (is_kept(parameters)) return;
+  forget();
   const auto rows = static_cast<std::size_t>(num_residuals());
   values_.clear();
   std::size_t columns = 0;
@@ -75,9 +76,10 @@ void ParallelEvaluation::PrepareForEvaluation(bool evaluate_jacobians, bool) {
   parallel_for(
       std::size_t{0}, factors.size(),
       [&](std::size_t i) {
+        if (factors[i]->cached == nullptr) return;
         std::vector<const double*> parameters;
         for (const WindowBlock* block : factors[i]->blocks) parameters.push_back(block->values.data());
-        if (factors[i]->cached != nullptr) factors[i]->cached->keep_at(parameters.data());
+        factors[i]->cached->keep_at(parameters.data());
       },
       kGrain);
 }

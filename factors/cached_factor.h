@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace lodestone {
@@ -17,7 +18,8 @@ class CachedFactor final : public ceres::CostFunction {
  public:
   explicit CachedFactor(std::unique_ptr<ceres::CostFunction> factor);
 
-  /// From memory at the values of the last `keep_at`, computed elsewhere. Thread-safe.
+  /// From memory at the values of the last `keep_at`; at other values it is computed. Safe beside other calls of it,
+  /// but not beside `keep_at`.
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   /// Evaluates at these values, unless it has done so already.

@@ -86,10 +86,14 @@ int SlidingWindow::solve() {
   problem_->GetParameterBlocks(&blocks);
   std::vector<std::vector<double>> before;
   for (const double* block : blocks) before.emplace_back(block, block + problem_->ParameterBlockSize(block));
-  ceres::Solve(options, problem_.get(), &summary);
-  // With an evaluation callback, Ceres tries its steps on the variables themselves.
-  for (std::size_t i = 0; !summary.IsSolutionUsable() && i < blocks.size(); ++i)
-    std::ranges::copy(before[i], blocks[i]);
+  try {
+    ceres::Solve(options, problem_.get(), &summary);
+  } catch (...) {
+    // A factor that cannot read its map. With an evaluation callback, Ceres tries its steps on the variables
+    // themselves.
+    for (std::size_t i = 0; i < blocks.size(); ++i) std::ranges::copy(before[i], blocks[i]);
+    throw;
+  }
   return std::max(0, static_cast<int>(summary.iterations.size()) - 1);
 }
 

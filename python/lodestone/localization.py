@@ -26,7 +26,7 @@ class LocalizationResult:
     begin_ns, end_ns: start of the first and end of the last scan.
     stopped: the callback `progress` ended the log.
     failure: the InputError at which the log broke off, or None. The estimates up to there are complete.
-    solver: library and linear solver of the estimator.
+    solver: library and linear solver of the estimator, with its BLAS.
     calibration: changes of the platform's calibration with one sigma, as nested dicts, or None if not estimated.
     warnings: what the run survived; pandas.DataFrame(result.warnings) makes a table.
     """
