@@ -10,7 +10,8 @@ namespace lodestone {
 std::string blas_description();
 
 /// Limits the number of threads during its lifetime (0: all of the machine). OpenBLAS always has one thread: with more,
-/// its sums, and so the results, would depend on the machine.
+/// its sums, and so the results, would depend on the machine. Throws InputError if OpenBLAS was built without threads:
+/// then it is not safe to call from several threads.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads);
