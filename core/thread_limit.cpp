@@ -38,6 +38,16 @@ std::string blas_description() {
   return description;
 }
 
+void limit_blas() {
+  auto* config = openblas_function<char*()>("openblas_get_config");
+  if (config != nullptr && std::string_view(config()).find("SINGLE_THREADED") != std::string_view::npos) {
+    throw InputError(
+        "BLAS: OpenBLAS is installed without threads (libopenblas0-serial); two threads that call it at once get wrong "
+        "numbers; install libopenblas0-pthread, which is used with one thread a call");
+  }
+  if (auto* set = openblas_function<void(int)>("openblas_set_num_threads")) set(1);
+}
+
 struct ThreadLimit::Control {
   std::optional<tbb::global_control> limit;
 };
@@ -46,13 +56,7 @@ ThreadLimit::ThreadLimit(int threads) : control_(std::make_unique<Control>()) {
   if (threads > 0) {
     control_->limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
   }
-  auto* config = openblas_function<char*()>("openblas_get_config");
-  if (config != nullptr && std::string_view(config()).find("SINGLE_THREADED") != std::string_view::npos) {
-    throw InputError(
-        "BLAS: OpenBLAS is installed without threads (libopenblas0-serial); two threads that call it at once get wrong "
-        "numbers; install libopenblas0-pthread, which is used with one thread a call");
-  }
-  if (auto* set = openblas_function<void(int)>("openblas_set_num_threads")) set(1);
+  limit_blas();
 }
 
 ThreadLimit::~ThreadLimit() = default;

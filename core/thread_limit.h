@@ -9,9 +9,11 @@ namespace lodestone {
 /// last bits of results depend on both. Empty: not OpenBLAS.
 std::string blas_description();
 
-/// Limits the number of threads during its lifetime (0: all of the machine). OpenBLAS always has one thread: with more,
-/// its sums, and so the results, would depend on the machine. Throws InputError if OpenBLAS was built without threads:
-/// then it is not safe to call from several threads.
+/// Limits OpenBLAS to one thread a call: with more, its sums, and so the results, would depend on the machine. Throws
+/// InputError if OpenBLAS was built without threads: then it is not safe to call from several threads.
+void limit_blas();
+
+/// Limits the number of threads during its lifetime (0: all of the machine), and those of BLAS.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads);
