@@ -85,6 +85,7 @@ int SlidingWindow::solve() {
   std::vector<double*> blocks;
   problem_->GetParameterBlocks(&blocks);
   std::vector<std::vector<double>> before;
+  before.reserve(blocks.size());
   for (const double* block : blocks) before.emplace_back(block, block + problem_->ParameterBlockSize(block));
   try {
     ceres::Solve(options, problem_.get(), &summary);
