@@ -133,6 +133,7 @@ TEST(ParallelEvaluation, EvaluatesBeforeJacobiansAreWanted) {
   }
   ParallelEvaluation evaluation([&] {
     std::vector<const WindowFactor*> result;
+    result.reserve(factors.size());
     for (const WindowFactor& factor : factors) result.push_back(&factor);
     return result;
   });
