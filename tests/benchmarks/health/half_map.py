@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""Writes half.pcd beside cloud.pcd of a simulated drive: the cloud without the points that are nearest to the second half
-of the drive. With this map, a robot without magnetometers is lost for half of its log."""
+"""Writes half.pcd beside cloud.pcd of a simulated drive: the cloud without the points nearest to its second half.
+
+With this map, a robot without magnetometers is lost for half of its log.
+"""
 import argparse
 import pathlib
 

@@ -171,6 +171,7 @@ TEST(PlaneMap, APointJustOverAVoxelsEdgeLosesNothing) {
   std::mt19937_64 generator(6);
   std::uniform_real_distribution<float> uniform(0.0F, 5.0F);
   std::vector<Eigen::Vector3f> points;
+  points.reserve(10000);
   for (int i = 0; i < 10000; ++i) points.emplace_back(uniform(generator), uniform(generator), 0.999F);
   const PlaneMap map(points, PlaneMapOptions{});
   for (int i = 0; i < 500; ++i) {
