@@ -120,12 +120,9 @@ void SparseInformation::add_share(std::span<const int> variables, const Eigen::M
       const IndexRange& rows = ranges_[static_cast<std::size_t>(other)];
       const Eigen::Index offset = other > own ? columns.size + offset_of(other, own) : 0;
       for (Eigen::Index column = 0; other >= own && column < columns.size; ++column) {
-        // The columns of a diagonal block begin at the diagonal.
-        const Eigen::Index above = other == own ? column : 0;
-        const Eigen::Index skipped = other == own ? 0 : column;
-        double* to =
-            information_.valuePtr() + information_.outerIndexPtr()[columns.begin + column] + offset - skipped - above;
-        for (Eigen::Index row = above; row < rows.size; ++row) {
+        // A column begins at its diagonal, `column` rows below its variable's first.
+        double* to = information_.valuePtr() + information_.outerIndexPtr()[columns.begin + column] + offset - column;
+        for (Eigen::Index row = other == own ? column : 0; row < rows.size; ++row) {
           const Eigen::Index i = row_begin + row;
           const Eigen::Index j = column_begin + column;
           to[row] += i >= j ? share(i, j) : share(j, i);
