@@ -6,6 +6,14 @@
 
 namespace lodestone {
 
+namespace {
+
+/// Thickness over in-plane spread of a flat set of points, at most. A right angle of two equal surfaces has 0.71, a
+/// volume 1.
+constexpr double kFlatRatio = 0.6;
+
+}  // namespace
+
 bool fit_plane(const PointMoments& moments, const Vector3& reference, const PlaneFitOptions& options, Plane& plane) {
   if (moments.count < std::max(options.min_points, 4)) return false;
   const double count = static_cast<double>(moments.count);
@@ -15,10 +23,7 @@ bool fit_plane(const PointMoments& moments, const Vector3& reference, const Plan
   const Vector3 variance = solver.eigenvalues().cwiseMax(0.0);  // increasing
   const double thickness = std::sqrt(variance[0]);
   const double minor_spread = std::sqrt(variance[1]);
-  if (thickness > options.max_thickness_m || minor_spread < options.min_spread_m ||
-      thickness > options.max_thickness_ratio * minor_spread) {
-    return false;
-  }
+  if (minor_spread < options.min_spread_m || thickness > kFlatRatio * minor_spread) return false;
   // Three parameters were fitted: the unbiased residual variance has count − 3 degrees of freedom.
   const double residual_variance = variance[0] * count / (count - 3.0);
   plane.normal = solver.eigenvectors().col(0).cast<float>().normalized();
@@ -30,6 +35,13 @@ bool fit_plane(const PointMoments& moments, const Vector3& reference, const Plan
   plane.thickness = static_cast<float>(thickness);
   plane.count = static_cast<std::int32_t>(moments.count);
   return true;
+}
+
+bool within_limits(const Plane& plane, const PlaneFitOptions& options) {
+  if (static_cast<double>(plane.thickness) > options.max_thickness_m) return false;
+  // The slope's variance is the residuals' over count times the spread squared.
+  const double own = static_cast<double>(plane.count) - 3.0;
+  return own * static_cast<double>(plane.minor_tilt_variance) <= std::pow(options.max_thickness_ratio, 2);
 }
 
 }  // namespace lodestone

@@ -68,8 +68,11 @@ struct PlaneFitOptions {
   }
 };
 
-/// Fits a plane by principal components. False if the points do not form a plane. `reference`: the reference of the
-/// moments (map, metres).
+/// Fits a plane by principal components. False if the points are few, in a line or not flat at all. The limits of
+/// thickness are not applied. `reference`: the reference of the moments (map, metres).
 bool fit_plane(const PointMoments& moments, const Vector3& reference, const PlaneFitOptions& options, Plane& plane);
+
+/// Whether a plane of fit_plane() has neither limit of thickness exceeded.
+bool within_limits(const Plane& plane, const PlaneFitOptions& options);
 
 }  // namespace lodestone

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/lidar/thickness_spread.h"
-
 namespace lodestone {
 
 namespace {
@@ -22,30 +20,13 @@ std::uint64_t spread(std::uint64_t key) {
   return key ^ (key >> 29);
 }
 
-PlaneThickness thickness_of(std::span<const VoxelPlane> voxels) {
-  std::vector<float> thickness;
-  ThicknessChance chance;
-  for (const VoxelPlane& voxel : voxels) {
-    if (voxel.is_plane == 0) continue;
-    thickness.push_back(voxel.plane.thickness);
-    chance.add(voxel.plane);
-  }
-  if (thickness.empty()) return {};
-  const auto value_at = [&thickness](std::size_t rank) {
-    const auto place = thickness.begin() + static_cast<std::ptrdiff_t>(rank);
-    std::nth_element(thickness.begin(), place, thickness.end());
-    return static_cast<double>(*place);
-  };
-  const double median_m = value_at(median_rank(thickness.size()));
-  return chance.taken_off(median_m, value_at(low_rank(thickness.size())));
-}
-
 }  // namespace
 
 PlaneMap::PlaneMap(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options)
     : options_(options), inverse_voxel_(static_cast<float>(1.0 / options.voxel_m)) {
   const std::vector<VoxelPlane> voxels = fit_voxel_planes(points, options);
-  thickness_ = thickness_of(voxels);
+  thickness_ = thickness_of(
+      [&voxels](const VoxelPlaneVisitor& visit) { std::for_each(voxels.begin(), voxels.end(), visit); }, options);
   insert(voxels);
 }
 
@@ -55,10 +36,8 @@ PlaneMap::PlaneMap(std::span<const VoxelPlane> voxels, const PlaneThickness& thi
 }
 
 void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
-  const double limit = thickness_limit(thickness_, options_);
-  const auto counts = [limit](const VoxelPlane& voxel) {
-    return voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
-  };
+  const PlaneLimits limits(thickness_, options_);
+  const auto counts = [&limits](const VoxelPlane& voxel) { return limits.allow(voxel); };
   planes_.reserve(static_cast<std::size_t>(std::count_if(voxels.begin(), voxels.end(), counts)));
   std::uint64_t capacity = 16;
   while (capacity < 2 * voxels.size()) capacity *= 2;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/lidar/plane_map_source.h"
+#include "core/lidar/plane_thickness.h"
 #include "core/lidar/voxel_planes.h"
 
 namespace lodestone {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "core/parallel.h"
@@ -124,39 +123,13 @@ std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points
       moments.add(points[entries[i].index].cast<double>() - reference);
     }
     voxels[v].key = entries[starts[v]].key;
-    voxels[v].is_plane = fit_plane(moments, reference, options.fit, voxels[v].plane) ? 1 : 0;
-    if (voxels[v].is_plane != 0) {
+    voxels[v].is_flat = fit_plane(moments, reference, options.fit, voxels[v].plane) ? 1 : 0;
+    if (voxels[v].is_flat != 0) {
       take_height_from_within(points, std::span(entries).subspan(starts[v], starts[v + 1] - starts[v]), options,
                               voxels[v].plane);
     }
   });
   return voxels;
-}
-
-double PlaneThickness::log_spread() const {
-  return low_m > 0.0 ? std::log(median_m / low_m) : 0.0;
-}
-
-double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options) {
-  constexpr double kStandardDeviations = 3.0;
-  if (!(options.max_thickness_over_median > 0.0)) return std::numeric_limits<double>::infinity();
-  return thickness.median_m *
-         std::max(options.max_thickness_over_median, std::exp(kStandardDeviations * thickness.log_spread()));
-}
-
-Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness) {
-  constexpr double kMostPriorPoints = 30.0;  // docs/design/001-voxel-planes.md
-  // The logarithm of a variance of ν degrees of freedom has a variance of about 2 / ν.
-  const double variance_of_log = std::pow(2.0 * thickness.log_spread(), 2);
-  const double prior = variance_of_log > 0.0 ? std::min(kMostPriorPoints, 2.0 / variance_of_log) : kMostPriorPoints;
-  const double own = static_cast<double>(plane.count) - 3.0;
-  const double squared = std::pow(static_cast<double>(plane.thickness), 2);
-  if (own <= 0.0 || squared <= 0.0) return plane;
-  const auto factor = static_cast<float>((prior * std::pow(thickness.median_m, 2) / squared + own) / (prior + own));
-  plane.offset_variance *= factor;
-  plane.major_tilt_variance *= factor;
-  plane.minor_tilt_variance *= factor;
-  return plane;
 }
 
 }  // namespace lodestone

@@ -90,46 +90,15 @@ class VoxelMembership {
 /// A voxel that contains points of the map, and their plane.
 struct VoxelPlane {
   std::uint64_t key = 0;
-  std::int32_t is_plane = 0;  ///< 0: the points form no plane, `plane` is empty
+  std::int32_t is_flat = 0;  ///< 0: the points form no plane, `plane` is empty
   Plane plane;
 };
 
 /// Fits a plane to each voxel of `points` (map frame, metres; finite) for which `wanted` is true (null: all), ordered
 /// by key. A voxel's plane depends only on the points in its grown box, in their order: the same bits whatever else is
-/// in `points`, on any number of threads. Voxels without a number (voxels_reach_m) are ignored. The limit of thickness
-/// over the median is not yet applied. Throws std::invalid_argument for more than 2³¹ − 1 points.
+/// in `points`, on any number of threads. Voxels without a number (voxels_reach_m) are ignored. The limits of thickness
+/// are not yet applied (PlaneLimits). Throws std::invalid_argument for more than 2³¹ − 1 points.
 std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
                                          const std::function<bool(const Eigen::Vector3i&)>& wanted = nullptr);
-
-/// Thickness of the planes of a whole map (rms distance of their points, m). Sensors, surfaces and range make some maps
-/// uneven. The lower half shows this spread, because voxels at edges are thick for another reason (docs/design/039).
-struct PlaneThickness {
-  double median_m = 0.0;
-  double low_m = 0.0;  ///< one standard deviation below the median: the value of rank 0.159
-
-  /// One standard deviation of the logarithm.
-  double log_spread() const;
-};
-
-/// Ranks of the median and of `low_m` among `count` sorted values.
-constexpr std::size_t median_rank(std::size_t count) {
-  return count / 2;
-}
-constexpr std::size_t low_rank(std::size_t count) {
-  return count * 159 / 1000;
-}
-
-/// Largest accepted thickness of a map's planes. Where floor meets wall, a voxel may contain a strip of the other
-/// surface that is too thin to be rejected by itself. Such a plane is three standard deviations thicker than the map's
-/// planes.
-double thickness_limit(const PlaneThickness& thickness, const PlaneMapOptions& options);
-
-/// `plane` with its variances inferred from the thickness of the map's planes and its own points together: the
-/// posterior mean under the conjugate prior of at most 30 degrees of freedom, fewer if the map's planes differ by more
-/// than chance (Smyth, Statistical Applications in Genetics and Molecular Biology 2004; docs/design/001). From eight
-/// points alone, one variance in three is too small by a third. The prior is corrected for the three fitted parameters
-/// as if it came from as many points as the plane has, so planes with few points, at the edge of the survey, get less
-/// weight. A thickness of exactly zero is unchanged.
-Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness);
 
 }  // namespace lodestone

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/lidar/thickness_spread.h"
-#include "frontends/maps/thickness_record.h"
+#include "core/lidar/plane_thickness.h"
 
 namespace lodestone {
 
@@ -63,20 +62,20 @@ std::shared_ptr<const PlaneMap> TiledPlaneMap::load(const Eigen::Vector2d& cente
   return std::make_shared<PlaneMap>(voxels, content_.thickness, content_.options);
 }
 
-void TiledPlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
-  const double limit = thickness_limit(content_.thickness, content_.options);
-  for (const auto& [tile, piece] : content_.tiles) {
+void TiledPlaneMap::Content::for_each_voxel(const VoxelPlaneVisitor& visit) const {
+  for (const auto& [tile, piece] : tiles) {
     std::vector<VoxelPlane> voxels(static_cast<std::size_t>(piece.count));
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      content_.spool->read(piece.offset, voxels.data(), voxels.size() * sizeof(VoxelPlane));
-    }
-    for (const VoxelPlane& voxel : voxels) {
-      const bool is_plane = voxel.is_plane != 0 && static_cast<double>(voxel.plane.thickness) <= limit;
-      const Plane plane = with_shared_thickness(voxel.plane, content_.thickness);
-      visit(voxel_of_key(voxel.key), is_plane ? &plane : nullptr);
-    }
+    spool->read(piece.offset, voxels.data(), voxels.size() * sizeof(VoxelPlane));
+    std::for_each(voxels.begin(), voxels.end(), visit);
   }
+}
+
+void TiledPlaneMap::for_each_voxel(const VoxelVisitor& visit) const {
+  const PlaneLimits limits(content_.thickness, content_.options);
+  content_.for_each_voxel([&](const VoxelPlane& voxel) {
+    const Plane plane = with_shared_thickness(voxel.plane, content_.thickness);
+    visit(voxel_of_key(voxel.key), limits.allow(voxel) ? &plane : nullptr);
+  });
 }
 
 TiledPlaneMapBuilder::TiledPlaneMapBuilder(const PlaneMapOptions& options, const std::string& folder,
@@ -136,31 +135,22 @@ std::shared_ptr<const TiledPlaneMap> TiledPlaneMapBuilder::build(double reach_m)
   content.options = options_;
   content.tile_voxels = tile_voxels_;
   content.spool = std::make_unique<SpoolFile>(folder_);
-  // Thickness is relative to the whole map, as without tiles.
-  ThicknessRecord thickness(folder_);
-  ThicknessChance chance;
   for (const auto& [index, tile] : tiles_) {
     const auto within = [&, &index = index](const Eigen::Vector3i& voxel) {
       return floor_divide(voxel.x(), tile_voxels_) == index.first &&
              floor_divide(voxel.y(), tile_voxels_) == index.second;
     };
     const std::vector<VoxelPlane> voxels = fit_voxel_planes(points_of(tile), options_, within);
-    std::vector<float> thicknesses;
-    for (const VoxelPlane& voxel : voxels) {
-      if (voxel.is_plane == 0) continue;
-      thicknesses.push_back(voxel.plane.thickness);
-      chance.add(voxel.plane);
-    }
-    thickness.add(thicknesses);
     const std::int64_t offset = content.spool->append(voxels.data(), voxels.size() * sizeof(VoxelPlane));
     content.tiles[index] = {offset, static_cast<std::int64_t>(voxels.size())};
   }
   tiles_.clear();
   spool_.reset();
-  const auto planes = static_cast<std::size_t>(thickness.size());
-  content.thickness = chance.taken_off(static_cast<double>(thickness.of_rank(median_rank(planes))),
-                                       static_cast<double>(thickness.of_rank(low_rank(planes))));
-  content.planes = thickness.count_up_to(thickness_limit(content.thickness, options_));
+  // Thickness is relative to the whole map, as without tiles.
+  content.thickness =
+      thickness_of([&content](const VoxelPlaneVisitor& visit) { content.for_each_voxel(visit); }, options_);
+  const PlaneLimits limits(content.thickness, options_);
+  content.for_each_voxel([&](const VoxelPlane& voxel) { content.planes += limits.allow(voxel) ? 1 : 0; });
   return std::make_shared<TiledPlaneMap>(std::move(content), reach_m);
 }
 

@@ -29,6 +29,8 @@ class TiledPlaneMap final : public PlaneMapSource {
  public:
   /// Tiles with all fitted planes.
   struct Content {
+    void for_each_voxel(const VoxelPlaneVisitor& visit) const;
+
     PlaneMapOptions options;
     int tile_voxels = 0;
     std::unique_ptr<SpoolFile> spool;  ///< of VoxelPlane

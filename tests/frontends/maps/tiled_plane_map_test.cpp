@@ -11,7 +11,6 @@
 #include "core/error.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/maps/point_cloud_writer.h"
-#include "frontends/maps/thickness_record.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone {
@@ -148,27 +147,6 @@ TEST(TiledPlaneMap, FarFromTheMapThereIsNothing) {
   EXPECT_THAT(source->around({1e6, -1e6, 0})->planes(), IsEmpty());
   EXPECT_THAT(source->around({std::nan(""), 0, 0})->planes(), IsEmpty());
   EXPECT_FALSE(source->around({0, 0, 0})->planes().empty());
-}
-
-TEST(ThicknessRecord, MedianIsExact) {
-  const TemporaryFolder folder;
-  std::mt19937_64 generator(6);
-  std::uniform_real_distribution<float> uniform(0.0F, 0.03F);
-  for (const int count : {1, 2, 3, 1000, 200001}) {
-    ThicknessRecord record(folder.path().string());
-    std::vector<float> all;
-    for (int i = 0; i < count; ++i) all.push_back(i % 7 == 0 ? 0.0F : uniform(generator));
-    const std::vector<float> first(all.begin(), all.begin() + count / 3);
-    record.add(first);
-    record.add({all.begin() + count / 3, all.end()});
-    std::sort(all.begin(), all.end());
-    const auto size = static_cast<std::size_t>(count);
-    for (const std::size_t rank : {median_rank(size), low_rank(size), std::size_t{0}, size - 1}) {
-      EXPECT_EQ(record.of_rank(rank), all[rank]) << count << ", rank " << rank;
-    }
-    EXPECT_EQ(record.count_up_to(0.01), std::upper_bound(all.begin(), all.end(), 0.01F) - all.begin());
-  }
-  EXPECT_EQ(ThicknessRecord(folder.path().string()).of_rank(0), 0.0F);
 }
 
 class PlaneMapLoading : public ::testing::Test {
