@@ -12,9 +12,9 @@ namespace {
 constexpr double kStandardDeviations = 3.0;
 
 /// Bins by the upper half of a float's bits: positive floats have the order of their bits.
-constexpr int kBinBits = 16;
-constexpr std::size_t kBins = std::size_t{1} << (31 - kBinBits);
-constexpr std::size_t kBinsAnOctave = std::size_t{1} << (23 - kBinBits);
+constexpr int kThicknessBits = 16;
+constexpr std::size_t kThicknessBins = std::size_t{1} << (31 - kThicknessBits);
+constexpr std::size_t kThicknessBinsAnOctave = std::size_t{1} << (23 - kThicknessBits);
 
 /// Between 1.3 (as the limit relative to the median) and 2, where a map is too uneven to tell noise from clutter
 /// (docs/design/067).
@@ -24,27 +24,27 @@ constexpr double kMostOverMode = 2.0;
 /// One standard deviation below the median, and below the mode if half of all values were below it.
 constexpr double kLowShare = 0.159;
 
-std::size_t bin_of(float thickness) {
-  return std::bit_cast<std::uint32_t>(std::max(thickness, 0.0F)) >> kBinBits;
+std::size_t thickness_bin(float thickness) {
+  return std::bit_cast<std::uint32_t>(std::max(thickness, 0.0F)) >> kThicknessBits;
 }
 
-double middle_m(std::size_t bin) {
-  constexpr std::uint32_t kHalf = 1U << (kBinBits - 1);
-  return std::bit_cast<float>(static_cast<std::uint32_t>(bin) << kBinBits | kHalf);
+double middle_of_bin_m(std::size_t bin) {
+  constexpr std::uint32_t kHalf = 1U << (kThicknessBits - 1);
+  return std::bit_cast<float>(static_cast<std::uint32_t>(bin) << kThicknessBits | kHalf);
 }
 
 /// The bin with the largest density for each metre. A triangle of a fifth of the thickness to both sides smooths.
-std::size_t mode_of(const std::vector<std::int64_t>& counts) {
-  constexpr std::size_t kWidth = kBinsAnOctave / 4;
+std::size_t most_frequent_bin(const std::vector<std::int64_t>& counts) {
+  constexpr std::size_t kWidth = kThicknessBinsAnOctave / 4;
   constexpr double kThinnest_m = 1e-4;  // thinner planes are exact: no noise to be found
   std::size_t mode = 0;
   double most = 0.0;
-  for (std::size_t bin = bin_of(static_cast<float>(kThinnest_m)); bin + kWidth < kBins; ++bin) {
+  for (std::size_t bin = thickness_bin(static_cast<float>(kThinnest_m)); bin + kWidth < kThicknessBins; ++bin) {
     std::int64_t sum = 0;
     for (std::size_t k = 0; k <= 2 * kWidth; ++k) {
       sum += static_cast<std::int64_t>(std::min(k, 2 * kWidth - k) + 1) * counts[bin + k - kWidth];
     }
-    const double density = static_cast<double>(sum) / middle_m(bin);
+    const double density = static_cast<double>(sum) / middle_of_bin_m(bin);
     if (density > most) {
       most = density;
       mode = bin;
@@ -59,19 +59,19 @@ double PlaneThickness::log_spread() const {
   return low_m > 0.0 ? std::log(median_m / low_m) : 0.0;
 }
 
-ThicknessCounts::ThicknessCounts() : counts_(kBins, 0) {}
+ThicknessCounts::ThicknessCounts() : counts_(kThicknessBins, 0) {}
 
 void ThicknessCounts::add(const Plane& plane) {
-  ++counts_[bin_of(plane.thickness)];
+  ++counts_[thickness_bin(plane.thickness)];
   ++planes_;
   // The logarithm of a standard deviation with n − 3 degrees of freedom has a variance of 1 / (2 (n − 3)).
   chance_millionths_ += std::llround(0.5e6 / std::max(1.0, static_cast<double>(plane.count) - 3.0));
 }
 
 double ThicknessCounts::of_rank(std::int64_t rank) const {
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
+  for (std::size_t bin = 0; bin < kThicknessBins; ++bin) {
     rank -= counts_[bin];
-    if (rank < 0) return middle_m(bin);
+    if (rank < 0) return middle_of_bin_m(bin);
   }
   return 0.0;
 }
@@ -85,11 +85,11 @@ double ThicknessCounts::below(double high_m, double low_m) const {
 }
 
 double ThicknessCounts::noise_limit_m() const {
-  const std::size_t mode = mode_of(counts_);
+  const std::size_t mode = most_frequent_bin(counts_);
   if (mode == 0) return 0.0;
   std::int64_t thinner = 0;
   for (std::size_t bin = 0; bin <= mode; ++bin) thinner += counts_[bin];
-  const double mode_m = middle_m(mode);
+  const double mode_m = middle_of_bin_m(mode);
   const auto low_rank = static_cast<std::int64_t>(2.0 * kLowShare * static_cast<double>(thinner));
   const double log_spread = std::log(mode_m / below(mode_m, of_rank(low_rank)));
   return mode_m * std::clamp(std::exp(kStandardDeviations * log_spread), kLeastOverMode, kMostOverMode);
