@@ -25,6 +25,13 @@ constexpr double kUnseenGain = 1e-3;
 /// information (docs/design/010-unobservable-rigid-motion.md).
 constexpr double kFollowGain = 0.01;
 
+/// Of the residual of one point with the scan's mean information, m. What a window of scans knows no better is known
+/// from hardly any point: a direction is degenerate by its geometry, not by the noise of sensor and map
+/// (docs/design/068).
+double sigma_of_a_point(const CondensedCost& cost) {
+  return cost.weight_sum > 0.0 ? std::sqrt(static_cast<double>(cost.count) / cost.weight_sum) : 0.0;
+}
+
 constexpr auto kHeightVariance_m2 = static_cast<float>(kLayerHeightSigma_m * kLayerHeightSigma_m);
 
 }  // namespace
@@ -120,11 +127,12 @@ void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
 
 Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavState& state,
                                          const std::function<Matrix6(double noise_subtracted)>& known) const {
-  const DegeneracyOptions& options = input_.options.degeneracy;
+  DegeneracyOptions options = input_.options.degeneracy;
   if (input_.planes == nullptr || options.rule == DegeneracyRule::none) return no_degeneracy();
   if (options.rule == DegeneracyRule::paper) {
     return analyse_by_eigenvalue(keyframe.unit_hessian, options);
   }
+  options.max_sigma_m = std::max(options.max_sigma_m, sigma_of_a_point(keyframe.lidar.cost));
   const double lever_arm_m = std::max(keyframe.lidar.cost.range_rms_m, 1.0);
   const Vector3 up = state.T_map_imu.rotation.conjugate() * -state.gravity.normalized();
   if (options.rule == DegeneracyRule::probabilistic) {
