@@ -55,8 +55,11 @@ struct PlaneFitOptions {
   template <class Visitor>
   void visit(Visitor& visitor) {
     visitor.field("min_points", min_points, "fewest points of a plane");
-    visitor.field("max_thickness_m", max_thickness_m, "largest rms distance of a plane's points from it");
-    visitor.field("max_thickness_ratio", max_thickness_ratio, "thickness over the smaller in-plane spread");
+    visitor.field("max_thickness_m", max_thickness_m,
+                  "largest rms distance of a plane's points from it; larger in a map whose own noise is larger");
+    visitor.field(
+        "max_thickness_ratio", max_thickness_ratio,
+        "thickness over the smaller in-plane spread; a plane no thicker than the map's own noise may exceed it");
     visitor.field("min_spread_m", min_spread_m, "smallest in-plane spread, one sigma");
   }
 

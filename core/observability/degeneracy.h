@@ -51,8 +51,8 @@ struct DegeneracyOptions {
                   "paper: smallest eigenvalue of ΣJᵀJ (unit weights) of a direction that is not degenerate (τ)");
     visitor.field(
         "max_sigma_m", max_sigma_m,
-        "marginal and probabilistic: a direction is degenerate if its predicted sigma exceeds this; rotations are "
-        "converted to metres by the scan's rms range");
+        "marginal and probabilistic: a direction is degenerate if its predicted sigma exceeds this, and in the "
+        "smoother that of a single point too; rotations are converted to metres by the scan's rms range");
     visitor.field(
         "min_probability", min_probability,
         "probabilistic: a direction is degenerate if its sigma is below max_sigma_m with a smaller probability than "

@@ -1,9 +1,11 @@
 // A robot at rest, with a LiDAR mounting that is wrong by a degree and some centimetres, in a map in which a quarter of
-// the objects has moved. Most correspondences of the first scan are wrong. They must not set the robot in motion.
+// the objects has moved and walls are doubled. Many correspondences of the first scans are wrong. They must not set the
+// robot in motion.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "frontends/configuration/trajectory_file.h"
 #include "tests/tools/program_runner.h"
 #include "tools/writers/csv_table.h"
 
@@ -28,13 +30,17 @@ TEST_P(RoughStart, LeavesTheRobotAtRest) {
   ASSERT_EQ(result.code, 0) << result.errors;
   const std::vector<double> errors_m = CsvTable(out + "/smoother/errors.csv").numbers("error_m");
   EXPECT_LT(*std::max_element(errors_m.begin(), errors_m.end()), 0.15);
-  // The motion estimated from the first scan agrees with the second scan.
-  const std::vector<double> nis = CsvTable(out + "/smoother/diagnostics.csv").numbers("lidar_nis");
-  ASSERT_GT(nis.size(), 10U);
-  EXPECT_LT(nis[1], 4.0);
+  // In real time too: the robot stands still from the first scan on.
+  const Vector3 place = read_tum(site + "/truth.tum").front().pose.position;
+  for (const StampedPose& estimate : read_tum(out + "/smoother/causal.tum")) {
+    EXPECT_LT((estimate.pose.position - place).norm(), 0.15) << to_seconds(estimate.time);
+  }
+  // No direction is degenerate, however rough the map is.
+  const std::vector<double> degenerate = CsvTable(out + "/smoother/diagnostics.csv").numbers("degenerate_directions");
+  EXPECT_EQ(*std::max_element(degenerate.begin(), degenerate.end()), 0.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RoughStart, ::testing::Values(1, 3));
+INSTANTIATE_TEST_SUITE_P(Seeds, RoughStart, ::testing::Values(2, 3, 5));
 
 }  // namespace
 }  // namespace lodestone
