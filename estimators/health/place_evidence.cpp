@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <unordered_set>
 
 #include "core/lidar/deskew.h"
 #include "core/lidar/plane_map.h"
@@ -14,12 +16,14 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kSampledPoints = 400;  // of a scan; neighbours say the same
-constexpr std::size_t kFewest = 20;          // points above the floor that a share is taken of
-constexpr double kAboveFloor_m = 0.3;        // all floors look alike
-constexpr double kFloorRange_m = 20.0;       // where the floor is looked for
-constexpr double kLowestShare = 0.02;        // of the points: the floor
-constexpr float kOnPlane_m = 0.15F;          // of a point that agrees with a plane
+constexpr std::size_t kSampledPoints = 4000;  // of a scan
+constexpr double kEven_m = 1.0;               // one point in each cube of this edge: neighbours say the same
+constexpr std::size_t kJudgedPoints = 400;    // of these
+constexpr std::size_t kFewest = 20;           // points above the floor that a share is taken of
+constexpr double kAboveFloor_m = 0.3;         // all floors look alike
+constexpr double kFloorRange_m = 20.0;        // where the floor is looked for
+constexpr double kLowestShare = 0.02;         // of the points: the floor
+constexpr float kOnPlane_m = 0.15F;           // of a point that agrees with a plane
 
 /// Poses where the robot is not: x and y in metres, yaw in radians, from the estimate.
 constexpr std::array<std::array<double, 3>, 6> kDecoys{
@@ -28,6 +32,20 @@ constexpr std::array<std::array<double, 3>, 6> kDecoys{
 Pose decoy(const Pose& T_map_imu, const std::array<double, 3>& offset) {
   const Quaternion turn(Eigen::AngleAxisd(offset[2], Vector3::UnitZ()));
   return {(turn * T_map_imu.rotation).normalized(), T_map_imu.position + Vector3(offset[0], offset[1], 0.0)};
+}
+
+/// The first point in each cube, at most kJudgedPoints, spread evenly over the scan. Without this, a pallet beside the
+/// robot counts more than the hall.
+std::vector<Eigen::Vector3f> spread_evenly(const std::vector<Eigen::Vector3f>& points) {
+  std::unordered_set<std::uint64_t> taken;
+  std::vector<Eigen::Vector3f> firsts;
+  for (const Eigen::Vector3f& point : points) {
+    if (taken.insert(voxel_key(voxel_of(point, static_cast<float>(1.0 / kEven_m)))).second) firsts.push_back(point);
+  }
+  const std::size_t every = firsts.size() / kJudgedPoints + 1;
+  std::vector<Eigen::Vector3f> judged;
+  for (std::size_t i = 0; i < firsts.size(); i += every) judged.push_back(firsts[i]);
+  return judged;
 }
 
 double share_on_map(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map) {
@@ -73,6 +91,7 @@ void PlaceJudge::judge_scan(const ScanBundle& bundle, const Estimate& estimate, 
   std::nth_element(heights_m.begin(), lowest, heights_m.end());
   const float floor_m = *lowest + static_cast<float>(kAboveFloor_m);
   std::erase_if(points, [&](const Eigen::Vector3f& point) { return up.dot(point) < floor_m; });
+  points = spread_evenly(points);
   if (points.size() < kFewest) return;
   evidence.scan_points = static_cast<int>(points.size());
   if (state.T_map_imu.position.cwiseAbs().maxCoeff() > voxels_reach_m(input_.planes->voxel_m())) return;
