@@ -61,6 +61,7 @@ TEST(PlaneLimits, ClutterIsNoNoise) {
   std::lognormal_distribution<float> surface(std::log(0.009F), 0.2F);
   std::uniform_real_distribution<float> clutter(0.01F, 0.06F);
   std::vector<float> thickness_m;
+  thickness_m.reserve(20000);
   for (int i = 0; i < 20000; ++i) thickness_m.push_back(i % 2 == 0 ? surface(generator) : clutter(generator));
   const std::vector<VoxelPlane> voxels = fits(thickness_m);
   const PlaneThickness thickness = thickness_of_fits(voxels);
@@ -78,6 +79,7 @@ TEST(PlaneThickness, RanksAreThoseOfTheSortedValuesInAnyOrder) {
   std::lognormal_distribution<float> distribution(std::log(0.01F), 0.3F);
   for (const int count : {1, 2, 1000, 50001}) {
     std::vector<float> values;
+    values.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) values.push_back(std::min(distribution(generator), 0.03F));
     const PlaneThickness forwards = thickness_of_fits(fits(values));
     std::reverse(values.begin(), values.end());
@@ -96,6 +98,7 @@ TEST(PlaneThickness, SpreadIsThatOfTheValuesWithoutChance) {
   const double chance = std::sqrt(0.5 / 37.0);  // of planes of 40 points
   for (const double spread : {0.0, 0.2, 0.4}) {
     std::vector<float> values;
+    values.reserve(100000);
     for (int i = 0; i < 100000; ++i) {
       values.push_back(static_cast<float>(0.006 * std::exp(std::hypot(spread, chance) * standard(generator))));
     }
