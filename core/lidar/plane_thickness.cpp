@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 namespace lodestone {
 
@@ -53,53 +56,69 @@ std::size_t most_frequent_bin(const std::vector<std::int64_t>& counts) {
   return mode;
 }
 
+/// Counts the thickness of planes in bins of 0.8 % or less. Sums of integers do not depend on the order.
+class ThicknessCounts {
+ public:
+  void add(const Plane& plane) {
+    ++counts_[thickness_bin(plane.thickness)];
+    ++planes_;
+    // The logarithm of a standard deviation with n − 3 degrees of freedom has a variance of 1 / (2 (n − 3)).
+    chance_millionths_ += std::llround(0.5e6 / std::max(1.0, static_cast<double>(plane.count) - 3.0));
+  }
+
+  /// Largest thickness, m, that the noise of most planes explains: the most frequent thickness times three standard
+  /// deviations of the thickness below it, between 1.3 and 2 times. 0 without planes.
+  double noise_limit_m() const {
+    const std::size_t mode = most_frequent_bin(counts_);
+    if (mode == 0) return 0.0;
+    const std::int64_t thinner =
+        std::accumulate(counts_.begin(), counts_.begin() + static_cast<std::ptrdiff_t>(mode) + 1, std::int64_t{0});
+    const double mode_m = middle_of_bin_m(mode);
+    const auto low_rank = static_cast<std::int64_t>(2.0 * kLowShare * static_cast<double>(thinner));
+    const double log_spread = std::log(mode_m / below(mode_m, of_rank(low_rank)));
+    return mode_m * std::clamp(std::exp(kStandardDeviations * log_spread), kLeastOverMode, kMostOverMode);
+  }
+
+  /// Median and lower rank, with the spread by chance subtracted.
+  PlaneThickness thickness(double noise_limit_m) const {
+    if (planes_ == 0) return {0.0, 0.0, noise_limit_m};
+    const double median_m = of_rank(planes_ / 2);
+    const double low_m = of_rank(static_cast<std::int64_t>(kLowShare * static_cast<double>(planes_)));
+    return {median_m, below(median_m, low_m), noise_limit_m};
+  }
+
+ private:
+  double of_rank(std::int64_t rank) const {
+    for (std::size_t bin = 0; bin < kThicknessBins; ++bin) {
+      rank -= counts_[bin];
+      if (rank < 0) return middle_of_bin_m(bin);
+    }
+    return 0.0;
+  }
+
+  /// `low_m`, moved towards `high_m` by what chance explains of their distance: each plane has few points.
+  double below(double high_m, double low_m) const {
+    if (!(low_m > 0.0)) return low_m;
+    const double chance = 1e-6 * static_cast<double>(chance_millionths_) / static_cast<double>(planes_);
+    const double uneven = std::max(0.0, std::pow(std::log(high_m / low_m), 2) - chance);
+    return high_m * std::exp(-std::sqrt(uneven));
+  }
+
+  std::vector<std::int64_t> counts_ = std::vector<std::int64_t>(kThicknessBins, 0);
+  std::int64_t planes_ = 0;
+  std::int64_t chance_millionths_ = 0;
+};
+
+/// Whether a voxel holds a plane by the limits that do not depend on the map's other planes.
+bool allowed_alone(const VoxelPlane& voxel, const PlaneFitOptions& fit, double noise_limit_m) {
+  return voxel.is_flat != 0 &&
+         (static_cast<double>(voxel.plane.thickness) <= noise_limit_m || within_limits(voxel.plane, fit));
+}
+
 }  // namespace
 
 double PlaneThickness::log_spread() const {
   return low_m > 0.0 ? std::log(median_m / low_m) : 0.0;
-}
-
-ThicknessCounts::ThicknessCounts() : counts_(kThicknessBins, 0) {}
-
-void ThicknessCounts::add(const Plane& plane) {
-  ++counts_[thickness_bin(plane.thickness)];
-  ++planes_;
-  // The logarithm of a standard deviation with n − 3 degrees of freedom has a variance of 1 / (2 (n − 3)).
-  chance_millionths_ += std::llround(0.5e6 / std::max(1.0, static_cast<double>(plane.count) - 3.0));
-}
-
-double ThicknessCounts::of_rank(std::int64_t rank) const {
-  for (std::size_t bin = 0; bin < kThicknessBins; ++bin) {
-    rank -= counts_[bin];
-    if (rank < 0) return middle_of_bin_m(bin);
-  }
-  return 0.0;
-}
-
-/// `low_m`, moved towards `high_m` by what chance explains of their distance: each plane has few points.
-double ThicknessCounts::below(double high_m, double low_m) const {
-  if (!(low_m > 0.0)) return low_m;
-  const double chance = 1e-6 * static_cast<double>(chance_millionths_) / static_cast<double>(planes_);
-  const double uneven = std::max(0.0, std::pow(std::log(high_m / low_m), 2) - chance);
-  return high_m * std::exp(-std::sqrt(uneven));
-}
-
-double ThicknessCounts::noise_limit_m() const {
-  const std::size_t mode = most_frequent_bin(counts_);
-  if (mode == 0) return 0.0;
-  std::int64_t thinner = 0;
-  for (std::size_t bin = 0; bin <= mode; ++bin) thinner += counts_[bin];
-  const double mode_m = middle_of_bin_m(mode);
-  const auto low_rank = static_cast<std::int64_t>(2.0 * kLowShare * static_cast<double>(thinner));
-  const double log_spread = std::log(mode_m / below(mode_m, of_rank(low_rank)));
-  return mode_m * std::clamp(std::exp(kStandardDeviations * log_spread), kLeastOverMode, kMostOverMode);
-}
-
-PlaneThickness ThicknessCounts::thickness(double noise_limit_m) const {
-  if (planes_ == 0) return {0.0, 0.0, noise_limit_m};
-  const double median_m = of_rank(planes_ / 2);
-  const double low_m = of_rank(static_cast<std::int64_t>(kLowShare * static_cast<double>(planes_)));
-  return {median_m, below(median_m, low_m), noise_limit_m};
 }
 
 PlaneLimits::PlaneLimits(const PlaneThickness& thickness, const PlaneMapOptions& options)
@@ -112,9 +131,7 @@ PlaneLimits::PlaneLimits(const PlaneThickness& thickness, const PlaneMapOptions&
 }
 
 bool PlaneLimits::allow(const VoxelPlane& voxel) const {
-  if (voxel.is_flat == 0) return false;
-  const auto thickness_m = static_cast<double>(voxel.plane.thickness);
-  return thickness_m <= relative_limit_m_ && (thickness_m <= noise_limit_m_ || within_limits(voxel.plane, fit_));
+  return static_cast<double>(voxel.plane.thickness) <= relative_limit_m_ && allowed_alone(voxel, fit_, noise_limit_m_);
 }
 
 PlaneThickness thickness_of(const std::function<void(const VoxelPlaneVisitor&)>& for_each,
@@ -123,15 +140,12 @@ PlaneThickness thickness_of(const std::function<void(const VoxelPlaneVisitor&)>&
   for_each([&flat](const VoxelPlane& voxel) {
     if (voxel.is_flat != 0) flat.add(voxel.plane);
   });
-  PlaneMapOptions without_relative = options;
-  without_relative.max_thickness_over_median = 0.0;
-  const PlaneThickness noise{0.0, 0.0, flat.noise_limit_m()};
-  const PlaneLimits limits(noise, without_relative);
+  const double noise_limit_m = flat.noise_limit_m();
   ThicknessCounts planes;
   for_each([&](const VoxelPlane& voxel) {
-    if (limits.allow(voxel)) planes.add(voxel.plane);
+    if (allowed_alone(voxel, options.fit, noise_limit_m)) planes.add(voxel.plane);
   });
-  return planes.thickness(noise.noise_limit_m);
+  return planes.thickness(noise_limit_m);
 }
 
 Plane with_shared_thickness(Plane plane, const PlaneThickness& thickness) {

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <vector>
 
 #include "core/lidar/voxel_planes.h"
 
@@ -19,29 +17,6 @@ struct PlaneThickness {
   double log_spread() const;
 };
 
-/// Counts the thickness of planes in bins of 0.8 % or less. Sums of integers do not depend on the order.
-class ThicknessCounts {
- public:
-  ThicknessCounts();
-
-  void add(const Plane& plane);
-
-  /// Largest thickness, m, that the noise of most planes explains: the most frequent thickness times three standard
-  /// deviations of the thickness below it, between 1.3 and 2 times. 0 without planes.
-  double noise_limit_m() const;
-
-  /// Median and lower rank, with the spread by chance subtracted.
-  PlaneThickness thickness(double noise_limit_m) const;
-
- private:
-  double of_rank(std::int64_t rank) const;
-  double below(double high_m, double low_m) const;
-
-  std::vector<std::int64_t> counts_;
-  std::int64_t planes_ = 0;
-  std::int64_t chance_millionths_ = 0;
-};
-
 /// Which planes count. Two limits are fixed: `fit.max_thickness_m` and `fit.max_thickness_ratio`. A plane that exceeds
 /// one of them counts if the map's noise explains it. A third limit is relative to the map: where floor meets wall, a
 /// voxel may contain a strip of the other surface that is too thin to be rejected by itself. Such a plane is three
@@ -51,9 +26,6 @@ class PlaneLimits {
   PlaneLimits(const PlaneThickness& thickness, const PlaneMapOptions& options);
 
   bool allow(const VoxelPlane& voxel) const;
-
-  /// Largest accepted thickness relative to the map's planes, m.
-  double relative_limit_m() const { return relative_limit_m_; }
 
  private:
   PlaneFitOptions fit_;
