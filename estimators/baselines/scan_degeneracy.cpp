@@ -10,6 +10,7 @@
 #include "core/lidar/deskew.h"
 #include "core/lidar/scan_sampling.h"
 #include "core/lidar/voxel_planes.h"
+#include "core/observability/single_scan.h"
 
 namespace lodestone {
 
@@ -35,6 +36,17 @@ std::vector<Correspondence> correspondences_of(const EstimatorInput& input, cons
                    options.association, {});
 }
 
+struct ScanCost {
+  CondensedCost cost;  // zero without points, or at a pose that is not finite or far from any map
+  Pose T_map_imu;      // of accumulation
+};
+
+ScanCost cost_of(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate) {
+  const std::vector<Correspondence> correspondences = correspondences_of(input, bundle, estimate);
+  if (correspondences.empty()) return {};
+  return {condense(correspondences, estimate.state.T_map_imu), estimate.state.T_map_imu};
+}
+
 }  // namespace
 
 bool has_voxels_around(const PlaneMapSource& planes, const Vector3& position) {
@@ -42,19 +54,18 @@ bool has_voxels_around(const PlaneMapSource& planes, const Vector3& position) {
 }
 
 Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate) {
-  const Pose& pose = estimate.state.T_map_imu;
-  const std::vector<Correspondence> correspondences = correspondences_of(input, bundle, estimate);
-  if (correspondences.empty()) return analyse_by_sigma(Matrix6::Zero(), 1.0, {});
-  const CondensedCost cost = condense(correspondences, pose);
-  return analyse_by_sigma(cost.hessian(pose) - kNormalNoiseMargin * cost.spurious_information,
-                          std::max(cost.range_rms_m, 1.0), {});
+  const ScanCost scan = cost_of(input, bundle, estimate);
+  return analyse_scan(scan.cost, scan.T_map_imu, {});
 }
 
 void set_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, Estimate& estimate) {
   if (input.planes == nullptr) return;
-  const Degeneracy found = scan_degeneracy(input, bundle, estimate);
-  estimate.diagnostics.direction_sigma_m = found.sigma_m;
-  estimate.diagnostics.degenerate_directions = found.degenerate_directions;
+  const ScanCost scan = cost_of(input, bundle, estimate);
+  const Degeneracy found = analyse_scan(scan.cost, scan.T_map_imu, {});
+  Diagnostics& diagnostics = estimate.diagnostics;
+  diagnostics.direction_sigma_m = found.sigma_m;
+  diagnostics.degenerate_directions = found.degenerate_directions;
+  diagnostics.unobserved_directions = unobserved_directions(scan.cost, scan.T_map_imu);
 }
 
 }  // namespace lodestone

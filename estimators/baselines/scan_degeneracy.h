@@ -15,7 +15,7 @@ bool has_voxels_around(const PlaneMapSource& planes, const Vector3& position);
 /// is not finite or far beyond any map, nothing is observed. The input must have a cloud map.
 Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate);
 
-/// Writes the same to the estimate's diagnostics.
+/// Writes the same, and how many directions the scan does not observe at all, to the estimate's diagnostics.
 void set_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, Estimate& estimate);
 
 }  // namespace lodestone

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace lodestone {
 
@@ -16,7 +17,9 @@ constexpr double kScanContradicts = 0.25;  // fit of scans
 constexpr double kScanUnclear = 0.4;
 constexpr double kStation_m = 1.0;
 constexpr std::size_t kStations = 5;
-constexpr double kFieldFits = 4.0;  // sum of the odds of stations
+const double kNothingFits = kFieldTrust * std::log(kStaleShare);  // odds of a station where the map has changed
+constexpr double kFieldFits = 0.4;          // mean odds of the stations over kNothingFits: below, readings fit
+constexpr double kFieldContradicts = 0.95;  // above, they do not
 constexpr double kFieldMemory_s = 3.0;
 constexpr double kLeastFieldWeight = 0.5;  // below, more than half of the readings contradict the map
 constexpr double kMostlyAlone = 0.5;
@@ -79,7 +82,7 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
 Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s) {
   const Diagnostics& diagnostics = causal.diagnostics;
   const bool wheels = diagnostics.wheel_weight >= 0.0;
-  const bool by_scans = has_scans_ && !bundle.scan.points.empty() && diagnostics.degenerate_directions == 0;
+  const bool by_scans = has_scans_ && !bundle.scan.points.empty() && diagnostics.unobserved_directions == 0;
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
   unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
   unmeasured_s_ = observed ? 0.0 : unmeasured_s_ + (bundle.imu_gap_s > kImuGap_s ? step_s : 0.0);
@@ -136,18 +139,27 @@ bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& 
   if (causal.diagnostics.magnetic_samples == 0) return false;
   const double gain = 1.0 - std::exp(-step_s / kFieldMemory_s);
   field_weight_ += gain * (causal.diagnostics.magnetic_weight - field_weight_);
-  const bool alone = causal.diagnostics.correspondences == 0 || causal.diagnostics.degenerate_directions > 0;
+  const bool alone = causal.diagnostics.correspondences == 0 || causal.diagnostics.unobserved_directions > 0;
   field_alone_ += gain * ((alone ? 1.0 : 0.0) - field_alone_);
-  return causal.diagnostics.magnetic_weight < kLeastFieldWeight;
+  return causal.diagnostics.magnetic_weight < kLeastFieldWeight || stations_contradict();
+}
+
+/// A filter that pulls each array sample to its own prediction finds them all in agreement, so its weights say nothing.
+bool HealthMonitor::stations_contradict() const {
+  return stations_.size() == kStations && sum_of_odds() < kFieldContradicts * kStations * kNothingFits;
+}
+
+double HealthMonitor::sum_of_odds() const {
+  return std::accumulate(stations_.begin(), stations_.end(), 0.0,
+                         [](double sum, const Station& station) { return sum + station.field_odds; });
 }
 
 Verdict HealthMonitor::judge_evidence() const {
-  const bool field_contradicts = field_weight_ < kLeastFieldWeight;
+  const bool field_contradicts = field_weight_ < kLeastFieldWeight || stations_contradict();
   if (scan_fit_ && *scan_fit_ < kScanContradicts) {
-    double field_odds = 0.0;
-    for (const Station& station : stations_) field_odds += station.field_odds;
-    return {field_odds > kFieldFits && !field_contradicts ? Health::uncertain : Health::lost,
-            HealthReason::scan_off_map};
+    const double unvisited = static_cast<double>(kStations - stations_.size());  // count as contradictions
+    const bool field_fits = sum_of_odds() + unvisited * kNothingFits > kFieldFits * kStations * kNothingFits;
+    return {field_fits && !field_contradicts ? Health::uncertain : Health::lost, HealthReason::scan_off_map};
   }
   if (field_contradicts) {
     return {field_alone_ > kMostlyAlone ? Health::lost : Health::uncertain, HealthReason::field_off_map};

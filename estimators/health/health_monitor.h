@@ -40,6 +40,8 @@ class HealthMonitor {
   void record(Time time, const Verdict& by_evidence);
   Verdict judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s);
   Verdict judge_evidence() const;
+  bool stations_contradict() const;
+  double sum_of_odds() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
   struct Station {

@@ -9,6 +9,7 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/observability/robust_weight.h"
+#include "core/observability/single_scan.h"
 #include "core/stopwatch.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/ieskf/magnetic_poses.h"
@@ -80,6 +81,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
                                      scan.lidars, association_, scan.ages_s);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
+    estimate.diagnostics.unobserved_directions = unobserved_directions(scan.cost, scan.predicted);
   }
   Diagnostics& diagnostics = estimate.diagnostics;
   diagnostics.direction_sigma_m = degeneracy.sigma_m;
@@ -113,8 +115,7 @@ Degeneracy IteratedFilter::analyse(const Scan& scan) const {
       break;
   }
   // A filter has no window: the information of the single scan is used, here and above.
-  return analyse_by_sigma(scan.cost.hessian(scan.predicted) - kNormalNoiseMargin * scan.cost.spurious_information,
-                          std::max(scan.cost.range_rms_m, 1.0), options);
+  return analyse_scan(scan.cost, scan.predicted, options);
 }
 
 void IteratedFilter::update_by_wheels(const ScanBundle& bundle, Diagnostics& diagnostics) {

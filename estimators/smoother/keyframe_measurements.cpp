@@ -8,6 +8,7 @@
 #include "core/lidar/deskew.h"
 #include "core/lidar/map_error.h"
 #include "core/observability/robust_weight.h"
+#include "core/observability/single_scan.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/layer_height.h"
 #include "estimators/smoother/field_pose.h"
@@ -105,6 +106,7 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
   diagnostics.points = static_cast<int>(points.size());
   diagnostics.correspondences = matched;
+  diagnostics.unobserved_directions = unobserved_directions(keyframe.lidar.cost, keyframe.associated);
   diagnostics.lidar_nis = normalized_residuals(keyframe.correspondences, keyframe.associated);
   diagnostics.inlier_share = points.empty() ? 0.0 : static_cast<double>(matched) / static_cast<double>(points.size());
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/lidar/plane_map.h"
+#include "tests/estimators/room.h"
 
 namespace lodestone {
 namespace {
@@ -69,12 +70,12 @@ std::vector<Eigen::Vector3f> room() {
 class MonitorOfReadings : public ::testing::Test {
  protected:
   /// The next scan of an estimate with a small covariance.
-  Estimate step(HealthMonitor& monitor, int samples, double weight, int degenerate_directions = 0) {
+  Estimate step(HealthMonitor& monitor, int samples, double weight, int unobserved_directions = 0) {
     Estimate estimate = with_sigma(0.01);
     estimate.time = from_seconds(kStep_s * ++steps_);
     estimate.diagnostics.magnetic_samples = samples;
     estimate.diagnostics.magnetic_weight = weight;
-    estimate.diagnostics.degenerate_directions = degenerate_directions;
+    estimate.diagnostics.unobserved_directions = unobserved_directions;
     estimate.diagnostics.correspondences = correspondences_;
     ScanBundle bundle;
     bundle.scan.end = estimate.time;
@@ -149,7 +150,7 @@ TEST_F(MonitorOfReadings, ADirectionThatReadingsOrAGrowingCovarianceCoverIsNotUn
   for (int i = 1; i <= 100; ++i) {
     Estimate estimate = with_sigma(0.003 * i);  // 0.3 m after 10 s; dead reckoning says 1 m
     estimate.time = from_seconds(kStep_s * i);
-    estimate.diagnostics.degenerate_directions = 1;
+    estimate.diagnostics.unobserved_directions = 1;
     ScanBundle bundle;
     bundle.scan.end = estimate.time;
     honest.judge(bundle, estimate);
@@ -193,6 +194,53 @@ TEST_F(MonitorOfReadings, IsOnlyUncertainWhereLidarObservesEveryDirection) {
   EXPECT_EQ(step(monitor, 4, 0.1, 0).reason, HealthReason::field_off_map);
   for (int i = 0; i < 25; ++i) step(monitor, 4, 0.1, 1);
   EXPECT_EQ(step(monitor, 4, 0.1, 1).health, Health::lost);
+}
+
+/// The room's field map, moved by `offset_m`.
+std::shared_ptr<const MagneticMap> moved_field(const MagneticMap& field, const Eigen::Vector2d& offset_m) {
+  FieldGrid grid = field.grid();
+  grid.origin += offset_m;
+  return std::make_shared<MagneticMap>(grid, field.nodes(), field.max_sigma_ut());
+}
+
+/// Verdicts on the true poses of a drive of which the magnetic map is `offset_m` off.
+std::vector<Verdict> verdicts_with_field_at(const Eigen::Vector2d& offset_m, int unobserved_directions) {
+  static const testing::RoomDrive drive = testing::drive_through_room(3, 9.0);
+  EstimatorInput input = drive.room.input;
+  input.field = moved_field(*input.field, offset_m);
+  HealthMonitor monitor(input);
+  std::vector<Verdict> verdicts;
+  for (const ScanBundle& bundle : drive.bundles) {
+    Estimate estimate = with_sigma(0.01);
+    estimate.time = bundle.scan.end;
+    estimate.state.T_map_imu = *interpolate(drive.truth, bundle.scan.end, 20'000'000);
+    const Pose before = *interpolate(drive.truth, bundle.scan.start, 20'000'000);
+    estimate.state.velocity =
+        (estimate.state.T_map_imu.position - before.position) / to_seconds(bundle.scan.end - bundle.scan.start);
+    estimate.diagnostics.correspondences = 1000;
+    estimate.diagnostics.unobserved_directions = unobserved_directions;
+    estimate.diagnostics.magnetic_samples = 4;
+    estimate.diagnostics.magnetic_weight = 1.0;  // of a filter that finds its own prediction in each sample
+    monitor.judge(bundle, estimate);
+    verdicts.push_back({estimate.health, estimate.reason});
+  }
+  return verdicts;
+}
+
+TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeights) {
+  for (const int unobserved : {0, 1}) {
+    for (const Verdict& verdict : verdicts_with_field_at({0.0, 0.0}, unobserved)) {
+      EXPECT_EQ(verdict.health, Health::good);
+    }
+  }
+  for (const Eigen::Vector2d& offset_m : {Eigen::Vector2d{1.0, 0.0}, Eigen::Vector2d{0.0, -1.5}}) {
+    const std::vector<Verdict> alone = verdicts_with_field_at(offset_m, 1);
+    EXPECT_EQ(alone.back().health, Health::lost);
+    EXPECT_EQ(alone.back().reason, HealthReason::field_off_map);
+    EXPECT_EQ(alone[alone.size() / 4].health, Health::good);  // two metres say too little
+    // Where LiDAR observes every direction, the map may have changed.
+    EXPECT_EQ(verdicts_with_field_at(offset_m, 0).back().health, Health::uncertain);
+  }
 }
 
 Pose in_room(double x, double y, double yaw_rad) {
