@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Runs a night and an experiment through a real Slurm on this machine: a controller and two nodes. Four logs (or LOGS),
-# one of them empty; a job is killed while it runs and must be done again. Not part of the test suite: installs and
-# starts daemons, requires root.
+# Runs a night and an experiment through a real Slurm on this machine: a controller and two nodes. Four logs (or LOGS)
+# of 20 s (or SECONDS), one of them empty; a job is killed while it runs and must be done again. Not part of the test
+# suite: installs and starts daemons, requires root.
 #
-#   tests/fleet/slurm.sh build/release/bin/lodestone /tmp/night [LOGS]
+#   tests/fleet/slurm.sh build/release/bin/lodestone /tmp/night [LOGS [SECONDS]]
 set -euo pipefail
 program=$(realpath "$1")
 mkdir -p "$2"
 work=$(realpath "$2")
 logs=${3:-4}
+length_s=${4:-20}
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 
 "$root/tools/setup.sh" snakemake slurmctld slurmd slurm-client munge jq >/dev/null
@@ -54,7 +55,7 @@ done
 sinfo
 
 drive=$work/drive
-"$program" simulate "$root/config/worlds/tunnel.yaml" --out "$drive" --duration 20 --only log,cloud --quiet \
+"$program" simulate "$root/config/worlds/tunnel.yaml" --out "$drive" --duration "$length_s" --only log,cloud --quiet \
   --set sensors.lidar.rows=16 --set sensors.lidar.columns=512 >/dev/null
 "$program" map magnetic "$drive/log.bag" --trajectory "$drive/truth.tum" --platform "$drive/platform.yaml" \
   --out "$drive/field.yaml" --quiet >/dev/null
@@ -78,14 +79,14 @@ night=$!
 killed=
 while kill -0 "$night" 2>/dev/null; do
   if [[ -z $killed ]]; then
-    killed=$(squeue -h -t running -n lodestone.run -o %i | head -1)
+    killed=$(squeue -h -t running -n lodestone.GROUP -o %i | head -1)
     [[ -n $killed ]] && sleep 1 && scancel --signal=KILL --full "$killed" && echo "killed job $killed"
   fi
   sleep 0.5
 done
 wait "$night" || { tail -30 snakemake.log; exit 1; }
 steps_s=$(jq -s 'map(.seconds) | add' night/drives/*/*.json)
-echo "a night of $logs logs took $SECONDS s; its steps took $steps_s s on 2 nodes"
+echo "a night of $logs logs of $length_s s took $SECONDS s; its steps took $steps_s s on 2 nodes"
 cat night/drives.csv
 [[ -n $killed ]] || { echo "no job was killed" >&2; exit 1; }
 expect() {
