@@ -23,6 +23,7 @@ constexpr double kFieldContradicts = 0.95;  // above, they do not
 constexpr double kFieldMemory_s = 3.0;
 constexpr double kLeastFieldWeight = 0.5;  // below, more than half of the readings contradict the map
 constexpr double kMostlyAlone = 0.5;
+constexpr double kMostlyUnaware = 0.5;
 constexpr double kDeadReckoning_m_s2 = 0.02;
 constexpr double kUnmeasured_m_s2 = 1.0;  // acceleration of a robot without IMU
 constexpr double kImuGap_s = 0.1;
@@ -104,6 +105,7 @@ void HealthMonitor::restart() {
   stations_.clear();
   field_weight_ = 1.0;
   field_alone_ = 0.0;
+  unaware_ = 0.0;
   unobserved_s_ = 0.0;
   unmeasured_s_ = 0.0;
   last_ = 0;
@@ -141,12 +143,16 @@ bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& 
   field_weight_ += gain * (causal.diagnostics.magnetic_weight - field_weight_);
   const bool alone = causal.diagnostics.correspondences == 0 || causal.diagnostics.unobserved_directions > 0;
   field_alone_ += gain * ((alone ? 1.0 : 0.0) - field_alone_);
+  const bool unaware = causal.diagnostics.unobserved_directions > 0 && causal.diagnostics.degenerate_directions == 0;
+  unaware_ += gain * ((unaware ? 1.0 : 0.0) - unaware_);
   return causal.diagnostics.magnetic_weight < kLeastFieldWeight || stations_contradict();
 }
 
-/// A filter that pulls each array sample to its own prediction finds them all in agreement, so its weights say nothing.
+/// An estimator that takes noise for information along an unobserved direction weighs its readings by a wrong
+/// covariance. Where it does not, its weights say more: the odds know nothing of a magnetometer that it has set aside.
 bool HealthMonitor::stations_contradict() const {
-  return stations_.size() == kStations && sum_of_odds() < kFieldContradicts * kStations * kNothingFits;
+  return unaware_ > kMostlyUnaware && stations_.size() == kStations &&
+         sum_of_odds() < kFieldContradicts * kStations * kNothingFits;
 }
 
 double HealthMonitor::sum_of_odds() const {

@@ -55,6 +55,7 @@ class HealthMonitor {
   std::deque<Station> stations_;
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
   double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
+  double unaware_ = 0.0;       // share in which the estimator believes a scan where it observes nothing
   double unobserved_s_ = 0.0;  // since all directions were last observed
   double unmeasured_s_ = 0.0;  // of these, without IMU
   Time last_ = 0;
