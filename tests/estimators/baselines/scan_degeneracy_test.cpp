@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "tests/estimators/drive.h"
 #include "tests/estimators/room.h"
@@ -56,6 +57,30 @@ TEST(ScanDegeneracy, IsInTheDiagnosticsOfABaseline) {
   const Drive& drive = shared_drive();
   const Collector result = run("continuous-time", drive.input(), drive.bundles, 20);
   for (const Estimate& estimate : result.causal_estimates) EXPECT_EQ(estimate.diagnostics.degenerate_directions, 1);
+}
+
+// Health compares what the scan observes with what the estimator believes, whatever rule it masks by.
+TEST(ScanDegeneracy, WhatAScanObservesDoesNotDependOnTheRuleOfTheEstimator) {
+  const Drive& drive = shared_drive();
+  for (const char* name : {"ieskf", "smoother", "continuous-time"}) {
+    EstimatorInput input = drive.input();
+    input.options.ieskf.degeneracy.paper_threshold = 1e-9;
+    input.options.degeneracy.rule = DegeneracyRule::none;
+    const Collector result = run(name, input, drive.bundles, 10);
+    ASSERT_FALSE(result.causal_estimates.empty());
+    for (const Estimate& estimate : result.causal_estimates) {
+      EXPECT_EQ(estimate.diagnostics.unobserved_directions, 1) << name;
+      if (name != std::string("continuous-time")) {
+        EXPECT_EQ(estimate.diagnostics.degenerate_directions, 0) << name;
+      }
+    }
+  }
+  const RoomDrive room = drive_through_room(3, 1.0);
+  for (const char* name : {"ieskf", "smoother", "ndt"}) {
+    for (const Estimate& estimate : run(name, room.room.input, room.bundles).causal_estimates) {
+      EXPECT_EQ(estimate.diagnostics.unobserved_directions, 0) << name;
+    }
+  }
 }
 
 }  // namespace
