@@ -76,7 +76,7 @@ TEST(ScanDegeneracy, WhatAScanObservesDoesNotDependOnTheRuleOfTheEstimator) {
     }
   }
   const RoomDrive room = drive_through_room(3, 1.0);
-  for (const char* name : {"ieskf", "smoother", "ndt"}) {
+  for (const char* name : {"ieskf", "smoother", "continuous-time"}) {
     for (const Estimate& estimate : run(name, room.room.input, room.bundles).causal_estimates) {
       EXPECT_EQ(estimate.diagnostics.unobserved_directions, 0) << name;
     }
