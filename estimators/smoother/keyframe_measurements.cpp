@@ -213,6 +213,7 @@ KeyframeField KeyframeMeasurements::weigh(Keyframe& keyframe, const NavState& st
   };
   if (options.magnetic.measurement == MagneticMeasurement::pose) {
     std::vector<std::vector<FieldReading>> samples;
+    samples.reserve(arrays.size());
     for (const ArrayReading& array : arrays) samples.push_back(weighed({&array, 1}));
     result.pose = field_pose(samples, keyframe.predicted, keyframe.predicted_covariance, *input_.field,
                              options.magnetic.interpolation, kUnseenGain);
