@@ -15,10 +15,8 @@ Degeneracy analyse_scan(const CondensedCost& cost, const Pose& T_map_imu, const 
                           std::max(cost.range_rms_m, 1.0), options);
 }
 
-int unobserved_directions(const CondensedCost& cost, const Pose& T_map_imu) {
-  DegeneracyOptions options;
-  options.max_sigma_m = kUnobserved_m;
-  return analyse_scan(cost, T_map_imu, options).degenerate_directions;
+int unobserved_directions(const Degeneracy& by_scan) {
+  return static_cast<int>((by_scan.sigma_m.array() > kUnobserved_m).count());
 }
 
 }  // namespace lodestone

@@ -10,8 +10,9 @@ namespace lodestone {
 /// has information.
 Degeneracy analyse_scan(const CondensedCost& cost, const Pose& T_map_imu, const DegeneracyOptions& options);
 
-/// Number of directions that the scan alone knows worse than 0.1 m. Unlike the rules of the estimators, it does not ask
-/// where LiDAR is accurate, but where it holds the robot at all (docs/design/050-health.md).
-int unobserved_directions(const CondensedCost& cost, const Pose& T_map_imu);
+/// Number of directions that are known worse than 0.1 m, by the analysis of one scan alone. Unlike the rules of the
+/// estimators, it does not ask where LiDAR is accurate, but where it holds the robot at all
+/// (docs/design/050-health.md).
+int unobserved_directions(const Degeneracy& by_scan);
 
 }  // namespace lodestone

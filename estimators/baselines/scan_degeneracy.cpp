@@ -36,17 +36,6 @@ std::vector<Correspondence> correspondences_of(const EstimatorInput& input, cons
                    options.association, {});
 }
 
-struct ScanCost {
-  CondensedCost cost;  // zero without points, or at a pose that is not finite or far from any map
-  Pose T_map_imu;      // of accumulation
-};
-
-ScanCost cost_of(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate) {
-  const std::vector<Correspondence> correspondences = correspondences_of(input, bundle, estimate);
-  if (correspondences.empty()) return {};
-  return {condense(correspondences, estimate.state.T_map_imu), estimate.state.T_map_imu};
-}
-
 }  // namespace
 
 bool has_voxels_around(const PlaneMapSource& planes, const Vector3& position) {
@@ -54,18 +43,19 @@ bool has_voxels_around(const PlaneMapSource& planes, const Vector3& position) {
 }
 
 Degeneracy scan_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, const Estimate& estimate) {
-  const ScanCost scan = cost_of(input, bundle, estimate);
-  return analyse_scan(scan.cost, scan.T_map_imu, {});
+  const std::vector<Correspondence> correspondences = correspondences_of(input, bundle, estimate);
+  if (correspondences.empty()) return analyse_scan({}, {}, {});  // the pose may not be finite
+  const Pose& pose = estimate.state.T_map_imu;
+  return analyse_scan(condense(correspondences, pose), pose, {});
 }
 
 void set_degeneracy(const EstimatorInput& input, const ScanBundle& bundle, Estimate& estimate) {
   if (input.planes == nullptr) return;
-  const ScanCost scan = cost_of(input, bundle, estimate);
-  const Degeneracy found = analyse_scan(scan.cost, scan.T_map_imu, {});
+  const Degeneracy found = scan_degeneracy(input, bundle, estimate);
   Diagnostics& diagnostics = estimate.diagnostics;
   diagnostics.direction_sigma_m = found.sigma_m;
   diagnostics.degenerate_directions = found.degenerate_directions;
-  diagnostics.unobserved_directions = unobserved_directions(scan.cost, scan.T_map_imu);
+  diagnostics.unobserved_directions = unobserved_directions(found);
 }
 
 }  // namespace lodestone

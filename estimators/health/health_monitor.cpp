@@ -22,8 +22,7 @@ constexpr double kFieldFits = 0.4;          // mean odds of the stations over kN
 constexpr double kFieldContradicts = 0.95;  // above, they do not
 constexpr double kFieldMemory_s = 3.0;
 constexpr double kLeastFieldWeight = 0.5;  // below, more than half of the readings contradict the map
-constexpr double kMostlyAlone = 0.5;
-constexpr double kMostlyUnaware = 0.5;
+constexpr double kMostly = 0.5;
 constexpr double kDeadReckoning_m_s2 = 0.02;
 constexpr double kUnmeasured_m_s2 = 1.0;  // acceleration of a robot without IMU
 constexpr double kImuGap_s = 0.1;
@@ -151,7 +150,7 @@ bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& 
 /// An estimator that takes noise for information along an unobserved direction weighs its readings by a wrong
 /// covariance. Where it does not, its weights say more: the odds know nothing of a magnetometer that it has set aside.
 bool HealthMonitor::stations_contradict() const {
-  return unaware_ > kMostlyUnaware && stations_.size() == kStations &&
+  return unaware_ > kMostly && stations_.size() == kStations &&
          sum_of_odds() < kFieldContradicts * kStations * kNothingFits;
 }
 
@@ -168,7 +167,7 @@ Verdict HealthMonitor::judge_evidence() const {
     return {field_fits && !field_contradicts ? Health::uncertain : Health::lost, HealthReason::scan_off_map};
   }
   if (field_contradicts) {
-    return {field_alone_ > kMostlyAlone ? Health::lost : Health::uncertain, HealthReason::field_off_map};
+    return {field_alone_ > kMostly ? Health::lost : Health::uncertain, HealthReason::field_off_map};
   }
   if (scan_fit_ && *scan_fit_ < kScanUnclear) return {Health::uncertain, HealthReason::scan_off_map};
   return {};

@@ -81,7 +81,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
                                      scan.lidars, association_, scan.ages_s);
     scan.cost = condense(scan.correspondences, scan.predicted);
     degeneracy = analyse(scan);
-    estimate.diagnostics.unobserved_directions = unobserved_directions(scan.cost, scan.predicted);
+    estimate.diagnostics.unobserved_directions = unobserved_directions(analyse_scan(scan.cost, scan.predicted, {}));
   }
   Diagnostics& diagnostics = estimate.diagnostics;
   diagnostics.direction_sigma_m = degeneracy.sigma_m;

@@ -106,7 +106,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   Diagnostics& diagnostics = keyframe.estimate.diagnostics;
   diagnostics.points = static_cast<int>(points.size());
   diagnostics.correspondences = matched;
-  diagnostics.unobserved_directions = unobserved_directions(keyframe.lidar.cost, keyframe.associated);
+  diagnostics.unobserved_directions = unobserved_directions(
+      analyse_by_sigma(keyframe.lidar_information, std::max(keyframe.lidar.cost.range_rms_m, 1.0), {}));
   diagnostics.lidar_nis = normalized_residuals(keyframe.correspondences, keyframe.associated);
   diagnostics.inlier_share = points.empty() ? 0.0 : static_cast<double>(matched) / static_cast<double>(points.size());
 }
