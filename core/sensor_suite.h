@@ -53,11 +53,12 @@ struct WheelModel {
   double lateral_sigma_m_s = 0.05;  ///< of the lateral and vertical velocity between two scans, if `none`
 };
 
-/// Uncertainty of T_imu_lidar and of the LiDAR's clock.
+/// Uncertainty of T_imu_lidar, of the LiDAR's clock and of the cloud map.
 struct LidarCalibrationSigmas {
-  double translation_sigma_m = 0.010;  ///< of T_imu_lidar, each axis
-  double rotation_sigma_deg = 0.3;     ///< of T_imu_lidar, each axis
-  double clock_sigma_s = 0.003;        ///< of the LiDAR's stamps relative to the IMU's: one constant offset
+  double translation_sigma_m = 0.010;       ///< of T_imu_lidar, each axis
+  double rotation_sigma_deg = 0.3;          ///< of T_imu_lidar, each axis
+  double clock_sigma_s = 0.003;             ///< of the LiDAR's stamps relative to the IMU's: one constant offset
+  double map_displacement_sigma_m = 0.020;  ///< of the cloud map, each axis, over tens of metres: bends of its survey
 };
 
 /// Uncertainty of each magnetometer's calibration and of the array's clock.
@@ -94,7 +95,7 @@ struct CalibrationSigmas {
 
 /// A calibration without errors.
 constexpr CalibrationSigmas exact_calibration() {
-  return {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
+  return {{0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
 }
 
 /// The sensors of a robot, for the estimators. Topics and message layouts belong to the reader.

@@ -8,9 +8,15 @@
 namespace lodestone {
 
 /// Estimates the variance of repeated errors of the cloud map from the log, by comparing scans that are some metres
-/// apart (compare_map_errors, docs/design/042-repeated-map-error.md).
+/// apart (compare_map_errors, docs/design/042-repeated-map-error.md), and from what the user states.
 class RepeatedMapError {
  public:
+  /// `stated_sigma_m`: of the map's displacement over tens of metres, each axis, as the user states it.
+  explicit RepeatedMapError(double stated_sigma_m) {
+    stated_m2_[kStatedPart] = stated_sigma_m * stated_sigma_m;
+    variances_m2_ = stated_m2_;
+  }
+
   /// Whether a scan at `position` (map) is far enough from the last one.
   bool takes(const Vector3& position) const {
     return kept_.empty() || (kept_.back().position - position).norm() >= kStep_m;
@@ -23,7 +29,7 @@ class RepeatedMapError {
       if (const auto found = compare_map_errors(kept_.front().error, error)) {
         ++pairs_;
         moments_.approach(*found, std::max(1.0 / kMemory, 1.0 / pairs_));
-        variances_m2_ = widened(moments_.variances_m2(), error);
+        variances_m2_ = smooth_variances_m2(error);
       }
     }
     kept_.push_back({position, std::move(error)});
@@ -36,18 +42,21 @@ class RepeatedMapError {
   const MapErrorVariances& variances_m2() const { return variances_m2_; }
 
  private:
-  /// The smooth parts' variances are estimated from few values. An error of variance σ² over an estimate from ν values
-  /// has the mean square ν / (ν − 2). Places 2 ℓ apart count as independent.
-  MapErrorVariances widened(MapErrorVariances variances_m2, const MapError& error) const {
-    constexpr double kFewest = 3.0;
-    double weighed_m = 0.0;
-    for (int part = 1; part < kMapErrorParts; ++part) weighed_m += variances_m2[part] * map_error_length_m(part);
-    if (!(weighed_m > 0.0)) return variances_m2;
-    const double length_m = weighed_m / variances_m2.tail<kMapErrorParts - 1>().sum();
-    const double values = degrees_of_freedom(error, variances_m2) * (1.0 + kStep_m * pairs_ / (2.0 * length_m));
-    const double counted = std::max(kFewest, values);
-    variances_m2.tail<kMapErrorParts - 1>() *= counted / (counted - 2.0);
-    return variances_m2;
+  /// The smooth parts' variances are estimated from few values, ν. The stated ones count as ν₀ more (a scaled inverse
+  /// χ² prior), and an error of variance σ² over an estimate from ν values has the mean square ν / (ν − 2). Places 2 ℓ
+  /// apart count as independent.
+  MapErrorVariances smooth_variances_m2(const MapError& error) const {
+    MapErrorVariances found_m2 = moments_.variances_m2();
+    found_m2[0] = 0.0;
+    const MapErrorVariances both_m2 = found_m2 + stated_m2_;
+    if (!(both_m2.sum() > 0.0)) return both_m2;
+    double length_m = 0.0;
+    for (int part = 1; part < kMapErrorParts; ++part) {
+      length_m += both_m2[part] / both_m2.sum() * map_error_length_m(part);
+    }
+    const double way_m = kStep_m * std::min<double>(pairs_, kMemory);
+    const double values = degrees_of_freedom(error, both_m2) * (1.0 + way_m / (2.0 * length_m));
+    return (values * found_m2 + kStatedValues * stated_m2_) / (values + kStatedValues - 2.0);
   }
 
   // Far enough that beams meet other planes, near enough that cubes are the same.
@@ -55,6 +64,9 @@ class RepeatedMapError {
   static constexpr double kStep_m = 0.5;
   static constexpr double kMemory = 400.0;    // number of pairs of the running mean: 200 m
   static constexpr double kAtFirst_m = 0.01;  // before anything is known: a typical survey
+  static constexpr int kStatedPart = 2;       // with ℓ = 20 m
+  // A stated sigma is known to a factor of about 1.5: the relative sigma of a variance from ν₀ values is √(2/ν₀).
+  static constexpr double kStatedValues = 4.0;
 
   struct Kept {
     Vector3 position;
@@ -62,7 +74,8 @@ class RepeatedMapError {
   };
   std::deque<Kept> kept_;
   MapErrorMoments moments_;
-  MapErrorVariances variances_m2_ = MapErrorVariances::Zero();
+  MapErrorVariances stated_m2_ = MapErrorVariances::Zero();
+  MapErrorVariances variances_m2_;
   int pairs_ = 0;
 };
 

@@ -57,6 +57,7 @@ Smoother::Smoother(EstimatorInput input)
     : input_(std::move(input)),
       measurements_(input_),
       relocation_(input_),
+      map_error_(input_.suite.calibration.lidar.map_displacement_sigma_m),
       wheel_watch_(input_.suite.calibration.wheels, input_.warnings) {}
 
 Smoother::~Smoother() = default;

@@ -14,15 +14,21 @@ constexpr double largest_share = 0.5;
 
 /// Calls visit(key, sigma, bound) for each sigma, in the order of the file.
 template <class Sigmas, class Visit>
-void visit_lidar(Sigmas& sigmas, const Visit& visit) {
+void visit_place_and_clock(Sigmas& sigmas, const Visit& visit) {
   visit("translation_sigma_m", sigmas.translation_sigma_m, largest_translation_m);
   visit("rotation_sigma_deg", sigmas.rotation_sigma_deg, largest_rotation_deg);
   visit("clock_sigma_s", sigmas.clock_sigma_s, largest_clock_s);
 }
 
 template <class Sigmas, class Visit>
+void visit_lidar(Sigmas& sigmas, const Visit& visit) {
+  visit_place_and_clock(sigmas, visit);
+  visit("map_displacement_sigma_m", sigmas.map_displacement_sigma_m, largest_translation_m);
+}
+
+template <class Sigmas, class Visit>
 void visit_magnetometers(Sigmas& sigmas, const Visit& visit) {
-  visit_lidar(sigmas, visit);
+  visit_place_and_clock(sigmas, visit);
   visit("offset_sigma_ut", sigmas.offset_sigma_ut, largest_offset_ut);
   visit("matrix_sigma", sigmas.matrix_sigma, largest_share);
   visit("survey_pose_sigma_m", sigmas.survey_pose_sigma_m, largest_translation_m);

@@ -136,7 +136,8 @@ class PlatformDraft {
     model.max_range_m = 100.0;
     comment("lidar.max_range_m", sheet);
     model.T_imu_lidar = mounting("lidar.T_imu_lidar", lidar_.frame, "LiDAR");
-    const char* usual = "usual: one sigma of T_imu_lidar and of the clock; increase what you measured roughly";
+    const char* usual =
+        "usual: one sigma of T_imu_lidar, of the clock and of bends of the map; increase what you measured roughly";
     if (is_guess("lidar.T_imu_lidar")) {
       platform_.suite.calibration.lidar.rotation_sigma_deg = rotation_by_eye_deg;
       usual =

@@ -36,7 +36,7 @@ void RealityOptions::check() const {
   require_between(magnetometer_matrix_sigma, 0.0, 0.2, "magnetometer_matrix_sigma");
   require_between(platform_field_sigma_ut, 0.0, 1000.0, "platform_field_sigma_ut");
   require_between(cloud_displacement_length_m, 0.1, 1.0e5, "cloud_displacement_length_m");
-  require_between(cloud_displacement_rms_m, 0.0, 10.0, "cloud_displacement_rms_m");
+  require_between(cloud_displacement_rms_m, 0.0, 1.0, "cloud_displacement_rms_m");
   if (cloud_displacement_rms_m > 0.1 * cloud_displacement_length_m) {
     throw InputError(
         "cloud_displacement_rms_m must be at most a tenth of cloud_displacement_length_m: otherwise the "
@@ -45,7 +45,7 @@ void RealityOptions::check() const {
   require_between(cloud_noise_m, 0.0, 10.0, "cloud_noise_m");
   require_between(doubled_walls_share, 0.0, 1.0, "doubled_walls_share");
   require_between(doubled_walls_distance_m, 0.0, 10.0, "doubled_walls_distance_m");
-  require_between(survey_pose_sigma_m, 0.0, 10.0, "survey_pose_sigma_m");
+  require_between(survey_pose_sigma_m, 0.0, 1.0, "survey_pose_sigma_m");
   require_between(moved_objects_share, 0.0, 1.0, "moved_objects_share");
   require_between(people, 0.0, 200.0, "people");
   require_between(vehicles, 0.0, 200.0, "vehicles");
@@ -104,7 +104,7 @@ RealityOptions read_reality(const ConfigurationNode& node) {
 CalibrationSigmas calibration_sigmas(const RealityOptions& options) {
   CalibrationSigmas sigmas;
   sigmas.lidar = {options.lidar_extrinsic_translation_sigma_m, options.lidar_extrinsic_rotation_sigma_deg,
-                  options.lidar_clock_offset_sigma_s};
+                  options.lidar_clock_offset_sigma_s, options.cloud_displacement_rms_m};
   sigmas.magnetometers = {options.magnetometer_extrinsic_translation_sigma_m,
                           options.magnetometer_extrinsic_rotation_sigma_deg,
                           options.magnetometer_clock_offset_sigma_s,

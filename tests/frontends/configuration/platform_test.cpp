@@ -176,6 +176,7 @@ TEST(PlatformFile, CalibrationSigmasAreThoseOfAUsualRobotUnlessTheyAreStated) {
   EXPECT_EQ(usual.lidar.translation_sigma_m, 0.010);
   EXPECT_EQ(usual.lidar.rotation_sigma_deg, 0.3);
   EXPECT_EQ(usual.lidar.clock_sigma_s, 0.003);
+  EXPECT_EQ(usual.lidar.map_displacement_sigma_m, 0.020);
   EXPECT_EQ(usual.magnetometers.offset_sigma_ut, 1.0);
   EXPECT_EQ(usual.imu.misalignment_sigma_deg, 0.1);
   std::string text = read_text_file(scout);
@@ -195,7 +196,7 @@ TEST(PlatformFile, CalibrationSigmasReadBackToTheSameBits) {
   const testing::TemporaryFolder folder;
   Platform platform = load_platform(scout);
   CalibrationSigmas& sigmas = platform.suite.calibration;
-  sigmas.lidar = {1.0 / 3.0, 0.1 / 3.0, 0.0};
+  sigmas.lidar = {1.0 / 3.0, 0.1 / 3.0, 0.0, 0.1 / 7.0};
   sigmas.magnetometers = {0.001 / 3.0, 2.0 / 3.0, 1e-9, 0.7, 0.01 / 3.0};
   sigmas.imu = {0.001 / 7.0, 0.02 / 7.0};
   save_platform(platform, folder / "platform.yaml");
@@ -203,6 +204,7 @@ TEST(PlatformFile, CalibrationSigmasReadBackToTheSameBits) {
   EXPECT_EQ(back.lidar.translation_sigma_m, sigmas.lidar.translation_sigma_m);
   EXPECT_EQ(back.lidar.rotation_sigma_deg, sigmas.lidar.rotation_sigma_deg);
   EXPECT_EQ(back.lidar.clock_sigma_s, 0.0);
+  EXPECT_EQ(back.lidar.map_displacement_sigma_m, sigmas.lidar.map_displacement_sigma_m);
   EXPECT_EQ(back.magnetometers.translation_sigma_m, sigmas.magnetometers.translation_sigma_m);
   EXPECT_EQ(back.magnetometers.rotation_sigma_deg, sigmas.magnetometers.rotation_sigma_deg);
   EXPECT_EQ(back.magnetometers.clock_sigma_s, sigmas.magnetometers.clock_sigma_s);

@@ -163,6 +163,7 @@ TEST_F(RealityOptionsOfAWorld, ThePlatformStatesTheSigmasOfTheGrade) {
   EXPECT_EQ(field.lidar.translation_sigma_m, usual.lidar.translation_sigma_m);
   EXPECT_EQ(field.lidar.rotation_sigma_deg, usual.lidar.rotation_sigma_deg);
   EXPECT_EQ(field.lidar.clock_sigma_s, usual.lidar.clock_sigma_s);
+  EXPECT_EQ(field.lidar.map_displacement_sigma_m, usual.lidar.map_displacement_sigma_m);
   EXPECT_EQ(field.magnetometers.translation_sigma_m, usual.magnetometers.translation_sigma_m);
   EXPECT_EQ(field.magnetometers.rotation_sigma_deg, usual.magnetometers.rotation_sigma_deg);
   EXPECT_EQ(field.magnetometers.clock_sigma_s, usual.magnetometers.clock_sigma_s);
@@ -176,6 +177,7 @@ TEST_F(RealityOptionsOfAWorld, ThePlatformStatesTheSigmasOfTheGrade) {
   EXPECT_EQ(field.wheels.slip_sigma, usual.wheels.slip_sigma);
   const CalibrationSigmas exact = sensor_suite(load("exact")).calibration;
   EXPECT_EQ(exact.lidar.translation_sigma_m, 0.0);
+  EXPECT_EQ(exact.lidar.map_displacement_sigma_m, 0.0);
   EXPECT_EQ(exact.magnetometers.offset_sigma_ut, 0.0);
   EXPECT_EQ(exact.magnetometers.survey_pose_sigma_m, 0.0);
   EXPECT_EQ(exact.imu.scale_sigma, 0.0);
