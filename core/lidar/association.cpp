@@ -1,7 +1,5 @@
 #include "core/lidar/association.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -19,9 +17,6 @@ namespace {
 
 constexpr std::size_t kChunk = 1024;
 
-// Most planes are met by more than one scan, and a smoothed estimate averages twice as many scans as a causal one.
-constexpr double kFewestRepeats = 2.0;
-
 /// Point-to-plane residuals beyond count less (Huber): half of the default gate. No ablation shows that it matters
 /// (docs/design/048-options-that-went.md).
 constexpr double kHuberSigmas = 2.0;
@@ -32,39 +27,6 @@ using Vector6f = Eigen::Matrix<float, 6, 1>;
 /// J P Jᵀ of a residual. An uncertain position along a tunnel does not widen the gates across it.
 float variance_by_pose(const Vector6f& jacobian, const Matrix6f& covariance) {
   return std::max(0.0F, jacobian.dot(covariance.selfadjointView<Eigen::Lower>() * jacobian));
-}
-
-/// How often a plane's error counts, for every residual.
-struct Repeats {
-  Matrix6f directions = Matrix6f::Zero();  ///< directions, one per column: those of P = D Dᵀ; along column i
-                                           ///< `counts[i]` scans are averaged
-  Vector6f counts = Vector6f::Zero();
-  float otherwise = 1.0F;  ///< if nothing is known of these directions
-
-  /// Mean of the counts, weighted by how much each direction moves the residual.
-  float along(const Vector6f& jacobian) const {
-    const Vector6f squares = (directions.transpose() * jacobian).array().square();
-    const float sum = squares.sum();
-    return sum > 0.0F ? counts.dot(squares) / sum : otherwise;
-  }
-};
-
-/// The number of averaged scans in each direction: the eigenvalues of P relative to the covariance from one scan,
-/// limited to between 2 and `most`. A direction that one scan does not observe counts the most times (docs/design/004).
-Repeats repeats_of(const ScanAveraging& averaging, double most) {
-  Repeats result;
-  result.otherwise = static_cast<float>(most);
-  const Eigen::LLT<Matrix6> root(averaging.covariance);
-  if (root.info() != Eigen::Success || !averaging.information_of_scan.allFinite()) return result;
-  const Matrix6 lower = root.matrixL();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(lower.transpose() * averaging.information_of_scan * lower);
-  result.directions = (lower * solver.eigenvectors()).cast<float>();
-  for (int i = 0; i < 6; ++i) {
-    const double share = solver.eigenvalues()[i];
-    const double scans = share * most > 1.0 ? std::max(1.0 / share, std::min(kFewestRepeats, most)) : most;
-    result.counts[i] = static_cast<float>(scans);
-  }
-  return result;
 }
 
 /// Beam origin and noise of one LiDAR.
@@ -79,7 +41,7 @@ struct Noise {
   float roughness_variance;
   float max_distance;
   Matrix6f pose_covariance;  // φ, p
-  Repeats repeats;
+  float repeats;             // of a plane's error
   float variance_scale;
   float gate_squared;
 };
@@ -110,7 +72,7 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
                             (beams.range_variance * cosine_squared +
                              beams.angle_variance * range_squared * (1.0F - cosine_squared) + noise.roughness_variance);
     const float by_plane = noise.variance_scale * plane->variance_at(place);
-    const float variance = by_sensor + noise.repeats.along(jacobian) * by_plane;
+    const float variance = by_sensor + noise.repeats * by_plane;
     const float expected = variance + variance_by_pose(jacobian, noise.pose_covariance);
     if (distance * distance > noise.gate_squared * expected) continue;
     const double sigmas = std::abs(distance) / std::sqrt(expected);
@@ -124,7 +86,7 @@ void associate_part(std::span<const Eigen::Vector3f> points, std::span<const flo
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const ScanLidars& lidars,
                                       const AssociationOptions& options, std::span<const float> ages_s,
-                                      const ScanAveraging& averaging, double variance_scale) {
+                                      double variance_scale) {
   const auto square = [](double value) { return static_cast<float>(value * value); };
   if (!lidars.of_points.empty() && lidars.of_points.size() != points.size()) {
     throw std::invalid_argument("associate: lidars.of_points must be empty or have one entry for each point");
@@ -138,7 +100,7 @@ std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, c
                     square(options.surface_roughness_m),
                     static_cast<float>(options.max_distance_m),
                     pose_covariance.cast<float>(),
-                    repeats_of(averaging, options.map_error_repeats),
+                    static_cast<float>(options.map_error_repeats),
                     static_cast<float>(variance_scale),
                     square(options.gate_sigmas)};
   const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;

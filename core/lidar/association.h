@@ -28,8 +28,8 @@ struct AssociationOptions {
                   "sigma of the roughness of real surfaces, added to the noise of each point");
     visitor.field(
         "map_error_repeats", map_error_repeats,
-        "averaging scans does not reduce the error of the map's planes: a plane's variance is multiplied by the number "
-        "of scans that are averaged along its normal, at most by this factor");
+        "averaging scans does not reduce the error of the map's planes: a plane's variance is multiplied by this "
+        "factor; not used by the smoother, in which the map's errors are states");
   }
 
   void check() const {
@@ -40,17 +40,10 @@ struct AssociationOptions {
   }
 };
 
-/// The information of one scan alone about a pose, and the covariance of its estimate (φ, p): the number of scans that
-/// the estimate averages.
-struct ScanAveraging {
-  Matrix6 information_of_scan = Matrix6::Zero();
-  Matrix6 covariance = Matrix6::Zero();  ///< zero: unknown, every plane's error counts the most times
-};
-
 /// Finds each point's plane at the pose `T_map_imu`, and the variance of its residual. `points`: imu frame at the
 /// scan's end. The variance of r = nᵀ (R p + t − q) is the sum of: the range noise along the normal and the beam's
 /// angular noise across it (both of the LiDAR that measured the point, from its mounting), the surface roughness, and
-/// the variance of the plane's fit, which counts as often as scans are averaged along r (docs/design/004).
+/// the variance of the plane's fit, `map_error_repeats` times (docs/design/004).
 /// `pose_covariance` (φ, p): of `T_map_imu`; it widens the gate (docs/design/006). `variance_scale`: the ratio of the
 /// log's own residuals to those that sensor and plane explain (residual_scale). Points keep their order; the result
 /// does not depend on threads. `ages_s`: time from each point to the scan's end; empty if irrelevant. Throws
@@ -58,7 +51,7 @@ struct ScanAveraging {
 std::vector<Correspondence> associate(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu,
                                       const Matrix6& pose_covariance, const PlaneMap& map, const ScanLidars& lidars,
                                       const AssociationOptions& options, std::span<const float> ages_s = {},
-                                      const ScanAveraging& averaging = {}, double variance_scale = 1.0);
+                                      double variance_scale = 1.0);
 
 /// Mean of r² at the pose over its variance by sensor and plane, with the plane's error counted once. 1: residuals are
 /// as large as sensor and plane explain. 0: no points.

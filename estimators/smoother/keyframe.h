@@ -28,7 +28,6 @@ struct Keyframe {
   Pose predicted;                                      ///< pose at which field readings are weighted
   Matrix6 predicted_covariance = Matrix6::Identity();  ///< of `predicted`, before this scan's measurements (φ, p)
   Matrix6 gate_covariance = Matrix6::Identity();       ///< pose covariance of the association gate
-  ScanAveraging averaging;      ///< of the causal estimate; determines how often the planes' errors are counted
   double variance_scale = 1.0;  ///< residual variance of the log over the modelled variance of sensor and plane
   std::shared_ptr<const PlaneMap> planes;  ///< that correspondences refer to
   std::vector<Correspondence> correspondences;

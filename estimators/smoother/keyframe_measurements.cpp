@@ -69,8 +69,10 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   const std::vector<Eigen::Vector3f> points = deskew(keyframe.points, scan_start, motion, T_imu_lidar);
   const std::shared_ptr<const PlaneMap> planes = input_.planes->around(state.T_map_imu.position);
   const std::vector<float> ages_s = ages_at(keyframe.estimate.time, keyframe.points, scan_start);
+  AssociationOptions association = options.lidar.association;
+  if (options.smoother.solver.map_error_states) association.map_error_repeats = 1.0;  // the rest is a state
   keyframe.correspondences = associate(points, keyframe.associated, keyframe.gate_covariance, *planes, lidars,
-                                       options.lidar.association, ages_s, keyframe.averaging, keyframe.variance_scale);
+                                       association, ages_s, keyframe.variance_scale);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
   // LiDAR outage of a robot that was at the height of the map's layer.

@@ -107,8 +107,6 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     wheel_sigmas = covariance.wheels;
     keyframe->predicted_covariance = covariance.state.topLeftCorner<6, 6>();
     keyframe->gate_covariance = covariance.seen.topLeftCorner<6, 6>();
-    // Consecutive scans see nearly the same planes.
-    keyframe->averaging = {keyframes_.back()->lidar_information, keyframe->gate_covariance};
   }
   keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
   keyframe->map_error_variance_m2 = map_error_.cube_variance_m2();
