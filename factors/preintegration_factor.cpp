@@ -7,6 +7,18 @@
 
 namespace lodestone {
 
+Vector6 axes_shown_after(const Preintegration& motion) {
+  constexpr double kSigmas = 10.0;
+  const Preintegration::Increment increment =
+      motion.corrected(motion.gyroscope_bias(), motion.accelerometer_bias(), motion.axes());
+  Vector6 moved;
+  moved << so3::log(increment.rotation), increment.velocity;
+  Vector6 variance;
+  variance << motion.covariance().diagonal().head<3>(), motion.covariance().diagonal().tail<3>();
+  const Vector6 squares = moved.cwiseAbs2();
+  return squares.cwiseQuotient(squares + kSigmas * kSigmas * variance);
+}
+
 void PreintegrationFactor::set(const Preintegration& preintegration, const ImuNoise& noise) {
   preintegration_ = preintegration;
   const Eigen::LLT<Matrix9> factor(preintegration.covariance());
@@ -82,7 +94,7 @@ Vector15 PreintegrationFactor::residual(const NavState& first, const NavState& s
       error_by_axes.block<1, 3>(3 + row, 9 + 3 * row) = error.segment<3>(3).transpose();
       error_by_axes.block<1, 3>(6 + row, 9 + 3 * row) = error.tail<3>().transpose();
     }
-    jacobians->by_axes.topRows<9>() = whitening * by_axes + whitening_ * error_by_axes;
+    jacobians->by_axes.topRows<9>() = (whitening * by_axes + whitening_ * error_by_axes) * shown_.asDiagonal();
   }
 
   by_first.topRows<9>() = (whitening * by_first.topRows<9>()).eval();
@@ -107,7 +119,8 @@ bool PreintegrationFactor::Evaluate(double const* const* parameters, double* res
     result.gravity = Vector3(parameters[4]);
     return result;
   };
-  const ImuAxes axes = with_axes_ ? ImuAxes(parameters[5]) : preintegration_.axes();
+  const ImuAxes axes =
+      with_axes_ ? ImuAxes(shown_.cwiseProduct(Eigen::Map<const ImuAxes>(parameters[5]))) : preintegration_.axes();
   const NavState first = state(parameters[0], parameters[1]);
   const NavState second = state(parameters[2], parameters[3]);
   if (jacobians == nullptr) {
