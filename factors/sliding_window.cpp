@@ -75,6 +75,7 @@ void SlidingWindow::remove_block(WindowBlock& block) {
 WindowFactor SlidingWindow::add_residual(std::unique_ptr<ceres::CostFunction> function,
                                          std::vector<WindowBlock*> blocks) {
   std::vector<double*> parameters;
+  parameters.reserve(blocks.size());
   for (WindowBlock* block : blocks) parameters.push_back(block->values.data());
   auto cached = std::make_unique<CachedFactor>(std::move(function));
   CachedFactor* pointer = cached.get();
