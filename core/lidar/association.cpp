@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/lidar/places_in_map.h"
+#include "core/lidar/prefetch_plane.h"
 #include "core/middle_value.h"
 #include "core/observability/robust_weight.h"
 #include "core/parallel.h"
@@ -125,7 +126,9 @@ namespace {
 std::vector<double> squared_sigmas(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
   std::vector<double> result;
   result.reserve(correspondences.size());
-  for (const Correspondence& match : correspondences) {
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
+    prefetch_plane(correspondences, i);
+    const Correspondence& match = correspondences[i];
     if (!(match.variance_once > 0.0F)) continue;
     const Vector3 place = T_map_imu * match.point.cast<double>();
     const double residual = match.plane->normal.cast<double>().dot(place - match.plane->center.cast<double>());

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/lidar/moment_products.h"
+#include "core/lidar/prefetch_plane.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -23,7 +24,9 @@ struct Chunk {
 
 void accumulate(std::span<const Correspondence> part, const Vector3& centroid, const Vector3& anchor,
                 const Matrix3& map_to_imu, Chunk& chunk) {
-  for (const Correspondence& match : part) {
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    prefetch_plane(part, i);
+    const Correspondence& match = part[i];
     const Vector3 n = match.plane->normal.cast<double>();
     const Vector3 p = match.point.cast<double>() - centroid;
     const double d = n.dot(anchor - match.plane->center.cast<double>());

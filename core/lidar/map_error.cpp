@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/geometry/so3.h"
+#include "core/lidar/prefetch_plane.h"
 
 namespace lodestone {
 
@@ -26,8 +27,10 @@ constexpr int kFirstPartOfPlaces = 2;
 constexpr double kWellKnown_m = 0.005;
 
 struct Cube {
-  Matrix6x3 coupling = Matrix6x3::Zero();  // Σ w J nᵀ
+  Matrix3 turn = Matrix3::Zero();          // Σ w (a × n) (a × n)ᵀ
+  Matrix6x3 coupling = Matrix6x3::Zero();  // Σ w J nᵀ, J = [a × n; n]
   Matrix3 weight = Matrix3::Zero();        // Σ w n nᵀ
+  Vector3 turned = Vector3::Zero();        // Σ w (a × n) r
   Vector3 residual = Vector3::Zero();      // Σ w n r
   Vector3 center = Vector3::Zero();        // Σ w c
   double weights = 0.0;
@@ -134,11 +137,11 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
   const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
   // Ordered, so that sums are the same on every machine.
   std::map<MapErrorCube, Cube> cubes;
-  Matrix6 information = Matrix6::Zero();
-  Vector6 gradient = Vector6::Zero();
   MapErrorCube last_key{};
   Cube* last = nullptr;
-  for (const Correspondence& match : correspondences) {
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
+    prefetch_plane(correspondences, i);
+    const Correspondence& match = correspondences[i];
     const Vector3 normal = match.plane->normal.cast<double>();
     const Vector3 arm = rotation * match.point.cast<double>();
     const Vector3 center = match.plane->center.cast<double>();
@@ -149,17 +152,26 @@ MapError analyse_map_error(std::span<const Correspondence> correspondences, cons
     }
     const double once = match.variance_once > 0.0F ? static_cast<double>(match.variance_once) : 0.0;
     const double weight = static_cast<double>(match.robust_weight) / (once > 0.0 ? once : match.variance);
-    Vector6 jacobian;
-    jacobian << arm.cross(normal), normal;
+    const Vector3 turn = arm.cross(normal);
     const Vector3 weighed = weight * normal;
     const double residual = normal.dot(arm + T_map_imu.position - center);
-    last->coupling.noalias() += jacobian * weighed.transpose();
+    last->turn.noalias() += (weight * turn) * turn.transpose();
+    last->coupling.topRows<3>().noalias() += turn * weighed.transpose();
     last->weight.noalias() += weighed * normal.transpose();
+    last->turned += (weight * residual) * turn;
     last->residual += residual * weighed;
     last->center += weight * center;
     last->weights += weight;
-    gradient += (weight * residual) * jacobian;
-    information.noalias() += (weight * jacobian) * jacobian.transpose();
+  }
+  Matrix6 information = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();
+  for (auto& [key, cube] : cubes) {
+    cube.coupling.bottomRows<3>() = cube.weight;
+    information.topLeftCorner<3, 3>() += cube.turn;
+    information.rightCols<3>() += cube.coupling;
+    information.bottomLeftCorner<3, 3>() += cube.coupling.topRows<3>().transpose();
+    gradient.head<3>() += cube.turned;
+    gradient.tail<3>() += cube.residual;
   }
   MapError result;
   result.position = T_map_imu.position;

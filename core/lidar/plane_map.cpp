@@ -93,16 +93,29 @@ bool PlaneMap::agrees(const Eigen::Vector3f& point, float distance_m) const {
   return match(point, distance_m) != nullptr;
 }
 
-bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3i& voxel, const Eigen::Vector3f& point) const {
-  const Eigen::Vector3f foot = point - plane.normal * plane.distance(point);
+/// The same surface a margin nearer and farther along the normal, in other voxels than `voxel`.
+PlaneMap::Sides PlaneMap::sides_of(const Plane& plane, const Eigen::Vector3i& voxel,
+                                   const Eigen::Vector3f& point) const {
+  Sides result;
+  result.count = 0;
+  result.foot = point - plane.normal * plane.distance(point);
   const Eigen::Vector3f step = plane.normal * static_cast<float>(options_.margin_m);
   for (const float side : {-1.0F, 0.0F, 1.0F}) {
-    const Eigen::Vector3i other = voxel_of(foot + side * step, inverse_voxel_);
+    const Eigen::Vector3i other = voxel_of(result.foot + side * step, inverse_voxel_);
     if (other == voxel) continue;
-    const Found there = find(other);
+    const std::uint64_t key = voxel_key(other);
+    result.others[static_cast<std::size_t>(result.count++)] = {key, first_slot(key)};
+  }
+  return result;
+}
+
+bool PlaneMap::serves_both_sides(const Plane& plane, const Sides& sides) const {
+  for (int i = 0; i < sides.count; ++i) {
+    const Address& other = sides.others[static_cast<std::size_t>(i)];
+    const Found there = find(other.key, other.slot);
     if (!there.occupied) continue;
     if (there.plane == nullptr || std::abs(there.plane->normal.dot(plane.normal)) < kSameNormal ||
-        std::abs(there.plane->distance(foot)) > 0.5F * static_cast<float>(options_.margin_m)) {
+        std::abs(there.plane->distance(sides.foot)) > 0.5F * static_cast<float>(options_.margin_m)) {
       return false;
     }
   }
@@ -110,17 +123,18 @@ bool PlaneMap::serves_both_sides(const Plane& plane, const Eigen::Vector3i& voxe
 }
 
 const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m) const {
-  const Eigen::Vector3i voxel = voxel_of(point, inverse_voxel_);
-  return match_in(voxel, find(voxel), point, max_distance_m);
+  Eigen::Vector3i voxel = voxel_of(point, inverse_voxel_);
+  const Plane* plane = candidate(find(voxel), voxel, point, max_distance_m);
+  return plane != nullptr && serves_both_sides(*plane, sides_of(*plane, voxel, point)) ? plane : nullptr;
 }
 
 void PlaneMap::match(std::span<const Eigen::Vector3f> points, float max_distance_m,
                      std::span<const Plane*> planes) const {
   struct Place {
     Eigen::Vector3i voxel;
-    std::uint64_t key;
-    std::uint64_t slot;
+    Address address;
     Found own;
+    Sides sides;
   };
   std::array<Place, kPointsAtOnce> places;
   for (std::size_t first = 0; first < points.size(); first += kPointsAtOnce) {
@@ -128,30 +142,39 @@ void PlaneMap::match(std::span<const Eigen::Vector3f> points, float max_distance
     for (std::size_t i = 0; i < count; ++i) {
       Place& place = places[i];
       place.voxel = voxel_of(points[first + i], inverse_voxel_);
-      place.key = voxel_key(place.voxel);
-      place.slot = first_slot(place.key);
-      __builtin_prefetch(&table_[place.slot]);
+      place.address.key = voxel_key(place.voxel);
+      place.address.slot = first_slot(place.address.key);
+      __builtin_prefetch(&table_[place.address.slot]);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      places[i].own = find(places[i].key, places[i].slot);
+      places[i].own = find(places[i].address.key, places[i].address.slot);
       const char* plane = reinterpret_cast<const char*>(places[i].own.plane);
       if (plane == nullptr) continue;
       __builtin_prefetch(plane);
       __builtin_prefetch(plane + sizeof(Plane) - 1);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      planes[first + i] = match_in(places[i].voxel, places[i].own, points[first + i], max_distance_m);
+      Place& place = places[i];
+      const Plane*& plane = planes[first + i];
+      plane = candidate(place.own, place.voxel, points[first + i], max_distance_m);
+      if (plane == nullptr) continue;
+      place.sides = sides_of(*plane, place.voxel, points[first + i]);
+      for (int k = 0; k < place.sides.count; ++k) {
+        __builtin_prefetch(&table_[place.sides.others[static_cast<std::size_t>(k)].slot]);
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Plane*& plane = planes[first + i];
+      if (plane != nullptr && !serves_both_sides(*plane, places[i].sides)) plane = nullptr;
     }
   }
 }
 
-const Plane* PlaneMap::match_in(const Eigen::Vector3i& voxel, const Found& own, const Eigen::Vector3f& point,
-                                float max_distance_m) const {
+/// The plane for a point in `voxel`, before the test of both sides. `voxel` becomes the plane's.
+const Plane* PlaneMap::candidate(const Found& own, Eigen::Vector3i& voxel, const Eigen::Vector3f& point,
+                                 float max_distance_m) const {
   if (own.occupied) {
-    return own.plane != nullptr && std::abs(own.plane->distance(point)) <= max_distance_m &&
-                   serves_both_sides(*own.plane, voxel, point)
-               ? own.plane
-               : nullptr;
+    return own.plane != nullptr && std::abs(own.plane->distance(point)) <= max_distance_m ? own.plane : nullptr;
   }
   const Eigen::Vector3f scaled = point * inverse_voxel_;
   const Plane* best = nullptr;
@@ -173,7 +196,8 @@ const Plane* PlaneMap::match_in(const Eigen::Vector3i& voxel, const Found& own, 
       voxel_of_best = neighbour;
     }
   }
-  return best != nullptr && serves_both_sides(*best, voxel_of_best, point) ? best : nullptr;
+  voxel = voxel_of_best;
+  return best;
 }
 
 }  // namespace lodestone

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -66,13 +67,22 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
     const Plane* plane;
   };
   void insert(std::span<const VoxelPlane> voxels);
-  /// `voxel`: that of the plane.
-  bool serves_both_sides(const Plane& plane, const Eigen::Vector3i& voxel, const Eigen::Vector3f& point) const;
+  struct Address {
+    std::uint64_t key;
+    std::uint64_t slot;
+  };
+  struct Sides {
+    Eigen::Vector3f foot;  // of the point on the plane
+    std::array<Address, 3> others;
+    int count;
+  };
+  Sides sides_of(const Plane& plane, const Eigen::Vector3i& voxel, const Eigen::Vector3f& point) const;
+  bool serves_both_sides(const Plane& plane, const Sides& sides) const;
   std::uint64_t first_slot(std::uint64_t key) const;
   Found find(const Eigen::Vector3i& voxel) const;
   Found find(std::uint64_t key, std::uint64_t slot) const;
-  const Plane* match_in(const Eigen::Vector3i& voxel, const Found& own, const Eigen::Vector3f& point,
-                        float max_distance_m) const;
+  const Plane* candidate(const Found& own, Eigen::Vector3i& voxel, const Eigen::Vector3f& point,
+                         float max_distance_m) const;
 
   PlaneMapOptions options_;
   float inverse_voxel_;

@@ -50,8 +50,10 @@ class VoxelCounts {
     int surroundings;
   };
 
+  /// Voxels above one another, which have consecutive keys, begin in neighbouring slots.
   std::size_t find(std::uint64_t key) const {
-    std::size_t slot = mix(key) & (slots_.size() - 1);
+    constexpr std::uint64_t kColumn = 64;
+    std::size_t slot = (mix(key / kColumn) + key % kColumn) & (slots_.size() - 1);
     while (slots_[slot].key != kEmptySlot && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
     return slot;
   }

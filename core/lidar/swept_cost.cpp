@@ -9,6 +9,7 @@
 
 #include "core/imu/hermite.h"
 #include "core/lidar/moment_products.h"
+#include "core/lidar/prefetch_plane.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -38,7 +39,9 @@ struct Bin {
 using Bins = std::array<Bin, kBins>;
 
 void accumulate(std::span<const Correspondence> part, const CondensedCost& cost, double step_s, Bins& bins) {
-  for (const Correspondence& match : part) {
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    prefetch_plane(part, i);
+    const Correspondence& match = part[i];
     const Vector3 n = match.plane->normal.cast<double>();
     const double w = static_cast<double>(match.weight());
     const double share = std::clamp(static_cast<double>(match.age_s) / step_s, 0.0, 1.0);
