@@ -156,9 +156,10 @@ MarginalPrior SlidingWindow::marginalize_disturbed(std::span<const WindowFactor>
 
 Eigen::MatrixXd SlidingWindow::covariance(const SparseInformation& known,
                                           std::span<const WindowBlock* const> variables) const {
-  Eigen::MatrixXd result = known.covariance(variables);
-  if (map_errors_.empty()) return result;
-  Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(known.size(), result.cols());
+  if (map_errors_.empty()) return known.covariance(variables);
+  Eigen::Index columns = 0;
+  for (const WindowBlock* variable : variables) columns += variable->tangent_size();
+  Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(known.size(), columns);
   Eigen::Index column = 0;
   for (const WindowBlock* variable : variables) {
     const IndexRange range = *known.range(variable);
@@ -166,6 +167,8 @@ Eigen::MatrixXd SlidingWindow::covariance(const SparseInformation& known,
     column += range.size;
   }
   const Eigen::MatrixXd by_tangents = known.solve(wanted);
+  Eigen::MatrixXd result = wanted.transpose() * by_tangents;
+  result = (0.5 * (result + result.transpose())).eval();
   const auto by_residual = [&](const WindowFactor& factor, const LinearizedFactor& part) {
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(part.jacobian.rows(), by_tangents.cols());
     Eigen::Index begin = 0;

@@ -3,6 +3,7 @@
 #include <suitesparse/cholmod.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <suitesparse/SuiteSparseQR.hpp>
 
@@ -52,6 +53,32 @@ cholmod_sparse view(const SparseMatrix& matrix, bool lower) {
   result.sorted = 1;
   result.packed = 1;
   return result;
+}
+
+/// Columns that are solved for at once, or twice as many: loops of fixed length become vector instructions.
+constexpr std::size_t kPanel = 8;
+
+template <std::size_t width, class Visit>
+void visit_panel(Eigen::MatrixXd& matrix, Eigen::Index first, Eigen::Index count, Visit&& visit) {
+  std::vector<std::array<double, width>> panel(static_cast<std::size_t>(matrix.rows()));
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, width, Eigen::RowMajor>> rows(panel.data()->data(), matrix.rows(),
+                                                                                 width);
+  rows.setZero();
+  rows.leftCols(count) = matrix.middleCols(first, count);
+  visit(std::span(panel));
+  matrix.middleCols(first, count) = rows.leftCols(count);
+}
+
+/// The columns of a matrix as row-major panels of a fixed number of columns, filled up with zeros.
+template <class Visit>
+void for_each_panel(Eigen::MatrixXd& matrix, Visit&& visit) {
+  if (matrix.rows() == 0) return;
+  Eigen::Index first = 0;
+  for (; matrix.cols() - first > static_cast<Eigen::Index>(kPanel); first += 2 * kPanel) {
+    const Eigen::Index count = std::min<Eigen::Index>(2 * kPanel, matrix.cols() - first);
+    visit_panel<2 * kPanel>(matrix, first, count, visit);
+  }
+  if (first < matrix.cols()) visit_panel<kPanel>(matrix, first, matrix.cols() - first, visit);
 }
 
 }  // namespace
@@ -139,43 +166,55 @@ Eigen::MatrixXd SparseTriangle::covariance(std::span<const IndexRange> variables
     columns += variable.size;
     first = std::min(first, variable.begin);
   }
-  // H⁻¹ = L⁻ᵀ L⁻¹; the right-hand side is row-major because the solve works on its rows.
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Rows solution = Rows::Zero(size - first, columns);
+  Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(size - first, columns);
   Eigen::Index column = 0;
   for (const IndexRange& variable : variables) {
     for (Eigen::Index i = 0; i < variable.size; ++i) solution(variable.begin + i - first, column++) = 1.0;
   }
-  for (Eigen::Index j = first; j < size; ++j) {
-    const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j)]);
-    const auto end = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j) + 1]);
-    auto pivot = solution.row(j - first);
-    pivot /= values_[begin];
-    if (pivot.isZero(0.0)) continue;
-    for (std::size_t at = begin + 1; at < end; ++at) solution.row(rows_[at] - first) -= values_[at] * pivot;
-  }
+  // H⁻¹ = L⁻ᵀ L⁻¹.
+  for_each_panel(solution, [&](auto panel) { forward(panel); });
   return solution.transpose() * solution;
 }
 
 Eigen::MatrixXd SparseTriangle::solve(const Eigen::MatrixXd& right) const {
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> solution = right;
-  const Eigen::Index size = solution.rows();
-  for (Eigen::Index j = 0; j < size; ++j) {
-    const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j)]);
-    const auto end = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j) + 1]);
-    auto pivot = solution.row(j);
-    if (pivot.isZero(0.0)) continue;
-    pivot /= values_[begin];
-    for (std::size_t at = begin + 1; at < end; ++at) solution.row(rows_[at]) -= values_[at] * pivot;
-  }
-  for (Eigen::Index j = size; j-- > 0;) {
-    const auto begin = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j)]);
-    const auto end = static_cast<std::size_t>(starts_[static_cast<std::size_t>(j) + 1]);
-    auto pivot = solution.row(j);
-    for (std::size_t at = begin + 1; at < end; ++at) pivot -= values_[at] * solution.row(rows_[at]);
-    pivot /= values_[begin];
-  }
+  Eigen::MatrixXd solution = right;
+  for_each_panel(solution, [&](auto panel) {
+    forward(panel);
+    backward(panel);
+  });
   return solution;
+}
+
+template <std::size_t width>
+void SparseTriangle::forward(std::span<std::array<double, width>> panel) const {
+  const std::size_t first = starts_.size() - 1 - panel.size();
+  for (std::size_t j = first; j + 1 < starts_.size(); ++j) {
+    const auto begin = static_cast<std::size_t>(starts_[j]);
+    const auto end = static_cast<std::size_t>(starts_[j + 1]);
+    std::array<double, width> pivot = panel[j - first];
+    if (std::ranges::all_of(pivot, [](double value) { return value == 0.0; })) continue;
+    for (double& value : pivot) value /= values_[begin];
+    panel[j - first] = pivot;
+    for (std::size_t at = begin + 1; at < end; ++at) {
+      std::array<double, width>& row = panel[static_cast<std::size_t>(rows_[at]) - first];
+      for (std::size_t i = 0; i < width; ++i) row[i] -= values_[at] * pivot[i];
+    }
+  }
+}
+
+template <std::size_t width>
+void SparseTriangle::backward(std::span<std::array<double, width>> panel) const {
+  for (std::size_t j = panel.size(); j-- > 0;) {
+    const auto begin = static_cast<std::size_t>(starts_[j]);
+    const auto end = static_cast<std::size_t>(starts_[j + 1]);
+    std::array<double, width> pivot = panel[j];
+    for (std::size_t at = begin + 1; at < end; ++at) {
+      const std::array<double, width>& row = panel[static_cast<std::size_t>(rows_[at])];
+      for (std::size_t i = 0; i < width; ++i) pivot[i] -= values_[at] * row[i];
+    }
+    for (double& value : pivot) value /= values_[begin];
+    panel[j] = pivot;
+  }
 }
 
 std::vector<double> SparseTriangle::inverse_on_pattern() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -45,6 +46,13 @@ class SparseTriangle {
 
  private:
   std::vector<double> inverse_on_pattern() const;
+
+  /// L⁻¹ and L⁻ᵀ times a panel: one array for each row of a matrix with `width` columns. Without its first rows, those
+  /// are zero (forward only).
+  template <std::size_t width>
+  void forward(std::span<std::array<double, width>> panel) const;
+  template <std::size_t width>
+  void backward(std::span<std::array<double, width>> panel) const;
 
   std::vector<std::int64_t> starts_;  // first entry of each column, then the number of entries
   std::vector<std::int64_t> rows_;    // ascending within a column, the diagonal first

@@ -8,45 +8,53 @@ namespace {
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-Eigen::MatrixXd plus_jacobian(BlockKind kind, const double* values) {
-  if (kind == BlockKind::pose) {
-    Eigen::Matrix<double, 7, 6, Eigen::RowMajor> jacobian;
-    PoseManifold().PlusJacobian(values, jacobian.data());
-    return jacobian;
-  }
-  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> jacobian;
-  GravityManifold().PlusJacobian(values, jacobian.data());
-  return jacobian;
+/// Derivative by the tangent of a block from that by its values.
+template <class Manifold, int size, int tangent_size>
+void to_tangent(const Eigen::Map<const RowMajorMatrix>& by_values, const double* values,
+                Eigen::Ref<Eigen::MatrixXd> by_tangent) {
+  Eigen::Matrix<double, size, tangent_size, Eigen::RowMajor> plus;
+  Manifold().PlusJacobian(values, plus.data());
+  by_tangent = by_values.leftCols<size>().lazyProduct(plus);
 }
 
 }  // namespace
 
 LinearizedFactor linearize(const WindowFactor& factor) {
   const int rows = factor.function->num_residuals();
-  LinearizedFactor result;
-  result.residual.resize(rows);
-  std::vector<const double*> values;
-  std::vector<RowMajorMatrix> ambient;
+  std::size_t size = 0;
   int columns = 0;
   for (const WindowBlock* block : factor.blocks) {
-    values.push_back(block->values.data());
-    ambient.emplace_back(rows, static_cast<Eigen::Index>(block->values.size()));
+    size += block->values.size();
     columns += block->tangent_size();
   }
+  std::vector<double> by_values(static_cast<std::size_t>(rows) * size);
+  std::vector<const double*> values;
   std::vector<double*> jacobians;
-  for (RowMajorMatrix& matrix : ambient) jacobians.push_back(matrix.data());
+  values.reserve(factor.blocks.size());
+  jacobians.reserve(factor.blocks.size());
+  double* next = by_values.data();
+  for (const WindowBlock* block : factor.blocks) {
+    values.push_back(block->values.data());
+    jacobians.push_back(next);
+    next += static_cast<std::size_t>(rows) * block->values.size();
+  }
+  LinearizedFactor result;
+  result.residual.resize(rows);
   factor.function->Evaluate(values.data(), result.residual.data(), jacobians.data());
   result.jacobian.resize(rows, columns);
   int column = 0;
   for (std::size_t i = 0; i < factor.blocks.size(); ++i) {
     const WindowBlock& block = *factor.blocks[i];
-    const int size = block.tangent_size();
+    const Eigen::Map<const RowMajorMatrix> part(jacobians[i], rows, static_cast<Eigen::Index>(block.values.size()));
+    auto by_tangent = result.jacobian.middleCols(column, block.tangent_size());
     if (is_linear(block.kind)) {
-      result.jacobian.middleCols(column, size) = ambient[i];
+      by_tangent = part;
+    } else if (block.kind == BlockKind::pose) {
+      to_tangent<PoseManifold, 7, 6>(part, values[i], by_tangent);
     } else {
-      result.jacobian.middleCols(column, size) = ambient[i] * plus_jacobian(block.kind, block.values.data());
+      to_tangent<GravityManifold, 3, 2>(part, values[i], by_tangent);
     }
-    column += size;
+    column += block.tangent_size();
   }
   return result;
 }
