@@ -25,6 +25,10 @@ constexpr ceres::SparseLinearAlgebraLibraryType kSparseLibrary = ceres::SUITE_SP
 /// Of ½ Σ r²: a step with a smaller decrease moves no variable by more than a tenth of its sigma.
 constexpr double kLeastDecrease = 5e-3;
 
+/// Radius and number of iterations after a step without damping failed: Ceres' default radius.
+constexpr double kDampedRadius = 1e4;
+constexpr int kMostDamped = 20;
+
 /// Up to this number, forward solves are faster than the recursion over all variables.
 constexpr std::size_t kFewKeyframes = 4;
 
@@ -87,15 +91,27 @@ int SlidingWindow::solve() {
   std::vector<std::vector<double>> before;
   before.reserve(blocks.size());
   for (const double* block : blocks) before.emplace_back(block, block + problem_->ParameterBlockSize(block));
-  try {
+  int iterations = 0;
+  const auto run = [&] {
     ceres::Solve(options, problem_.get(), &summary);
+    iterations += std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+  };
+  try {
+    run();
+    // A valley curves along directions that are known badly, such as the LiDAR's mounting of a robot at rest. There, a
+    // long step leaves the valley, and only damping makes it shorter.
+    if (!summary.iterations.empty() && !summary.iterations.back().step_is_successful) {
+      options.initial_trust_region_radius = kDampedRadius;
+      options.max_num_iterations = kMostDamped;
+      run();
+    }
   } catch (...) {
     // A factor that cannot read its map. With an evaluation callback, Ceres tries its steps on the variables
     // themselves.
     for (std::size_t i = 0; i < blocks.size(); ++i) std::ranges::copy(before[i], blocks[i]);
     throw;
   }
-  return std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+  return iterations;
 }
 
 std::string SlidingWindow::solver_description() {

@@ -36,6 +36,7 @@ struct Keyframe {
   Vector6 map_error = Vector6::Zero();  ///< error of the cloud map at this keyframe (φ in map axes, p)
   double map_error_variance_m2 = 0.0;   ///< of a cube of the map
   MapErrorVariances long_map_error_variances_m2 = MapErrorVariances::Zero();  ///< of displacements over tens of metres
+  bool map_is_compared = false;                                               ///< the log has told the errors above
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without spurious information from noisy normals
   Matrix6 seen_share = Matrix6::Identity();     ///< share of the scan's information about a motion that is not spurious

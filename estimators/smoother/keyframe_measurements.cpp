@@ -89,13 +89,15 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
       deskewing.acceleration_variance = std::pow(initial.accelerometer_bias_sigma_m_s2, 2) + tilted_m_s2 * tilted_m_s2;
     }
     if (keyframe.motion_waits) deskewing = {};
-    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing,
-                                   keyframe.map_error_variance_m2 * error.cube_covariance);
+    const Matrix6 near = keyframe.map_error_variance_m2 * error.cube_covariance;
+    const LongMapError far = error.long_error(keyframe.long_map_error_variances_m2);
+    Matrix6 within_scan = near;
+    if (!keyframe.map_is_compared) within_scan += far.covariance;
+    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing, within_scan);
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;
-    keyframe.lidar.map_error_root = pose_error_root(keyframe.map_error_variance_m2 * error.cube_covariance);
-    const LongMapError far = error.long_error(keyframe.long_map_error_variances_m2);
+    keyframe.lidar.map_error_root = pose_error_root(near);
     keyframe.lidar.long_map_error_root = pose_error_root(far.covariance);
     keyframe.lidar.long_map_error_length_m = far.length_m;
   }

@@ -111,6 +111,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   keyframe->field_variance_ut2 = field_error_.variance_a_reading_ut2();
   keyframe->map_error_variance_m2 = map_error_.cube_variance_m2();
   keyframe->long_map_error_variances_m2 = map_error_.variances_m2();
+  keyframe->map_is_compared = map_error_.has_compared();
   keyframe->variance_scale = variance_scale_;
   keyframe->estimate.time = bundle.scan.end;
   keyframes_.push_back(std::move(keyframe));

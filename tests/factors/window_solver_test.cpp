@@ -64,6 +64,14 @@ TEST(WindowSolver, FindsTheSameMinimumFromFarAway) {
   EXPECT_LT(sigmas_apart(*near.window, *far.window), 0.05);
 }
 
+TEST(WindowSolver, DampsAStepThatFails) {
+  // So far away that the first step without damping increases the cost: it would fail in every solve.
+  const SolvedWindow near(0.0, 50);
+  const SolvedWindow far(40.0, SlidingWindowOptions{}.max_iterations);
+  for (int i = 0; i < 10; ++i) far.window->solve();
+  EXPECT_LT(sigmas_apart(*near.window, *far.window), 0.05);
+}
+
 TEST(WindowSolver, StopsWithATenthOfASigmaLeftAtMost) {
   const SolvedWindow stopped(1.0, 50);
   const SolvedWindow again(1.0, 50);
