@@ -72,6 +72,20 @@ TEST(SparseTriangle, CholeskyAndQrGiveTheCovariancesOfTheDenseInverse) {
   }
 }
 
+TEST(SparseTriangle, SolvesForAnyNumberOfColumns) {
+  const RandomRows random(3);
+  const Eigen::MatrixXd inverse = Eigen::MatrixXd(random.dense.transpose() * random.dense).inverse();
+  const SparseTriangle triangle = SparseTriangle::by_cholesky(random.information).value();
+  const Eigen::Index size = inverse.rows();
+  for (const Eigen::Index columns : {0, 1, 7, 8, 9, 16, 17, 33}) {
+    Eigen::MatrixXd right = Eigen::MatrixXd::Random(size, columns);
+    right.topRows(size / 2).setZero();
+    const Eigen::MatrixXd solution = triangle.solve(right);
+    ASSERT_EQ(solution.cols(), columns);
+    EXPECT_LT((solution - inverse * right).norm(), 1e-9 * (1.0 + solution.norm())) << columns;
+  }
+}
+
 TEST(SparseTriangle, CholeskyRefusesWhatIsNotPositive) {
   Eigen::Matrix3d lower;
   lower << 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0;
