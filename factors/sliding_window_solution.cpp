@@ -100,7 +100,7 @@ int SlidingWindow::solve() {
     run();
     // A valley curves along directions that are known badly, such as the LiDAR's mounting of a robot at rest. There, a
     // long step leaves the valley, and only damping makes it shorter.
-    if (!summary.iterations.empty() && !summary.iterations.back().step_is_successful) {
+    if (summary.termination_type == ceres::NO_CONVERGENCE && !summary.iterations.back().step_is_successful) {
       options.initial_trust_region_radius = kDampedRadius;
       options.max_num_iterations = kMostDamped;
       run();
