@@ -87,6 +87,7 @@ double map_error_correlation(double squared_distance_m2, int part) {
 LongMapError MapError::long_error(const MapErrorVariances& variances_m2) const {
   const std::vector<PlaceOffset>& places = cubes.size() <= kManyCubes ? cubes : cells;
   std::vector<Matrix6x3> moved;
+  moved.reserve(places.size());
   for (const PlaceOffset& place : places) moved.push_back(inverse * place.coupling);
   LongMapError result;
   double variance = 0.0;
