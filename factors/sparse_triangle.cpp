@@ -113,12 +113,9 @@ std::optional<SparseTriangle> SparseTriangle::by_cholesky(const SparseMatrix& in
 
 SparseTriangle SparseTriangle::by_qr(const SparseMatrix& rows, const SparseMatrix& pattern) {
   // SuiteSparseQR drops zeros of R, but the recursion requires the complete pattern, which is that of any factor of H.
-  SparseMatrix identity = pattern;
-  for (Eigen::Index column = 0; column < identity.outerSize(); ++column) {
-    for (SparseMatrix::InnerIterator entry(identity, column); entry; ++entry) {
-      entry.valueRef() = entry.row() == entry.col() ? 1.0 : 0.0;
-    }
-  }
+  SparseMatrix identity(pattern);
+  std::fill_n(identity.valuePtr(), identity.nonZeros(), 0.0);
+  for (Eigen::Index column = 0; column < identity.cols(); ++column) identity.coeffRef(column, column) = 1.0;
   SparseTriangle result = by_cholesky(identity).value();
   std::fill(result.values_.begin(), result.values_.end(), 0.0);
 
