@@ -50,10 +50,8 @@ class VoxelCounts {
     int surroundings;
   };
 
-  /// Voxels above one another, which have consecutive keys, begin in neighbouring slots.
   std::size_t find(std::uint64_t key) const {
-    constexpr std::uint64_t kColumn = 64;
-    std::size_t slot = (mix(key / kColumn) + key % kColumn) & (slots_.size() - 1);
+    std::size_t slot = mix(key) & (slots_.size() - 1);
     while (slots_[slot].key != kEmptySlot && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
     return slot;
   }
