@@ -106,7 +106,8 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
   std::vector<WindowBlock*> blocks{&before.pose, &before.motion, &keyframe->pose, &keyframe->motion, &gravity_};
   const bool with_axes = add_imu_axes();
   if (with_axes) blocks.push_back(&imu_axes_);
-  const Vector6 shown = before.imu ? axes_shown_after(before.imu.content().preintegration()) : Vector6(Vector6::Zero());
+  Vector6 shown = Vector6::Zero();
+  if (with_axes && before.imu) shown = axes_shown_after(before.imu.content().preintegration());
   keyframe->imu = add_factor(std::make_unique<PreintegrationFactor>(preintegration, noise_, with_axes, shown), blocks);
   keyframes_.push_back(std::move(keyframe));
 }

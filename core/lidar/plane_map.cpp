@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/lidar/prefetch_plane.h"
+
 namespace lodestone {
 
 namespace {
@@ -67,15 +69,15 @@ std::uint64_t PlaneMap::first_slot(std::uint64_t key) const {
   return spread(key) & mask_;
 }
 
-PlaneMap::Found PlaneMap::find(const Eigen::Vector3i& voxel) const {
+PlaneMap::Address PlaneMap::address_of(const Eigen::Vector3i& voxel) const {
   const std::uint64_t key = voxel_key(voxel);
-  return find(key, first_slot(key));
+  return {key, first_slot(key)};
 }
 
-PlaneMap::Found PlaneMap::find(std::uint64_t key, std::uint64_t slot) const {
-  for (;; slot = (slot + 1) & mask_) {
-    const Slot& entry = table_[slot];
-    if (entry.key == key) {
+PlaneMap::Found PlaneMap::find(Address address) const {
+  for (;; address.slot = (address.slot + 1) & mask_) {
+    const Slot& entry = table_[address.slot];
+    if (entry.key == address.key) {
       return {true, entry.plane == kNoPlane ? nullptr : &planes_[static_cast<std::size_t>(entry.plane)]};
     }
     if (entry.key == kEmpty) return {false, nullptr};
@@ -83,11 +85,11 @@ PlaneMap::Found PlaneMap::find(std::uint64_t key, std::uint64_t slot) const {
 }
 
 const Plane* PlaneMap::at(const Eigen::Vector3f& point) const {
-  return find(voxel_of(point, inverse_voxel_)).plane;
+  return find(address_of(voxel_of(point, inverse_voxel_))).plane;
 }
 
 bool PlaneMap::agrees(const Eigen::Vector3f& point, float distance_m) const {
-  const Found own = find(voxel_of(point, inverse_voxel_));
+  const Found own = find(address_of(voxel_of(point, inverse_voxel_)));
   if (own.occupied && own.plane == nullptr) return true;
   if (own.plane != nullptr && std::abs(own.plane->distance(point)) <= distance_m) return true;
   return match(point, distance_m) != nullptr;
@@ -103,16 +105,14 @@ PlaneMap::Sides PlaneMap::sides_of(const Plane& plane, const Eigen::Vector3i& vo
   for (const float side : {-1.0F, 0.0F, 1.0F}) {
     const Eigen::Vector3i other = voxel_of(result.foot + side * step, inverse_voxel_);
     if (other == voxel) continue;
-    const std::uint64_t key = voxel_key(other);
-    result.others[static_cast<std::size_t>(result.count++)] = {key, first_slot(key)};
+    result.others[static_cast<std::size_t>(result.count++)] = address_of(other);
   }
   return result;
 }
 
 bool PlaneMap::serves_both_sides(const Plane& plane, const Sides& sides) const {
   for (int i = 0; i < sides.count; ++i) {
-    const Address& other = sides.others[static_cast<std::size_t>(i)];
-    const Found there = find(other.key, other.slot);
+    const Found there = find(sides.others[static_cast<std::size_t>(i)]);
     if (!there.occupied) continue;
     if (there.plane == nullptr || std::abs(there.plane->normal.dot(plane.normal)) < kSameNormal ||
         std::abs(there.plane->distance(sides.foot)) > 0.5F * static_cast<float>(options_.margin_m)) {
@@ -124,7 +124,7 @@ bool PlaneMap::serves_both_sides(const Plane& plane, const Sides& sides) const {
 
 const Plane* PlaneMap::match(const Eigen::Vector3f& point, float max_distance_m) const {
   Eigen::Vector3i voxel = voxel_of(point, inverse_voxel_);
-  const Plane* plane = candidate(find(voxel), voxel, point, max_distance_m);
+  const Plane* plane = candidate(find(address_of(voxel)), voxel, point, max_distance_m);
   return plane != nullptr && serves_both_sides(*plane, sides_of(*plane, voxel, point)) ? plane : nullptr;
 }
 
@@ -142,16 +142,12 @@ void PlaneMap::match(std::span<const Eigen::Vector3f> points, float max_distance
     for (std::size_t i = 0; i < count; ++i) {
       Place& place = places[i];
       place.voxel = voxel_of(points[first + i], inverse_voxel_);
-      place.address.key = voxel_key(place.voxel);
-      place.address.slot = first_slot(place.address.key);
+      place.address = address_of(place.voxel);
       __builtin_prefetch(&table_[place.address.slot]);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      places[i].own = find(places[i].address.key, places[i].address.slot);
-      const char* plane = reinterpret_cast<const char*>(places[i].own.plane);
-      if (plane == nullptr) continue;
-      __builtin_prefetch(plane);
-      __builtin_prefetch(plane + sizeof(Plane) - 1);
+      places[i].own = find(places[i].address);
+      if (places[i].own.plane != nullptr) prefetch_plane(places[i].own.plane);
     }
     for (std::size_t i = 0; i < count; ++i) {
       Place& place = places[i];
@@ -187,7 +183,7 @@ const Plane* PlaneMap::candidate(const Found& own, Eigen::Vector3i& voxel, const
     if (beyond > max_distance_m) continue;
     Eigen::Vector3i neighbour = voxel;
     neighbour[axis] += share < 0.5F ? -1 : 1;
-    const Plane* candidate = find(neighbour).plane;
+    const Plane* candidate = find(address_of(neighbour)).plane;
     if (candidate == nullptr) continue;
     const float distance = std::abs(candidate->distance(point));
     if (distance <= best_distance) {

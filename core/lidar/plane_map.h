@@ -79,8 +79,8 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   Sides sides_of(const Plane& plane, const Eigen::Vector3i& voxel, const Eigen::Vector3f& point) const;
   bool serves_both_sides(const Plane& plane, const Sides& sides) const;
   std::uint64_t first_slot(std::uint64_t key) const;
-  Found find(const Eigen::Vector3i& voxel) const;
-  Found find(std::uint64_t key, std::uint64_t slot) const;
+  Address address_of(const Eigen::Vector3i& voxel) const;
+  Found find(Address address) const;
   const Plane* candidate(const Found& own, Eigen::Vector3i& voxel, const Eigen::Vector3f& point,
                          float max_distance_m) const;
 

@@ -36,7 +36,7 @@ class RepeatedMapError {
   }
 
   /// Variance of cubes' displacements: an error that scans share over some metres, which is estimated as a state.
-  double cube_variance_m2() const { return pairs_ == 0 ? kAtFirst_m * kAtFirst_m : moments_.cube_variance_m2(); }
+  double cube_variance_m2() const { return has_compared() ? moments_.cube_variance_m2() : kAtFirst_m * kAtFirst_m; }
 
   /// Whether scans have been compared: only then does the log tell anything of the map's error.
   bool has_compared() const { return pairs_ > 0; }

@@ -141,7 +141,9 @@ class PlatformDraft {
     if (is_guess("lidar.T_imu_lidar")) {
       platform_.suite.calibration.lidar.rotation_sigma_deg = rotation_by_eye_deg;
       usual =
-          "one sigma of T_imu_lidar by tape measure and eye, and of the clock; 0.3 deg from a drawing or a calibration";
+          "one sigma of T_imu_lidar by tape measure and eye (0.3 deg from a drawing or a calibration), of the clock "
+          "and of "
+          "bends of the map";
     }
     comment("lidar.calibration", usual);
   }
