@@ -1,16 +1,11 @@
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
-#include "core/geometry/pose.h"
-#include "core/lidar/correspondence.h"
+#include "core/lidar/cube_sums.h"
 
 namespace lodestone {
-
-using MapErrorCube = std::array<int, 3>;
-using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
 
 /// Errors of a cloud map are not white: points near each other were surveyed together and are displaced together. A
 /// map's displacement is a sum of independent parts. In the first part, all points of a cube share a vector of three
@@ -18,20 +13,10 @@ using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
 /// MapErrorMoments infers from the log which parts a map has. Source: docs/design/042.
 inline constexpr int kMapErrorParts = 4;
 
-/// Edge of a cube of the first part, m. Source: docs/design/042, which names the drives used to choose the value.
-inline constexpr double kMapErrorCube_m = 5.0;
-
 /// Length over which a part changes, m: the edge of a cube, and ℓ = 10, 20 and 40 m.
 inline constexpr double map_error_length_m(int part) {
   return kMapErrorCube_m * static_cast<double>(1 << part);
 }
-
-/// The cube that contains a place in the map, m. Faces avoid round coordinates, where floors and walls often are: noise
-/// would divide the planes of such a wall between two cubes.
-MapErrorCube map_error_cube(const Vector3& place);
-
-/// The cell, of eight cubes, that contains the cube.
-MapErrorCube cell_of(const MapErrorCube& cube);
 
 /// exp(-r²/2ℓ²) for a smooth part, 1 to 3.
 double map_error_correlation(double squared_distance_m2, int part);
@@ -49,18 +34,8 @@ struct PlaceOffset {
   Matrix6x3 by_pose = Matrix6x3::Zero();   ///< transposed derivative of the offset with respect to the pose
 };
 
-/// The pose's error due to displacements that change over tens of metres.
-struct LongMapError {
-  Matrix6 covariance = Matrix6::Zero();  ///< order φ (map axes), p
-  double length_m = kMapErrorCube_m;     ///< length of the way over which the error changes
-};
-
-/// Effect of the map's error on one scan.
+/// Displacements of the map as one scan shows them.
 struct MapError {
-  /// Covariance of the pose estimated from the scan alone, for a variance of one square metre of the first part. Order
-  /// φ (map axes), p.
-  Matrix6 cube_covariance = Matrix6::Zero();
-
   /// In order of their keys; empty if there are too few.
   std::vector<PlaceOffset> cubes;
   std::vector<PlaceOffset> cells;
@@ -69,16 +44,9 @@ struct MapError {
 
   /// Inverse of the scan's information about the pose.
   Matrix6 inverse = Matrix6::Zero();
-
-  /// Error due to the smooth parts: the pose estimated from the scan alone, minus the place in the displaced map. With
-  /// ℓ = 20 m and more, the place moves by the displacement, and its axes rotate by half the curl.
-  LongMapError long_error(const MapErrorVariances& variances_m2) const;
 };
 
-/// L of a pose's covariance L Lᵀ. Invertible: sigmas of at least a micrometre and a microradian.
-Matrix6 pose_error_root(const Matrix6& covariance);
-
-/// Effect of the map's error on a scan. `T_map_imu`: near the pose that fits the correspondences.
+/// What a scan shows of the map's displacement. `T_map_imu`: near the pose that fits the correspondences.
 MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_imu);
 
 }  // namespace lodestone

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/geometry/slide.h"
 #include "core/imu/scan_motion.h"
+#include "core/lidar/bent_map.h"
 #include "core/lidar/deskew.h"
-#include "core/lidar/map_error.h"
 #include "core/observability/robust_weight.h"
 #include "core/observability/single_scan.h"
 #include "core/wheels/wheel_residual.h"
@@ -75,12 +76,12 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
                                        association, ages_s, keyframe.variance_scale);
   keyframe.planes = planes;
   const auto matched = static_cast<int>(keyframe.correspondences.size());
+  std::optional<BentMapFit> fit;
   // LiDAR outage of a robot that was at the height of the map's layer.
   if (matched == 0 && at_level(state.T_map_imu)) hold_height(keyframe);
   if (matched == 0) {
     keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated);
   } else {
-    const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
     Deskewing deskewing(state, motion, keyframe.imu_noise);
     if (before == nullptr) {
       const InitialOptions& initial = options.initial;
@@ -89,21 +90,31 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
       deskewing.acceleration_variance = std::pow(initial.accelerometer_bias_sigma_m_s2, 2) + tilted_m_s2 * tilted_m_s2;
     }
     if (keyframe.motion_waits) deskewing = {};
-    const Matrix6 near = keyframe.map_error_variance_m2 * error.cube_covariance;
-    const LongMapError far = error.long_error(keyframe.long_map_error_variances_m2);
-    Matrix6 within_scan = near;
-    if (!keyframe.map_is_compared) within_scan += far.covariance;
-    keyframe.lidar = condense_scan(keyframe.correspondences, keyframe.associated, deskewing, within_scan);
+    Matrix6 near = Matrix6::Zero();
+    Matrix6 within_scan = Matrix6::Zero();
+    if (options.smoother.solver.map_error_states) {
+      MapErrorVariances variances_m2 = keyframe.long_map_error_variances_m2;
+      variances_m2[0] = keyframe.map_error_variance_m2;
+      fit = fit_in_bent_map(keyframe.correspondences, keyframe.associated, variances_m2);
+      near = keyframe.map_error_variance_m2 * fit->cube_covariance;
+      within_scan = near;
+      if (!keyframe.map_is_compared) within_scan += fit->long_error.covariance;
+    }
+    keyframe.lidar =
+        condense_scan(fit ? fit->straightened : keyframe.correspondences, keyframe.associated, deskewing, within_scan);
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;
     keyframe.lidar.map_error_root = pose_error_root(near);
-    keyframe.lidar.long_map_error_root = pose_error_root(far.covariance);
-    keyframe.lidar.long_map_error_length_m = far.length_m;
+    if (fit) {
+      keyframe.lidar.long_map_error_root = pose_error_root(fit->long_error.covariance);
+      keyframe.lidar.long_map_error_length_m = fit->long_error.length_m;
+    }
   }
+  const CondensedCost& cost = keyframe.lidar.cost;
   keyframe.lidar_information =
-      keyframe.lidar.cost.hessian(keyframe.associated) - kNormalNoiseMargin * keyframe.lidar.cost.spurious_information;
-  keyframe.seen_share = keyframe.lidar.cost.seen_share(keyframe.associated);
+      fit ? fit->information : cost.hessian(keyframe.associated) - kNormalNoiseMargin * cost.spurious_information;
+  keyframe.seen_share = fit ? fit->seen_share : cost.seen_share(keyframe.associated);
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
   }

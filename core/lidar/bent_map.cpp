@@ -1,0 +1,371 @@
+#include "core/lidar/bent_map.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "core/geometry/so3.h"
+#include "core/observability/degeneracy.h"
+
+namespace lodestone {
+
+namespace {
+
+using DynamicMatrix = Eigen::MatrixXd;
+
+/// A scan is displaced by regions: cells of eight cubes up to the first distance from the robot, of eight such cells up
+/// to the second, of eight of those beyond. At a distance, a displacement differs anyway from the robot's.
+constexpr std::array<double, 2> kRegionsUpTo_m{25.0, 60.0};
+
+/// The finer parts contain errors of planes, of sensors and of moved objects; these do not displace the place.
+constexpr int kFirstPartOfPlaces = 2;
+
+/// A direction of a region is displaced if that is more than this share of the variance of what the scan measures
+/// there.
+constexpr double kLeastShare = 0.01;
+
+/// Sigmas of a pose that a scan does not observe.
+constexpr double kUnknownTurn_rad = 0.1;
+constexpr double kUnknownPosition_m = 1.0;
+
+struct Region {
+  Matrix6x3 coupling = Matrix6x3::Zero();
+  Matrix6x3 spurious = Matrix6x3::Zero();
+  Vector3 residual = Vector3::Zero();
+  Vector3 center = Vector3::Zero();
+  double weights = 0.0;
+  double squared_weights = 0.0;         // of its cubes
+  Matrix6x3 taken = Matrix6x3::Zero();  // M
+
+  Matrix3 weight() const { return coupling.bottomRows<3>(); }
+
+  /// Share of the cubes' variance in the mean of several.
+  double share_of_cubes() const { return squared_weights / (weights * weights); }
+};
+
+/// An axis of a region along which the scan measures the displacement.
+struct Direction {
+  std::size_t region;
+  Vector3 axis;
+};
+
+Matrix6 symmetric(const Matrix6& matrix) {
+  return 0.5 * (matrix + matrix.transpose());
+}
+
+using RegionKey = std::pair<int, MapErrorCube>;
+
+RegionKey region_key(const CubeSums& cube, const Vector3& position) {
+  const double away_m = (cube.center - position).norm();
+  RegionKey key{0, cell_of(cube.key)};
+  for (const double limit_m : kRegionsUpTo_m) {
+    if (away_m < limit_m) break;
+    key = {key.first + 1, cell_of(key.second)};
+  }
+  return key;
+}
+
+/// The regions, and that of each cube.
+std::pair<std::vector<Region>, std::vector<std::size_t>> regions_of(const ScanSums& scan, const Vector3& position) {
+  std::map<RegionKey, std::size_t> places;
+  std::vector<Region> regions;
+  std::vector<std::size_t> region_of;
+  for (const CubeSums& cube : scan.cubes) {
+    const auto [found, added] = places.try_emplace(region_key(cube, position), regions.size());
+    if (added) regions.emplace_back();
+    region_of.push_back(found->second);
+    Region& region = regions[found->second];
+    region.coupling += cube.coupling;
+    region.spurious += cube.spurious;
+    region.residual += cube.residual;
+    region.center += cube.weights * cube.center;
+    region.weights += cube.weights;
+    region.squared_weights += cube.weights * cube.weights;
+  }
+  for (Region& region : regions) region.center /= region.weights;
+  return {std::move(regions), std::move(region_of)};
+}
+
+/// Displacements of one part, relative to that of the robot's place S, along one axis in each of some places. For a
+/// variance of one square metre.
+class PartOfDisplacement {
+ public:
+  PartOfDisplacement(int part, const Vector3& position) : part_(part), position_(position) {
+    const double length_m = map_error_length_m(part);
+    if (part >= kFirstPartOfPlaces) place_ << Vector3::Constant(0.5 / (length_m * length_m)), Vector3::Ones();
+  }
+
+  /// T of the motion of a place by S, and Var(S) T / 2 - Cov(S, d): columns along the axis.
+  std::pair<Vector6, Vector6> motion(const Vector3& place, const Vector3& axis) const {
+    if (part_ < kFirstPartOfPlaces) return {Vector6::Zero(), Vector6::Zero()};
+    const Vector3 arm = place - position_;
+    Vector6 moved;
+    moved << arm.cross(axis), axis;
+    const double correlation = map_error_correlation(arm.squaredNorm(), part_);
+    return {moved, (0.5 - correlation) * place_.cwiseProduct(moved)};
+  }
+
+  int part() const { return part_; }
+
+  double variance(const Vector3& place, const Vector3& axis) const {
+    const auto [moved, rest] = motion(place, axis);
+    return 1.0 + 2.0 * moved.dot(rest);
+  }
+
+  DynamicMatrix covariance(const std::vector<Region>& regions, const std::vector<Direction>& directions) const {
+    const auto count = static_cast<Eigen::Index>(directions.size());
+    DynamicMatrix moved(6, count);
+    DynamicMatrix rest(6, count);
+    DynamicMatrix axes(3, count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Direction& direction = directions[static_cast<std::size_t>(k)];
+      const auto [motion_there, rest_there] = motion(regions[direction.region].center, direction.axis);
+      moved.col(k) = motion_there;
+      rest.col(k) = rest_there;
+      axes.col(k) = direction.axis;
+    }
+    const DynamicMatrix crossed = moved.transpose() * rest;
+    DynamicMatrix result = crossed + crossed.transpose();
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Vector3& here = regions[directions[static_cast<std::size_t>(i)].region].center;
+      for (Eigen::Index k = 0; k <= i; ++k) {
+        const double along = axes.col(i).dot(axes.col(k));
+        if (along == 0.0) continue;
+        const Vector3& there = regions[directions[static_cast<std::size_t>(k)].region].center;
+        const double covariance = map_error_correlation((here - there).squaredNorm(), part_) * along;
+        result(i, k) += covariance;
+        if (i != k) result(k, i) += covariance;
+      }
+    }
+    return result;
+  }
+
+ private:
+  int part_;
+  Vector3 position_;
+  Vector6 place_ = Vector6::Zero();  // Var(S)
+};
+
+/// P with Pᵀ `all` P = `seen`, near the identity where they are alike.
+Matrix6 share_of(const Matrix6& seen, const Matrix6& all) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> pencil(seen, all);
+  const Vector6 roots = pencil.eigenvalues().cwiseMax(0.0).cwiseMin(1.0).cwiseSqrt();
+  return pencil.eigenvectors() * roots.asDiagonal() * pencil.eigenvectors().transpose() * all;
+}
+
+/// The generalized least squares of one scan: the displacement of each region is eliminated along the axes in which the
+/// scan measures it, with λ the information there and R its covariance. M = B (Λ + R⁻¹)⁻¹ is what the displacement
+/// takes from the pose; by D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹ D.
+class BentMap {
+ public:
+  BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2) : scan_(scan) {
+    std::tie(regions_, region_of_) = regions_of(scan, position);
+    for (int part = 1; part < kMapErrorParts; ++part) {
+      if (variances_m2[part] > 0.0) parts_.push_back({PartOfDisplacement(part, position), variances_m2[part]});
+    }
+    find_directions(variances_m2[0]);
+    eliminate_displacements(variances_m2[0]);
+    observe();
+  }
+
+  const Matrix6& information() const { return information_; }
+
+  Matrix6 seen_share() const { return share_of(seen_, all_); }
+
+  /// Displacements of the scan's points: that of the region of each cube, and a motion (φ, p) of the whole scan, with
+  /// which the least squares of all points gives `share` times the best pose.
+  std::pair<std::vector<Vector3>, Vector6> displacement(const Matrix6& share) const;
+
+  Matrix6 cube_covariance() const {
+    Matrix6 result = Matrix6::Zero();
+    for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
+      const CubeSums& cube = scan_.cubes[i];
+      const Matrix6x3 error = inverse_ * (cube.coupling - regions_[region_of_[i]].taken * cube.weight);
+      result.noalias() += error * error.transpose();
+    }
+    return result;
+  }
+
+  LongMapError long_error() const {
+    LongMapError result;
+    double sum_m2 = 0.0;
+    double weighed_m3 = 0.0;
+    const DynamicMatrix error = inverse_ * (coupling_ - taken_ * weight_.asDiagonal());
+    for (const Part& part : parts_) {
+      const Matrix6 covariance = symmetric(part.variance_m2 * (error * part.covariance * error.transpose()));
+      result.covariance += covariance;
+      const double own_m2 = covariance.bottomRightCorner<3, 3>().trace();
+      sum_m2 += own_m2;
+      weighed_m3 += own_m2 * map_error_length_m(part.displacement.part());
+    }
+    if (sum_m2 > 0.0) result.length_m = weighed_m3 / sum_m2;
+    return result;
+  }
+
+ private:
+  struct Part {
+    PartOfDisplacement displacement;
+    double variance_m2;
+    DynamicMatrix covariance{};  // of the directions, for one square metre
+  };
+
+  void find_directions(double cube_variance_m2) {
+    std::vector<double> weights;
+    for (std::size_t i = 0; i < regions_.size(); ++i) {
+      const Region& region = regions_[i];
+      Eigen::SelfAdjointEigenSolver<Matrix3> eigen;
+      eigen.computeDirect(region.weight());
+      for (int k = 0; k < 3; ++k) {
+        const Vector3 axis = eigen.eigenvectors().col(k);
+        double variance_m2 = cube_variance_m2 * region.share_of_cubes();
+        for (const Part& part : parts_)
+          variance_m2 += part.variance_m2 * part.displacement.variance(region.center, axis);
+        if (!(eigen.eigenvalues()[k] * variance_m2 > kLeastShare)) continue;
+        directions_.push_back({i, axis});
+        weights.push_back(eigen.eigenvalues()[k]);
+      }
+    }
+    weight_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), static_cast<Eigen::Index>(weights.size()));
+  }
+
+  void eliminate_displacements(double cube_variance_m2) {
+    const auto count = static_cast<Eigen::Index>(directions_.size());
+    coupling_.resize(6, count);
+    residual_.resize(count);
+    DynamicMatrix sum = DynamicMatrix::Zero(count, count);  // R + D
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Direction& direction = directions_[static_cast<std::size_t>(k)];
+      const Region& region = regions_[direction.region];
+      coupling_.col(k) = region.coupling * direction.axis;
+      residual_[k] = region.residual.dot(direction.axis);
+      sum(k, k) = 1.0 / weight_[k] + cube_variance_m2 * region.share_of_cubes();
+    }
+    for (Part& part : parts_) {
+      part.covariance = part.displacement.covariance(regions_, directions_);
+      sum += part.variance_m2 * part.covariance;
+    }
+    factor_.compute(sum);
+    taken_ = eliminated(coupling_.transpose()).transpose();
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Direction& direction = directions_[static_cast<std::size_t>(k)];
+      regions_[direction.region].taken.noalias() += taken_.col(k) * direction.axis.transpose();
+    }
+  }
+
+  /// (Λ + R⁻¹)⁻¹ times columns.
+  DynamicMatrix eliminated(const DynamicMatrix& columns) const {
+    if (columns.rows() == 0) return columns;
+    const DynamicMatrix scaled = weight_.cwiseInverse().asDiagonal() * columns;
+    return scaled - weight_.cwiseInverse().asDiagonal() * factor_.solve(scaled);
+  }
+
+  /// What the scan observes of the pose, without the information that errors of normals pretend.
+  void observe() {
+    const Matrix6 taken = taken_ * coupling_.transpose();
+    const Matrix6 noise =
+        scan_.information - taken - taken.transpose() + taken_ * weight_.asDiagonal() * taken_.transpose();
+    Matrix6 reduced = scan_.information - taken;
+    Matrix6 spurious = scan_.spurious;
+    for (const Region& region : regions_) {
+      const Matrix6 crossed = region.taken * region.spurious.transpose();
+      spurious +=
+          region.taken * region.spurious.bottomRows<3>() * region.taken.transpose() - crossed - crossed.transpose();
+    }
+    // Information that is added where the scan has none is spurious, too.
+    Vector6 unknown;
+    unknown << Vector3::Constant(1.0 / (kUnknownTurn_rad * kUnknownTurn_rad)),
+        Vector3::Constant(1.0 / (kUnknownPosition_m * kUnknownPosition_m));
+    reduced.diagonal() += unknown;
+    spurious.diagonal() += unknown;
+    all_ = scan_.information;
+    all_.diagonal() += 1e-9 * unknown;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> shares(symmetric(spurious), symmetric(reduced));
+    int kept = 0;
+    while (kept < 6 && shares.eigenvalues()[kept] < 1.0 / kNormalNoiseMargin) ++kept;
+    if (shares.info() != Eigen::Success || kept == 0) return;
+    const DynamicMatrix directions = shares.eigenvectors().leftCols(kept);  // Vᵀ H V = 1
+    const Eigen::VectorXd spurious_share = shares.eigenvalues().head(kept);
+    const Eigen::VectorXd real = 1.0 - spurious_share.array();
+    inverse_ = directions * real.cwiseInverse().asDiagonal() * directions.transpose();
+    const Eigen::LLT<DynamicMatrix> variance(directions.transpose() * symmetric(noise) * directions);
+    const DynamicMatrix dual = symmetric(reduced) * directions;
+    const auto information_of = [&](const Eigen::VectorXd& share) {
+      const DynamicMatrix scaled = dual * share.asDiagonal();
+      return symmetric(scaled * variance.solve(scaled.transpose()));
+    };
+    seen_ = information_of(real);
+    information_ = information_of(1.0 - kNormalNoiseMargin * spurious_share.array());
+    pose_ = -inverse_ * (scan_.gradient - taken_ * residual_);
+  }
+
+  const ScanSums& scan_;
+  std::vector<Region> regions_;
+  std::vector<std::size_t> region_of_;  // of each cube
+  std::vector<Part> parts_;
+  std::vector<Direction> directions_;
+  Eigen::VectorXd weight_;                 // Λ
+  DynamicMatrix coupling_;                 // B
+  DynamicMatrix taken_;                    // M
+  Eigen::VectorXd residual_;               // Σ w n r along the directions
+  Eigen::LLT<DynamicMatrix> factor_;       // of R + D
+  Matrix6 all_ = Matrix6::Zero();          // of the pose, without displacements
+  Matrix6 inverse_ = Matrix6::Zero();      // of the information with them
+  Matrix6 seen_ = Matrix6::Zero();         // inverse covariance of the best pose by the noise of the points
+  Matrix6 information_ = Matrix6::Zero();  // the same, less sure
+  Vector6 pose_ = Vector6::Zero();         // the best
+};
+
+std::pair<std::vector<Vector3>, Vector6> BentMap::displacement(const Matrix6& share) const {
+  const Eigen::VectorXd along = -eliminated(residual_ + coupling_.transpose() * pose_);
+  std::vector<Vector3> of_regions(regions_.size(), Vector3::Zero());
+  for (std::size_t k = 0; k < directions_.size(); ++k) {
+    of_regions[directions_[k].region] += along[static_cast<Eigen::Index>(k)] * directions_[k].axis;
+  }
+  std::vector<Vector3> result;
+  Vector6 gradient = scan_.gradient;
+  for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
+    result.push_back(of_regions[region_of_[i]]);
+    gradient += scan_.cubes[i].coupling * result.back();
+  }
+  return {result, -all_.llt().solve(gradient) - share * pose_};
+}
+
+}  // namespace
+
+Matrix6 pose_error_root(const Matrix6& covariance) {
+  constexpr double kLeast = 1e-6;
+  const Eigen::LLT<Matrix6> root(covariance + kLeast * kLeast * Matrix6::Identity());
+  if (root.info() != Eigen::Success) return kLeast * Matrix6::Identity();
+  return root.matrixL();
+}
+
+BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
+                           const MapErrorVariances& variances_m2) {
+  BentMapFit result;
+  result.straightened.assign(correspondences.begin(), correspondences.end());
+  if (correspondences.empty()) return result;
+  const ScanSums scan = sum_by_cubes(correspondences, T_map_imu);
+  const BentMap map(scan, T_map_imu.position, variances_m2);
+  const Matrix6 share = map.seen_share();
+  const auto [displacements, motion] = map.displacement(share);
+  const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
+    Eigen::Vector3f& point = result.straightened[i].point;
+    const Vector3 arm = rotation * point.cast<double>();
+    const Vector3 moved = displacements[scan.cube_of[i]] + motion.head<3>().cross(arm) + motion.tail<3>();
+    point += (rotation.transpose() * moved).cast<float>();
+  }
+  Matrix6 to_imu = Matrix6::Identity();
+  to_imu.topLeftCorner<3, 3>() = rotation.transpose();
+  result.seen_share = to_imu * share * to_imu.transpose();
+  result.information = to_imu * map.information() * to_imu.transpose();
+  result.cube_covariance = map.cube_covariance();
+  result.long_error = map.long_error();
+  return result;
+}
+
+}  // namespace lodestone
