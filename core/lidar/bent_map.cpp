@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/geometry/so3.h"
+#include "core/lidar/displacement_part.h"
 #include "core/observability/degeneracy.h"
 
 namespace lodestone {
@@ -21,8 +21,12 @@ using DynamicMatrix = Eigen::MatrixXd;
 /// to the second, of eight of those beyond. At a distance, a displacement differs anyway from the robot's.
 constexpr std::array<double, 2> kRegionsUpTo_m{25.0, 60.0};
 
-/// The finer parts contain errors of planes, of sensors and of moved objects; these do not displace the place.
-constexpr int kFirstPartOfPlaces = 2;
+/// Scans with more cubes use pairs of cells: a twentieth of the pairs. Far away, cells resolve as finely as cubes in a
+/// room.
+constexpr std::size_t kManyCubes = 150;
+
+/// Mean square of the distances of points from the center of a square wall or floor of a cube.
+constexpr double kSpreadOfCube_m2 = kMapErrorCube_m * kMapErrorCube_m / 6.0;
 
 /// A direction of a region is displaced if that is more than this share of the variance of what the scan measures
 /// there.
@@ -38,6 +42,7 @@ struct Region {
   Vector3 residual = Vector3::Zero();
   Vector3 center = Vector3::Zero();
   double weights = 0.0;
+  double spread_m2 = 0.0;               // mean square of its cubes' distances from the center
   double squared_weights = 0.0;         // of its cubes
   Matrix6x3 taken = Matrix6x3::Zero();  // M
 
@@ -45,12 +50,6 @@ struct Region {
 
   /// Share of the cubes' variance in the mean of several.
   double share_of_cubes() const { return squared_weights / (weights * weights); }
-};
-
-/// An axis of a region along which the scan measures the displacement.
-struct Direction {
-  std::size_t region;
-  Vector3 axis;
 };
 
 Matrix6 symmetric(const Matrix6& matrix) {
@@ -87,68 +86,13 @@ std::pair<std::vector<Region>, std::vector<std::size_t>> regions_of(const ScanSu
     region.squared_weights += cube.weights * cube.weights;
   }
   for (Region& region : regions) region.center /= region.weights;
+  for (std::size_t i = 0; i < scan.cubes.size(); ++i) {
+    Region& region = regions[region_of[i]];
+    region.spread_m2 += scan.cubes[i].weights / region.weights *
+                        ((scan.cubes[i].center - region.center).squaredNorm() + kSpreadOfCube_m2);
+  }
   return {std::move(regions), std::move(region_of)};
 }
-
-/// Displacements of one part, relative to that of the robot's place S, along one axis in each of some places. For a
-/// variance of one square metre.
-class PartOfDisplacement {
- public:
-  PartOfDisplacement(int part, const Vector3& position) : part_(part), position_(position) {
-    const double length_m = map_error_length_m(part);
-    if (part >= kFirstPartOfPlaces) place_ << Vector3::Constant(0.5 / (length_m * length_m)), Vector3::Ones();
-  }
-
-  /// T of the motion of a place by S, and Var(S) T / 2 - Cov(S, d): columns along the axis.
-  std::pair<Vector6, Vector6> motion(const Vector3& place, const Vector3& axis) const {
-    if (part_ < kFirstPartOfPlaces) return {Vector6::Zero(), Vector6::Zero()};
-    const Vector3 arm = place - position_;
-    Vector6 moved;
-    moved << arm.cross(axis), axis;
-    const double correlation = map_error_correlation(arm.squaredNorm(), part_);
-    return {moved, (0.5 - correlation) * place_.cwiseProduct(moved)};
-  }
-
-  int part() const { return part_; }
-
-  double variance(const Vector3& place, const Vector3& axis) const {
-    const auto [moved, rest] = motion(place, axis);
-    return 1.0 + 2.0 * moved.dot(rest);
-  }
-
-  DynamicMatrix covariance(const std::vector<Region>& regions, const std::vector<Direction>& directions) const {
-    const auto count = static_cast<Eigen::Index>(directions.size());
-    DynamicMatrix moved(6, count);
-    DynamicMatrix rest(6, count);
-    DynamicMatrix axes(3, count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const Direction& direction = directions[static_cast<std::size_t>(k)];
-      const auto [motion_there, rest_there] = motion(regions[direction.region].center, direction.axis);
-      moved.col(k) = motion_there;
-      rest.col(k) = rest_there;
-      axes.col(k) = direction.axis;
-    }
-    const DynamicMatrix crossed = moved.transpose() * rest;
-    DynamicMatrix result = crossed + crossed.transpose();
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Vector3& here = regions[directions[static_cast<std::size_t>(i)].region].center;
-      for (Eigen::Index k = 0; k <= i; ++k) {
-        const double along = axes.col(i).dot(axes.col(k));
-        if (along == 0.0) continue;
-        const Vector3& there = regions[directions[static_cast<std::size_t>(k)].region].center;
-        const double covariance = map_error_correlation((here - there).squaredNorm(), part_) * along;
-        result(i, k) += covariance;
-        if (i != k) result(k, i) += covariance;
-      }
-    }
-    return result;
-  }
-
- private:
-  int part_;
-  Vector3 position_;
-  Vector6 place_ = Vector6::Zero();  // Var(S)
-};
 
 /// P with Pᵀ `all` P = `seen`, near the identity where they are alike.
 Matrix6 share_of(const Matrix6& seen, const Matrix6& all) {
@@ -162,13 +106,14 @@ Matrix6 share_of(const Matrix6& seen, const Matrix6& all) {
 /// takes from the pose; by D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹ D.
 class BentMap {
  public:
-  BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2) : scan_(scan) {
+  BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2)
+      : scan_(scan), cube_variance_m2_(variances_m2[0]) {
     std::tie(regions_, region_of_) = regions_of(scan, position);
     for (int part = 1; part < kMapErrorParts; ++part) {
-      if (variances_m2[part] > 0.0) parts_.push_back({PartOfDisplacement(part, position), variances_m2[part]});
+      if (variances_m2[part] > 0.0) parts_.push_back({DisplacementPart(part, position), variances_m2[part]});
     }
-    find_directions(variances_m2[0]);
-    eliminate_displacements(variances_m2[0]);
+    find_directions();
+    eliminate_displacements();
     observe();
   }
 
@@ -190,13 +135,14 @@ class BentMap {
     return result;
   }
 
+  /// Of the cubes' displacements, which differ within a region.
   LongMapError long_error() const {
+    const std::vector<DisplacedPlace> places = places_of_cubes();
     LongMapError result;
     double sum_m2 = 0.0;
     double weighed_m3 = 0.0;
-    const DynamicMatrix error = inverse_ * (coupling_ - taken_ * weight_.asDiagonal());
     for (const Part& part : parts_) {
-      const Matrix6 covariance = symmetric(part.variance_m2 * (error * part.covariance * error.transpose()));
+      const Matrix6 covariance = part.variance_m2 * part.displacement.covariance_of_pose(places);
       result.covariance += covariance;
       const double own_m2 = covariance.bottomRightCorner<3, 3>().trace();
       sum_m2 += own_m2;
@@ -208,50 +154,79 @@ class BentMap {
 
  private:
   struct Part {
-    PartOfDisplacement displacement;
+    DisplacementPart displacement;
     double variance_m2;
-    DynamicMatrix covariance{};  // of the directions, for one square metre
   };
 
-  void find_directions(double cube_variance_m2) {
+  /// How each cube's displacement moves the pose; of cells, if there are many cubes.
+  std::vector<DisplacedPlace> places_of_cubes() const {
+    const bool many = scan_.cubes.size() > kManyCubes;
+    std::map<MapErrorCube, DisplacedPlace> places;
+    for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
+      const CubeSums& cube = scan_.cubes[i];
+      DisplacedPlace& place = places[many ? cell_of(cube.key) : cube.key];
+      const Matrix6x3 moved = inverse_ * (cube.coupling - regions_[region_of_[i]].taken * cube.weight);
+      place.moved += moved;
+      place.apart.noalias() += moved * moved.transpose();
+      place.center += cube.weights * cube.center;
+      place.weights += cube.weights;
+    }
+    for (auto& [key, place] : places) place.center /= place.weights;
+    for (const CubeSums& cube : scan_.cubes) {
+      DisplacedPlace& place = places.at(many ? cell_of(cube.key) : cube.key);
+      place.spread_m2 += cube.weights / place.weights * ((cube.center - place.center).squaredNorm() + kSpreadOfCube_m2);
+    }
+    std::vector<DisplacedPlace> result;
+    for (const auto& [key, place] : places) result.push_back(place);
+    return result;
+  }
+
+  /// Of a region's mean, by what cubes are displaced apart from each other.
+  double variance_of_mean(const Region& region) const {
+    double variance_m2 = cube_variance_m2_;
+    for (const Part& part : parts_) {
+      variance_m2 += part.variance_m2 * part.displacement.share_apart(region.spread_m2);
+    }
+    return variance_m2 * region.share_of_cubes();
+  }
+
+  void find_directions() {
     std::vector<double> weights;
     for (std::size_t i = 0; i < regions_.size(); ++i) {
       const Region& region = regions_[i];
       Eigen::SelfAdjointEigenSolver<Matrix3> eigen;
       eigen.computeDirect(region.weight());
       for (int k = 0; k < 3; ++k) {
-        const Vector3 axis = eigen.eigenvectors().col(k);
-        double variance_m2 = cube_variance_m2 * region.share_of_cubes();
-        for (const Part& part : parts_)
-          variance_m2 += part.variance_m2 * part.displacement.variance(region.center, axis);
+        const DisplacedAxis direction{i, region.center, eigen.eigenvectors().col(k)};
+        double variance_m2 = variance_of_mean(region);
+        for (const Part& part : parts_) variance_m2 += part.variance_m2 * part.displacement.variance(direction);
         if (!(eigen.eigenvalues()[k] * variance_m2 > kLeastShare)) continue;
-        directions_.push_back({i, axis});
+        directions_.push_back(direction);
         weights.push_back(eigen.eigenvalues()[k]);
       }
     }
     weight_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), static_cast<Eigen::Index>(weights.size()));
   }
 
-  void eliminate_displacements(double cube_variance_m2) {
+  void eliminate_displacements() {
     const auto count = static_cast<Eigen::Index>(directions_.size());
     coupling_.resize(6, count);
     residual_.resize(count);
     DynamicMatrix sum = DynamicMatrix::Zero(count, count);  // R + D
     for (Eigen::Index k = 0; k < count; ++k) {
-      const Direction& direction = directions_[static_cast<std::size_t>(k)];
+      const DisplacedAxis& direction = directions_[static_cast<std::size_t>(k)];
       const Region& region = regions_[direction.region];
       coupling_.col(k) = region.coupling * direction.axis;
       residual_[k] = region.residual.dot(direction.axis);
-      sum(k, k) = 1.0 / weight_[k] + cube_variance_m2 * region.share_of_cubes();
+      sum(k, k) = 1.0 / weight_[k] + variance_of_mean(region);
     }
-    for (Part& part : parts_) {
-      part.covariance = part.displacement.covariance(regions_, directions_);
-      sum += part.variance_m2 * part.covariance;
+    for (const Part& part : parts_) {
+      sum += part.variance_m2 * part.displacement.covariance(directions_);
     }
     factor_.compute(sum);
     taken_ = eliminated(coupling_.transpose()).transpose();
     for (Eigen::Index k = 0; k < count; ++k) {
-      const Direction& direction = directions_[static_cast<std::size_t>(k)];
+      const DisplacedAxis& direction = directions_[static_cast<std::size_t>(k)];
       regions_[direction.region].taken.noalias() += taken_.col(k) * direction.axis.transpose();
     }
   }
@@ -303,10 +278,11 @@ class BentMap {
   }
 
   const ScanSums& scan_;
+  double cube_variance_m2_;
   std::vector<Region> regions_;
   std::vector<std::size_t> region_of_;  // of each cube
   std::vector<Part> parts_;
-  std::vector<Direction> directions_;
+  std::vector<DisplacedAxis> directions_;
   Eigen::VectorXd weight_;                 // Λ
   DynamicMatrix coupling_;                 // B
   DynamicMatrix taken_;                    // M
