@@ -95,7 +95,9 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     if (options.smoother.solver.map_error_states) {
       MapErrorVariances variances_m2 = keyframe.long_map_error_variances_m2;
       variances_m2[0] = keyframe.map_error_variance_m2;
-      fit = fit_in_bent_map(keyframe.correspondences, keyframe.associated, variances_m2);
+      // Where gates are wide and nothing is known of this map, one moved object nearby would outweigh all that is far
+      // away.
+      fit = fit_in_bent_map(keyframe.correspondences, keyframe.associated, variances_m2, keyframe.map_is_compared);
       near = keyframe.map_error_variance_m2 * fit->cube_covariance;
       within_scan = near;
       if (!keyframe.map_is_compared) within_scan += fit->long_error.covariance;

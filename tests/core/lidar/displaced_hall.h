@@ -132,4 +132,6 @@ inline Vector6 fit(const std::vector<Correspondence>& matches, const Pose& T_map
   return step;
 }
 
+inline const Vector3 kHall_m(24.0, 18.0, 6.0);
+
 }  // namespace lodestone

@@ -13,8 +13,6 @@
 namespace lodestone {
 namespace {
 
-const Vector3 kHall_m(24.0, 18.0, 6.0);
-
 TEST(MapError, OfCubesIsFoundInTwoScans) {
   constexpr double kSigma_m = 0.02;
   constexpr int kDraws = 200;
