@@ -32,6 +32,9 @@ constexpr double kSpreadOfCube_m2 = kMapErrorCube_m * kMapErrorCube_m / 6.0;
 /// there.
 constexpr double kLeastShare = 0.01;
 
+/// Least share of the information that is not spurious: keeps the pose defined.
+constexpr double kLeastReal = 0.01;
+
 /// Sigmas of a pose that a scan does not observe.
 constexpr double kUnknownTurn_rad = 0.1;
 constexpr double kUnknownPosition_m = 1.0;
@@ -200,7 +203,9 @@ class BentMap {
         const DisplacedAxis direction{i, region.center, eigen.eigenvectors().col(k)};
         double variance_m2 = variance_of_mean(region);
         for (const Part& part : parts_) variance_m2 += part.variance_m2 * part.displacement.variance(direction);
-        if (!(eigen.eigenvalues()[k] * variance_m2 > kLeastShare)) continue;
+        const double spurious = direction.axis.dot(region.spurious.bottomRows<3>() * direction.axis);
+        const double real = eigen.eigenvalues()[k] - kNormalNoiseMargin * spurious;
+        if (!(real * variance_m2 > kLeastShare)) continue;
         directions_.push_back(direction);
         weights.push_back(eigen.eigenvalues()[k]);
       }
@@ -241,8 +246,7 @@ class BentMap {
   /// What the scan observes of the pose, without the information that errors of normals pretend.
   void observe() {
     const Matrix6 taken = taken_ * coupling_.transpose();
-    const Matrix6 noise =
-        scan_.information - taken - taken.transpose() + taken_ * weight_.asDiagonal() * taken_.transpose();
+    Matrix6 noise = scan_.information - taken - taken.transpose() + taken_ * weight_.asDiagonal() * taken_.transpose();
     Matrix6 reduced = scan_.information - taken;
     Matrix6 spurious = scan_.spurious;
     for (const Region& region : regions_) {
@@ -254,27 +258,30 @@ class BentMap {
     Vector6 unknown;
     unknown << Vector3::Constant(1.0 / (kUnknownTurn_rad * kUnknownTurn_rad)),
         Vector3::Constant(1.0 / (kUnknownPosition_m * kUnknownPosition_m));
+    noise.diagonal() += unknown;
     reduced.diagonal() += unknown;
     spurious.diagonal() += unknown;
     all_ = scan_.information;
     all_.diagonal() += 1e-9 * unknown;
     const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> shares(symmetric(spurious), symmetric(reduced));
-    int kept = 0;
-    while (kept < 6 && shares.eigenvalues()[kept] < 1.0 / kNormalNoiseMargin) ++kept;
-    if (shares.info() != Eigen::Success || kept == 0) return;
-    const DynamicMatrix directions = shares.eigenvectors().leftCols(kept);  // Vᵀ H V = 1
-    const Eigen::VectorXd spurious_share = shares.eigenvalues().head(kept);
-    const Eigen::VectorXd real = 1.0 - spurious_share.array();
-    inverse_ = directions * real.cwiseInverse().asDiagonal() * directions.transpose();
-    const Eigen::LLT<DynamicMatrix> variance(directions.transpose() * symmetric(noise) * directions);
-    const DynamicMatrix dual = symmetric(reduced) * directions;
-    const auto information_of = [&](const Eigen::VectorXd& share) {
-      const DynamicMatrix scaled = dual * share.asDiagonal();
+    const Matrix6& directions = shares.eigenvectors();  // Vᵀ H V = 1
+    const Vector6 real = (1.0 - shares.eigenvalues().array()).max(kLeastReal).min(1.0);
+    const auto inverse_of = [&](const Vector6& shown) {
+      return Matrix6(directions * shown.cwiseInverse().asDiagonal() * directions.transpose());
+    };
+    const Eigen::LLT<Matrix6> variance(symmetric(directions.transpose() * noise * directions));
+    const Matrix6 dual = symmetric(reduced) * directions;
+    const auto information_of = [&](const Vector6& shown) {
+      const Matrix6 scaled = dual * shown.asDiagonal();
       return symmetric(scaled * variance.solve(scaled.transpose()));
     };
+    const Vector6 gradient = scan_.gradient - taken_ * residual_;
     seen_ = information_of(real);
-    information_ = information_of(1.0 - kNormalNoiseMargin * spurious_share.array());
-    pose_ = -inverse_ * (scan_.gradient - taken_ * residual_);
+    pose_ = -inverse_of(real) * gradient;
+    information_ = information_of((1.0 - kNormalNoiseMargin * shares.eigenvalues().array()).max(0.0));
+    // Where most of the information is spurious, the pose is too uncertain for displacements.
+    inverse_ = inverse_of(real.cwiseMax(1.0 / kNormalNoiseMargin));
+    sure_pose_ = -inverse_ * gradient;
   }
 
   const ScanSums& scan_;
@@ -293,10 +300,11 @@ class BentMap {
   Matrix6 seen_ = Matrix6::Zero();         // inverse covariance of the best pose by the noise of the points
   Matrix6 information_ = Matrix6::Zero();  // the same, less sure
   Vector6 pose_ = Vector6::Zero();         // the best
+  Vector6 sure_pose_ = Vector6::Zero();    // in directions that the scan observes
 };
 
 std::pair<std::vector<Vector3>, Vector6> BentMap::displacement(const Matrix6& share) const {
-  const Eigen::VectorXd along = -eliminated(residual_ + coupling_.transpose() * pose_);
+  const Eigen::VectorXd along = -eliminated(residual_ + coupling_.transpose() * sure_pose_);
   std::vector<Vector3> of_regions(regions_.size(), Vector3::Zero());
   for (std::size_t k = 0; k < directions_.size(); ++k) {
     of_regions[directions_[k].region] += along[static_cast<Eigen::Index>(k)] * directions_[k].axis;
