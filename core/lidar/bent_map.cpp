@@ -120,8 +120,6 @@ class BentMap {
     observe();
   }
 
-  const Matrix6& information() const { return information_; }
-
   Matrix6 seen_share() const { return share_of(seen_, all_); }
 
   /// Displacements of the scan's points: that of the region of each cube, and a motion (φ, p) of the whole scan, with
@@ -271,14 +269,10 @@ class BentMap {
     };
     const Eigen::LLT<Matrix6> variance(symmetric(directions.transpose() * noise * directions));
     const Matrix6 dual = symmetric(reduced) * directions;
-    const auto information_of = [&](const Vector6& shown) {
-      const Matrix6 scaled = dual * shown.asDiagonal();
-      return symmetric(scaled * variance.solve(scaled.transpose()));
-    };
+    const Matrix6 scaled = dual * real.asDiagonal();
+    seen_ = symmetric(scaled * variance.solve(scaled.transpose()));
     const Vector6 gradient = scan_.gradient - taken_ * residual_;
-    seen_ = information_of(real);
     pose_ = -inverse_of(real) * gradient;
-    information_ = information_of((1.0 - kNormalNoiseMargin * shares.eigenvalues().array()).max(0.0));
     // Where most of the information is spurious, the pose is too uncertain for displacements.
     inverse_ = inverse_of(real.cwiseMax(1.0 / kNormalNoiseMargin));
     sure_pose_ = -inverse_ * gradient;
@@ -290,17 +284,16 @@ class BentMap {
   std::vector<std::size_t> region_of_;  // of each cube
   std::vector<Part> parts_;
   std::vector<DisplacedAxis> directions_;
-  Eigen::VectorXd weight_;                 // Λ
-  DynamicMatrix coupling_;                 // B
-  DynamicMatrix taken_;                    // M
-  Eigen::VectorXd residual_;               // Σ w n r along the directions
-  Eigen::LLT<DynamicMatrix> factor_;       // of R + D
-  Matrix6 all_ = Matrix6::Zero();          // of the pose, without displacements
-  Matrix6 inverse_ = Matrix6::Zero();      // of the information with them
-  Matrix6 seen_ = Matrix6::Zero();         // inverse covariance of the best pose by the noise of the points
-  Matrix6 information_ = Matrix6::Zero();  // the same, less sure
-  Vector6 pose_ = Vector6::Zero();         // the best
-  Vector6 sure_pose_ = Vector6::Zero();    // in directions that the scan observes
+  Eigen::VectorXd weight_;               // Λ
+  DynamicMatrix coupling_;               // B
+  DynamicMatrix taken_;                  // M
+  Eigen::VectorXd residual_;             // Σ w n r along the directions
+  Eigen::LLT<DynamicMatrix> factor_;     // of R + D
+  Matrix6 all_ = Matrix6::Zero();        // of the pose, without displacements
+  Matrix6 inverse_ = Matrix6::Zero();    // of the information with them
+  Matrix6 seen_ = Matrix6::Zero();       // inverse covariance of the best pose by the noise of the points
+  Vector6 pose_ = Vector6::Zero();       // the best
+  Vector6 sure_pose_ = Vector6::Zero();  // in directions that the scan observes
 };
 
 std::pair<std::vector<Vector3>, Vector6> BentMap::displacement(const Matrix6& share) const {
@@ -346,7 +339,6 @@ BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, cons
   Matrix6 to_imu = Matrix6::Identity();
   to_imu.topLeftCorner<3, 3>() = rotation.transpose();
   result.seen_share = to_imu * share * to_imu.transpose();
-  result.information = to_imu * map.information() * to_imu.transpose();
   result.cube_covariance = map.cube_covariance();
   result.long_error = map.long_error();
   return result;

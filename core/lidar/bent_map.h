@@ -25,9 +25,6 @@ struct BentMapFit {
   /// P: the least squares sees the share P of a motion. Order φ (IMU axes), p; as in CondensedCost::seen_share.
   Matrix6 seen_share = Matrix6::Identity();
 
-  /// About the pose, by the noise of the points, without twice what errors of normals pretend. Order φ (IMU axes), p.
-  Matrix6 information = Matrix6::Zero();
-
   /// Covariance of the best pose by displacements of cubes of a variance of one square metre. Order φ (map axes), p.
   Matrix6 cube_covariance = Matrix6::Zero();
 

@@ -114,8 +114,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     }
   }
   const CondensedCost& cost = keyframe.lidar.cost;
-  keyframe.lidar_information =
-      fit ? fit->information : cost.hessian(keyframe.associated) - kNormalNoiseMargin * cost.spurious_information;
+  // A direction is degenerate by the geometry of the scan, not by what bends of the map leave of it.
+  keyframe.lidar_information = cost.hessian(keyframe.associated) - kNormalNoiseMargin * cost.spurious_information;
   keyframe.seen_share = fit ? fit->seen_share : cost.seen_share(keyframe.associated);
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);
