@@ -34,6 +34,10 @@ double sigma_of_a_point(const CondensedCost& cost) {
   return cost.weight_sum > 0.0 ? std::sqrt(static_cast<double>(cost.count) / cost.weight_sum) : 0.0;
 }
 
+/// Least sigma of bends, as the log shows them, whose displacement is estimated: in a straight map, the estimate costs
+/// accuracy (docs/design/069).
+constexpr double kBent_m = 0.005;
+
 constexpr auto kHeightVariance_m2 = static_cast<float>(kLayerHeightSigma_m * kLayerHeightSigma_m);
 
 }  // namespace
@@ -97,7 +101,9 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
       variances_m2[0] = keyframe.map_error_variance_m2;
       // Where gates are wide and nothing is known of this map, one moved object nearby would outweigh all that is far
       // away.
-      fit = fit_in_bent_map(keyframe.correspondences, keyframe.associated, variances_m2, keyframe.map_is_compared);
+      const bool estimated =
+          keyframe.map_is_compared && variances_m2.tail<kMapErrorParts - 1>().sum() > kBent_m * kBent_m;
+      fit = fit_in_bent_map(keyframe.correspondences, keyframe.associated, variances_m2, estimated);
       near = keyframe.map_error_variance_m2 * fit->cube_covariance;
       within_scan = near;
       if (!keyframe.map_is_compared) within_scan += fit->long_error.covariance;
