@@ -129,8 +129,7 @@ class BentMap {
   Matrix6 cube_covariance() const {
     Matrix6 result = Matrix6::Zero();
     for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
-      const CubeSums& cube = scan_.cubes[i];
-      const Matrix6x3 error = inverse_ * (cube.coupling - regions_[region_of_[i]].taken * cube.weight);
+      const Matrix6x3 error = moved_by(i);
       result.noalias() += error * error.transpose();
     }
     return result;
@@ -159,6 +158,13 @@ class BentMap {
     double variance_m2;
   };
 
+  /// How a cube's displacement moves the pose.
+  Matrix6x3 moved_by(std::size_t i) const {
+    const CubeSums& cube = scan_.cubes[i];
+    const Matrix3 weight = cube.weight - cube.spurious.bottomRows<3>();
+    return inverse_ * (cube.coupling - cube.spurious - regions_[region_of_[i]].taken * weight);
+  }
+
   /// How each cube's displacement moves the pose; of cells, if there are many cubes.
   std::vector<DisplacedPlace> places_of_cubes() const {
     const bool many = scan_.cubes.size() > kManyCubes;
@@ -166,7 +172,7 @@ class BentMap {
     for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
       const CubeSums& cube = scan_.cubes[i];
       DisplacedPlace& place = places[many ? cell_of(cube.key) : cube.key];
-      const Matrix6x3 moved = inverse_ * (cube.coupling - regions_[region_of_[i]].taken * cube.weight);
+      const Matrix6x3 moved = moved_by(i);
       place.moved += moved;
       place.apart.noalias() += moved * moved.transpose();
       place.center += cube.weights * cube.center;
