@@ -109,13 +109,13 @@ Matrix6 share_of(const Matrix6& seen, const Matrix6& all) {
 /// takes from the pose; by D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹ D.
 class BentMap {
  public:
-  BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2, bool estimated)
+  BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2)
       : scan_(scan), cube_variance_m2_(variances_m2[0]) {
     std::tie(regions_, region_of_) = regions_of(scan, position);
     for (int part = 1; part < kMapErrorParts; ++part) {
       if (variances_m2[part] > 0.0) parts_.push_back({DisplacementPart(part, position), variances_m2[part]});
     }
-    if (estimated) find_directions();
+    find_directions();
     eliminate_displacements();
     observe();
   }
@@ -327,12 +327,12 @@ Matrix6 pose_error_root(const Matrix6& covariance) {
 }
 
 BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                           const MapErrorVariances& variances_m2, bool estimated) {
+                           const MapErrorVariances& variances_m2) {
   BentMapFit result;
   result.straightened.assign(correspondences.begin(), correspondences.end());
   if (correspondences.empty()) return result;
   const ScanSums scan = sum_by_cubes(correspondences, T_map_imu);
-  const BentMap map(scan, T_map_imu.position, variances_m2, estimated);
+  const BentMap map(scan, T_map_imu.position, variances_m2);
   const Matrix6 share = map.seen_share();
   const auto [displacements, motion] = map.displacement(share);
   const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();

@@ -35,9 +35,8 @@ struct BentMapFit {
 
 /// Estimates the pose by generalized least squares: together with the map's displacement around the robot, whose parts
 /// have `variances_m2`. What is near, and what is displaced as the place is, counts more than what is far away.
-/// `T_map_imu`: near the pose. `estimated`: the displacement; else the pose is that of the least squares, and its
-/// covariance that of the displacement. Source: docs/design/069-bent-maps.md.
+/// `T_map_imu`: near the pose. Source: docs/design/069-bent-maps.md.
 BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                           const MapErrorVariances& variances_m2, bool estimated = true);
+                           const MapErrorVariances& variances_m2);
 
 }  // namespace lodestone

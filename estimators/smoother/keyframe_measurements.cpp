@@ -6,8 +6,8 @@
 
 #include "core/geometry/slide.h"
 #include "core/imu/scan_motion.h"
-#include "core/lidar/bent_map.h"
 #include "core/lidar/deskew.h"
+#include "core/lidar/least_squares_error.h"
 #include "core/observability/robust_weight.h"
 #include "core/observability/single_scan.h"
 #include "core/wheels/wheel_residual.h"
@@ -94,30 +94,32 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
       deskewing.acceleration_variance = std::pow(initial.accelerometer_bias_sigma_m_s2, 2) + tilted_m_s2 * tilted_m_s2;
     }
     if (keyframe.motion_waits) deskewing = {};
+    MapErrorVariances variances_m2 = keyframe.long_map_error_variances_m2;
+    // Where gates are wide and nothing is known of this map, one moved object nearby would outweigh all that is far
+    // away.
+    const bool bent = keyframe.map_is_compared && variances_m2.sum() > kBent_m * kBent_m;
     Matrix6 near = Matrix6::Zero();
-    Matrix6 within_scan = Matrix6::Zero();
-    if (options.smoother.solver.map_error_states) {
-      MapErrorVariances variances_m2 = keyframe.long_map_error_variances_m2;
+    LongMapError far;
+    if (bent && options.smoother.solver.map_error_states) {
       variances_m2[0] = keyframe.map_error_variance_m2;
-      // Where gates are wide and nothing is known of this map, one moved object nearby would outweigh all that is far
-      // away.
-      const bool estimated =
-          keyframe.map_is_compared && variances_m2.tail<kMapErrorParts - 1>().sum() > kBent_m * kBent_m;
-      fit = fit_in_bent_map(keyframe.correspondences, keyframe.associated, variances_m2, estimated);
+      fit = fit_in_bent_map(keyframe.correspondences, keyframe.associated, variances_m2);
       near = keyframe.map_error_variance_m2 * fit->cube_covariance;
-      within_scan = near;
-      if (!keyframe.map_is_compared) within_scan += fit->long_error.covariance;
+      far = fit->long_error;
+    } else {
+      const MapError error = analyse_map_error(keyframe.correspondences, keyframe.associated);
+      near = keyframe.map_error_variance_m2 * cube_covariance_of(error);
+      far = long_error_of(error, variances_m2);
     }
+    Matrix6 within_scan = near;
+    if (!keyframe.map_is_compared) within_scan += far.covariance;
     keyframe.lidar =
         condense_scan(fit ? fit->straightened : keyframe.correspondences, keyframe.associated, deskewing, within_scan);
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;
     keyframe.lidar.map_error_root = pose_error_root(near);
-    if (fit) {
-      keyframe.lidar.long_map_error_root = pose_error_root(fit->long_error.covariance);
-      keyframe.lidar.long_map_error_length_m = fit->long_error.length_m;
-    }
+    keyframe.lidar.long_map_error_root = pose_error_root(far.covariance);
+    keyframe.lidar.long_map_error_length_m = far.length_m;
   }
   const CondensedCost& cost = keyframe.lidar.cost;
   // A direction is degenerate by the geometry of the scan, not by what bends of the map leave of it.
