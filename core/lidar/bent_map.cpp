@@ -21,10 +21,6 @@ using DynamicMatrix = Eigen::MatrixXd;
 /// to the second, of eight of those beyond. At a distance, a displacement differs anyway from the robot's.
 constexpr std::array<double, 2> kRegionsUpTo_m{25.0, 60.0};
 
-/// Scans with more cubes use pairs of cells: a twentieth of the pairs. Far away, cells resolve as finely as cubes in a
-/// room.
-constexpr std::size_t kManyCubes = 150;
-
 /// Mean square of the distances of points from the center of a square wall or floor of a cube.
 constexpr double kSpreadOfCube_m2 = kMapErrorCube_m * kMapErrorCube_m / 6.0;
 
@@ -47,6 +43,7 @@ struct Region {
   double weights = 0.0;
   double spread_m2 = 0.0;               // mean square of its cubes' distances from the center
   double squared_weights = 0.0;         // of its cubes
+  double apart_m2 = 0.0;                // variance of the mean, by what its cubes are displaced apart from each other
   Matrix6x3 taken = Matrix6x3::Zero();  // M
 
   Matrix3 weight() const { return coupling.bottomRows<3>(); }
@@ -104,9 +101,9 @@ Matrix6 share_of(const Matrix6& seen, const Matrix6& all) {
   return pencil.eigenvectors() * roots.asDiagonal() * pencil.eigenvectors().transpose() * all;
 }
 
-/// The generalized least squares of one scan: the displacement of each region is eliminated along the axes in which the
-/// scan measures it, with λ the information there and R its covariance. M = B (Λ + R⁻¹)⁻¹ is what the displacement
-/// takes from the pose; by D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹ D.
+/// The generalized least squares of one scan: the displacement of each region is eliminated along the axes in which
+/// the scan measures it, with λ the information there and R its covariance. M = B (Λ + R⁻¹)⁻¹ is what
+/// displacements take from the pose. With D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹ D.
 class BentMap {
  public:
   BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2)
@@ -118,6 +115,7 @@ class BentMap {
     find_directions();
     eliminate_displacements();
     observe();
+    find_errors();
   }
 
   Matrix6 seen_share() const { return share_of(seen_, all_); }
@@ -128,28 +126,20 @@ class BentMap {
 
   Matrix6 cube_covariance() const {
     Matrix6 result = Matrix6::Zero();
-    for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
-      const Matrix6x3 error = moved_by(i);
-      result.noalias() += error * error.transpose();
-    }
+    for (const Matrix6x3& moved : moved_by_) result.noalias() += moved * moved.transpose();
     return result;
   }
 
   /// Of the cubes' displacements, which differ within a region.
   LongMapError long_error() const {
     const std::vector<DisplacedPlace> places = places_of_cubes();
-    LongMapError result;
-    double sum_m2 = 0.0;
-    double weighed_m3 = 0.0;
+    std::array<Matrix6, kMapErrorParts> covariances;
+    covariances.fill(Matrix6::Zero());
     for (const Part& part : parts_) {
-      const Matrix6 covariance = part.variance_m2 * part.displacement.covariance_of_pose(places);
-      result.covariance += covariance;
-      const double own_m2 = covariance.bottomRightCorner<3, 3>().trace();
-      sum_m2 += own_m2;
-      weighed_m3 += own_m2 * map_error_length_m(part.displacement.part());
+      covariances[static_cast<std::size_t>(part.displacement.part())] =
+          part.variance_m2 * part.displacement.covariance_of_pose(places);
     }
-    if (sum_m2 > 0.0) result.length_m = weighed_m3 / sum_m2;
-    return result;
+    return sum_of_parts(covariances);
   }
 
  private:
@@ -158,13 +148,6 @@ class BentMap {
     double variance_m2;
   };
 
-  /// How a cube's displacement moves the pose.
-  Matrix6x3 moved_by(std::size_t i) const {
-    const CubeSums& cube = scan_.cubes[i];
-    const Matrix3 weight = cube.weight - cube.spurious.bottomRows<3>();
-    return inverse_ * (cube.coupling - cube.spurious - regions_[region_of_[i]].taken * weight);
-  }
-
   /// How each cube's displacement moves the pose; of cells, if there are many cubes.
   std::vector<DisplacedPlace> places_of_cubes() const {
     const bool many = scan_.cubes.size() > kManyCubes;
@@ -172,7 +155,7 @@ class BentMap {
     for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
       const CubeSums& cube = scan_.cubes[i];
       DisplacedPlace& place = places[many ? cell_of(cube.key) : cube.key];
-      const Matrix6x3 moved = moved_by(i);
+      const Matrix6x3& moved = moved_by_[i];
       place.moved += moved;
       place.apart.noalias() += moved * moved.transpose();
       place.center += cube.weights * cube.center;
@@ -188,24 +171,20 @@ class BentMap {
     return result;
   }
 
-  /// Of a region's mean, by what cubes are displaced apart from each other.
-  double variance_of_mean(const Region& region) const {
-    double variance_m2 = cube_variance_m2_;
-    for (const Part& part : parts_) {
-      variance_m2 += part.variance_m2 * part.displacement.share_apart(region.spread_m2);
-    }
-    return variance_m2 * region.share_of_cubes();
-  }
-
   void find_directions() {
     std::vector<double> weights;
     for (std::size_t i = 0; i < regions_.size(); ++i) {
-      const Region& region = regions_[i];
+      Region& region = regions_[i];
+      region.apart_m2 = cube_variance_m2_;
+      for (const Part& part : parts_) {
+        region.apart_m2 += part.variance_m2 * part.displacement.share_apart(region.spread_m2);
+      }
+      region.apart_m2 *= region.share_of_cubes();
       Eigen::SelfAdjointEigenSolver<Matrix3> eigen;
       eigen.computeDirect(region.weight());
       for (int k = 0; k < 3; ++k) {
         const DisplacedAxis direction{i, region.center, eigen.eigenvectors().col(k)};
-        double variance_m2 = variance_of_mean(region);
+        double variance_m2 = region.apart_m2;
         for (const Part& part : parts_) variance_m2 += part.variance_m2 * part.displacement.variance(direction);
         const double spurious = direction.axis.dot(region.spurious.bottomRows<3>() * direction.axis);
         const double real = eigen.eigenvalues()[k] - kNormalNoiseMargin * spurious;
@@ -227,7 +206,7 @@ class BentMap {
       const Region& region = regions_[direction.region];
       coupling_.col(k) = region.coupling * direction.axis;
       residual_[k] = region.residual.dot(direction.axis);
-      sum(k, k) = 1.0 / weight_[k] + variance_of_mean(region);
+      sum(k, k) = 1.0 / weight_[k] + region.apart_m2;
     }
     for (const Part& part : parts_) {
       sum += part.variance_m2 * part.displacement.covariance(directions_);
@@ -284,6 +263,14 @@ class BentMap {
     sure_pose_ = -inverse_ * gradient;
   }
 
+  void find_errors() {
+    for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
+      const CubeSums& cube = scan_.cubes[i];
+      const Matrix3 weight = cube.weight - cube.spurious.bottomRows<3>();
+      moved_by_.emplace_back(inverse_ * (cube.coupling - cube.spurious - regions_[region_of_[i]].taken * weight));
+    }
+  }
+
   const ScanSums& scan_;
   double cube_variance_m2_;
   std::vector<Region> regions_;
@@ -299,6 +286,7 @@ class BentMap {
   Matrix6 inverse_ = Matrix6::Zero();    // of the information with them
   Matrix6 seen_ = Matrix6::Zero();       // inverse covariance of the best pose by the noise of the points
   Vector6 pose_ = Vector6::Zero();       // the best
+  std::vector<Matrix6x3> moved_by_;      // how a cube's displacement moves the pose
   Vector6 sure_pose_ = Vector6::Zero();  // in directions that the scan observes
 };
 
@@ -318,6 +306,21 @@ std::pair<std::vector<Vector3>, Vector6> BentMap::displacement(const Matrix6& sh
 }
 
 }  // namespace
+
+LongMapError sum_of_parts(const std::array<Matrix6, kMapErrorParts>& covariances) {
+  LongMapError result;
+  double sum_m2 = 0.0;
+  double weighed_m3 = 0.0;
+  for (int part = 1; part < kMapErrorParts; ++part) {
+    const Matrix6& covariance = covariances[static_cast<std::size_t>(part)];
+    result.covariance += covariance;
+    const double own_m2 = covariance.bottomRightCorner<3, 3>().trace();
+    sum_m2 += own_m2;
+    weighed_m3 += own_m2 * map_error_length_m(part);
+  }
+  if (sum_m2 > 0.0) result.length_m = weighed_m3 / sum_m2;
+  return result;
+}
 
 Matrix6 pose_error_root(const Matrix6& covariance) {
   constexpr double kLeast = 1e-6;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,9 @@ struct LongMapError {
   Matrix6 covariance = Matrix6::Zero();  ///< order φ (map axes), p
   double length_m = kMapErrorCube_m;     ///< length of the way over which the error changes
 };
+
+/// The error by all parts: independent of each other, zero for a part that a map does not have.
+LongMapError sum_of_parts(const std::array<Matrix6, kMapErrorParts>& covariances);
 
 /// L of a pose's covariance L Lᵀ. Invertible: sigmas of at least a micrometre and a microradian.
 Matrix6 pose_error_root(const Matrix6& covariance);

@@ -4,13 +4,6 @@
 
 namespace lodestone {
 
-namespace {
-
-/// The finer parts contain errors of planes, of sensors and of moved objects; these do not displace the place.
-constexpr int kFirstPartOfPlaces = 2;
-
-}  // namespace
-
 DisplacementPart::DisplacementPart(int part, const Vector3& position) : part_(part), position_(position) {
   const double length_m = map_error_length_m(part);
   if (part >= kFirstPartOfPlaces) place_ << Vector3::Constant(0.5 / (length_m * length_m)), Vector3::Ones();

@@ -7,6 +7,13 @@
 
 namespace lodestone {
 
+/// The finer parts contain errors of planes, of sensors and of moved objects; these do not displace the place.
+inline constexpr int kFirstPartOfPlaces = 2;
+
+/// Scans with more cubes use pairs of cells: a twentieth of the pairs. Far away, cells resolve as finely as cubes in a
+/// room.
+inline constexpr std::size_t kManyCubes = 150;
+
 /// An axis along which a scan measures the displacement of a region of the map.
 struct DisplacedAxis {
   std::size_t region;
@@ -23,9 +30,9 @@ struct DisplacedPlace {
   double weights = 0.0;
 };
 
-/// One part of the map's displacement, relative to that of the robot's place S: with ℓ = 20 m and more, the place moves
-/// by the displacement there, and turns by half its curl. All variances are for a part of one square metre. Source:
-/// docs/design/042-repeated-map-error.md.
+/// One part of the map's displacement, relative to that of the robot's place S: with ℓ = 20 m and more, the place
+/// moves by the displacement there, and turns by half its curl. All variances are for a part of one square metre.
+/// Source: docs/design/042-repeated-map-error.md.
 class DisplacementPart {
  public:
   DisplacementPart(int part, const Vector3& position);

@@ -2,6 +2,7 @@
 
 #include "core/geometry/so3.h"
 #include "core/lidar/bent_map.h"
+#include "core/lidar/displacement_part.h"
 
 namespace lodestone {
 
@@ -16,22 +17,19 @@ inline Matrix6 cube_covariance_of(const MapError& error) {
   return 0.5 * (result + result.transpose());
 }
 
-/// Error of the least squares of a scan by the smooth parts: the pose minus the place in the displaced map. With ℓ = 20
-/// m and more, the place moves by the displacement, and its axes rotate by half the curl. Source: as above.
+/// Error of the least squares of a scan by the smooth parts: the pose minus the place in the displaced map. The place
+/// moves by the displacement with ℓ = 20 m and more, and its axes rotate by half the curl. Source: as above.
 inline LongMapError long_error_of(const MapError& error, const MapErrorVariances& variances_m2) {
-  constexpr std::size_t kManyCubes = 150;  // scans with more use pairs of cells: a twentieth of the pairs
-  constexpr int kFirstPartOfPlaces = 2;    // finer parts contain errors of planes and sensors, which move no place
   const std::vector<PlaceOffset>& places = error.cubes.size() <= kManyCubes ? error.cubes : error.cells;
   std::vector<Matrix6x3> moved;
   moved.reserve(places.size());
   for (const PlaceOffset& place : places) moved.push_back(error.inverse * place.coupling);
-  LongMapError result;
-  double variance = 0.0;
-  double weighed = 0.0;
+  std::array<Matrix6, kMapErrorParts> covariances;
+  covariances.fill(Matrix6::Zero());
   for (int part = 1; part < kMapErrorParts; ++part) {
     if (!(variances_m2[part] > 0.0) || places.empty()) continue;
     const double length_m = map_error_length_m(part);
-    Matrix6 covariance = Matrix6::Zero();
+    Matrix6& covariance = covariances[static_cast<std::size_t>(part)];
     for (std::size_t i = 0; i < places.size(); ++i) {
       Matrix6x3 sum = 0.5 * moved[i];  // each pair once
       for (std::size_t j = 0; j < i; ++j) {
@@ -54,13 +52,8 @@ inline LongMapError long_error_of(const MapError& error, const MapErrorVariances
       covariance.diagonal().tail<3>().array() += 1.0;
     }
     covariance *= variances_m2[part];
-    result.covariance += covariance;
-    const double own = covariance.bottomRightCorner<3, 3>().trace();
-    variance += own;
-    weighed += own * length_m;
   }
-  if (variance > 0.0) result.length_m = weighed / variance;
-  return result;
+  return sum_of_parts(covariances);
 }
 
 }  // namespace lodestone

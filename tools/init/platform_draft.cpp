@@ -142,8 +142,7 @@ class PlatformDraft {
       platform_.suite.calibration.lidar.rotation_sigma_deg = rotation_by_eye_deg;
       usual =
           "one sigma of T_imu_lidar by tape measure and eye (0.3 deg from a drawing or a calibration), of the clock "
-          "and of "
-          "bends of the map";
+          "and of bends of the map";
     }
     comment("lidar.calibration", usual);
   }

@@ -3,22 +3,25 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <cstdio>
 #include <vector>
 
+#include "core/lidar/least_squares_error.h"
 #include "core/lidar/map_error_moments.h"
 #include "tests/core/lidar/displaced_hall.h"
 
 namespace lodestone {
 namespace {
 
-TEST(MapError, OfCubesIsFoundInTwoScans) {
+TEST(MapError, HasTheCovarianceOfThePoseAndIsFoundInTwoScans) {
   constexpr double kSigma_m = 0.02;
   constexpr int kDraws = 200;
   Random random(7);
   const Pose first{so3::exp({0.02, -0.01, 0.7}), {9.0, 8.0, 1.5}};
   const Pose second{so3::exp({-0.01, 0.02, 0.9}), {11.5, 8.5, 1.5}};
+  double nees = 0.0;
   MapErrorMoments moments;
   for (int i = 0; i < kDraws; ++i) {
     Displacement displacement(kSigma_m, random);
@@ -26,18 +29,84 @@ TEST(MapError, OfCubesIsFoundInTwoScans) {
     const Scan other = hall_scan(kHall_m, 1200, second, displacement, random);
     Pose fitted;
     Pose other_fitted;
-    fit(scan.matches, first, fitted);
+    const Vector6 error = fit(scan.matches, first, fitted);
     fit(other.matches, second, other_fitted);
     const MapError here = analyse_map_error(scan.matches, fitted);
+    const Matrix6 root = pose_error_root(kSigma_m * kSigma_m * cube_covariance_of(here));
+    nees += root.triangularView<Eigen::Lower>().solve(error).squaredNorm() / 6.0 / kDraws;
     const auto found = compare_map_errors(here, analyse_map_error(other.matches, other_fitted));
     ASSERT_TRUE(found.has_value());
     moments.approach(*found, 1.0 / (i + 1));
   }
   EXPECT_NEAR(std::sqrt(moments.cube_variance_m2()) / kSigma_m, 1.0, 0.15);
   const MapErrorVariances repeated = moments.variances_m2();
-  std::printf("repeated sigma %.4f m of %.4f m\n", std::sqrt(repeated[0]), kSigma_m);
+  std::printf("NEES %.3f, repeated sigma %.4f m of %.4f m\n", nees, std::sqrt(repeated[0]), kSigma_m);
+  // Noise of the points adds 1 cm over the root of a cube's number of points, some hundred: a few percent.
+  EXPECT_NEAR(nees, 1.0, 0.15);
   EXPECT_NEAR(std::sqrt(repeated[0]) / kSigma_m, 1.0, 0.15);
   EXPECT_LT(repeated.tail<3>().sum(), 0.2 * repeated[0]);
+}
+
+// A port of 150 m by 120 m that is bent over tens of metres: smooth parts with other lengths than the model's. The
+// place is displaced and rotated with its surroundings.
+TEST(MapError, OfABentMapIsFoundAndIsAgainstTheDisplacedPlace) {
+  constexpr int kDraws = 150;
+  constexpr double kSigma_m = 0.02;
+  const Vector3 port_m(150.0, 120.0, 14.0);
+  Random random(9);
+  const Pose first{so3::exp({0.02, -0.01, 0.7}), {73.0, 58.0, 1.5}};
+  const Pose second{so3::exp({-0.01, 0.02, 0.9}), {75.0, 58.5, 1.5}};
+  for (const double length_m : {20.0, 28.0}) {
+    std::vector<Vector6> errors;
+    std::vector<MapError> scans;
+    MapErrorMoments moments;
+    for (int i = 0; i < kDraws; ++i) {
+      Displacement displacement(0.0, random);
+      displacement.add_smooth(kSigma_m, length_m);
+      const Scan scan = hall_scan(port_m, 3000, first, displacement, random);
+      const Scan other = hall_scan(port_m, 3000, second, displacement, random);
+      Pose fitted;
+      Pose other_fitted;
+      errors.push_back(fit(scan.matches, first, fitted));
+      errors.back().head<3>() -= displacement.turn_at(first.position);
+      errors.back().tail<3>() -= displacement.at(first.position);
+      fit(other.matches, second, other_fitted);
+      scans.push_back(analyse_map_error(scan.matches, fitted));
+      const auto found = compare_map_errors(scans.back(), analyse_map_error(other.matches, other_fitted));
+      ASSERT_TRUE(found.has_value());
+      moments.approach(*found, 1.0 / (i + 1));
+    }
+    const MapErrorVariances variances_m2 = moments.variances_m2();
+    double nees = 0.0;
+    double cubes_nees = 0.0;
+    for (int i = 0; i < kDraws; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const auto against = [&](const Matrix6& covariance) {
+        return pose_error_root(covariance).triangularView<Eigen::Lower>().solve(errors[k]).squaredNorm() / 6.0 / kDraws;
+      };
+      nees += against(long_error_of(scans[k], variances_m2).covariance);
+      cubes_nees += against(moments.cube_variance_m2() * cube_covariance_of(scans[k]));
+    }
+    std::printf("l %.0f m: NEES %.3f (as cubes of 5 m: %.1f), sigmas %.1f %.1f %.1f %.1f mm\n", length_m, nees,
+                cubes_nees, 1e3 * std::sqrt(variances_m2[0]), 1e3 * std::sqrt(variances_m2[1]),
+                1e3 * std::sqrt(variances_m2[2]), 1e3 * std::sqrt(variances_m2[3]));
+    EXPECT_NEAR(nees, 1.0, 0.25);
+    EXPECT_GT(cubes_nees, 10.0);
+  }
+}
+
+// An error that displaces and rotates the whole scan moves the place as well. Roll and pitch follow the floor's slope,
+// which is not half of the curl.
+TEST(MapError, OverFarLongerThanTheScanIsNone) {
+  Random random(12);
+  Displacement none(0.0, random);
+  const Pose pose{so3::exp({0.02, -0.01, 0.7}), {4.0, 3.0, 1.5}};
+  const MapError error = analyse_map_error(hall_scan({8.0, 7.0, 4.0}, 1200, pose, none, random).matches, pose);
+  const LongMapError found = long_error_of(error, MapErrorVariances::Unit(3));
+  EXPECT_LT(found.covariance.diagonal().tail<3>().maxCoeff(), 0.05 * 0.05);
+  EXPECT_LT(found.covariance(2, 2), 0.1 * 0.5 / (40.0 * 40.0));
+  EXPECT_DOUBLE_EQ(found.length_m, 40.0);
+  EXPECT_EQ(long_error_of(error, MapErrorVariances::Unit(0)).covariance.norm(), 0.0);
 }
 
 // The mean square of white offsets of n cells has 3 n independent values; that of a displacement that is nearly the
@@ -97,6 +166,7 @@ TEST(MapError, OfAMapThatRepeatsNothingIsNoneAndFewCubesSayNothing) {
   EXPECT_LT(squares / kDraws, std::pow(2e-3, 4));      // one pair of scans detects 2 mm, with points of 1 cm of noise
   EXPECT_TRUE(analyse_map_error({}, pose).cubes.empty());
   EXPECT_FALSE(compare_map_errors({}, {}).has_value());
+  EXPECT_GT(pose_error_root(long_error_of({}, MapErrorVariances::Ones()).covariance).determinant(), 0.0);
 }
 
 // The planes of a floor at z = 0 lie a few millimetres below and above it. Divided between cubes, they would seem
