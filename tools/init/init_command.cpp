@@ -95,9 +95,8 @@ void add_init_command(CLI::App& app, int* code) {
       ->add_option("--seconds", call->seconds,
                    "duration of the part of each log that is read for units and for noise at standstill, seconds")
       ->capture_default_str();
-  files.input(
-      command->add_option("--imu-noise", call->imu_noise,
-                          "take the noise of the IMU from a file for Kalibr or of allan_variance_ros (imu.yaml)"));
+  files.input(command->add_option("--imu-noise", call->imu_noise,
+                                  "take the noise of the IMU from a file of Kalibr, allan_variance_ros or imu_utils"));
   command->add_flag("--force", call->force, "replace the platform file if it exists");
   command->callback([call, code]() {
     write_drafted_platform(*call);

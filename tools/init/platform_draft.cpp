@@ -12,7 +12,7 @@
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/sensor_checks.h"
 #include "tools/check/log_sample.h"
-#include "tools/init/kalibr_noise.h"
+#include "tools/init/imu_noise_file.h"
 #include "tools/init/standstill_noise.h"
 #include "tools/progress.h"
 
@@ -277,28 +277,37 @@ class PlatformDraft {
                 consumer_gyroscope_density, how, imu.gyroscope_noise_density);
     set_density("accelerometer_noise_density_m_s2_sqrt_hz", noise ? noise->accelerometer_density : 0.0,
                 consumer_accelerometer_density, how, imu.accelerometer_noise_density);
-    imu.gyroscope_bias_random_walk = usual_gyroscope_walk;
-    imu.accelerometer_bias_random_walk = usual_accelerometer_walk;
-    const char* walk = "guess: usual; an Allan deviation over hours shows the value";
-    comment("imu.gyroscope_bias_random_walk_rad_s2_sqrt_hz", walk);
-    comment("imu.accelerometer_bias_random_walk_m_s3_sqrt_hz", walk);
+    set_usual_random_walks();
   }
 
   void take_imu_noise(const std::string& path) {
-    const std::vector<KalibrImu> stated = read_kalibr_imus(path);
-    const KalibrImu& found = imu_of_topic(stated, imu_.info.name, path);
     ImuNoise& imu = platform_.suite.imu;
+    const std::vector<StatedImuNoise> stated = read_imu_noise(path, imu.rate_hz);
+    const StatedImuNoise& found = imu_of_topic(stated, imu_.info.name, path);
     imu.gyroscope_noise_density = found.noise.gyroscope_noise_density;
     imu.accelerometer_noise_density = found.noise.accelerometer_noise_density;
-    imu.gyroscope_bias_random_walk = found.noise.gyroscope_bias_random_walk;
-    imu.accelerometer_bias_random_walk = found.noise.accelerometer_bias_random_walk;
     std::string how = "stated by " + std::filesystem::path(path).filename().string();
     if (!found.topic.empty() && found.topic != imu_.info.name) how += " for the topic " + found.topic;
-    for (const char* key :
-         {"gyroscope_noise_density_rad_s_sqrt_hz", "accelerometer_noise_density_m_s2_sqrt_hz",
-          "gyroscope_bias_random_walk_rad_s2_sqrt_hz", "accelerometer_bias_random_walk_m_s3_sqrt_hz"}) {
-      comment(std::string("imu.") + key, how);
+    if (!found.random_walks) {  // computed from the noise of a sample
+      imu.gyroscope_noise_density = to_four_digits(imu.gyroscope_noise_density);
+      imu.accelerometer_noise_density = to_four_digits(imu.accelerometer_noise_density);
+      how += fmt::format(" for one sample, at {:g} Hz", imu.rate_hz);
     }
+    comment("imu.gyroscope_noise_density_rad_s_sqrt_hz", how);
+    comment("imu.accelerometer_noise_density_m_s2_sqrt_hz", how);
+    if (!found.random_walks) return set_usual_random_walks();
+    imu.gyroscope_bias_random_walk = found.noise.gyroscope_bias_random_walk;
+    imu.accelerometer_bias_random_walk = found.noise.accelerometer_bias_random_walk;
+    comment("imu.gyroscope_bias_random_walk_rad_s2_sqrt_hz", how);
+    comment("imu.accelerometer_bias_random_walk_m_s3_sqrt_hz", how);
+  }
+
+  void set_usual_random_walks() {
+    platform_.suite.imu.gyroscope_bias_random_walk = usual_gyroscope_walk;
+    platform_.suite.imu.accelerometer_bias_random_walk = usual_accelerometer_walk;
+    const char* walk = "guess: usual; an Allan deviation over hours shows the value";
+    comment("imu.gyroscope_bias_random_walk_rad_s2_sqrt_hz", walk);
+    comment("imu.accelerometer_bias_random_walk_m_s3_sqrt_hz", walk);
   }
 
   void set_field_noise(const std::optional<StandstillNoise>& noise, double seconds) {

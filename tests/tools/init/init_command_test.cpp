@@ -1,9 +1,11 @@
 // `lodestone init` as called by users.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "frontends/configuration/configuration_node.h"
 #include "tests/frontends/logs/synthetic_log.h"
 #include "tests/tools/program_runner.h"
 
@@ -90,6 +92,27 @@ TEST_F(InitCommand, TakesTheNoiseOfTheImuFromAFileForKalibr) {
   ASSERT_EQ(run_lodestone(call + path("two.yaml")).code, 0);
   EXPECT_THAT(content_of(path("two.yaml")),
               HasSubstr("accelerometer_noise_density_m_s2_sqrt_hz: 0.02  # stated by imu.yaml\n"));
+}
+
+// As cv::FileStorage writes it. What imu_utils calls the noise is that of one sample, at the rate of the IMU.
+TEST_F(InitCommand, TakesTheNoiseOfASampleFromAFileOfImuUtils) {
+  const std::string axes = "   x-axis:\n      gyr_n: 9.0\n";
+  std::ofstream(path("imu.yaml")) << "%YAML:1.0\n---\ntype: IMU\nname: BMI160\nGyr:\n   unit: \" rad/s\"\n"
+                                     "   avg-axis:\n      gyr_n: 1.2e-03\n      gyr_w: 2.6e-05\n"
+                                  << axes << "Acc:\n   avg-axis:\n      acc_n: 2.0e-02\n      acc_w: 5.2e-04\n";
+  const std::string call = "init " + path("log.bag") + " --imu-noise " + path("imu.yaml") + " --out ";
+  const ProgramResult written = run_lodestone(call + path("one.yaml"));
+  ASSERT_EQ(written.code, 0) << written.errors;
+  const std::string text = content_of(path("one.yaml"));
+  const ConfigurationNode imu = ConfigurationNode::load(path("one.yaml")).at("imu");
+  const double rate_hz = imu.at("rate_hz").as_double();
+  EXPECT_NEAR(imu.at("gyroscope_noise_density_rad_s_sqrt_hz").as_double(), 1.2e-3 / std::sqrt(rate_hz), 1e-7);
+  EXPECT_NEAR(imu.at("accelerometer_noise_density_m_s2_sqrt_hz").as_double(), 2e-2 / std::sqrt(rate_hz), 1e-6);
+  EXPECT_THAT(text, HasSubstr(fmt::format("# stated by imu.yaml for one sample, at {:g} Hz", rate_hz)));
+  // A bias instability is no random walk.
+  EXPECT_THAT(text, HasSubstr("gyroscope_bias_random_walk_rad_s2_sqrt_hz: 2e-05  # guess"));
+  std::ofstream(path("imu.yaml")) << "%YAML:1.0\n---\nGyr:\n   avg-axis:\n      gyr_n: 1e-3\n";
+  expect_refused(call + path("two.yaml"), "imu.yaml:3: the key 'Acc' is missing");
 }
 
 TEST_F(InitCommand, RefusesAFileThatDoesNotStateTheNoise) {

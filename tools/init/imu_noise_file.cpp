@@ -1,4 +1,4 @@
-#include "tools/init/kalibr_noise.h"
+#include "tools/init/imu_noise_file.h"
 
 #include <fmt/format.h>
 
@@ -21,8 +21,8 @@ double positive(const ConfigurationNode& imu, const std::string& key) {
   return value;
 }
 
-KalibrImu imu_of(const ConfigurationNode& node) {
-  KalibrImu result;
+StatedImuNoise imu_of(const ConfigurationNode& node) {
+  StatedImuNoise result;
   if (const ConfigurationNode* topic = node.find("rostopic")) result.topic = topic->as_string();
   result.noise.accelerometer_noise_density = positive(node, kFirstKey);
   result.noise.accelerometer_bias_random_walk = positive(node, "accelerometer_random_walk");
@@ -31,11 +31,20 @@ KalibrImu imu_of(const ConfigurationNode& node) {
   return result;
 }
 
+StatedImuNoise imu_of_imu_utils(const ConfigurationNode& root, double rate_hz) {
+  StatedImuNoise result;
+  result.random_walks = false;
+  result.noise.accelerometer_noise_density = positive(root.at("Acc").at("avg-axis"), "acc_n") / std::sqrt(rate_hz);
+  result.noise.gyroscope_noise_density = positive(root.at("Gyr").at("avg-axis"), "gyr_n") / std::sqrt(rate_hz);
+  return result;
+}
+
 }  // namespace
 
-std::vector<KalibrImu> read_kalibr_imus(const std::string& path) {
+std::vector<StatedImuNoise> read_imu_noise(const std::string& path, double rate_hz) {
   const ConfigurationNode root = ConfigurationNode::load(path);
-  std::vector<KalibrImu> result;
+  if (root.has("Gyr")) return {imu_of_imu_utils(root, rate_hz)};
+  std::vector<StatedImuNoise> result;
   for (const std::string& key : root.keys()) {
     const ConfigurationNode& section = root.at(key);
     if (section.kind() == ConfigurationNode::Kind::map && section.has(kFirstKey)) result.push_back(imu_of(section));
@@ -44,12 +53,13 @@ std::vector<KalibrImu> read_kalibr_imus(const std::string& path) {
   return result;
 }
 
-const KalibrImu& imu_of_topic(const std::vector<KalibrImu>& imus, const std::string& topic, const std::string& path) {
-  const auto found = std::ranges::find(imus, topic, &KalibrImu::topic);
+const StatedImuNoise& imu_of_topic(const std::vector<StatedImuNoise>& imus, const std::string& topic,
+                                   const std::string& path) {
+  const auto found = std::ranges::find(imus, topic, &StatedImuNoise::topic);
   if (found != imus.end()) return *found;
   if (imus.size() == 1) return imus.front();
   std::string topics;
-  for (const KalibrImu& imu : imus) topics += (topics.empty() ? "" : ", ") + imu.topic;
+  for (const StatedImuNoise& imu : imus) topics += (topics.empty() ? "" : ", ") + imu.topic;
   throw InputError(fmt::format("{}: none of the IMUs ({}) is the log's, {}; correct its rostopic, or keep one IMU",
                                path, topics, topic));
 }
