@@ -17,6 +17,7 @@ constexpr double kScanContradicts = 0.25;  // fit of scans
 constexpr double kScanUnclear = 0.4;
 constexpr double kStation_m = 1.0;
 constexpr std::size_t kStations = 5;
+constexpr std::ptrdiff_t kContradicting = 4;  // stations, the newest, that suffice where nothing fits
 const double kNothingFits = kFieldTrust * std::log(kStaleShare);  // odds of a station where the map has changed
 constexpr double kFieldFits = 0.4;          // mean odds of the stations over kNothingFits: below, readings fit
 constexpr double kFieldContradicts = 0.95;  // above, they do not
@@ -104,7 +105,7 @@ void HealthMonitor::restart() {
   stations_.clear();
   field_weight_ = 1.0;
   field_alone_ = 0.0;
-  unaware_ = 0.0;
+  odds_decide_ = 0.0;
   unobserved_s_ = 0.0;
   unmeasured_s_ = 0.0;
   last_ = 0;
@@ -142,21 +143,23 @@ bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& 
   field_weight_ += gain * (causal.diagnostics.magnetic_weight - field_weight_);
   const bool alone = causal.diagnostics.correspondences == 0 || causal.diagnostics.unobserved_directions > 0;
   field_alone_ += gain * ((alone ? 1.0 : 0.0) - field_alone_);
-  const bool unaware = causal.diagnostics.unobserved_directions > 0 && causal.diagnostics.degenerate_directions == 0;
-  unaware_ += gain * ((unaware ? 1.0 : 0.0) - unaware_);
+  const bool decide = causal.diagnostics.unobserved_directions > 0 &&
+                      (causal.diagnostics.degenerate_directions == 0 || causal.diagnostics.magnetic_set_aside == 0);
+  odds_decide_ += gain * ((decide ? 1.0 : 0.0) - odds_decide_);
   return causal.diagnostics.magnetic_weight < kLeastFieldWeight || stations_contradict();
 }
 
-/// An estimator that takes noise for information along an unobserved direction weighs its readings by a wrong
-/// covariance. Where it does not, its weights say more: the odds know nothing of a magnetometer that it has set aside.
+/// Where readings alone observe a direction, an estimator can follow a field that only looks like the map's: its
+/// weights agree with its own prediction. The odds do not decide where the estimator knows of a direction and sets
+/// readings aside: they know nothing of a magnetometer with a fault.
 bool HealthMonitor::stations_contradict() const {
-  return unaware_ > kMostly && stations_.size() == kStations &&
-         sum_of_odds() < kFieldContradicts * kStations * kNothingFits;
+  if (!(odds_decide_ > kMostly) || std::ssize(stations_) < kContradicting) return false;
+  const double newest = std::accumulate(stations_.end() - kContradicting, stations_.end(), 0.0, add_odds);
+  return newest < kFieldContradicts * static_cast<double>(kContradicting) * kNothingFits;
 }
 
 double HealthMonitor::sum_of_odds() const {
-  return std::accumulate(stations_.begin(), stations_.end(), 0.0,
-                         [](double sum, const Station& station) { return sum + station.field_odds; });
+  return std::accumulate(stations_.begin(), stations_.end(), 0.0, add_odds);
 }
 
 Verdict HealthMonitor::judge_evidence() const {

@@ -48,6 +48,7 @@ class HealthMonitor {
     Vector3 position = Vector3::Zero();
     double field_odds = 0.0;
   };
+  static double add_odds(double sum, const Station& station) { return sum + station.field_odds; }
 
   PlaceJudge judge_;
   bool has_scans_;                  // that are compared with a cloud map
@@ -55,7 +56,7 @@ class HealthMonitor {
   std::deque<Station> stations_;
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
   double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
-  double unaware_ = 0.0;       // share in which the estimator believes a scan where it observes nothing
+  double odds_decide_ = 0.0;   // share in which readings alone observe a direction, and none of them is set aside
   double unobserved_s_ = 0.0;  // since all directions were last observed
   double unmeasured_s_ = 0.0;  // of these, without IMU
   Time last_ = 0;
