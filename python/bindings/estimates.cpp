@@ -91,6 +91,7 @@ py::dict diagnostics_of(const std::vector<Estimate>& estimates) {
                    [i](const D& d) { return d.direction_weight(i); });
   }
   columns.count("degenerate_directions", [](const D& d) { return d.degenerate_directions; });
+  columns.count("unobserved_directions", [](const D& d) { return d.unobserved_directions; });
   columns.count("magnetic_samples", [](const D& d) { return d.magnetic_samples; });
   columns.count("magnetic_rejected", [](const D& d) { return d.magnetic_rejected; });
   columns.count("magnetic_off_map", [](const D& d) { return d.magnetic_off_map; });

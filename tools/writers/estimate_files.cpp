@@ -17,9 +17,9 @@ std::string diagnostics_header() {
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_sigma_m", i);
   for (int i = 1; i <= 6; ++i) text += fmt::format(",direction_{}_weight", i);
   return text +
-         ",degenerate_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,magnetic_weight,magnetic_shrink,"
-         "magnetic_residual_ut,magnetic_nis,magnetic_set_aside,place_share,decoy_share,field_odds,clock_offset_s,"
-         "clock_sigma_s,wheel_weight,wheel_slip,iterations,step_ms\n";
+         ",degenerate_directions,unobserved_directions,magnetic_samples,magnetic_rejected,magnetic_off_map,"
+         "magnetic_weight,magnetic_shrink,magnetic_residual_ut,magnetic_nis,magnetic_set_aside,place_share,decoy_share,"
+         "field_odds,clock_offset_s,clock_sigma_s,wheel_weight,wheel_slip,iterations,step_ms\n";
 }
 
 /// A number, or nan if nothing was measured: zero would look like a very good value.
@@ -38,8 +38,8 @@ std::string diagnostics_row(const Estimate& estimate) {
   text += figure(d.lidar_nis > 0.0, d.lidar_nis);
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_weight(i));
-  text +=
-      fmt::format(",{},{},{},{}", d.degenerate_directions, d.magnetic_samples, d.magnetic_rejected, d.magnetic_off_map);
+  text += fmt::format(",{},{},{},{},{}", d.degenerate_directions, d.unobserved_directions, d.magnetic_samples,
+                      d.magnetic_rejected, d.magnetic_off_map);
   text += figure(field, d.magnetic_weight) + figure(field, d.magnetic_shrink) + figure(field, d.magnetic_residual_ut);
   text += figure(d.magnetic_nis > 0.0, d.magnetic_nis) + fmt::format(",{}", d.magnetic_set_aside);
   text += figure(d.place_points > 0, d.place_share) + figure(d.place_points > 0, d.decoy_share);

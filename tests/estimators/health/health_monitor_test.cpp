@@ -205,7 +205,7 @@ std::shared_ptr<const MagneticMap> moved_field(const MagneticMap& field, const E
 
 /// Verdicts on the true poses of a drive of which the magnetic map is `offset_m` off.
 std::vector<Verdict> verdicts_with_field_at(const Eigen::Vector2d& offset_m, int unobserved_directions,
-                                            int degenerate_directions = 0) {
+                                            int degenerate_directions = 0, int set_aside = 0) {
   static const testing::RoomDrive drive = testing::drive_through_room(3, 9.0);
   EstimatorInput input = drive.room.input;
   input.field = moved_field(*input.field, offset_m);
@@ -221,6 +221,7 @@ std::vector<Verdict> verdicts_with_field_at(const Eigen::Vector2d& offset_m, int
     estimate.diagnostics.correspondences = 1000;
     estimate.diagnostics.unobserved_directions = unobserved_directions;
     estimate.diagnostics.degenerate_directions = degenerate_directions;
+    estimate.diagnostics.magnetic_set_aside = set_aside;
     estimate.diagnostics.magnetic_samples = 4;
     estimate.diagnostics.magnetic_weight = 1.0;  // of a filter that finds its own prediction in each sample
     monitor.judge(bundle, estimate);
@@ -229,20 +230,22 @@ std::vector<Verdict> verdicts_with_field_at(const Eigen::Vector2d& offset_m, int
   return verdicts;
 }
 
-TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeightsIfNoiseIsTakenForInformation) {
+TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeightsWhereTheyAloneObserve) {
   for (const int unobserved : {0, 1}) {
     for (const Verdict& verdict : verdicts_with_field_at({0.0, 0.0}, unobserved)) {
       EXPECT_EQ(verdict.health, Health::good);
     }
   }
   for (const Eigen::Vector2d& offset_m : {Eigen::Vector2d{1.0, 0.0}, Eigen::Vector2d{0.0, -1.5}}) {
-    const std::vector<Verdict> alone = verdicts_with_field_at(offset_m, 1);
-    EXPECT_EQ(alone.back().health, Health::lost);
-    EXPECT_EQ(alone.back().reason, HealthReason::field_off_map);
-    EXPECT_EQ(alone[alone.size() / 4].health, Health::good);  // two metres say too little
+    for (const int degenerate : {0, 1}) {  // directions that the estimator knows of
+      const std::vector<Verdict> alone = verdicts_with_field_at(offset_m, 1, degenerate);
+      EXPECT_EQ(alone.back().health, Health::lost);
+      EXPECT_EQ(alone.back().reason, HealthReason::field_off_map);
+      EXPECT_EQ(alone[alone.size() / 4].health, Health::good);  // two metres say too little
+    }
     // The map may have changed, or a magnetometer may be wrong, which an estimator with a true covariance finds.
     EXPECT_EQ(verdicts_with_field_at(offset_m, 0).back().health, Health::good);
-    EXPECT_EQ(verdicts_with_field_at(offset_m, 1, 1).back().health, Health::good);
+    EXPECT_EQ(verdicts_with_field_at(offset_m, 1, 1, 1).back().health, Health::good);
   }
 }
 
