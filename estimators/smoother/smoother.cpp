@@ -41,13 +41,19 @@ bool turns_far(const Matrix6& gate) {
   return turn_variance(gate) > kWideGate_rad * kWideGate_rad;
 }
 
-bool shifts_far(const Matrix6& gate) {
-  return shift_variance(gate) > kWideGate_m * kWideGate_m;
+/// `bends_m2`: variance of the map's displacement. In a map that is bent by centimetres, a gate of centimetres is not
+/// rough.
+bool shifts_far(const Matrix6& gate, double bends_m2) {
+  return shift_variance(gate) > kWideGate_m * kWideGate_m + bends_m2;
+}
+
+double known_bends_m2(const Keyframe& keyframe) {
+  return keyframe.map_is_compared ? keyframe.long_map_error_variances_m2.sum() : 0.0;
 }
 
 /// A direction that is still unknown keeps its wide gate: the axis of a tunnel.
-bool narrows(const Matrix6& gate, const Matrix6& narrower) {
-  return (shifts_far(gate) && shift_variance(narrower) < 0.5 * shift_variance(gate)) ||
+bool narrows(const Matrix6& gate, const Matrix6& narrower, double bends_m2) {
+  return (shifts_far(gate, bends_m2) && shift_variance(narrower) < 0.5 * shift_variance(gate)) ||
          (turns_far(gate) && turn_variance(narrower) < 0.5 * turn_variance(gate));
 }
 
@@ -290,7 +296,7 @@ Matrix6 Smoother::narrower_gate(std::size_t k) const {
 /// no longer narrows. Without this, a robot at rest began with 0.7 m/s and was lost within a second.
 bool Smoother::gate_is_wide(std::size_t k) const {
   const Matrix6& gate = keyframes_[k]->gate_covariance;
-  return shifts_far(gate) || turns_far(gate);
+  return shifts_far(gate, known_bends_m2(*keyframes_[k])) || turns_far(gate);
 }
 
 /// Within a wide gate, points on neighbouring surfaces count as much as those on the right one. After a rough
@@ -301,7 +307,7 @@ bool Smoother::begins_to_narrow(std::size_t k) {
   Matrix6& gate = keyframes_[k]->gate_covariance;
   if (!gate_is_wide(k)) return false;
   const Matrix6 narrower = narrower_gate(k);
-  if (!narrows(gate, narrower)) return false;
+  if (!narrows(gate, narrower, known_bends_m2(*keyframes_[k]))) return false;
   gate = narrower;
   return true;
 }
