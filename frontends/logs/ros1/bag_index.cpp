@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 
 #include "core/error.h"
@@ -50,6 +51,7 @@ BagIndex::BagIndex(const std::string& path, WarningLog& warnings) : file_(path),
   const std::string what = fmt::format("{}: the bag is cut off at byte {} of {}, or was not closed by its recorder",
                                        path, end, file_.size());
   if (cut_ && chunks_.empty()) throw InputError(what + "; there is no message before; record the log again");
+  if (damaged_ && chunks_.empty()) fail(end, "there is no message that can be read");
   std::stable_sort(chunks_.begin(), chunks_.end(),
                    [](const Chunk& a, const Chunk& b) { return a.count.begin < b.count.begin; });
   topics_ = collect_topics(path, connections_, counts_, warnings_);
@@ -58,20 +60,57 @@ BagIndex::BagIndex(const std::string& path, WarningLog& warnings) : file_(path),
 
 /// False if the bag is cut off or was not closed. `offset` ends at the first unread byte.
 bool BagIndex::walk(std::uint64_t& offset) {
-  try {
-    while (offset < file_.size()) offset = process_record(offset);
-  } catch (const BagEnd&) {
-    return false;
-  } catch (const BagRecordError& error) {
-    if (announced_.index_start != 0 || offset == magic.size()) fail(offset, error.what());
-    return false;
+  std::optional<std::vector<std::uint64_t>> chunks;
+  while (offset < file_.size()) {
+    std::string wrong = "a record ends behind the end of the file";
+    bool ends = true;
+    try {
+      offset = process_record(offset);
+      continue;
+    } catch (const BagEnd&) {
+    } catch (const BagRecordError& error) {
+      if (offset == magic.size()) fail(offset, error.what());
+      wrong = error.what();
+      ends = false;
+    }
+    const std::uint64_t index_start = announced_.index_start;
+    if (index_start == 0 || index_start > file_.size() || (ends && offset >= index_start)) return false;
+    damaged_ = true;
+    chunk_counts_.clear();  // some of the chunk's indexes cannot be read
+    close_chunk();
+    warnings_.add(
+        "log.damaged_record",
+        fmt::format("{}: the record at byte {}: {}; all chunks that can be unpacked are read", path(), offset, wrong),
+        chunks_.empty() ? 0 : chunks_.back().count.end);
+    if (!chunks) chunks = stated_chunks();
+    const auto next = std::upper_bound(chunks->begin(), chunks->end(), offset);
+    if (next == chunks->end()) return true;
+    offset = *next;
   }
-  return announced_.index_start != 0 && announced_.index_start <= file_.size() &&
-         indexed_connections_ >= announced_.connections && indexed_chunks_ >= announced_.chunks;
+  return damaged_ || (announced_.index_start != 0 && announced_.index_start <= file_.size() &&
+                      indexed_connections_ >= announced_.connections && indexed_chunks_ >= announced_.chunks);
 }
 
-/// Returns the offset of the next record.
-std::uint64_t BagIndex::process_record(std::uint64_t offset) {
+/// The places of chunks, as far as the index at the end of the file can be read. In order.
+std::vector<std::uint64_t> BagIndex::stated_chunks() {
+  std::vector<std::uint64_t> places;
+  try {
+    for (std::uint64_t at = announced_.index_start; at < file_.size();) {
+      const Content content = read_header(at);
+      const BagHeader header(header_);
+      if (header.operation() == BagOperation::chunk_info) places.push_back(header.number<std::uint64_t>("chunk_pos"));
+      at = content.data + content.size;
+    }
+  } catch (const BagEnd&) {
+  } catch (const BagRecordError&) {
+  }
+  std::erase_if(places, [&](std::uint64_t place) { return place >= announced_.index_start; });
+  std::sort(places.begin(), places.end());
+  return places;
+}
+
+/// Of the record at `offset`. Its header is in header_.
+BagIndex::Content BagIndex::read_header(std::uint64_t offset) {
   const auto piece = [this](std::uint64_t at) -> std::uint64_t {
     if (at > file_.size() || file_.size() - at < 4) throw BagEnd();
     std::uint8_t bytes[4];
@@ -81,14 +120,22 @@ std::uint64_t BagIndex::process_record(std::uint64_t offset) {
   const std::uint64_t header_size = piece(offset);
   if (header_size > largest_bag_header) throw BagRecordError(fmt::format("a record's header of {} bytes", header_size));
   const std::uint64_t size = piece(offset + 4 + header_size);
-  const std::uint64_t data = offset + 8 + header_size;
-  const std::uint64_t there = file_.size() - data;
   file_.read(offset + 4, static_cast<std::size_t>(header_size), header_);
+  return {offset + 8 + header_size, size};
+}
+
+/// Returns the offset of the next record.
+std::uint64_t BagIndex::process_record(std::uint64_t offset) {
+  const auto [data, size] = read_header(offset);
+  const std::uint64_t there = file_.size() - data;
   const BagHeader header(header_);
   const BagOperation operation = header.operation();
   if ((offset == magic.size()) != (operation == BagOperation::file_header)) {
     throw BagRecordError(offset == magic.size() ? "the first record is not a file header"
                                                 : "there is a second file header");
+  }
+  if (operation < BagOperation::file_header || operation > BagOperation::connection) {
+    throw BagRecordError("a record of an unexpected kind");
   }
   if (operation != BagOperation::index) close_chunk();
   if (operation == BagOperation::chunk) {
@@ -122,7 +169,7 @@ std::uint64_t BagIndex::process_record(std::uint64_t offset) {
       indexed_chunks_ += indexed ? 1 : 0;
       break;
     default:
-      throw BagRecordError("a record of an unexpected kind");
+      break;
   }
   return data + size;
 }
@@ -209,9 +256,9 @@ void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
            loaded.bytes);
     collect_entries(loaded);
   } catch (const CompressionError& error) {
-    wrong = fmt::format("a chunk cannot be unpacked: {}", error.what());
+    wrong = fmt::format("cannot be unpacked: {}", error.what());
   } catch (const BagRecordError& error) {
-    wrong = error.what();
+    wrong = fmt::format("is damaged: {}", error.what());
   }
   std::stable_sort(loaded.entries.begin(), loaded.entries.end(),
                    [](const SegmentEntry& a, const SegmentEntry& b) { return a.time < b.time; });
@@ -219,16 +266,15 @@ void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
   if (wrong.empty() && count.messages > 0 &&
       (count.messages != static_cast<std::int64_t>(loaded.entries.size()) ||
        count.begin != loaded.entries.front().time)) {
-    wrong = fmt::format("a chunk has {} messages; its index announces {}, or another time", loaded.entries.size(),
-                        count.messages);
+    wrong =
+        fmt::format("has {} messages; its index announces {}, or another time", loaded.entries.size(), count.messages);
+    // The order of chunks is that of the index.
+    std::erase_if(loaded.entries, [&](const SegmentEntry& entry) { return entry.time < count.begin; });
   }
-  if (wrong.empty() || chunk.cut) return;
-  if (!cut_ && announced_.index_start != 0) fail(chunk.record, wrong);
-  if (!lost_.insert(chunk.data).second) return;
-  warnings_.add(
-      "log.damaged_chunk",
-      fmt::format("{}: the chunk at byte {}: {}; its messages from there on are lost", path(), chunk.record, wrong),
-      count.begin);
+  if (wrong.empty() || chunk.cut || !lost_.insert(chunk.data).second) return;
+  warnings_.add("log.damaged_chunk",
+                fmt::format("{}: the chunk at byte {} {}; what cannot be read is lost", path(), chunk.record, wrong),
+                count.begin);
 }
 
 void BagIndex::collect_entries(LoadedSegment& loaded) {

@@ -12,13 +12,13 @@
 namespace lodestone {
 
 /// A ROS 1 bag (format 2.0), read record by record: the index at the end of the file is not required. A bag that is cut
-/// off or was not closed is read up to the first incomplete record. Lengths and counts in the file are checked before
-/// use.
+/// off or was not closed is read up to the first incomplete record. Of a bag with altered bytes, all chunks that can be
+/// unpacked are read. Lengths and counts in the file are checked before use.
 class BagIndex : public SegmentIndex {
  public:
-  /// Throws InputError with the byte if the file is missing, is not a ROS 1 bag of version 2.0, is inconsistent, or is
-  /// cut off before its first message. Counts log.cut_off and log.mixed_topic in `warnings`, which must outlive this;
-  /// for cut-off bags also log.damaged_chunk.
+  /// Throws InputError with the byte if the file is missing, is not a ROS 1 bag of version 2.0, or has no message that
+  /// can be read. Counts log.cut_off, log.mixed_topic, log.damaged_record and log.damaged_chunk in `warnings`, which
+  /// must outlive this.
   BagIndex(const std::string& path, WarningLog& warnings);
 
   const std::string& path() const override { return file_.path(); }
@@ -27,7 +27,6 @@ class BagIndex : public SegmentIndex {
   const Publisher* publisher_of(std::uint32_t channel) const override;
   std::size_t segment_count() const override { return chunks_.size(); }
   Time begin_of(std::size_t segment) const override { return chunks_[segment].count.begin; }
-  /// Throws InputError if the bag is complete and the chunk is damaged.
   void load(std::size_t segment, LoadedSegment& loaded) override { load(chunks_[segment], loaded); }
 
  private:
@@ -45,9 +44,16 @@ class BagIndex : public SegmentIndex {
     std::uint32_t connections = 0, chunks = 0;
   };
 
+  /// Of a record. It may end behind the end of the file.
+  struct Content {
+    std::uint64_t data = 0, size = 0;
+  };
+
   [[noreturn]] void fail(std::uint64_t byte, const std::string& what) const;
   void check_magic() const;
   bool walk(std::uint64_t& offset);
+  std::vector<std::uint64_t> stated_chunks();
+  Content read_header(std::uint64_t offset);
   std::uint64_t process_record(std::uint64_t offset);
   void process_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size);
   void process_index(const BagHeader& header, std::uint64_t data, std::uint64_t size);
@@ -61,6 +67,7 @@ class BagIndex : public SegmentIndex {
   Announced announced_;
   std::uint32_t indexed_connections_ = 0, indexed_chunks_ = 0;  ///< records at the end of the file
   bool cut_ = false;
+  bool damaged_ = false;       ///< a record outside the chunks
   std::vector<Chunk> chunks_;  ///< in order of begin after construction
   std::map<std::uint32_t, TopicInfo> connections_;
   std::map<std::uint32_t, Publisher> publishers_;  ///< of connections

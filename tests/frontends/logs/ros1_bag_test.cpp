@@ -204,29 +204,85 @@ void alter(const std::string& path, const std::string& from, const std::string& 
   std::ofstream(path, std::ios::binary) << bag;
 }
 
-TEST(BagIndexTest, AnIndexThatContradictsItsChunkIsRefusedWithTheByte) {
-  const TemporaryFolder folder;
-  const std::string path = folder / "log.bag";
-  const auto damaged = [&](const std::string& from, const std::string& to) {
-    BagWriter writer(path, Codec::none);
-    for (int i = 0; i < 3; ++i) writer.write("/imu", start + i, ImuMessage{start + i, "imu", {1.0 * i}, {}});
+/// What is left of a bag of five chunks of two messages each.
+class AlteredBag : public ::testing::Test {
+ protected:
+  AlteredBag() {
+    const std::vector<std::uint8_t> bytes(400'000);
+    BagWriter writer(path_, Codec::none);
+    for (int i = 0; i < kMessages; ++i) {
+      PointCloudMessage cloud = cloud_of(bytes);
+      cloud.stamp = start + i;
+      writer.write("/points", start + i, cloud);
+    }
     writer.close();
-    alter(path, from, to);
-    return message_of<InputError>([&] {
-      testing::DecodedLog log(path);
-      log.select({"/imu"});
-      Message message;
-      std::size_t topic = 0;
-      Time time = 0;
-      while (log.next(message, topic, time)) {
+  }
+
+  /// Times after `start` of the messages that are read.
+  std::vector<Time> read() {
+    BagIndex index(path_, warnings_);
+    std::vector<Time> times;
+    LoadedSegment loaded;
+    for (std::size_t i = 0; i < index.segment_count(); ++i) {
+      index.load(i, loaded);
+      for (const SegmentEntry& entry : loaded.entries) {
+        if (index.topic_of(entry.channel) == 0) times.push_back(entry.time - start);
       }
-    });
-  };
-  EXPECT_THAT(damaged(std::string("count=\3\0\0\0", 10), std::string("count=\2\0\0\0", 10)),
-              HasSubstr("damaged at byte"));
-  EXPECT_THAT(damaged(std::string("op=\4", 4), std::string("op=\2", 4)), HasSubstr("damaged at byte"));
-  EXPECT_THAT(damaged("compression=none", "compression=nine"), HasSubstr("the compression 'nine' is unknown"));
-  EXPECT_THAT(damaged("size=", "sise="), HasSubstr("no field 'size'"));
+    }
+    return times;
+  }
+
+  std::uint64_t index_start() const {
+    const std::string bag = read_text_file(path_);
+    const std::string field = "index_pos=";
+    return little_endian<std::uint64_t>(
+        reinterpret_cast<const std::uint8_t*>(bag.data() + bag.find(field) + field.size()));
+  }
+
+  static constexpr int kMessages = 10;
+  const std::vector<Time> all_{0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_ / "log.bag";
+  WarningLog warnings_;
+};
+
+TEST_F(AlteredBag, IsReadWholeAsLongAsItsMessagesAreWhole) {
+  EXPECT_EQ(read(), all_);
+  EXPECT_TRUE(warnings_.entries().empty());
+}
+
+TEST_F(AlteredBag, WithoutItsIndexIsReadFromItsChunks) {
+  std::string bag = read_text_file(path_);
+  std::fill(bag.begin() + static_cast<std::ptrdiff_t>(index_start()), bag.end(), '\0');
+  std::ofstream(path_, std::ios::binary) << bag;
+  EXPECT_EQ(read(), all_);
+  EXPECT_EQ(warnings_.count("log.damaged_record"), 1);
+}
+
+TEST_F(AlteredBag, AfterADamagedRecordContinuesWithTheNextChunk) {
+  alter(path_, std::string("op=\4", 4), std::string("op=\2", 4), 1);  // index of the second chunk
+  EXPECT_EQ(read(), all_);
+  EXPECT_EQ(warnings_.count("log.damaged_record"), 1);
+}
+
+TEST_F(AlteredBag, OfAChunkWhoseHeaderIsDamagedTheOthersAreRead) {
+  alter(path_, "compression=none", "compression=nine", 2);
+  EXPECT_EQ(read(), (std::vector<Time>{0, 1, 2, 3, 6, 7, 8, 9}));
+  EXPECT_THAT(warnings_.entries().at("log.damaged_record").first_detail,
+              HasSubstr("the compression 'nine' is unknown; expected none, lz4 or bz2"));
+}
+
+TEST_F(AlteredBag, AnIndexThatContradictsItsChunkIsNotBelieved) {
+  alter(path_, std::string("count=\2\0\0\0", 10), std::string("count=\1\0\0\0", 10), 3);
+  EXPECT_EQ(read(), all_);
+  EXPECT_EQ(warnings_.count("log.damaged_record"), 1);
+}
+
+TEST_F(AlteredBag, WithoutAMessageThatCanBeReadIsRefusedWithTheByte) {
+  for (int i = 0; i < kMessages / 2; ++i) alter(path_, "compression=none", "compression=nine");
+  EXPECT_THAT(message_of<InputError>([&] { read(); }), HasSubstr("damaged at byte"));
+  alter(path_, "op=", "ap=");  // of the first record
+  EXPECT_THAT(message_of<InputError>([&] { read(); }), HasSubstr("damaged at byte 13: a header has no field 'op'"));
 }
 
 TEST(BagIndexTest, SelectRefusesAbsentTopics) {
