@@ -73,8 +73,9 @@ void write_drafted_platform(const InitCall& call) {
   file.commit();
   const auto guesses = std::count_if(draft.comments.begin(), draft.comments.end(),
                                      [](const auto& each) { return each.second.starts_with("guess"); });
-  fmt::print("{}: LiDAR {}, IMU {}, {} magnetometer(s); {} lines are guesses\n", out.string(),
-             draft.platform.lidar.topic, draft.platform.imu.topic, draft.platform.magnetometers.size(), guesses);
+  fmt::print("{}: {}, IMU {}, {} magnetometer(s); {} lines are guesses\n", out.string(),
+             draft.platform.has_lidar() ? "LiDAR " + draft.platform.lidar.topic : "no LiDAR", draft.platform.imu.topic,
+             draft.platform.magnetometers.size(), guesses);
   for (const auto& [kind, entry] : warnings.entries()) {
     fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
   }

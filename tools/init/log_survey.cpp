@@ -193,7 +193,7 @@ LogSurvey survey_logs(const std::vector<std::string>& logs, WarningLog& warnings
   return survey;
 }
 
-const SurveyedTopic& chosen_lidar(const LogSurvey& survey) {
+const SurveyedTopic* chosen_lidar(const LogSurvey& survey) {
   const SurveyedTopic* best = nullptr;
   std::string reasons;
   for (const SurveyedTopic& topic : survey.topics) {
@@ -206,7 +206,9 @@ const SurveyedTopic& chosen_lidar(const LogSurvey& survey) {
     const auto rank = [](const SurveyedTopic& each) { return std::pair(each.has_times, each.amount()); };
     if (best == nullptr || rank(topic) > rank(*best)) best = &topic;
   }
-  if (best != nullptr) return *best;
+  const bool localizes_without = std::ranges::any_of(
+      survey.topics, [](const SurveyedTopic& topic) { return topic.sensor == Sensor::magnetometer && !topic.refused; });
+  if (best != nullptr || (reasons.empty() && localizes_without)) return best;
   throw no_topic(survey, "a LiDAR that can be read (sensor_msgs/PointCloud2 or livox_ros_driver2/CustomMsg)",
                  reasons.empty() ? "record the LiDAR's points, not its packets, or add a log that has them" : reasons);
 }

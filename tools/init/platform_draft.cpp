@@ -60,7 +60,7 @@ class PlatformDraft {
     comment("magnetometer_calibration",
             "usual: one sigma of T_imu_mag, clock, hard iron and soft iron; increase what you measured roughly");
     comment("gravity_m_s2", "guess: standard gravity; the local value differs by up to 0.03 m/s2");
-    add_lidar();
+    if (lidar_ != nullptr) add_lidar();
     add_imu();
     for (const SurveyedTopic& topic : survey.topics) {
       if (topic.sensor == Sensor::magnetometer && !topic.refused) add_magnetometer(topic);
@@ -68,6 +68,9 @@ class PlatformDraft {
     if (const std::string odometry = survey.odometry_topics(); !odometry.empty()) {
       comment("name",
               "not read: " + odometry + "; if one is wheel odometry, add the section 'wheels' (docs/user/wheels.md)");
+    }
+    if (lidar_ == nullptr) {
+      comment("imu", "no LiDAR: these logs have none; if another log has its points, name both logs");
     }
     if (magnetometers_.empty()) {
       comment("magnetometers",
@@ -121,10 +124,10 @@ class PlatformDraft {
   }
 
   void add_lidar() {
-    platform_.lidar = lidar_.layout;
+    platform_.lidar = lidar_->layout;
     LidarModel& model = platform_.suite.lidar;
-    model.scan_period_s = to_four_digits(lidar_.period_s);
-    comment("lidar.topic", described(lidar_, "the LiDAR with most points; others in the log",
+    model.scan_period_s = to_four_digits(lidar_->period_s);
+    comment("lidar.topic", described(*lidar_, "the LiDAR with most points; others in the log",
                                      " (a second LiDAR is an entry of further_lidars)"));
     comment("lidar.scan_period_s", "median of the first stamps");
     add_layout();
@@ -135,7 +138,7 @@ class PlatformDraft {
     comment("lidar.min_range_m", "guess: beyond the robot's own parts");
     model.max_range_m = 100.0;
     comment("lidar.max_range_m", sheet);
-    model.T_imu_lidar = mounting("lidar.T_imu_lidar", lidar_.frame, "LiDAR");
+    model.T_imu_lidar = mounting("lidar.T_imu_lidar", lidar_->frame, "LiDAR");
     const char* usual =
         "usual: one sigma of T_imu_lidar, of the clock and of bends of the map; increase what you measured roughly";
     if (is_guess("lidar.T_imu_lidar")) {
@@ -149,7 +152,7 @@ class PlatformDraft {
 
   void add_layout() {
     LidarMessageLayout& layout = platform_.lidar;
-    const bool livox = message_type(lidar_.info.type) == MessageType::livox;
+    const bool livox = message_type(lidar_->info.type) == MessageType::livox;
     const bool relative =
         layout.time_zero == PointTimeZero::scan_start || layout.time_zero == PointTimeZero::lidar_clock;
     if (relative || livox) {
@@ -272,7 +275,9 @@ class PlatformDraft {
     no_standstill_ =
         noise ? "the samples at rest are constant" : fmt::format("no standstill of 2 s in the first {:g} s", seconds);
     const std::string how =
-        noise ? fmt::format("at rest for {:.1f} s; increase the value if the robot vibrates", noise->duration_s) : "";
+        noise ? fmt::format("{:.1f} s at rest or in straight and even motion; increase the value if the robot vibrates",
+                            noise->duration_s)
+              : "";
     set_density("gyroscope_noise_density_rad_s_sqrt_hz", noise ? noise->gyroscope_density : 0.0,
                 consumer_gyroscope_density, how, imu.gyroscope_noise_density);
     set_density("accelerometer_noise_density_m_s2_sqrt_hz", noise ? noise->accelerometer_density : 0.0,
@@ -315,14 +320,15 @@ class PlatformDraft {
       const double found = noise ? to_four_digits(noise->fields_ut[i]) : 0.0;
       platform_.suite.magnetometers[i].noise_ut = found > 0.0 ? found : usual_field_noise_ut;
       comment(fmt::format("magnetometers[{}].noise_ut", i),
-              found > 0.0 ? fmt::format("at rest for {:.1f} s; motors may add noise", noise->duration_s)
+              found > 0.0 ? fmt::format("{:.1f} s at rest or in straight and even motion; motors may add noise",
+                                        noise->duration_s)
               : noise     ? "guess: the readings at rest are too few, or constant"
                           : fmt::format("guess: no standstill of 2 s in the first {:g} s", seconds));
     }
   }
 
   const LogSurvey& survey_;
-  const SurveyedTopic& lidar_;
+  const SurveyedTopic* lidar_;  // null: none
   const SurveyedTopic& imu_;
   std::vector<const SurveyedTopic*> magnetometers_;
   std::set<std::string> names_;

@@ -130,7 +130,7 @@ std::string commented_text(const CommentedPlatform& commented) {
   CommentedLines out(commented.comments);
   out.value("", "name", platform.name);
   out.value("", "gravity_m_s2", platform.suite.gravity_m_s2);
-  write_lidar(out, platform.lidar, platform.suite.lidar, platform.suite.calibration.lidar);
+  if (platform.has_lidar()) write_lidar(out, platform.lidar, platform.suite.lidar, platform.suite.calibration.lidar);
   write_imu(out, platform.imu, platform.suite.imu, platform.suite.calibration.imu);
   write_magnetometers(out, platform);
   if (!platform.guesses.empty()) {
