@@ -18,6 +18,7 @@
 #include "tools/progress.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/cloud_map.h"
+#include "tools/simulate/obstacles.h"
 #include "tools/simulate/reality_yaml.h"
 #include "tools/simulate/simulation_source.h"
 #include "tools/writers/output_file.h"
@@ -112,6 +113,19 @@ void print_contents(const SimulateOptions& options, const std::string& sequence,
              environment.scene.mesh.triangles.size(), environment.scene.sources.size());
 }
 
+void warn_of_obstacles(const simulation::SimulationSource& source, const simulation::Environment& environment,
+                       const std::string& drive) {
+  const std::vector<simulation::Obstacle> obstacles =
+      simulation::obstacles_on_path(source.motion(), environment.caster);
+  if (obstacles.empty()) return;
+  const Vector3& place = obstacles.front().position;
+  fmt::print(
+      "warning: {} passes through a surface {:.1f} s after the start, at x {:.2f} y {:.2f} z {:.2f}{}; move its "
+      "waypoints or the solid\n",
+      drive, obstacles.front().seconds, place.x(), place.y(), place.z(),
+      obstacles.size() == 1 ? "" : fmt::format(", and at {} more places", obstacles.size() - 1));
+}
+
 void simulate(const SimulateOptions& options) {
   using Drive = simulation::SimulationSource::Drive;
   catch_interrupts();
@@ -147,6 +161,7 @@ void simulate(const SimulateOptions& options) {
     if (!options.writes("log")) print_contents(options, sequence, *environment);
     simulation::SimulationSource survey(world, environment, sequence, Drive::survey, options.seed,
                                         std::numeric_limits<double>::infinity());
+    warn_of_obstacles(survey, *environment, "the survey of sequence " + sequence);
     write_tum(path("survey.tum"), survey.trajectory(),
               fmt::format("T_map_imu at the IMU's stamps, survey grade: noise {} m, {} deg; t x y z qx qy qz qw",
                           world.survey.position_sigma_m, world.survey.angle_sigma_deg));
@@ -156,6 +171,7 @@ void simulate(const SimulateOptions& options) {
     const auto environment = environments.get(scene, moved.driven);
     print_contents(options, sequence, *environment);
     simulation::SimulationSource drive(world, environment, sequence, Drive::sequence, options.seed, options.duration_s);
+    warn_of_obstacles(drive, *environment, "sequence " + sequence);
     write_tum(path("truth.tum"), drive.trajectory(),
               reality.displacement.empty()
                   ? "T_map_imu, exact, at the IMU's stamps; t x y z qx qy qz qw"
