@@ -16,6 +16,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
+#include "tools/writers/output_file.h"
 
 namespace lodestone {
 namespace {
@@ -32,6 +33,7 @@ Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out 
 
 struct ConvertCall {
   std::string log, out, format, compression;
+  bool force = false;
   std::optional<double> from_s, to_s;  ///< after the log's first message
 };
 
@@ -100,6 +102,7 @@ void convert(const ConvertCall& call) {
   check_part(call);
   const LogFormat format = format_of(call);
   const Codec codec = codec_of(call, format);
+  refuse_to_replace(call.out, call.force);
   WarningLog warnings;
   const auto source = open_log(call.log, warnings);
   Time begin = 0, end = 0;
@@ -152,6 +155,7 @@ void add_convert_command(CLI::App& app, int* code) {
       .output(command->add_option("--out", call->out,
                                   "the file to write; the ending determines the format: .bag, .mcap or .db3"))
       ->required();
+  command->add_flag("--force", call->force, "replace the file if it exists");
   command->add_option("--format", call->format, "bag, mcap or db3 for any ending")
       ->check(CLI::IsMember({"bag", "mcap", "db3"}));
   command

@@ -1,6 +1,11 @@
 #include "tools/export/deskewed_scans.h"
 
+#include <limits>
+#include <utility>
+#include <vector>
+
 #include "core/lidar/lidar_poses.h"
+#include "core/lidar/plane_map.h"
 #include "frontends/synchronizer/bag_source.h"
 
 namespace lodestone {
@@ -10,20 +15,43 @@ namespace {
 /// Between neighbouring poses. Larger gaps are losses of the track; the slowest LiDARs scan once a second.
 constexpr Time kLargestGap = 2'000'000'000;
 
+constexpr float kFarthestPlane_m = 0.5F;  // beyond, a point belongs to something else
+
 }  // namespace
 
 struct DeskewedScans::Implementation {
-  Implementation(const std::string& log, const Platform& platform, const Trajectory& trajectory)
+  Implementation(const std::string& log, const Platform& platform, const Trajectory& trajectory,
+                 std::shared_ptr<const PlaneMapSource> map)
       : source(log, platform, warnings, {.lidar = true, .imu = false, .magnetometers = false, .wheels = false}),
-        poses(trajectory, platform.suite.lidar.T_imu_lidar, kLargestGap) {}
+        poses(trajectory, platform.suite.lidar.T_imu_lidar, kLargestGap),
+        planes(std::move(map)) {}
+
+  /// The points in the map frame; `lidar_m`: where the LiDAR was.
+  PackedCloud packed(const std::vector<Eigen::Vector3f>& points, const std::vector<float>& intensities,
+                     const Vector3& lidar_m) const {
+    const std::shared_ptr<const PlaneMap> map = planes == nullptr ? nullptr : planes->around(lidar_m);
+    std::vector<std::string> fields{"x", "y", "z", "intensity"};
+    if (map != nullptr) fields.emplace_back("residual_m");
+    PackedCloud cloud(std::move(fields));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3f& point = points[i];
+      cloud.add({point.x(), point.y(), point.z(), intensities[i]});
+      if (map == nullptr) continue;
+      const Plane* plane = map->match(point, kFarthestPlane_m);
+      cloud.add({plane == nullptr ? std::numeric_limits<float>::quiet_NaN() : plane->distance(point)});
+    }
+    return cloud;
+  }
 
   WarningLog warnings;
   BagSource source;
   LidarPoses poses;
+  std::shared_ptr<const PlaneMapSource> planes;
 };
 
-DeskewedScans::DeskewedScans(const std::string& log, const Platform& platform, const Trajectory& trajectory)
-    : implementation_(std::make_unique<Implementation>(log, platform, trajectory)) {}
+DeskewedScans::DeskewedScans(const std::string& log, const Platform& platform, const Trajectory& trajectory,
+                             std::shared_ptr<const PlaneMapSource> planes)
+    : implementation_(std::make_unique<Implementation>(log, platform, trajectory, std::move(planes))) {}
 
 DeskewedScans::~DeskewedScans() = default;
 
@@ -32,15 +60,17 @@ std::optional<DeskewedScan> DeskewedScans::next() {
   for (Measurement measurement; self.source.next(measurement);) {
     const auto* scan = std::get_if<LidarScan>(&measurement);
     if (scan == nullptr) continue;
-    DeskewedScan result;
-    result.end = scan->end;
+    std::vector<Eigen::Vector3f> points;
+    std::vector<float> intensities;
+    Vector3 lidar_m = Vector3::Zero();
     for (const LidarPoint& point : scan->points) {
       const std::optional<Pose>& T_map_lidar = self.poses.at(scan->start + point.offset_ns);
       if (!T_map_lidar) continue;
-      const Eigen::Vector3f in_map = (*T_map_lidar * point.position.cast<double>()).cast<float>();
-      result.cloud.add({in_map.x(), in_map.y(), in_map.z(), point.intensity});
+      points.push_back((*T_map_lidar * point.position.cast<double>()).cast<float>());
+      intensities.push_back(point.intensity);
+      lidar_m = T_map_lidar->position;
     }
-    if (!result.cloud.empty()) return result;
+    if (!points.empty()) return DeskewedScan{scan->end, self.packed(points, intensities, lidar_m)};
   }
   return std::nullopt;
 }

@@ -7,10 +7,13 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "estimators/options.h"
 #include "frontends/configuration/kitti_trajectory.h"
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/logs/ros2/bag_folder_writer.h"
+#include "frontends/maps/plane_map_loader.h"
 #include "tools/export/deskewed_scans.h"
 #include "tools/export/log_export.h"
 #include "tools/export/run_results.h"
@@ -57,12 +60,28 @@ Platform platform_for_scans(const ExportCall& call, const RunResults& run) {
   return load_platform(run.platform);
 }
 
+/// The planes that the run used, for the residuals of the points. Null without a cloud map.
+std::shared_ptr<const PlaneMapSource> planes_for_scans(const RunResults& run, const Platform& platform) {
+  if (run.cloud.empty()) return nullptr;
+  if (!fs::exists(run.cloud)) {
+    fmt::print("warning: the cloud map of the run, '{}', does not exist: scans have no residual_m\n", run.cloud);
+    return nullptr;
+  }
+  RunOptions options;
+  const fs::path file = run.folder / "config.yaml";
+  if (fs::exists(file)) load_options(ConfigurationNode::load(file.string()), options);
+  WarningLog ignored;  // the run reported them
+  return load_planes(run.cloud, options.lidar.map, platform.suite.lidars(), fs::temp_directory_path().string(), ignored)
+      .source;
+}
+
 void export_to_log(const ExportCall& call, const RunResults& run, const fs::path& out) {
   catch_interrupts();
   std::unique_ptr<DeskewedScans> scans;
   if (!call.log.empty()) {
-    scans = std::make_unique<DeskewedScans>(call.log, platform_for_scans(call, run),
-                                            run.estimators.front().files.trajectory);
+    const Platform platform = platform_for_scans(call, run);
+    scans = std::make_unique<DeskewedScans>(call.log, platform, run.estimators.front().files.trajectory,
+                                            planes_for_scans(run, platform));
   }
   std::unique_ptr<LogWriter> writer;
   if (call.to == "mcap") {
@@ -123,6 +142,7 @@ void export_to_trajectory(const ExportCall& call, const RunResults& run, const f
 void execute(const ExportCall& call) {
   const fs::path out = output_of(call);
   check_output(call, out);
+  if (call.to != "db3") refuse_to_replace(call.out, call.force || call.out.empty());
   if (is_trajectory(call) && !call.log.empty()) {
     throw InputError(fmt::format("--log: --to {} has no scans; omit --log, or use --to mcap", call.to));
   }

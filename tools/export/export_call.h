@@ -13,6 +13,7 @@ struct ExportCall {
   std::string log;                      ///< empty: no scans
   std::string platform;                 ///< empty: that of the run
   std::string out;                      ///< empty: a name in the run's folder
+  bool force = false;                   ///< replace a file that `out` names
 };
 
 /// Writes the export and reports it on the terminal. Throws InputError.

@@ -38,6 +38,7 @@ void add_export_command(CLI::App& app, int* code) {
                                  "with --log: the platform file (default: the one of the run)"))
       ->needs(log);
   files.output(command->add_option("--out", call->out, "the file or folder to write (default: RUN/export...)"));
+  command->add_flag("--force", call->force, "replace the file of --out if it exists");
   command->callback([call, code]() {
     execute(*call);
     *code = exit_code::done;

@@ -15,7 +15,7 @@ class PackedCloud {
  public:
   explicit PackedCloud(std::vector<std::string> fields) : fields_(std::move(fields)) {}
 
-  /// One value for each field.
+  /// The next values. A point has one for each field.
   void add(std::initializer_list<float> values) { values_.insert(values_.end(), values.begin(), values.end()); }
   bool empty() const { return values_.empty(); }
 

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 /// The fields of summary.json that an export uses.
 struct RunHeader {
-  std::string status, platform;
+  std::string status, platform, cloud;
   std::vector<std::string> estimators;
 };
 
@@ -41,6 +41,7 @@ RunHeader read_run_header(const fs::path& folder) {
     for (const auto& [name, figures] : summary.at("estimators").items()) header.estimators.push_back(name);
     header.status = summary.value("status", "done");
     if (summary.contains("platform") && summary["platform"].is_string()) header.platform = summary["platform"];
+    if (summary.contains("cloud") && summary["cloud"].is_string()) header.cloud = summary["cloud"];
     return Json();
   });
   if (header.status == "interrupted") throw InputError(fmt::format(fmt::runtime(unfinished), folder.string()));
@@ -65,6 +66,7 @@ RunResults read_run_results(const fs::path& folder, const std::vector<std::strin
   RunResults run;
   run.folder = folder;
   run.platform = header.platform;
+  run.cloud = header.cloud;
   std::optional<Time> begin;
   for (const std::string& name : chosen.empty() ? header.estimators : chosen) {
     const EstimatorResults& results = run.estimators.emplace_back(read_results(folder / name));

@@ -38,11 +38,7 @@ struct InitCall {
 void check_init_call(const InitCall& call) {
   if (!(call.seconds > 0.0))
     throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
-  std::error_code ignored;
-  if (fs::exists(call.out, ignored) && !call.force) {
-    throw InputError(
-        fmt::format("--out {}: the file exists; choose another name, or set --force to replace the file", call.out));
-  }
+  refuse_to_replace(call.out, call.force);
 }
 
 /// The comment lines at the begin of the file.

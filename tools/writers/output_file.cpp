@@ -78,6 +78,13 @@ std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
   return made_folder(folder);
 }
 
+void refuse_to_replace(const std::string& out, bool force) {
+  std::error_code ignored;
+  if (force || !std::filesystem::exists(out, ignored)) return;
+  throw InputError(
+      fmt::format("--out {}: the file exists; choose another name, or set --force to replace the file", out));
+}
+
 std::filesystem::path output_with_ending(const std::string& out, const std::string& ending) {
   const std::filesystem::path path(out);
   if (path.extension() != ending) throw InputError(out + ": expected a name ending in " + ending + " for --out");

@@ -36,6 +36,9 @@ std::filesystem::path made_folder(const std::filesystem::path& folder);
 /// The same, and deletes its content: results of an earlier call must not mix with new ones.
 std::filesystem::path emptied_folder(const std::filesystem::path& folder);
 
+/// Throws InputError if a file that --out names exists and the user did not allow to replace it.
+void refuse_to_replace(const std::string& out, bool force);
+
 /// The path of a file that --out names; creates its folder. Throws InputError if the name has another ending.
 std::filesystem::path output_with_ending(const std::string& out, const std::string& ending);
 inline std::filesystem::path yaml_output(const std::string& out) {

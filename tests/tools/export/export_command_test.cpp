@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/logs/open_log.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
+#include "tests/frontends/logs/decoded_log.h"
 #include "tests/tools/program_runner.h"
 #include "tests/tools/run/office_world.h"
 #include "tools/writers/covariance_file.h"
@@ -71,6 +73,39 @@ Number number_at(const std::string& bytes, std::size_t at) {
   return value;
 }
 
+/// Points have a residual, and most are within 5 cm of the map.
+void expect_scan_on_map(const std::string& log) {
+  testing::DecodedLog scans(log);
+  scans.select({"/lodestone/scan"});
+  Message message;
+  std::size_t topic = 0;
+  Time time = 0;
+  ASSERT_TRUE(scans.next(message, topic, time));
+  const auto& cloud = std::get<ros1::PointCloudMessage>(message);
+  ASSERT_EQ(cloud.fields.size(), 5U);
+  EXPECT_EQ(cloud.fields[4].name, "residual_m");
+  int on_plane = 0, near = 0;
+  for (std::size_t at = 0; at < cloud.data_size; at += cloud.point_step) {
+    float residual_m = 0.0F;
+    std::memcpy(&residual_m, cloud.data + at + cloud.fields[4].offset, sizeof(residual_m));
+    if (std::isnan(residual_m)) continue;
+    ++on_plane;
+    if (std::abs(residual_m) < 0.05F) ++near;
+  }
+  EXPECT_GT(on_plane, static_cast<int>(cloud.width) / 2);
+  EXPECT_GT(near, 9 * on_plane / 10);
+}
+
+TEST_F(ExportCommand, ReplacesAFileOnlyWithForce) {
+  const std::string log = content_of(path("site/log.bag"));
+  const std::string call = "export " + path("run") + " --to mcap --out " + path("site/log.bag");
+  expect_refused(call, "--out " + path("site/log.bag") + ": the file exists; choose another name, or set --force");
+  EXPECT_EQ(content_of(path("site/log.bag")), log);
+  std::ofstream(path("old.mcap")) << "old";
+  expect_refused("export " + path("run") + " --to mcap --out " + path("old.mcap"), "the file exists");
+  expect_done("export " + path("run") + " --to mcap --force --out " + path("old.mcap"));
+}
+
 TEST_F(ExportCommand, McapHasAllTopicsInTheLogsTime) {
   expect_done("export " + path("run") + " --to mcap --log " + path("site/log.bag"));
   const auto topics = topics_in(path("run/export.mcap"));
@@ -90,6 +125,7 @@ TEST_F(ExportCommand, McapHasAllTopicsInTheLogsTime) {
   EXPECT_EQ(topics.at("/tf").messages, static_cast<std::int64_t>(poses.size() + trajectory("lidar-inertial").size()));
   EXPECT_EQ(topics.at("/lodestone/smoother/path").messages, 1);
   EXPECT_GT(topics.at("/lodestone/scan").messages, 10);
+  expect_scan_on_map(path("run/export.mcap"));
 
   // A second export replaces the first; one estimator, no scans.
   expect_done("export " + path("run") + " --to mcap --estimator lidar-inertial");
