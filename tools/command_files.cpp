@@ -132,4 +132,14 @@ CommandFiles::Written CommandFiles::with_endings(std::vector<std::string> ending
   };
 }
 
+CLI::Option* at_least_one(CLI::Option* option) {
+  return option->check(
+      [](const std::string& text) {
+        int number = 0;
+        const bool is_number = CLI::detail::lexical_cast(text, number);
+        return is_number && number >= 1 ? std::string() : fmt::format("expected at least 1, found {}", text);
+      },
+      "");
+}
+
 }  // namespace lodestone

@@ -39,4 +39,7 @@ class CommandFiles {
   std::shared_ptr<Declared> declared_;  ///< shared with the command, which outlives this
 };
 
+/// Refuses a number of threads below one. Returns the option.
+CLI::Option* at_least_one(CLI::Option* option);
+
 }  // namespace lodestone

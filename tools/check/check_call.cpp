@@ -31,8 +31,6 @@ constexpr std::size_t kFewestScans = 3;
 void check_call(const CheckCall& call) {
   if (!(call.seconds > 0.0))
     throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
-  if (call.threads && *call.threads < 1)
-    throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
   if (!std::filesystem::exists(call.log)) throw missing_file(call.log, "log");
   const bool maps = !call.cloud.empty() || !call.magnetic.empty();
   if (maps && call.platform.empty()) throw InputError("--cloud, --magnetic: a map requires --platform; add it");

@@ -42,7 +42,8 @@ void add_check_command(CLI::App& app, int* code) {
   command->add_option("--seconds", call->seconds, "duration of the checked part of the log, seconds")
       ->capture_default_str();
   files.output(command->add_option("--out", call->out, "also write the findings to this JSON file"));
-  command->add_option("--threads", call->threads, "number of threads (default: all); results do not depend on it");
+  at_least_one(
+      command->add_option("--threads", call->threads, "number of threads (default: all); results do not depend on it"));
   command->callback([call, code]() { *code = execute(*call); });
 }
 

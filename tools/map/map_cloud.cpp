@@ -203,8 +203,8 @@ void add_map_cloud(CLI::App& map, int* code) {
                       "largest range of LiDAR points, metres (default: that of the platform file)");
   command->add_flag("--keep-moving", call->keep_moving,
                     "keep moving objects; the logs are then read once instead of twice");
-  command->add_option("--threads", call->threads, "number of threads (default: all); the map does not depend on it")
-      ->check(CLI::PositiveNumber);
+  at_least_one(command->add_option("--threads", call->threads,
+                                   "number of threads (default: all); the map does not depend on it"));
   command->footer(R"(
 Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
   lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum --platform /tmp/tunnel/platform.yaml \

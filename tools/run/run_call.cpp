@@ -61,9 +61,6 @@ void check_call(const RunCall& call) {
     }
     if (!seen.insert(name).second) throw InputError(fmt::format("--estimator: '{}' is named twice", name));
   }
-  if (call.threads && *call.threads < 1) {
-    throw InputError(fmt::format("--threads: expected at least 1, found {}", *call.threads));
-  }
   if (!(call.check_seconds >= 0.0)) {
     throw InputError(fmt::format("--check-seconds: expected seconds, or 0 for none, found {}", call.check_seconds));
   }

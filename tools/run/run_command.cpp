@@ -75,7 +75,8 @@ void add_run_command(CLI::App& app, int* code) {
       "--resume", call->resume,
       "after a killed or interrupted call with the same options: keep finished estimators, run the others "
       "again; gives the same bytes");
-  command->add_option("--threads", call->threads, "number of threads (default: all); results do not depend on it");
+  at_least_one(
+      command->add_option("--threads", call->threads, "number of threads (default: all); results do not depend on it"));
   files.input(command->add_option("--truth", call->truth,
                                   "ground truth (TUM or EuRoC csv), for errors, A/B table and pictures"));
   files.input(command->add_option("--calibration-truth", call->calibration_truth,

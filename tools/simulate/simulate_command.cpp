@@ -223,10 +223,8 @@ void add_simulate_command(CLI::App& app, int* code) {
       ->add_option("--set", options->settings,
                    "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
       ->type_name("key.path=value");
-  command
-      ->add_option("--threads", options->threads,
-                   "Largest number of threads (default: all); the files do not depend on it")
-      ->check(CLI::PositiveNumber)
+  at_least_one(command->add_option("--threads", options->threads,
+                                   "Largest number of threads (default: all); the files do not depend on it"))
       ->type_name("N");
   command->footer(
       "Examples:\n"
