@@ -1,4 +1,5 @@
 // `lodestone export` as called by users, on a real short run.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -132,6 +133,27 @@ TEST_F(ExportCommand, McapHasAllTopicsInTheLogsTime) {
   const auto one = topics_in(path("run/export.mcap"));
   EXPECT_EQ(one.count("/lodestone/smoother/path") + one.count("/lodestone/scan"), 0U);
   EXPECT_EQ(one.count("/lodestone/lidar_inertial/path"), 1U);
+}
+
+/// An independent library reads the same topics and numbers of messages. It cannot unpack zstd under Debian's Node.js.
+TEST_F(ExportCommand, McapIsReadByMcapCore) {
+  const std::string packages = LODESTONE_MCAP_CORE;
+  if (packages.empty() || !fs::exists(packages + "/node_modules/@mcap/core")) {
+    GTEST_SKIP() << "@mcap/core was not fetched: node, npm or its registry was not there when the tests were built";
+  }
+  expect_done("export " + path("run") + " --to mcap --log " + path("site/log.bag") + " --out " + path("packed.mcap"));
+  expect_done("convert " + path("packed.mcap") + " --compression none --out " + path("plain.mcap"));
+  const std::string command =
+      "node '" + packages + "/read.mjs' '" + path("plain.mcap") + "' >'" + path("read.txt") + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  const std::string read = content_of(path("read.txt"));
+  const auto topics = topics_in(path("packed.mcap"));
+  EXPECT_GE(topics.size(), 8U);
+  for (const auto& [name, topic] : topics) {
+    std::string type = topic.type;
+    type.replace(type.find('/'), 1, "/msg/");
+    EXPECT_THAT(read, HasSubstr(fmt::format("\n{} {} ros2msg {} {} ", name, type, topic.messages, topic.begin)));
+  }
 }
 
 TEST_F(ExportCommand, MessagesOfABagFolderAreThoseOfTheRun) {
