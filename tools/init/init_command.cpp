@@ -75,7 +75,11 @@ void write_drafted_platform(const InitCall& call) {
   for (const auto& [kind, entry] : warnings.entries()) {
     fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
   }
-  fmt::print("next: lodestone check {} --platform {}\n", call.logs.front(), out.string());
+  if (call.logs.size() == 1) {
+    fmt::print("next: lodestone check {} --platform {}\n", call.logs.front(), out.string());
+  } else {
+    fmt::print("next: put these logs into one folder; lodestone check FOLDER --platform {}\n", out.string());
+  }
 }
 
 }  // namespace
