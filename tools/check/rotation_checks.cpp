@@ -131,6 +131,10 @@ std::string reason_unobservable(const std::optional<RotationFit>& fit) {
     return fmt::format("the robot turns too little ({:.3f} rad/s rms about the mean): {}", fit->excitation_rad_s,
                        unobservable);
   }
+  if (fit->correlation > RotationFit::least_correlation) {
+    return fmt::format("the robot turns too little ({:.3f} rad/s rms, axis known to {:.1f} deg): {}",
+                       fit->excitation_rad_s, fit->axis_sigma_rad() * degrees_per_radian, unobservable);
+  }
   return fmt::format(
       "the turns of LiDAR ({:.3f} rad/s rms about the mean) and IMU have a low correlation ({:.2f} over {} "
       "scans): {}",

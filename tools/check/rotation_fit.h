@@ -12,6 +12,7 @@ namespace lodestone {
 /// Comparison of the gyroscope with the turns of scan odometry.
 struct RotationFit {
   static constexpr double least_excitation_rad_s = 0.015;
+  static constexpr double least_correlation = 0.85;
   double excitation_rad_s = 0.0;  ///< rms of the LiDAR's turn rate about its mean
   double offset_s = 0.0;          ///< the IMU's stamps minus the LiDAR's, at the best correlation
   double correlation = 0.0;       ///< at that offset, 0 to 1
@@ -40,7 +41,7 @@ struct RotationFit {
 
   /// True if the turns determine clock offset and turning axis.
   bool axis_observable() const {
-    return excitation_rad_s > least_excitation_rad_s && correlation > 0.85 && axis_sigma_rad() < 0.02;
+    return excitation_rad_s > least_excitation_rad_s && correlation > least_correlation && axis_sigma_rad() < 0.02;
   }
 
   /// True if the rotation about the axis is also determined.
