@@ -23,12 +23,12 @@ namespace lodestone {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::IsSupersetOf;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
 
 /// Simulated and run once for all tests of this file.
-class ExportCommand : public testing::Test {
+class ExportCommand : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TemporaryFolder>();
@@ -78,7 +78,7 @@ Number number_at(const std::string& bytes, std::size_t at) {
 void expect_scan_on_map(const std::string& log) {
   testing::DecodedLog scans(log);
   scans.select({"/lodestone/scan"});
-  Message message;
+  ros1::Message message;
   std::size_t topic = 0;
   Time time = 0;
   ASSERT_TRUE(scans.next(message, topic, time));
