@@ -230,7 +230,7 @@ TEST_F(ExportCommand, AFailedExportLeavesNoFile) {
   expect_refused("export " + path("broken") + " --to mcap", "covariance.csv:2:");
   expect_refused("export " + path("run") + " --to mcap --out " + path("absent/a.mcap"), "cannot be written");
   for (const auto& entry : fs::directory_iterator(path("broken"))) {
-    EXPECT_THAT(entry.path().filename().string(), testing::Not(testing::StartsWith("export")));
+    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::StartsWith("export")));
   }
 }
 
