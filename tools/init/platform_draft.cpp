@@ -70,6 +70,7 @@ class PlatformDraft {
               "not read: " + odometry + "; if one is wheel odometry, add the section 'wheels' (docs/user/wheels.md)");
     }
     if (lidar_ == nullptr) {
+      platform_.lidar.topic.clear();
       comment("imu", "no LiDAR: these logs have none; if another log has its points, name both logs");
     }
     if (magnetometers_.empty()) {

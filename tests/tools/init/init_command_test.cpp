@@ -54,6 +54,23 @@ TEST_F(InitCommand, TheFileIsCheckedWithoutAnError) {
   EXPECT_THAT(checked.output, Not(HasSubstr("magnetometer.same_place")));
 }
 
+class InitOfRealLogs : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(InitOfRealLogs, IsCheckedWithoutAnError) {
+  LODESTONE_REAL_DATA(log, GetParam());
+  const TemporaryFolder folder;
+  const std::string robot = folder / "robot.yaml";
+  const ProgramResult written = run_lodestone("init " + log + " --out " + robot);
+  ASSERT_EQ(written.code, 0) << written.errors;
+  const ProgramResult checked = run_lodestone("check " + log + " --platform " + robot);
+  EXPECT_EQ(checked.code, 0) << checked.output << checked.errors;
+}
+
+INSTANTIATE_TEST_SUITE_P(Logs, InitOfRealLogs,
+                         ::testing::Values("bags/ardrone_imu.bag", "bags/ouster_os1_128_ros1_bz2.bag",
+                                           "bags/ouster_os1_128_ros2_mcap", "bags/rosbags-rs-db3",
+                                           "magnetic/aalto_logs/survey_2_3", "real_scans/log"));
+
 TEST_F(InitCommand, ReplacesAFileOnlyWithForce) {
   const std::string call = "init " + path("log.bag") + " --out " + path("robot.yaml");
   std::ofstream(path("robot.yaml")) << "name: mine\n";
