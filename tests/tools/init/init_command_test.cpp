@@ -7,6 +7,7 @@
 
 #include "frontends/configuration/configuration_node.h"
 #include "tests/frontends/logs/synthetic_log.h"
+#include "tests/frontends/logs/test_files.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
@@ -59,7 +60,7 @@ class InitOfRealLogs : public ::testing::TestWithParam<const char*> {};
 TEST_P(InitOfRealLogs, IsCheckedWithoutAnError) {
   LODESTONE_REAL_DATA(log, GetParam());
   const TemporaryFolder folder;
-  const std::string robot = folder / "robot.yaml";
+  const std::string robot = (folder / "robot.yaml").string();
   const ProgramResult written = run_lodestone("init " + log + " --out " + robot);
   ASSERT_EQ(written.code, 0) << written.errors;
   const ProgramResult checked = run_lodestone("check " + log + " --platform " + robot);
