@@ -2,6 +2,7 @@
 
 #include "bindings/arrays.h"
 #include "bindings/bindings.h"
+#include "frontends/configuration/kitti_trajectory.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 
@@ -9,11 +10,11 @@ namespace lodestone::python {
 
 namespace {
 
-py::tuple read(const std::string& path) {
+py::tuple read(const std::string& path, const std::string& times) {
   Trajectory trajectory;
   {
     const py::gil_scoped_release unlocked;
-    trajectory = read_trajectory(path);
+    trajectory = times.empty() ? read_trajectory(path) : read_kitti(path, times);
   }
   return arrays_of(trajectory);
 }
@@ -44,8 +45,9 @@ py::tuple interpolate_at(const py::object& stamp_ns, const py::object& position_
 }  // namespace
 
 void bind_trajectories(py::module_& module) {
-  module.def("read_trajectory", &read, py::arg("path"),
-             "Stamps (N,) int64 ns, positions (N, 3) m and quaternions (N, 4) of a TUM or EuRoC file.");
+  module.def("read_trajectory", &read, py::arg("path"), py::arg("times"),
+             "Stamps (N,) int64 ns, positions (N, 3) m and quaternions (N, 4) of a TUM or EuRoC file; with the file "
+             "`times`, of a KITTI file.");
   module.def("tum_lines", &tum_lines, py::arg("stamp_ns"), py::arg("position_m"), py::arg("quaternion_xyzw"),
              "Lines of a TUM file.");
   module.def("interpolate", &interpolate_at, py::arg("stamp_ns"), py::arg("position_m"), py::arg("quaternion_xyzw"),

@@ -70,9 +70,14 @@ class Trajectory:
         return self.stamp_ns, self.position_m, self.quaternion_xyzw
 
 
-def read_trajectory(path) -> Trajectory:
-    """Reads a TUM file (t x y z qx qy qz qw) or a EuRoC csv. Raises InputError with file and line."""
-    return Trajectory(*_lodestone.read_trajectory(os.fspath(path)))
+def read_trajectory(path, times=None) -> Trajectory:
+    """Reads a TUM file (t x y z qx qy qz qw), a EuRoC csv, or a KITTI file (12 numbers a line).
+
+    times: of the poses of a KITTI file: its path, with one stamp in seconds in each line.
+
+    Raises InputError with file and line.
+    """
+    return Trajectory(*_lodestone.read_trajectory(os.fspath(path), "" if times is None else os.fspath(times)))
 
 
 @dataclass(frozen=True)

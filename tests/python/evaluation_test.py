@@ -1,7 +1,9 @@
 """The evaluation is that of `lodestone evaluate`."""
 
 import json
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 
@@ -28,6 +30,16 @@ class EvaluationTest(unittest.TestCase):
 
     def test_errors(self):
         self.assert_same(lodestone.evaluate(self.estimate, self.truth, interpolate=True), self.command("--interpolate"))
+
+    def test_kitti_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            poses = Path(folder) / "poses.txt"
+            drive.lodestone("export", drive.RUN.parent, "--to", "kitti", "--estimator", drive.RUN.name, "--out", poses)
+            found = lodestone.read_trajectory(poses, f"{poses}.times")
+            with self.assertRaisesRegex(lodestone.InputError, "KITTI"):
+                lodestone.read_trajectory(poses)
+        self.assertEqual(found.stamp_ns.tolist(), self.estimate.stamp_ns.tolist())
+        np.testing.assert_allclose(found.position_m, self.estimate.position_m, atol=1e-6)
 
     def test_alignment_and_segments(self):
         evaluation = lodestone.evaluate(self.estimate, self.truth, align="sim3", delta=0.5, delta_unit="metres")
