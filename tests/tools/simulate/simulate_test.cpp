@@ -54,7 +54,7 @@ TEST_F(SimulateCommand, WarnsOfARobotThatDrivesThroughSolids) {
   EXPECT_THAT(simulate("free", "--duration 1").output, ::testing::Not(::testing::HasSubstr("warning")));
   // Enters the box of 4 m at y = 6 and leaves it at y = 10. The survey is not cut.
   const std::string through =
-      "--duration 5 --set sequences.short.waypoints_m=[[0,0],[0,20]] --set sequences.short.speed=[[0,2.0]]";
+      "--duration 12 --set sequences.short.waypoints_m=[[0,0],[0,20]] --set sequences.short.speed=[[0,2.0]]";
   const std::string output = simulate("through", through).output;
   EXPECT_THAT(output, ::testing::ContainsRegex("warning: sequence short passes through a surface [0-9.]+ s after the "
                                                "start, at x -?0.[0-9]+ y (5.9|6.[01])[0-9] z [0-9.]+; move"));
