@@ -28,6 +28,10 @@ constexpr double kSpreadOfCube_m2 = kMapErrorCube_m * kMapErrorCube_m / 6.0;
 /// there.
 constexpr double kLeastShare = 0.01;
 
+/// Sigmas beyond which a region was moved.
+constexpr double kContradicts = 3.0;
+constexpr int kPasses = 3;
+
 /// Least share of the information that is not spurious: keeps the pose defined.
 constexpr double kLeastReal = 0.01;
 
@@ -115,6 +119,10 @@ class BentMap {
     find_directions();
     eliminate_displacements();
     observe();
+    for (int pass = 0; pass < kPasses && add_contradictions(); ++pass) {
+      eliminate_displacements();
+      observe();
+    }
     find_errors();
   }
 
@@ -194,6 +202,34 @@ class BentMap {
       }
     }
     weight_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), static_cast<Eigen::Index>(weights.size()));
+    moved_m2_ = Eigen::VectorXd::Zero(weight_.size());
+  }
+
+  /// What was moved since the survey contradicts all else. With V = R + D, residuals ε of the regions at the best pose
+  /// and Q = V⁻¹ − V⁻¹ A H'⁻¹ Aᵀ V⁻¹ (A = D Bᵀ), the residual of a region relative to what all others say is (V⁻¹ ε)ₖ
+  /// / Qₖₖ, and its variance is 1 / Qₖₖ. Where it exceeds kContradicts sigmas, the region gets the variance that makes
+  /// it as large. Returns whether there is one.
+  bool add_contradictions() {
+    const Eigen::Index count = weight_.size();
+    if (count == 0) return false;
+    const Eigen::VectorXd spread = weight_.cwiseInverse();
+    const Eigen::VectorXd residual = spread.cwiseProduct(residual_ + coupling_.transpose() * sure_pose_);
+    const DynamicMatrix inverse = factor_.solve(DynamicMatrix::Identity(count, count));
+    const Eigen::VectorXd weighed = inverse * residual;
+    const DynamicMatrix shown = coupling_ * spread.asDiagonal() * inverse;
+    bool found = false;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const double information = inverse(k, k) - shown.col(k).dot(inverse_ * shown.col(k));
+      if (!(information > kLeastShare * inverse(k, k))) continue;
+      const double apart_m = weighed[k] / information;
+      const double excess_m2 = apart_m * apart_m / (kContradicts * kContradicts) - 1.0 / information;
+      if (!(excess_m2 > 0.0)) continue;
+      moved_m2_[k] += excess_m2;
+      found = true;
+    }
+    if (!found) return false;
+    for (Region& region : regions_) region.taken.setZero();
+    return true;
   }
 
   void eliminate_displacements() {
@@ -206,7 +242,7 @@ class BentMap {
       const Region& region = regions_[direction.region];
       coupling_.col(k) = region.coupling * direction.axis;
       residual_[k] = region.residual.dot(direction.axis);
-      sum(k, k) = 1.0 / weight_[k] + region.apart_m2;
+      sum(k, k) = 1.0 / weight_[k] + region.apart_m2 + moved_m2_[k];
     }
     for (const Part& part : parts_) {
       sum += part.variance_m2 * part.displacement.covariance(directions_);
@@ -230,6 +266,8 @@ class BentMap {
   void observe() {
     const Matrix6 taken = taken_ * coupling_.transpose();
     Matrix6 noise = scan_.information - taken - taken.transpose() + taken_ * weight_.asDiagonal() * taken_.transpose();
+    const DynamicMatrix left = coupling_ - taken_ * weight_.asDiagonal();  // of what a region alone is displaced by
+    noise.noalias() += left * moved_m2_.asDiagonal() * left.transpose();
     Matrix6 reduced = scan_.information - taken;
     Matrix6 spurious = scan_.spurious;
     for (const Region& region : regions_) {
@@ -278,6 +316,7 @@ class BentMap {
   std::vector<Part> parts_;
   std::vector<DisplacedAxis> directions_;
   Eigen::VectorXd weight_;               // Λ
+  Eigen::VectorXd moved_m2_;             // variances of what contradicts all else
   DynamicMatrix coupling_;               // B
   DynamicMatrix taken_;                  // M
   Eigen::VectorXd residual_;             // Σ w n r along the directions

@@ -204,6 +204,40 @@ TEST(BentMap, IsNearlyAsExactAsDisplacementsOfSinglePoints) {
   EXPECT_NEAR(plain_mean, 1.0, 0.25);
 }
 
+// Pallets near the robot were moved by 6 cm since the survey.
+TEST(BentMap, WhatWasMovedNearbyCountsLittle) {
+  constexpr int kDraws = 40;
+  constexpr double kSigma_m = 0.01;
+  constexpr int kPart = 2;
+  const MapErrorVariances variances_m2 = kSigma_m * kSigma_m * MapErrorVariances::Unit(kPart);
+  Random random(16);
+  double straight_m2 = 0.0, moved_m2 = 0.0, mean = 0.0, unmoved_mean = 0.0;
+  for (int i = 0; i < kDraws; ++i) {
+    Displacement displacement(0.0, random);
+    displacement.add_smooth(kSigma_m, map_error_length_m(kPart));
+    Scan scan = cluttered_scan(800, kInPort, displacement, random);
+    const Vector6 place = place_motion(displacement, kInPort.position);
+    const auto error = [&](double& sum_m2, double& nees_mean) {
+      const BentMapFit bent = fit_in_bent_map(scan.matches, kInPort, variances_m2);
+      const Vector6 found = best_error(bent, kInPort) - place;
+      sum_m2 += found.tail<3>().squaredNorm() / kDraws;
+      nees_mean += nees(found, covariance_of(bent, kInPort, 0.0)) / kDraws;
+    };
+    error(straight_m2, unmoved_mean);
+    const Vector3 by_m(0.06, 0.0, 0.0);
+    for (Correspondence& match : scan.matches) {
+      const Vector3 arm = kInPort.rotation * match.point.cast<double>();
+      if (arm.norm() > 12.0 || arm.x() < 0.0 || arm.y() < 0.0 || match.plane->normal.z() != 0.0F) continue;
+      match.point += (kInPort.rotation.conjugate() * by_m).cast<float>();
+    }
+    error(moved_m2, mean);
+  }
+  std::printf("unmoved %.1f mm, NEES %.2f; moved %.1f mm, NEES %.2f\n", 1e3 * std::sqrt(straight_m2), unmoved_mean,
+              1e3 * std::sqrt(moved_m2), mean);
+  EXPECT_LT(moved_m2, 1.6 * straight_m2);  // 3.5 if they counted
+  EXPECT_LT(mean, 2.5);                    // 10.9
+}
+
 // A displacement that is the same everywhere displaces the place with it, and is no error.
 TEST(BentMap, MovesWithItsSurroundings) {
   Random random(12);
