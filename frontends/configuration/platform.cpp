@@ -359,8 +359,8 @@ Platform load_platform(const std::string& path, const SensorChoice& required) {
   return read_platform(ConfigurationNode::load(path), required);
 }
 
-Platform parse_platform(const std::string& text, const std::string& name) {
-  return read_platform(ConfigurationNode::parse(text, name), {});
+Platform parse_platform(const std::string& text, const std::string& name, const SensorChoice& required) {
+  return read_platform(ConfigurationNode::parse(text, name), required);
 }
 
 void save_platform(const Platform& platform, const std::string& path, const std::string& comment) {

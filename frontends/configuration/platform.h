@@ -147,7 +147,7 @@ struct Platform {
 Platform load_platform(const std::string& path, const SensorChoice& required = {});
 
 /// Throws InputError as load_platform does; `name` replaces the file name in messages.
-Platform parse_platform(const std::string& text, const std::string& name);
+Platform parse_platform(const std::string& text, const std::string& name, const SensorChoice& required = {});
 
 /// Writes a file that load_platform reads back to the same bits (temporary file, then rename). Each line of `comment`
 /// becomes a comment at the begin of the file. Throws InputError.

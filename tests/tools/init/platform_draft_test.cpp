@@ -78,7 +78,7 @@ class PlatformDraftTest : public ::testing::Test {
   /// The platform that load_platform reads from the text.
   Platform loaded(const CommentedPlatform& commented) {
     testing::write_text(folder_ / "robot.yaml", commented_text(commented));
-    return load_platform(folder_ / "robot.yaml");
+    return load_platform(folder_ / "robot.yaml", {.lidar = commented.platform.has_lidar()});
   }
 
   void expect_robot(const Platform& platform) {
