@@ -63,8 +63,8 @@ void write_drafted_platform(const InitCall& call) {
   const LogSurvey survey = survey_logs(call.logs, warnings);
   const CommentedPlatform draft = draft_platform(survey, out.stem().string(), call.seconds, call.imu_noise);
   const std::string text = head_of(call) + commented_text(draft);
-  parse_platform(text, out.string(),
-                 {.lidar = draft.platform.has_lidar()});  // a file that cannot be read is never written
+  // A file that cannot be read is never written.
+  parse_platform(text, out.string(), {.lidar = draft.platform.has_lidar()});
   OutputFile file(out);
   file.write(text);
   file.commit();
