@@ -50,8 +50,9 @@ void bind_platforms(py::module_& module) {
         return load_platform(path, {lidar, imu, magnetometers, true});
       },
       py::arg("path"), py::arg("lidar"), py::arg("imu"), py::arg("magnetometers"), "Reads a platform file.");
-  module.def("parse_platform", &parse_platform, py::arg("text"), py::arg("name"),
-             "Parses the text of a platform file.");
+  module.def(
+      "parse_platform", [](const std::string& text, const std::string& name) { return parse_platform(text, name); },
+      py::arg("text"), py::arg("name"), "Parses the text of a platform file.");
 }
 
 }  // namespace lodestone::python
