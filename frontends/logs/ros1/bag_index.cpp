@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "core/error.h"
 #include "frontends/logs/compression.h"
@@ -60,7 +61,6 @@ BagIndex::BagIndex(const std::string& path, WarningLog& warnings) : file_(path),
 
 /// False if the bag is cut off or was not closed. `offset` ends at the first unread byte.
 bool BagIndex::walk(std::uint64_t& offset) {
-  std::optional<std::vector<std::uint64_t>> chunks;
   while (offset < file_.size()) {
     std::string wrong = "a record ends behind the end of the file";
     bool ends = true;
@@ -80,33 +80,58 @@ bool BagIndex::walk(std::uint64_t& offset) {
     close_chunk();
     warnings_.add(
         "log.damaged_record",
-        fmt::format("{}: the record at byte {}: {}; all chunks that can be unpacked are read", path(), offset, wrong),
+        fmt::format("{}: the record at byte {}: {}; the chunks that the index states are read", path(), offset, wrong),
         chunks_.empty() ? 0 : chunks_.back().count.end);
-    if (!chunks) chunks = stated_chunks();
-    const auto next = std::upper_bound(chunks->begin(), chunks->end(), offset);
-    if (next == chunks->end()) return true;
-    offset = *next;
+    if (offset >= index_start || stated_.empty()) return true;
+    offset = next_stated(offset);
   }
   return damaged_ || (announced_.index_start != 0 && announced_.index_start <= file_.size() &&
                       indexed_connections_ >= announced_.connections && indexed_chunks_ >= announced_.chunks);
 }
 
-/// The places of chunks, as far as the index at the end of the file can be read. In order.
-std::vector<std::uint64_t> BagIndex::stated_chunks() {
-  std::vector<std::uint64_t> places;
+/// As far as the index at the end of the file can be read.
+void BagIndex::read_stated_chunks() {
   try {
     for (std::uint64_t at = announced_.index_start; at < file_.size();) {
       const Content content = read_header(at);
-      const BagHeader header(header_);
-      if (header.operation() == BagOperation::chunk_info) places.push_back(header.number<std::uint64_t>("chunk_pos"));
+      if (header_.empty()) break;
       at = content.data + content.size;
+      try {
+        const BagHeader header(header_);
+        if (header.operation() == BagOperation::chunk_info)
+          stated_.push_back(header.number<std::uint64_t>("chunk_pos"));
+      } catch (const BagRecordError&) {
+        // The length of the record is known: the next one may be whole.
+      }
     }
   } catch (const BagEnd&) {
   } catch (const BagRecordError&) {
   }
-  std::erase_if(places, [&](std::uint64_t place) { return place >= announced_.index_start; });
+  std::vector<std::uint64_t> places = std::exchange(stated_, {});
+  std::erase_if(places, [&](std::uint64_t place) { return place >= announced_.index_start || !is_chunk(place); });
   std::sort(places.begin(), places.end());
-  return places;
+  stated_ = std::move(places);
+}
+
+/// Whether a chunk begins there: the index may be altered, too.
+bool BagIndex::is_chunk(std::uint64_t place) {
+  constexpr std::uint32_t kLargestHeader = 4096;
+  std::uint8_t bytes[4];
+  file_.read(place, bytes);
+  if (little_endian<std::uint32_t>(bytes) > kLargestHeader) return false;
+  try {
+    read_header(place);
+    return BagHeader(header_).operation() == BagOperation::chunk;
+  } catch (const BagEnd&) {
+  } catch (const BagRecordError&) {
+  }
+  return false;
+}
+
+/// The next chunk that the index states, or the index itself.
+std::uint64_t BagIndex::next_stated(std::uint64_t offset) const {
+  const auto next = std::upper_bound(stated_.begin(), stated_.end(), offset);
+  return next == stated_.end() ? announced_.index_start : *next;
 }
 
 /// Of the record at `offset`. Its header is in header_.
@@ -120,6 +145,10 @@ BagIndex::Content BagIndex::read_header(std::uint64_t offset) {
   const std::uint64_t header_size = piece(offset);
   if (header_size > largest_bag_header) throw BagRecordError(fmt::format("a record's header of {} bytes", header_size));
   const std::uint64_t size = piece(offset + 4 + header_size);
+  // An altered length must not hide the chunks behind it.
+  if (!stated_.empty() && offset < announced_.index_start && offset + 8 + header_size + size > next_stated(offset)) {
+    throw BagRecordError(fmt::format("a record of {} bytes, beyond the next chunk", header_size + size));
+  }
   file_.read(offset + 4, static_cast<std::size_t>(header_size), header_);
   return {offset + 8 + header_size, size};
 }
@@ -155,6 +184,7 @@ std::uint64_t BagIndex::process_record(std::uint64_t offset) {
     case BagOperation::file_header:
       announced_ = {header.number<std::uint64_t>("index_pos"), header.number<std::uint32_t>("conn_count"),
                     header.number<std::uint32_t>("chunk_count")};
+      if (announced_.index_start > magic.size()) read_stated_chunks();  // replaces header_
       break;
     case BagOperation::index:
       process_index(header, data, size);
@@ -268,12 +298,15 @@ void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
        count.begin != loaded.entries.front().time)) {
     wrong =
         fmt::format("has {} messages; its index announces {}, or another time", loaded.entries.size(), count.messages);
-    // The order of chunks is that of the index.
-    std::erase_if(loaded.entries, [&](const SegmentEntry& entry) { return entry.time < count.begin; });
+  }
+  if (!wrong.empty() && count.messages > 0) {  // the order of chunks is that of the index
+    const auto early =
+        std::erase_if(loaded.entries, [&](const SegmentEntry& entry) { return entry.time < count.begin; });
+    if (early > 0) wrong += fmt::format("; {} messages before the time in the index are left out", early);
   }
   if (wrong.empty() || chunk.cut || !lost_.insert(chunk.data).second) return;
   warnings_.add("log.damaged_chunk",
-                fmt::format("{}: the chunk at byte {} {}; what cannot be read is lost", path(), chunk.record, wrong),
+                fmt::format("{}: the chunk at byte {} {}; everything else is read", path(), chunk.record, wrong),
                 count.begin);
 }
 

@@ -52,7 +52,9 @@ class BagIndex : public SegmentIndex {
   [[noreturn]] void fail(std::uint64_t byte, const std::string& what) const;
   void check_magic() const;
   bool walk(std::uint64_t& offset);
-  std::vector<std::uint64_t> stated_chunks();
+  void read_stated_chunks();
+  bool is_chunk(std::uint64_t place);
+  std::uint64_t next_stated(std::uint64_t offset) const;
   Content read_header(std::uint64_t offset);
   std::uint64_t process_record(std::uint64_t offset);
   void process_chunk(const BagHeader& header, Chunk chunk, std::uint64_t size);
@@ -66,6 +68,7 @@ class BagIndex : public SegmentIndex {
   WarningLog& warnings_;
   Announced announced_;
   std::uint32_t indexed_connections_ = 0, indexed_chunks_ = 0;  ///< records at the end of the file
+  std::vector<std::uint64_t> stated_;  ///< places of chunks by the index at the end of the file, in order
   bool cut_ = false;
   bool damaged_ = false;       ///< a record outside the chunks
   std::vector<Chunk> chunks_;  ///< in order of begin after construction
