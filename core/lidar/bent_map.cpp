@@ -28,8 +28,10 @@ constexpr double kSpreadOfCube_m2 = kMapErrorCube_m * kMapErrorCube_m / 6.0;
 /// there.
 constexpr double kLeastShare = 0.01;
 
-/// Sigmas beyond which a region was moved.
+/// Sigmas beyond which an axis of a region was moved.
 constexpr double kContradicts = 3.0;
+constexpr double kLeastExcess = 0.01;    // of the variance: less is rounding
+constexpr double kLeastCompared = 0.01;  // share of an axis' information that the other axes can be compared with
 constexpr int kPasses = 3;
 
 /// Least share of the information that is not spurious: keeps the pose defined.
@@ -205,25 +207,26 @@ class BentMap {
     moved_m2_ = Eigen::VectorXd::Zero(weight_.size());
   }
 
-  /// What was moved since the survey contradicts all else. With V = R + D, residuals ε of the regions at the best pose
-  /// and Q = V⁻¹ − V⁻¹ A H'⁻¹ Aᵀ V⁻¹ (A = D Bᵀ), the residual of a region relative to what all others say is (V⁻¹ ε)ₖ
-  /// / Qₖₖ, and its variance is 1 / Qₖₖ. Where it exceeds kContradicts sigmas, the region gets the variance that makes
-  /// it as large. Returns whether there is one.
+  /// What was moved since the survey contradicts everything else. With V = R + D, residuals e of the axes at the best
+  /// pose, A = D B' and Q = V^-1 - V^-1 A H'^-1 A' V^-1, the residual of an axis relative to the others is
+  /// (V^-1 e)_k / Q_kk, and its variance is 1 / Q_kk. An axis beyond kContradicts sigmas gets the variance that makes
+  /// it kContradicts sigmas. A variance that was given is kept. Returns whether there is such an axis.
   bool add_contradictions() {
     const Eigen::Index count = weight_.size();
     if (count == 0) return false;
     const Eigen::VectorXd spread = weight_.cwiseInverse();
     const Eigen::VectorXd residual = spread.cwiseProduct(residual_ + coupling_.transpose() * sure_pose_);
-    const DynamicMatrix inverse = factor_.solve(DynamicMatrix::Identity(count, count));
-    const Eigen::VectorXd weighed = inverse * residual;
-    const DynamicMatrix shown = coupling_ * spread.asDiagonal() * inverse;
+    const DynamicMatrix root = factor_.matrixL().solve(DynamicMatrix::Identity(count, count));  // V^-1 = root' root
+    const Eigen::VectorXd weighed = factor_.solve(residual);
+    const DynamicMatrix shown = factor_.solve(spread.asDiagonal() * coupling_.transpose());  // V^-1 A
     bool found = false;
     for (Eigen::Index k = 0; k < count; ++k) {
-      const double information = inverse(k, k) - shown.col(k).dot(inverse_ * shown.col(k));
-      if (!(information > kLeastShare * inverse(k, k))) continue;
+      const double alone = root.col(k).squaredNorm();
+      const double information = alone - shown.row(k).dot(inverse_ * shown.row(k).transpose());
+      if (!(information > kLeastCompared * alone)) continue;
       const double apart_m = weighed[k] / information;
       const double excess_m2 = apart_m * apart_m / (kContradicts * kContradicts) - 1.0 / information;
-      if (!(excess_m2 > 0.0)) continue;
+      if (!(excess_m2 > kLeastExcess / information)) continue;
       moved_m2_[k] += excess_m2;
       found = true;
     }

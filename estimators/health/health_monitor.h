@@ -56,7 +56,7 @@ class HealthMonitor {
   std::deque<Station> stations_;
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
   double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
-  double odds_decide_ = 0.0;   // share in which readings alone observe a direction, and none of them is set aside
+  double odds_decide_ = 0.0;   // share of these seconds in which the odds of readings decide
   double unobserved_s_ = 0.0;  // since all directions were last observed
   double unmeasured_s_ = 0.0;  // of these, without IMU
   Time last_ = 0;

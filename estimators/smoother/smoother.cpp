@@ -41,14 +41,14 @@ bool turns_far(const Matrix6& gate) {
   return turn_variance(gate) > kWideGate_rad * kWideGate_rad;
 }
 
-/// `bends_m2`: variance of the map's displacement. In a map that is bent by centimetres, a gate of centimetres is not
-/// rough.
+/// `bends_m2`: variance of an axis of the map's displacement. In a map that is bent by centimetres, a gate of
+/// centimetres is not rough.
 bool shifts_far(const Matrix6& gate, double bends_m2) {
   return shift_variance(gate) > kWideGate_m * kWideGate_m + bends_m2;
 }
 
 double known_bends_m2(const Keyframe& keyframe) {
-  return keyframe.map_is_compared ? keyframe.long_map_error_variances_m2.sum() : 0.0;
+  return keyframe.map_is_compared ? keyframe.long_map_error_variances_m2.sum() : 0.0;  // of an axis
 }
 
 /// A direction that is still unknown keeps its wide gate: the axis of a tunnel.

@@ -73,7 +73,7 @@ class Trajectory:
 def read_trajectory(path, times=None) -> Trajectory:
     """Reads a TUM file (t x y z qx qy qz qw), a EuRoC csv, or a KITTI file (12 numbers a line).
 
-    times: of the poses of a KITTI file: its path, with one stamp in seconds in each line.
+    times: path of the file with the stamps of a KITTI file, seconds, one in each line.
 
     Raises InputError with file and line.
     """

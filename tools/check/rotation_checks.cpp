@@ -132,8 +132,8 @@ std::string reason_unobservable(const std::optional<RotationFit>& fit) {
                        unobservable);
   }
   if (fit->correlation > RotationFit::least_correlation) {
-    return fmt::format("the robot turns too little ({:.3f} rad/s rms, axis known to {:.1f} deg): {}",
-                       fit->excitation_rad_s, fit->axis_sigma_rad() * degrees_per_radian, unobservable);
+    return fmt::format("{} scans with turns of {:.3f} rad/s rms tell the turning axis to {:.1f} deg only: {}",
+                       fit->intervals, fit->excitation_rad_s, fit->axis_sigma_rad() * degrees_per_radian, unobservable);
   }
   return fmt::format(
       "the turns of LiDAR ({:.3f} rad/s rms about the mean) and IMU have a low correlation ({:.2f} over {} "

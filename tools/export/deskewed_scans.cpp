@@ -26,6 +26,12 @@ struct DeskewedScans::Implementation {
         poses(trajectory, platform.suite.lidar.T_imu_lidar, kLargestGap),
         planes(std::move(map)) {}
 
+  /// Distance from the plane, positive on the side of the LiDAR.
+  static float residual_m(const Plane* plane, const Eigen::Vector3f& point, const Eigen::Vector3f& lidar) {
+    if (plane == nullptr) return std::numeric_limits<float>::quiet_NaN();
+    return plane->distance(lidar) < 0.0F ? -plane->distance(point) : plane->distance(point);
+  }
+
   /// The points in the map frame; `lidar_m`: where the LiDAR was.
   PackedCloud packed(const std::vector<Eigen::Vector3f>& points, const std::vector<float>& intensities,
                      const Vector3& lidar_m) const {
@@ -33,12 +39,12 @@ struct DeskewedScans::Implementation {
     std::vector<std::string> fields{"x", "y", "z", "intensity"};
     if (map != nullptr) fields.emplace_back("residual_m");
     PackedCloud cloud(std::move(fields));
+    std::vector<const Plane*> found(points.size());
+    if (map != nullptr) map->match(points, kFarthestPlane_m, found);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3f& point = points[i];
       cloud.add({point.x(), point.y(), point.z(), intensities[i]});
-      if (map == nullptr) continue;
-      const Plane* plane = map->match(point, kFarthestPlane_m);
-      cloud.add({plane == nullptr ? std::numeric_limits<float>::quiet_NaN() : plane->distance(point)});
+      if (map != nullptr) cloud.add({residual_m(found[i], point, lidar_m.cast<float>())});
     }
     return cloud;
   }

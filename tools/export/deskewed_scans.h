@@ -23,8 +23,9 @@ struct DeskewedScan {
 /// trajectory between scan ends. Points before the first pose, after the last one, or in gaps are discarded.
 class DeskewedScans {
  public:
-  /// `trajectory` must outlive this. With `planes`, each point has the field residual_m: its signed distance from the
-  /// plane that it belongs to, NaN without a plane. Throws InputError if the log or its scans cannot be read.
+  /// `trajectory` must outlive this. With `planes`, each point has the field residual_m: its distance from the plane
+  /// that it belongs to, positive on the side of the LiDAR, NaN without a plane. Throws InputError if the log or its
+  /// scans cannot be read.
   DeskewedScans(const std::string& log, const Platform& platform, const Trajectory& trajectory,
                 std::shared_ptr<const PlaneMapSource> planes);
   ~DeskewedScans();

@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
-#include "estimators/options.h"
 #include "frontends/configuration/kitti_trajectory.h"
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/text_file.h"
@@ -64,15 +63,20 @@ Platform platform_for_scans(const ExportCall& call, const RunResults& run) {
 std::shared_ptr<const PlaneMapSource> planes_for_scans(const RunResults& run, const Platform& platform) {
   if (run.cloud.empty()) return nullptr;
   if (!fs::exists(run.cloud)) {
-    fmt::print("warning: the cloud map of the run, '{}', does not exist: scans have no residual_m\n", run.cloud);
+    fmt::print(
+        "warning: the cloud map of the run, '{}', does not exist: scans have no residual_m; repeat the call in the "
+        "folder of the "
+        "run's call\n",
+        run.cloud);
     return nullptr;
   }
-  RunOptions options;
+  PlaneMapOptions options;
   const fs::path file = run.folder / "config.yaml";
-  if (fs::exists(file)) load_options(ConfigurationNode::load(file.string()), options);
+  const ConfigurationNode all = fs::exists(file) ? ConfigurationNode::load(file.string()) : ConfigurationNode();
+  const ConfigurationNode* lidar = all.find("lidar");  // other options may be of another version
+  if (lidar != nullptr && lidar->find("map") != nullptr) load_options(lidar->at("map"), options);
   WarningLog ignored;  // the run reported them
-  return load_planes(run.cloud, options.lidar.map, platform.suite.lidars(), fs::temp_directory_path().string(), ignored)
-      .source;
+  return load_planes(run.cloud, options, platform.suite.lidars(), fs::temp_directory_path().string(), ignored).source;
 }
 
 void export_to_log(const ExportCall& call, const RunResults& run, const fs::path& out) {
@@ -142,7 +146,9 @@ void export_to_trajectory(const ExportCall& call, const RunResults& run, const f
 void execute(const ExportCall& call) {
   const fs::path out = output_of(call);
   check_output(call, out);
-  if (call.to != "db3") refuse_to_replace(call.out, call.force || call.out.empty());
+  const bool may_replace = call.force || call.out.empty();
+  if (call.to != "db3") refuse_to_replace(call.out, may_replace);
+  if (call.to == "kitti") refuse_to_replace(call.out + ".times", may_replace);
   if (is_trajectory(call) && !call.log.empty()) {
     throw InputError(fmt::format("--log: --to {} has no scans; omit --log, or use --to mcap", call.to));
   }

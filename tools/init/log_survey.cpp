@@ -206,8 +206,13 @@ const SurveyedTopic* chosen_lidar(const LogSurvey& survey) {
     const auto rank = [](const SurveyedTopic& each) { return std::pair(each.has_times, each.amount()); };
     if (best == nullptr || rank(topic) > rank(*best)) best = &topic;
   }
-  const bool localizes_without = std::ranges::any_of(
-      survey.topics, [](const SurveyedTopic& topic) { return topic.sensor == Sensor::magnetometer && !topic.refused; });
+  const bool has_packets = std::ranges::any_of(survey.others, [](const TopicInfo& topic) {
+    return topic.type.ends_with("Packet") || topic.type.ends_with("PacketMsg") || topic.type.ends_with("Packets") ||
+           (topic.type.ends_with("Scan") && !topic.type.ends_with("/LaserScan"));
+  });
+  const bool localizes_without = !has_packets && std::ranges::any_of(survey.topics, [](const SurveyedTopic& topic) {
+    return topic.sensor == Sensor::magnetometer && !topic.refused;
+  });
   if (best != nullptr || (reasons.empty() && localizes_without)) return best;
   throw no_topic(survey, "a LiDAR that can be read (sensor_msgs/PointCloud2 or livox_ros_driver2/CustomMsg)",
                  reasons.empty() ? "record the LiDAR's points, not its packets, or add a log that has them" : reasons);

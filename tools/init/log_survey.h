@@ -48,8 +48,8 @@ struct LogSurvey {
 LogSurvey survey_logs(const std::vector<std::string>& logs, WarningLog& warnings);
 
 /// The LiDAR with most points. LiDARs without times of the points follow all others: depth cameras and filters publish
-/// such clouds. Null for a robot with magnetometers whose logs have no LiDAR. Throws InputError that lists the topics
-/// if no cloud can be read, or there is neither.
+/// such clouds. Null for a robot with magnetometers whose logs have no LiDAR, and no packets of one. Throws InputError
+/// that lists the topics if no cloud can be read, or there is neither.
 const SurveyedTopic* chosen_lidar(const LogSurvey& survey);
 
 /// The IMU with most messages. Throws InputError that lists the topics if there is none.

@@ -123,7 +123,7 @@ void warn_of_obstacles(const simulation::SimulationSource& source, const simulat
       "warning: {} passes through a surface {:.1f} s after the start, at x {:.2f} y {:.2f} z {:.2f}{}; move its "
       "waypoints or the solid\n",
       drive, obstacles.front().seconds, place.x(), place.y(), place.z(),
-      obstacles.size() == 1 ? "" : fmt::format(", and at {} more places", obstacles.size() - 1));
+      obstacles.size() == 1 ? "" : fmt::format(", and at {} more place(s)", obstacles.size() - 1));
 }
 
 void simulate(const SimulateOptions& options) {

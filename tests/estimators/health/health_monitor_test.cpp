@@ -246,6 +246,8 @@ TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeightsWhere
     // The map may have changed, or a magnetometer may be wrong, which an estimator with a true covariance finds.
     EXPECT_EQ(verdicts_with_field_at(offset_m, 0).back().health, Health::good);
     EXPECT_EQ(verdicts_with_field_at(offset_m, 1, 1, 1).back().health, Health::good);
+    // One that does not know of the direction weighs its readings by a wrong covariance, and sets them aside by it.
+    EXPECT_EQ(verdicts_with_field_at(offset_m, 1, 0, 1).back().health, Health::lost);
   }
 }
 

@@ -49,6 +49,11 @@ TEST_F(ConvertCommand, ARunGivesTheSameBytesFromEveryKindOfLog) {
   expect_done("convert " + path("log.bag") + " --out " + path("log.db3"));
   expect_done("convert " + path("log.mcap") + " --out " + path("again") + " --format bag --compression none");
   for (const char* log : {"log.mcap", "log.db3", "again"}) EXPECT_TRUE(run(log) == expected) << log;
+  const std::string call = "convert " + path("log.bag") + " --to 1 --out " + path("log.mcap");
+  const std::string before = content_of(path("log.mcap"));
+  expect_refused(call, "--out " + path("log.mcap") + ": the file exists");
+  EXPECT_TRUE(content_of(path("log.mcap")) == before);
+  expect_done(call + " --force");
 }
 
 TEST_F(ConvertCommand, RefusesInOneLine) {

@@ -86,15 +86,18 @@ void expect_scan_on_map(const std::string& log) {
   ASSERT_EQ(cloud.fields.size(), 5U);
   EXPECT_EQ(cloud.fields[4].name, "residual_m");
   int on_plane = 0, near = 0;
+  double squares_m2 = 0.0;
   for (std::size_t at = 0; at < cloud.data_size; at += cloud.point_step) {
     float residual_m = 0.0F;
     std::memcpy(&residual_m, cloud.data + at + cloud.fields[4].offset, sizeof(residual_m));
     if (std::isnan(residual_m)) continue;
     ++on_plane;
+    squares_m2 += static_cast<double>(residual_m * residual_m);
     if (std::abs(residual_m) < 0.05F) ++near;
   }
   EXPECT_GT(on_plane, static_cast<int>(cloud.width) / 2);
   EXPECT_GT(near, 9 * on_plane / 10);
+  EXPECT_GT(std::sqrt(squares_m2 / on_plane), 1e-3);  // the LiDAR has noise
 }
 
 TEST_F(ExportCommand, ReplacesAFileOnlyWithForce) {

@@ -55,6 +55,22 @@ TEST_F(InitCommand, TheFileIsCheckedWithoutAnError) {
   EXPECT_THAT(checked.output, Not(HasSubstr("magnetometer.same_place")));
 }
 
+TEST_F(InitCommand, DescribesARobotWithoutLidar) {
+  testing::SyntheticLog log;
+  log.scans = 30;
+  log.lidar = false;
+  log.write(path("blind.bag"));
+  const ProgramResult written = run_lodestone("init " + path("blind.bag") + " --out " + path("robot.yaml"));
+  ASSERT_EQ(written.code, 0) << written.errors;
+  EXPECT_THAT(written.output, HasSubstr("no LiDAR, IMU /imu/data, 2 magnetometer(s)"));
+  const ProgramResult checked = run_lodestone("check " + path("blind.bag") + " --platform " + path("robot.yaml"));
+  EXPECT_THAT(checked.output, Not(HasSubstr("topic.missing"))) << checked.errors;
+  // Several logs are checked as one folder.
+  const std::string both = path("blind.bag") + " " + path("log.bag");
+  EXPECT_THAT(run_lodestone("init " + both + " --force --out " + path("robot.yaml")).output,
+              HasSubstr("next: put these logs into one folder; lodestone check FOLDER"));
+}
+
 class InitOfRealLogs : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(InitOfRealLogs, IsCheckedWithoutAnError) {

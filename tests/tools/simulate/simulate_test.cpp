@@ -51,7 +51,9 @@ const std::vector<std::string> all_files = {"log.bag",   "truth.tum",  "platform
                                             "cloud.pcd", "survey.bag", "survey.tum"};
 
 TEST_F(SimulateCommand, WarnsOfARobotThatDrivesThroughSolids) {
-  EXPECT_THAT(simulate("free", "--duration 1").output, ::testing::Not(::testing::HasSubstr("warning")));
+  const ProgramResult free = simulate("free", "--duration 1");
+  ASSERT_EQ(free.code, 0) << free.errors;
+  EXPECT_THAT(free.output, ::testing::Not(::testing::HasSubstr("warning")));
   // Enters the box of 4 m at y = 6 and leaves it at y = 10. The survey is not cut.
   const std::string through =
       "--duration 12 --set sequences.short.waypoints_m=[[0,0],[0,20]] --set sequences.short.speed=[[0,2.0]]";
