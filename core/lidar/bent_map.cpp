@@ -24,7 +24,8 @@ constexpr std::array<double, 2> kRegionsUpTo_m{25.0, 60.0};
 /// Mean square of the distances of points from the center of a square wall or floor of a cube.
 constexpr double kSpreadOfCube_m2 = kMapErrorCube_m * kMapErrorCube_m / 6.0;
 
-/// An axis of a region is displaced if that is more than this share of the variance of what the scan measures there.
+/// A direction of a region is displaced if that is more than this share of the variance of what the scan measures
+/// there.
 constexpr double kLeastShare = 0.01;
 
 /// Sigmas beyond which an axis of a region was moved.
@@ -130,8 +131,8 @@ class BentMap {
   Matrix6 seen_share() const { return share_of(seen_, all_); }
 
   /// Displacements of the scan's points: that of the region of each cube, and a motion (φ, p) of the whole scan, with
-  /// which the least squares of all points gives `share` times the best pose. Third: BentMapFit::scan_apart.
-  std::tuple<std::vector<Vector3>, Vector6, Vector6> displacement(const Matrix6& share) const;
+  /// which the least squares of all points gives `share` times the best pose.
+  std::pair<std::vector<Vector3>, Vector6> displacement(const Matrix6& share) const;
 
   Matrix6 cube_covariance() const {
     Matrix6 result = Matrix6::Zero();
@@ -331,20 +332,19 @@ class BentMap {
   Vector6 sure_pose_ = Vector6::Zero();  // in directions that the scan observes
 };
 
-std::tuple<std::vector<Vector3>, Vector6, Vector6> BentMap::displacement(const Matrix6& share) const {
+std::pair<std::vector<Vector3>, Vector6> BentMap::displacement(const Matrix6& share) const {
   const Eigen::VectorXd along = -eliminated(residual_ + coupling_.transpose() * sure_pose_);
   std::vector<Vector3> of_regions(regions_.size(), Vector3::Zero());
   for (std::size_t k = 0; k < directions_.size(); ++k) {
     of_regions[directions_[k].region] += along[static_cast<Eigen::Index>(k)] * directions_[k].axis;
   }
   std::vector<Vector3> result;
-  Vector6 by_displacement = Vector6::Zero();
+  Vector6 gradient = scan_.gradient;
   for (std::size_t i = 0; i < scan_.cubes.size(); ++i) {
     result.push_back(of_regions[region_of_[i]]);
-    by_displacement += scan_.cubes[i].coupling * result.back();
+    gradient += scan_.cubes[i].coupling * result.back();
   }
-  const Eigen::LLT<Matrix6> all(all_);
-  return {result, -all.solve(scan_.gradient + by_displacement) - share * pose_, all.solve(by_displacement)};
+  return {result, -all_.llt().solve(gradient) - share * pose_};
 }
 
 }  // namespace
@@ -379,7 +379,7 @@ BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, cons
   const ScanSums scan = sum_by_cubes(correspondences, T_map_imu);
   const BentMap map(scan, T_map_imu.position, variances_m2);
   const Matrix6 share = map.seen_share();
-  const auto [displacements, motion, apart] = map.displacement(share);
+  const auto [displacements, motion] = map.displacement(share);
   const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
   for (std::size_t i = 0; i < correspondences.size(); ++i) {
     Eigen::Vector3f& point = result.straightened[i].point;
@@ -390,7 +390,6 @@ BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, cons
   Matrix6 to_imu = Matrix6::Identity();
   to_imu.topLeftCorner<3, 3>() = rotation.transpose();
   result.seen_share = to_imu * share * to_imu.transpose();
-  result.scan_apart = apart;
   result.cube_covariance = map.cube_covariance();
   result.long_error = map.long_error();
   return result;

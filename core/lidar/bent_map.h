@@ -29,10 +29,6 @@ struct BentMapFit {
   /// P: the least squares sees the share P of a motion. Order φ (IMU axes), p; as in CondensedCost::seen_share.
   Matrix6 seen_share = Matrix6::Identity();
 
-  /// By what the scan as a whole lies beside its place: the least squares of the points as they are minus that of the
-  /// displaced points. Order φ (map axes), p; for moved_by().
-  Vector6 scan_apart = Vector6::Zero();
-
   /// Covariance of the best pose by displacements of cubes of a variance of one square metre. Order φ (map axes), p.
   Matrix6 cube_covariance = Matrix6::Zero();
 

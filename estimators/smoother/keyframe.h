@@ -39,7 +39,6 @@ struct Keyframe {
   bool map_is_compared = false;                                               ///< the log has told the errors above
   CondensedScan lidar;
   Matrix6 lidar_information = Matrix6::Zero();  ///< without spurious information from noisy normals
-  Vector6 scan_apart = Vector6::Zero();         ///< by what the scan as a whole lies beside its place in a bent map
   Matrix6 seen_share = Matrix6::Identity();     ///< share of the scan's information about a motion that is not spurious
   Matrix6 unit_hessian = Matrix6::Zero();       ///< Σ JᵀJ with unit weight on metres; only for the paper's rule
   std::vector<FieldReading> field_readings;     ///< with their last weights

@@ -124,7 +124,6 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
   const CondensedCost& cost = keyframe.lidar.cost;
   // A direction is degenerate by the geometry of the scan, not by what bends of the map leave of it.
   keyframe.lidar_information = cost.hessian(keyframe.associated) - kNormalNoiseMargin * cost.spurious_information;
-  keyframe.scan_apart = fit ? fit->scan_apart : Vector6::Zero();
   keyframe.seen_share = fit ? fit->seen_share : cost.seen_share(keyframe.associated);
   if (options.degeneracy.rule == DegeneracyRule::paper) {
     keyframe.unit_hessian = unit_hessian(keyframe.correspondences, keyframe.associated);

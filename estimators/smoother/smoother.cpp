@@ -180,7 +180,7 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.diagnostics.wheel_slip = window_->wheel_slip(newest);
   wheel_watch_.add(estimate);
   Estimate causal = estimate;
-  causal.scan_pose = moved_by(keyframes_.back()->scan_apart, window_->seen_pose(newest));
+  causal.scan_pose = window_->seen_pose(newest);
   if (leaves) {
     report(0, covariances[1], sink);
     const WorkTimer marginalizing(Work::marginalize);
