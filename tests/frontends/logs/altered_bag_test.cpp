@@ -8,6 +8,7 @@
 #include "frontends/configuration/text_file.h"
 #include "frontends/logs/ros1/bag_index.h"
 #include "frontends/logs/ros1/bag_writer.h"
+#include "tests/frontends/logs/bag_messages.h"
 #include "tests/frontends/logs/test_files.h"
 
 namespace lodestone::ros1 {
@@ -17,18 +18,9 @@ using ::lodestone::testing::message_of;
 using ::lodestone::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 
-constexpr Time kBagStart = 1'700'000'000'123'456'789;
-
-PointCloudMessage large_cloud(Time stamp, const std::vector<std::uint8_t>& bytes) {
-  PointCloudMessage cloud;
+PointCloudMessage cloud_at(Time stamp, const std::vector<std::uint8_t>& bytes) {
+  PointCloudMessage cloud = cloud_of(bytes);
   cloud.stamp = stamp;
-  cloud.frame = "lidar";
-  cloud.fields = {{"x", 0, PointField::float32, 1}, {"t", 4, PointField::uint32, 1}};
-  cloud.point_step = 8;
-  cloud.width = static_cast<std::uint32_t>(bytes.size() / 8);
-  cloud.row_step = static_cast<std::uint32_t>(bytes.size());
-  cloud.data = bytes.data();
-  cloud.data_size = bytes.size();
   return cloud;
 }
 
@@ -49,12 +41,12 @@ class AlteredBag : public ::testing::Test {
     const std::vector<std::uint8_t> bytes(400'000);
     BagWriter writer(path_, Codec::none);
     for (int i = 0; i < kMessages; ++i) {
-      writer.write("/points", kBagStart + i, large_cloud(kBagStart + i, bytes));
+      writer.write("/points", bag_start + i, cloud_at(bag_start + i, bytes));
     }
     writer.close();
   }
 
-  /// Times after `kBagStart` of the messages that are read.
+  /// Times after `bag_start` of the messages that are read.
   std::vector<Time> read() {
     BagIndex index(path_, warnings_);
     std::vector<Time> times;
@@ -62,7 +54,7 @@ class AlteredBag : public ::testing::Test {
     for (std::size_t i = 0; i < index.segment_count(); ++i) {
       index.load(i, loaded);
       for (const SegmentEntry& entry : loaded.entries) {
-        if (index.topic_of(entry.channel) == 0) times.push_back(entry.time - kBagStart);
+        if (index.topic_of(entry.channel) == 0) times.push_back(entry.time - bag_start);
       }
     }
     return times;
@@ -120,7 +112,7 @@ std::string bytes_of(std::uint32_t number) {
 
 // The index entry of the first message of the third chunk: its time is also in the message's record and in its stamp.
 TEST_F(AlteredBag, AnIndexThatContradictsItsChunkIsNotBelieved) {
-  constexpr auto kNanoseconds = static_cast<std::uint32_t>((kBagStart + 4) % 1'000'000'000);
+  constexpr auto kNanoseconds = static_cast<std::uint32_t>((bag_start + 4) % 1'000'000'000);
   alter(path_, bytes_of(kNanoseconds), bytes_of(kNanoseconds - 1000), 2);
   std::vector<Time> times = read();
   std::sort(times.begin(), times.end());
@@ -130,7 +122,7 @@ TEST_F(AlteredBag, AnIndexThatContradictsItsChunkIsNotBelieved) {
 
 // Messages before the time by which the chunks are ordered would be out of order.
 TEST_F(AlteredBag, MessagesBeforeTheTimeInTheIndexAreLeftOut) {
-  constexpr auto kNanoseconds = static_cast<std::uint32_t>((kBagStart + 4) % 1'000'000'000);
+  constexpr auto kNanoseconds = static_cast<std::uint32_t>((bag_start + 4) % 1'000'000'000);
   alter(path_, bytes_of(kNanoseconds), bytes_of(kNanoseconds + 1), 2);
   EXPECT_EQ(read(), (std::vector<Time>{0, 1, 2, 3, 5, 6, 7, 8, 9}));
   EXPECT_THAT(warnings_.entries().at("log.damaged_chunk").first_detail, HasSubstr("1 messages before the time"));
@@ -167,7 +159,7 @@ TEST(BagIndexTest, APackedChunkWithAlteredBytesIsLost) {
     for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i / 7);
     BagWriter writer(path, Codec::lz4);
     for (int i = 0; i < 10; ++i) {
-      writer.write("/points", kBagStart + i, large_cloud(kBagStart + i, bytes));
+      writer.write("/points", bag_start + i, cloud_at(bag_start + i, bytes));
     }
     writer.close();
   }

@@ -7,6 +7,7 @@
 #include "frontends/configuration/text_file.h"
 #include "frontends/logs/ros1/bag_index.h"
 #include "frontends/logs/ros1/bag_writer.h"
+#include "tests/frontends/logs/bag_messages.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/frontends/logs/test_files.h"
 
@@ -17,19 +18,7 @@ using ::lodestone::testing::message_of;
 using ::lodestone::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 
-constexpr Time start = 1'700'000'000'123'456'789;
-
-PointCloudMessage cloud_of(const std::vector<std::uint8_t>& bytes) {
-  PointCloudMessage cloud;
-  cloud.frame = "lidar";
-  cloud.fields = {{"x", 0, PointField::float32, 1}, {"t", 4, PointField::uint32, 1}};
-  cloud.point_step = 8;
-  cloud.width = static_cast<std::uint32_t>(bytes.size() / 8);
-  cloud.row_step = static_cast<std::uint32_t>(bytes.size());
-  cloud.data = bytes.data();
-  cloud.data_size = bytes.size();
-  return cloud;
-}
+constexpr Time start = bag_start;
 
 class RoundTrip : public ::testing::TestWithParam<Codec> {};
 
