@@ -117,6 +117,7 @@ void BagIndex::read_stated_chunks() {
 bool BagIndex::is_chunk(std::uint64_t place) {
   constexpr std::uint32_t kLargestHeader = 4096;
   std::uint8_t bytes[4];
+  if (file_.size() - place < sizeof(bytes)) return false;
   file_.read(place, bytes);
   if (little_endian<std::uint32_t>(bytes) > kLargestHeader) return false;
   try {
