@@ -10,8 +10,8 @@ install(TARGETS lodestone RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT 
 install(DIRECTORY config DESTINATION ${CMAKE_INSTALL_DATADIR}/lodestone COMPONENT program)
 install(DIRECTORY tools/fleet DESTINATION ${CMAKE_INSTALL_DATADIR}/lodestone COMPONENT program USE_SOURCE_PERMISSIONS)
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
-install(DIRECTORY docs/user docs/design docs/results docs/pictures docs/examples DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs
-        COMPONENT program)
+install(DIRECTORY docs/user docs/design docs/results docs/pictures docs/examples
+        DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs COMPONENT program)
 install(FILES docs/index.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs COMPONENT program)
 
 # The program writes its manual page and its completion from the declarations of its options.
