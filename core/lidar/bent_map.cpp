@@ -24,8 +24,7 @@ constexpr std::array<double, 2> kRegionsUpTo_m{25.0, 60.0};
 /// Mean square of the distances of points from the center of a square wall or floor of a cube.
 constexpr double kSpreadOfCube_m2 = kMapErrorCube_m * kMapErrorCube_m / 6.0;
 
-/// A direction of a region is displaced if that is more than this share of the variance of what the scan measures
-/// there.
+/// An axis of a region is displaced if that is more than this share of the variance of what the scan measures there.
 constexpr double kLeastShare = 0.01;
 
 /// Sigmas beyond which an axis of a region was moved.
@@ -119,6 +118,7 @@ class BentMap {
       if (variances_m2[part] > 0.0) parts_.push_back({DisplacementPart(part, position), variances_m2[part]});
     }
     find_directions();
+    sum_along_directions();
     eliminate_displacements();
     observe();
     for (int pass = 0; pass < kPasses && add_contradictions(); ++pass) {
@@ -230,31 +230,32 @@ class BentMap {
       moved_m2_[k] += excess_m2;
       found = true;
     }
-    if (!found) return false;
-    for (Region& region : regions_) region.taken.setZero();
-    return true;
+    return found;
   }
 
-  void eliminate_displacements() {
+  void sum_along_directions() {
     const auto count = static_cast<Eigen::Index>(directions_.size());
     coupling_.resize(6, count);
     residual_.resize(count);
-    DynamicMatrix sum = DynamicMatrix::Zero(count, count);  // R + D
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const DisplacedAxis& direction = directions_[static_cast<std::size_t>(k)];
+    errors_ = DynamicMatrix::Zero(count, count);
+    for (Eigen::Index k = 0; const DisplacedAxis& direction : directions_) {
       const Region& region = regions_[direction.region];
       coupling_.col(k) = region.coupling * direction.axis;
       residual_[k] = region.residual.dot(direction.axis);
-      sum(k, k) = 1.0 / weight_[k] + region.apart_m2 + moved_m2_[k];
+      errors_(k, k) = 1.0 / weight_[k] + region.apart_m2;
+      ++k;
     }
-    for (const Part& part : parts_) {
-      sum += part.variance_m2 * part.displacement.covariance(directions_);
-    }
+    for (const Part& part : parts_) errors_ += part.variance_m2 * part.displacement.covariance(directions_);
+  }
+
+  void eliminate_displacements() {
+    DynamicMatrix sum = errors_;
+    sum.diagonal() += moved_m2_;
     factor_.compute(sum);
     taken_ = eliminated(coupling_.transpose()).transpose();
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const DisplacedAxis& direction = directions_[static_cast<std::size_t>(k)];
-      regions_[direction.region].taken.noalias() += taken_.col(k) * direction.axis.transpose();
+    for (Region& region : regions_) region.taken.setZero();
+    for (Eigen::Index k = 0; const DisplacedAxis& direction : directions_) {
+      regions_[direction.region].taken.noalias() += taken_.col(k++) * direction.axis.transpose();
     }
   }
 
@@ -320,10 +321,11 @@ class BentMap {
   std::vector<DisplacedAxis> directions_;
   Eigen::VectorXd weight_;               // Λ
   Eigen::VectorXd moved_m2_;             // variances of what contradicts all else
+  DynamicMatrix errors_;                 // R + D, without moved_m2_
   DynamicMatrix coupling_;               // B
   DynamicMatrix taken_;                  // M
   Eigen::VectorXd residual_;             // Σ w n r along the directions
-  Eigen::LLT<DynamicMatrix> factor_;     // of R + D
+  Eigen::LLT<DynamicMatrix> factor_;     // of R + D, with moved_m2_
   Matrix6 all_ = Matrix6::Zero();        // of the pose, without displacements
   Matrix6 inverse_ = Matrix6::Zero();    // of the information with them
   Matrix6 seen_ = Matrix6::Zero();       // inverse covariance of the best pose by the noise of the points

@@ -13,8 +13,8 @@ struct Obstacle {
   Vector3 position = Vector3::Zero();  ///< of the IMU, map, m
 };
 
-/// Where the IMU passes through surfaces, glass included: what is met within 5 s is one obstacle, as
-/// both sides of a wall or of a box.
+/// Where the IMU passes through surfaces, glass included: what is met within 5 s is one obstacle, as both sides of a
+/// wall or of a box.
 std::vector<Obstacle> obstacles_on_path(const Motion& motion, const RayCaster& caster);
 
 }  // namespace lodestone::simulation

@@ -309,6 +309,28 @@ TEST_F(PlatformDraftTest, ARobotWithMagnetometersNeedsNoLidar) {
   EXPECT_THAT(drafted.comments.at("imu"), HasSubstr("no LiDAR: these logs have none"));
 }
 
+// Its LiDAR is there, but in packets that only its driver can read.
+TEST_F(PlatformDraftTest, PacketsOfALidarAreRefusedWithTheTopics) {
+  SyntheticLog blind = noisy_robot();
+  blind.lidar = false;
+  write(blind, "log.bag");
+  TopicInfo packets;
+  packets.name = "/velodyne_packets";
+  packets.type = "velodyne_msgs/VelodyneScan";
+  packets.md5 = std::string(32, '0');
+  packets.definition = "uint8 data";
+  ros1::BagWriter writer(folder_ / "packets.bag", Codec::none);
+  const std::uint8_t byte = 0;
+  writer.write(packets, 1'700'000'000'000'000'000, &byte, 1);
+  writer.close();
+  EXPECT_THAT(testing::message_of<InputError>([&]() {
+                draft({"log.bag", "packets.bag"});
+              }),
+              AllOf(HasSubstr("there is no topic of a LiDAR"), HasSubstr("record the LiDAR's points, not its packets"),
+                    HasSubstr("/imu/data (sensor_msgs/Imu, "),
+                    HasSubstr("/magnetometer_1/field (sensor_msgs/MagneticField, ")));
+}
+
 TEST_F(PlatformDraftTest, ALogWithoutALidarOrAnImuIsRefusedWithItsTopics) {
   SyntheticLog blind = noisy_robot();
   blind.lidar = false;
