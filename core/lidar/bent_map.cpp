@@ -224,8 +224,7 @@ class BentMap {
       const double alone = root.col(k).squaredNorm();
       const double information = alone - shown.row(k).dot(inverse_ * shown.row(k).transpose());
       if (!(information > kLeastCompared * alone)) continue;
-      const double apart_m = weighed[k] / information;
-      const double excess_m2 = apart_m * apart_m / (kContradicts * kContradicts) - 1.0 / information;
+      const double excess_m2 = std::pow(weighed[k] / (information * kContradicts), 2) - 1.0 / information;
       if (!(excess_m2 > kLeastExcess / information)) continue;
       moved_m2_[k] += excess_m2;
       found = true;
