@@ -36,6 +36,7 @@ struct Drive {
   std::string sequence;
   std::string scene;                    ///< of the log; empty: the world's default
   std::vector<std::string> map_scenes;  ///< one row per scene; empty: one map, surveyed in the log's own scene
+  std::string grade;                    ///< of reality (--reality of simulate); empty: the world's
 };
 
 /// A figure as given in a paper: its text and, unless it is lost or absent, its value.
@@ -58,12 +59,12 @@ struct Group {
   std::string name;
   std::vector<Drive> drives;
   std::vector<double> ranges_m;    ///< LiDAR ranges; empty: the platform's
-  std::string grade;               ///< of reality (--reality of simulate); empty: the world's
   std::optional<double> noise_ut;  ///< of the log's magnetometers; nothing: the world's, as for all maps
   SeedChoice seeds = SeedChoice::all;
   std::vector<EstimatorChoice> estimators;
   std::vector<std::string> world_settings;  ///< --set of simulate
   std::vector<std::string> map_settings;    ///< --set of map magnetic
+  std::string run_config;                   ///< --config of run, absolute path; empty: none
   std::vector<std::string> run_settings;    ///< --set of run
   bool bound = false;                       ///< --bound of run: ATE / bound of each stage
   Published published;
@@ -76,13 +77,17 @@ constexpr auto enum_names(Statistic) {
   return EnumNames<Statistic, 2>{{{Statistic::mean, "mean"}, {Statistic::worst, "worst"}}};
 }
 
+/// As an estimator's name in `over`: the other estimator of the run with the smallest figure that is not lost.
+inline constexpr const char* kBestOfOthers = "others";
+
 /// A column of a table: a published method, a figure of an estimator (or its ratio to another estimator's), or the
 /// difference between the field maps of the row and of the log's own scene.
 struct TableColumn {
   std::string title;
   std::string published;
   std::string estimator;
-  std::string over;  ///< estimator whose figure, of the same run, is the divisor
+  std::string group;  ///< whose row of the same name is shown; empty: the table's
+  std::string over;   ///< estimator whose figure, of the same run, is the divisor; kBestOfOthers
   std::string figure = "ate_m";
   std::string over_figure;  ///< of `over`; empty: `figure`
   std::string difference;   ///< figure of diff.json, the comparison of maps
@@ -93,7 +98,8 @@ struct TableColumn {
     visitor.field("title", title, "header; default: made from the other keys");
     visitor.field("published", published, "method whose published figures are shown");
     visitor.field("estimator", estimator, "estimator whose figures are shown");
-    visitor.field("over", over, "estimator whose figure of the same run is the divisor");
+    visitor.field("group", group, "group whose row of the same name is shown; default: the table's");
+    visitor.field("over", over, "estimator whose figure of the same run is the divisor; others: the best of them");
     visitor.field("figure", figure, "key of the estimator's summary.json");
     visitor.field("over_figure", over_figure, "key of the summary.json of 'over'; default: the same figure");
     visitor.field("difference", difference, "key of diff.json of the row's map_difference, with the first seed");

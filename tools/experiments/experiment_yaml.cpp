@@ -71,7 +71,7 @@ void read_published(const ConfigurationNode& node, Group& group) {
 Group read_group(const ConfigurationNode& node, const std::string& name,
                  const std::vector<EstimatorChoice>& estimators) {
   node.refuse_keys_other_than({"drives", "ranges_m", "noise_ut", "grade", "seeds", "estimators", "world_settings",
-                               "map_settings", "run_settings", "bound", "published"});
+                               "map_settings", "run_config", "run_settings", "bound", "published"});
   Group group;
   group.name = name;
   read_drives(node, group.drives);
@@ -80,10 +80,9 @@ Group read_group(const ConfigurationNode& node, const std::string& name,
     group.noise_ut = noise->as_double();
     if (!(*group.noise_ut >= 0.0)) noise->fail("noise must not be below 0 µT");
   }
-  if (const ConfigurationNode* grade = node.find("grade")) {
-    auto known = simulation::RealityGrade::exact;
-    options_detail::read_value(*grade, known);
-    group.grade = grade->as_string();
+  const std::string grade = read_grade(node);
+  for (Drive& drive : group.drives) {
+    if (drive.grade.empty()) drive.grade = grade;
   }
   group.seeds = choice(node, "seeds", group.seeds);
   const ConfigurationNode* own = node.find("estimators");
@@ -92,6 +91,10 @@ Group read_group(const ConfigurationNode& node, const std::string& name,
     node.fail("no estimators: name them here, or for all groups under the key 'estimators'");
   group.world_settings = texts(node, "world_settings");
   group.map_settings = texts(node, "map_settings");
+  if (const ConfigurationNode* config = node.find("run_config")) {
+    group.run_config = path_beside(*config);
+    if (!fs::exists(group.run_config)) config->fail(fmt::format("there is no file {}", group.run_config));
+  }
   group.run_settings = texts(node, "run_settings");
   if (const ConfigurationNode* bound = node.find("bound")) group.bound = bound->as_bool();
   check_rows(node, group);
@@ -122,7 +125,7 @@ const Group& group_of(const ConfigurationNode& node, const Experiment& experimen
 void check_references(const ConfigurationNode& node, const Group& group, const std::string& estimator,
                       const std::string& over, const std::string& published, const std::string& figure) {
   if (!estimator.empty()) require_known(node, estimator, names_of(group.estimators), "estimator");
-  if (!over.empty()) require_known(node, over, names_of(group.estimators), "estimator");
+  if (!over.empty() && over != kBestOfOthers) require_known(node, over, names_of(group.estimators), "estimator");
   if (!published.empty()) require_known(node, published, group.published.methods, "published method");
   require_known(node, figure, figure_names(), "figure");
 }
@@ -144,7 +147,10 @@ TableChoice read_table(const ConfigurationNode& node, const Experiment& experime
     if (!column.difference.empty())
       require_known(element, column.difference, difference_names(), "figure of a difference");
     if (column.digits < 0 || column.digits > 12) element.fail("expected 0 to 12 digits");
-    check_references(element, group, column.estimator, column.over, column.published, column.figure);
+    const bool own = column.group.empty() || column.estimator.empty();
+    if (!column.group.empty() && own) element.fail("'group' requires 'estimator'");
+    check_references(element, own ? group : group_of(element, experiment), column.estimator, column.over,
+                     column.published, column.figure);
     if (!column.over_figure.empty()) require_known(element, column.over_figure, figure_names(), "figure");
     table.columns.push_back(column);
   }

@@ -101,9 +101,13 @@ class StepBook {
                                      "--out",
                                      run.folder};
     if (run.range_m) append(command, {"--max-range", fmt::format("{:g}", *run.range_m)});
+    if (!key.group->run_config.empty()) {
+      append(command, {"--config", key.group->run_config});
+      step.inputs = {key.group->run_config};
+    }
     for (const std::string& setting : key.group->run_settings) append(command, {"--set", setting});
     if (key.group->bound) command.emplace_back("--bound");
-    if (!key.group->grade.empty()) append(command, {"--calibration-truth", data + "/reality.yaml"});
+    if (!key.drive->grade.empty()) append(command, {"--calibration-truth", data + "/reality.yaml"});
     step.commands.push_back(command);
     return add(std::move(step));
   }
@@ -146,15 +150,15 @@ class StepBook {
     origin.add(std::to_string(namesake(*key.drive)));
     for (const std::string& setting : key.group->world_settings) origin.add(setting);
     for (const std::string& word : more) origin.add(word);
-    if (!key.group->grade.empty()) origin.add("--reality").add(key.group->grade);
+    if (!key.drive->grade.empty()) origin.add("--reality").add(key.drive->grade);
     const std::string ending = origin.to_string().substr(0, 6);
-    if (!key.group->grade.empty()) step.name += "-" + key.group->grade;
+    if (!key.drive->grade.empty()) step.name += "-" + key.drive->grade;
     step.folder = fmt::format("work/{}-{}", step.name, ending);
     if (!key.group->world_settings.empty() || !more.empty())
       step.name += "-" + ending;  // the names of log files must differ too
     step.commands.push_back(
         {"simulate", key.drive->world, "--seed", std::to_string(key.seed), "--only", part, "--out", step.folder});
-    if (!key.group->grade.empty()) append(step.commands.front(), {"--reality", key.group->grade});
+    if (!key.drive->grade.empty()) append(step.commands.front(), {"--reality", key.drive->grade});
     for (const std::string& setting : key.group->world_settings) append(step.commands.front(), {"--set", setting});
     return step;
   }
@@ -165,7 +169,7 @@ class StepBook {
     Fingerprint recipe;
     for (const auto& command : step.commands) {
       for (const std::string& word : command) {
-        // A world is identified by its content, not by its path.
+        // Worlds and files of options are identified by their content, not by their path.
         const bool input = std::find(step.inputs.begin(), step.inputs.end(), word) != step.inputs.end();
         recipe.add(input ? "(input)" : word);
       }
@@ -230,7 +234,7 @@ void list_rows(const Group& group, const Drive& drive, int seed, bool first_seed
       run.scene = scene;
       run.log_scene = drive.scene;
       run.range_m = range;
-      run.grade = group.grade;
+      run.grade = drive.grade;
       run.noise_ut = group.noise_ut;
       run.seed = seed;
       run.first_seed = first_seed;

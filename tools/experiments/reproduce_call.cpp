@@ -9,6 +9,7 @@
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/experiments/figures.h"
+#include "tools/experiments/lost_runs.h"
 #include "tools/experiments/plan_run.h"
 #include "tools/experiments/reproduce_file.h"
 #include "tools/experiments/table_files.h"
@@ -43,6 +44,7 @@ void write_results(const Experiment& experiment, const PlanRun& work) {
     if (!results.rows_of(table.group).empty()) tables.push_back(make_table(table, experiment, results));
   }
   if (!experiment.criteria.empty()) tables.push_back(criteria_table(experiment, results));
+  if (ResultTable lost = lost_runs_table(results, root); !lost.rows.empty()) tables.push_back(std::move(lost));
   // Tables of an earlier call with other runs are deleted.
   emptied_folder(root / "tables");
   for (const ResultTable& table : tables) {

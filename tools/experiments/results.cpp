@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -53,6 +54,19 @@ std::optional<double> value_of(const RunFigures* figures, const std::string& nam
   if (figures == nullptr) return std::nullopt;
   const auto found = figures->find(name);
   return found == figures->end() ? std::nullopt : std::optional<double>(found->second);
+}
+
+/// `figure` of the divisor in a run; of several estimators, the smallest of those that are not lost, or infinity.
+std::optional<double> divisor_of(const Results& results, std::size_t run, const std::string& estimator,
+                                 const Divisor& over, const std::string& figure) {
+  if (over.estimator != kBestOfOthers) return value_of(results.find(run, over.estimator), figure);
+  double best = HUGE_VAL;
+  for (const std::string& other : results.runs()[run].estimators) {
+    const RunFigures* figures = results.find(run, other);
+    if (other == estimator || value_of(figures, "success") != 1.0) continue;
+    best = std::min(best, value_of(figures, figure).value_or(HUGE_VAL));
+  }
+  return best;
 }
 
 }  // namespace
@@ -110,7 +124,8 @@ SeedValue seed_value(const Results& results, const std::string& group, const std
   for (const std::size_t i : results.runs_of(group, row)) {
     const auto& estimators = results.runs()[i].estimators;
     const auto runs = [&](const std::string& name) {
-      return name.empty() || std::find(estimators.begin(), estimators.end(), name) != estimators.end();
+      return name.empty() || name == kBestOfOthers ||
+             std::find(estimators.begin(), estimators.end(), name) != estimators.end();
     };
     if (!runs(estimator) || !runs(over.estimator)) continue;
     if (is_stale_figure(figure) && !results.runs()[i].first_seed) continue;  // their maps are removed
@@ -118,7 +133,7 @@ SeedValue seed_value(const Results& results, const std::string& group, const std
     std::optional<double> value = value_of(results.find(i, estimator), figure);
     if (value && !over.estimator.empty()) {
       const std::optional<double> other =
-          value_of(results.find(i, over.estimator), over.figure.empty() ? figure : over.figure);
+          divisor_of(results, i, estimator, over, over.figure.empty() ? figure : over.figure);
       value = other && *other != 0.0 ? std::optional<double>(*value / *other) : std::nullopt;
     }
     if (value_of(results.find(i, estimator), "success") == 0.0) ++seeds.lost;

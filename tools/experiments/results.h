@@ -54,7 +54,8 @@ struct SeedValue {
   std::optional<double> value;  ///< nothing if no run provides the value
 };
 
-/// Divisor of a figure, run by run; unused if `estimator` is empty.
+/// Divisor of a figure, run by run; unused if `estimator` is empty. With kBestOfOthers, the quotient is 0 if all others
+/// are lost.
 struct Divisor {
   std::string estimator;
   std::string figure;  ///< empty: the same figure

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace lodestone::reproduce {
 
@@ -26,10 +27,11 @@ std::string title_of(const TableColumn& column) {
                      enum_names(column.statistic)[column.statistic == Statistic::mean ? 0 : 1].second);
 }
 
-/// Distinguishes the rows of a group. A column is shown if any row has a value.
+/// Distinguishes the rows of a group. A column is shown if any row has a value; with `differing`, if two rows differ.
 struct RowLabel {
   const char* title;
   std::string (*text)(const Run&);
+  bool differing = false;
 };
 
 const RowLabel kLabels[] = {
@@ -38,6 +40,7 @@ const RowLabel kLabels[] = {
     {"range m", [](const Run& run) { return run.range_m ? fmt::format("{:g}", *run.range_m) : std::string(); }},
     {"noise µT", [](const Run& run) { return run.noise_ut ? fmt::format("{:g}", *run.noise_ut) : std::string(); }},
     {"map of", [](const Run& run) { return run.scene; }},
+    {"grade", [](const Run& run) { return run.grade; }, true},
 };
 
 std::string difference_cell(const TableColumn& column, const Group& group, const std::string& row,
@@ -57,8 +60,8 @@ std::string cell(const TableColumn& column, const Group& group, const std::strin
     return value != nullptr ? value->text : kNothing;
   }
   if (!column.difference.empty()) return difference_cell(column, group, row, results);
-  const SeedValue seeds = seed_value(results, group.name, row, column.estimator, column.figure, column.statistic,
-                                     {column.over, column.over_figure});
+  const SeedValue seeds = seed_value(results, column.group.empty() ? group.name : column.group, row, column.estimator,
+                                     column.figure, column.statistic, {column.over, column.over_figure});
   if (seeds.expected == 0) return kNothing;
   if (seeds.present == 0) return kMissing;
   if (column.figure == "success") return fmt::format("{}/{}", seeds.present - seeds.lost, seeds.present);
@@ -76,9 +79,10 @@ ResultTable make_table(const TableChoice& choice, const Experiment& experiment, 
   };
   std::vector<const RowLabel*> labels;
   for (const RowLabel& label : kLabels) {
-    const bool shown = std::any_of(rows.begin(), rows.end(),
-                                   [&](const std::string& row) { return !label.text(first_run(row)).empty(); });
-    if (!shown) continue;
+    std::set<std::string> values;
+    for (const std::string& row : rows) values.insert(label.text(first_run(row)));
+    values.erase("");
+    if (values.size() < (label.differing ? 2 : 1)) continue;
     labels.push_back(&label);
     table.header.emplace_back(label.title);
   }

@@ -7,6 +7,8 @@
 #include <set>
 
 #include "core/nearest_name.h"
+#include "frontends/configuration/options.h"
+#include "tools/simulate/world_queries.h"
 
 namespace lodestone::reproduce {
 
@@ -15,12 +17,13 @@ namespace fs = std::filesystem;
 namespace {
 
 void read_drive(const ConfigurationNode& node, std::vector<Drive>& drives) {
-  node.refuse_keys_other_than({"world", "sequences", "scene", "map_scenes"});
+  node.refuse_keys_other_than({"world", "sequences", "scene", "map_scenes", "grade"});
   Drive drive;
   const ConfigurationNode& world = node.at("world");
-  drive.world = fs::absolute(fs::path(node.file()).parent_path() / world.as_string()).lexically_normal().string();
+  drive.world = path_beside(world);
   drive.world_name = fs::path(drive.world).stem().string();
   drive.scene = text(node, "scene");
+  drive.grade = read_grade(node);
   if (const ConfigurationNode* scenes = node.find("map_scenes")) {
     for (const ConfigurationNode& scene : scenes->elements()) drive.map_scenes.push_back(file_name(scene));
   }
@@ -32,6 +35,18 @@ void read_drive(const ConfigurationNode& node, std::vector<Drive>& drives) {
 }
 
 }  // namespace
+
+std::string path_beside(const ConfigurationNode& node) {
+  return fs::absolute(fs::path(node.file()).parent_path() / node.as_string()).lexically_normal().string();
+}
+
+std::string read_grade(const ConfigurationNode& node) {
+  const ConfigurationNode* grade = node.find("grade");
+  if (grade == nullptr) return {};
+  auto known = simulation::RealityGrade::exact;
+  options_detail::read_value(*grade, known);
+  return grade->as_string();
+}
 
 std::string text(const ConfigurationNode& node, const std::string& key, const std::string& otherwise) {
   const ConfigurationNode* child = node.find(key);

@@ -8,6 +8,12 @@
 /// Common parts of the readers of experiments and ablations. All throw InputError with file, line and key.
 namespace lodestone::reproduce {
 
+/// Absolute path of the file that the node names, relative to the node's own file.
+std::string path_beside(const ConfigurationNode& node);
+
+/// The grade of reality under the key `grade`; empty if it is absent.
+std::string read_grade(const ConfigurationNode& node);
+
 /// The text of `key`, or `otherwise` if it is absent.
 std::string text(const ConfigurationNode& node, const std::string& key, const std::string& otherwise = "");
 
@@ -25,7 +31,7 @@ void check_file_name(const ConfigurationNode& node, const std::string& name);
 std::string file_name(const ConfigurationNode& node);
 
 /// Adds the drives of the list `drives`: of each element `world` (relative to the file), `sequences`, `scene`,
-/// `map_scenes`.
+/// `map_scenes`, `grade`.
 void read_drives(const ConfigurationNode& node, std::vector<Drive>& drives);
 
 /// LiDAR ranges, metres; empty if the key `ranges_m` is absent.
