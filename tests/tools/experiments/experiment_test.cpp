@@ -2,10 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
 #include <regex>
 
 #include "core/error.h"
 #include "tests/tools/experiments/experiment_files.h"
+#include "tools/experiments/plan.h"
 
 namespace lodestone::reproduce {
 namespace {
@@ -41,8 +43,8 @@ TEST(ReproduceExperiment, TheShippedExperimentOfRealityHasNineDrivesAtTwoRangesI
   const Experiment experiment = load_experiment(find_experiment("reality"), false);
   std::vector<std::string> grades;
   for (const Group& group : experiment.groups) {
-    grades.push_back(group.grade);
-    EXPECT_EQ(group.grade, group.name);
+    grades.push_back(group.drives.front().grade);
+    for (const Drive& drive : group.drives) EXPECT_EQ(drive.grade, group.name);
     EXPECT_EQ(row_names(group).size(), 18U);
     EXPECT_EQ(row_names(group), row_names(experiment.groups.front()));
   }
@@ -86,7 +88,7 @@ TEST(ReproduceExperiment, RepeatedEntriesAreReadOnceForEachValue) {
   const Experiment experiment = load_experiment(write_yard(folder, graded(entries)), false);
   ASSERT_EQ(experiment.groups.size(), 2U);
   for (const Group& group : experiment.groups) {
-    EXPECT_EQ(group.grade, group.name);
+    EXPECT_EQ(group.drives.front().grade, group.name);
     EXPECT_THAT(row_names(group), ElementsAre("yard-out"));
   }
   std::vector<std::string> tables;
@@ -96,6 +98,37 @@ TEST(ReproduceExperiment, RepeatedEntriesAreReadOnceForEachValue) {
   ASSERT_EQ(experiment.criteria.size(), 2U);
   EXPECT_EQ(experiment.criteria[1].title, "field: reaches the end");
   EXPECT_EQ(experiment.criteria[1].group, "field");
+}
+
+TEST(ReproduceExperiment, ADriveMayHaveItsOwnGrade) {
+  const TemporaryFolder folder;
+  const Experiment experiment = load_experiment(write_yard(folder, R"(
+estimators: [smoother]
+groups:
+  both:
+    grade: field
+    drives: [{world: yard.yaml, sequences: [out], grade: rough}, {world: yard.yaml, sequences: [back]}]
+)"),
+                                                false);
+  std::vector<std::string> grades;
+  for (const Run& run : list_runs(experiment)) grades.push_back(run.row + " " + run.grade);
+  EXPECT_THAT(grades, ElementsAre("yard-out rough", "yard-back field"));
+}
+
+TEST(ReproduceExperiment, ThePapersRowsRunEverySystemAndThePapersRules) {
+  const Experiment experiment = load_experiment(find_experiment("paper"), false);
+  std::map<std::string, std::size_t> runs;
+  for (const Run& run : list_runs(experiment)) {
+    if (!run.first_seed) continue;
+    ++runs[run.group];
+    if (run.group == "accuracy") EXPECT_EQ(run.estimators.size(), 9U) << run.name;  // eight systems and the smoother
+  }
+  EXPECT_EQ(runs["accuracy"], 18U);
+  EXPECT_EQ(runs["paper-rules"], 18U);
+  EXPECT_EQ(runs["exact"], 18U);
+  EXPECT_EQ(runs["long-term"], 6U);
+  EXPECT_EQ(row_names(*experiment.find_group("accuracy")), row_names(*experiment.find_group("paper-rules")));
+  EXPECT_EQ(row_names(*experiment.find_group("long-term")), row_names(*experiment.find_group("long-term-paper-rules")));
 }
 
 /// Every mistake is reported in one line with the file's name, the line and the correction.
@@ -119,6 +152,9 @@ TEST(ReproduceExperiment, MistakesAreOneLineWithTheirPlace) {
   for (const Case& wrong :
        {Case{changed("seeds: [1, 2]", "seed: [1, 2]"), "unknown key 'seed'; did you mean 'seeds'?"},
         Case{changed("seeds: first\n", "seeds: first\n    grade: feld\n"), "did you mean 'field'?"},
+        Case{changed("seeds: first\n", "seeds: first\n    run_config: none.yaml\n"), "there is no file"},
+        Case{changed("{estimator: ieskf},", "{estimator: ieskf, group: day},"), "did you mean 'days'?"},
+        Case{changed("{published: theirs}, {", "{published: theirs, group: days}, {"), "requires 'estimator'"},
         Case{changed("[1, 2]", "[1, 1]"), "twice"},
         Case{changed("[1, 2]", "[]"), "at least one seed"},
         Case{changed("[smoother,", "[smother,"), "did you mean 'smoother'?"},

@@ -99,10 +99,10 @@ TEST_F(ReproducePlan, WhatAResultDependsOnChangesItsFingerprintAndNothingElse) {
 TEST_F(ReproducePlan, GradesOfRealityShareNothingAndJudgeTheCalibration) {
   experiment_.groups.resize(1);
   experiment_.groups[0].name = "exact";
-  experiment_.groups[0].grade = "exact";
+  for (Drive& drive : experiment_.groups[0].drives) drive.grade = "exact";
   experiment_.groups.push_back(experiment_.groups[0]);
   experiment_.groups[1].name = "field";
-  experiment_.groups[1].grade = "field";
+  for (Drive& drive : experiment_.groups[1].drives) drive.grade = "field";
   const Plan both = plan();
   EXPECT_EQ(count(both, StepKind::cloud), 2U * 2U);  // one per grade and seed
   EXPECT_EQ(count(both, StepKind::log), 2U * 2U);
@@ -119,6 +119,24 @@ TEST_F(ReproducePlan, GradesOfRealityShareNothingAndJudgeTheCalibration) {
     EXPECT_TRUE(follows(step.commands.front(), "--calibration-truth", log + "/reality.yaml")) << run.name;
     for (const std::size_t need : step.needs)
       EXPECT_TRUE(follows(both.steps[need].commands.front(), "--reality", run.grade)) << both.steps[need].name;
+  }
+}
+
+/// Groups that differ in the options of a run share its log and maps. The file of options counts by its content.
+TEST_F(ReproducePlan, OptionsOfAFileAreAnInputOfTheRunsAlone) {
+  const std::string options = (folder_ / "options.yaml").string();
+  std::ofstream(options) << "magnetic: {beta: 0.3}\n";
+  const std::size_t steps = plan().steps.size();
+  experiment_.groups.push_back(experiment_.groups.front());
+  experiment_.groups.back().name = "others";
+  experiment_.groups.back().run_config = options;
+  const Plan before = plan();
+  EXPECT_EQ(before.steps.size(), steps + 4U);
+  std::ofstream(options) << "magnetic: {beta: 0.4}\n";
+  const Plan after = plan();
+  for (std::size_t i = 0; i < after.steps.size(); ++i) {
+    EXPECT_EQ(after.steps[i].fingerprint == before.steps[i].fingerprint, after.steps[i].inputs != std::vector{options})
+        << after.steps[i].name;
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "tests/tools/experiments/experiment_files.h"
+#include "tools/experiments/lost_runs.h"
 #include "tools/experiments/table_files.h"
 
 namespace lodestone::reproduce {
@@ -69,6 +70,54 @@ TEST_F(ReproduceTables, ShowMeansRatiosLostAndMissing) {
   put("ways/yard-out-30m/seed2", "smoother", 9.0, false);
   EXPECT_THAT(make_table(experiment_.tables.front(), experiment_, results()).rows[0],
               ElementsAre("yard", "out", "30", "0.5", "/", "0.2000", "0.50", "1/2"));
+}
+
+/// The divisor is the best of the other estimators of the same run that are not lost.
+TEST_F(ReproduceTables, TheBestOfTheOthersIsADivisor) {
+  for (auto& run : plan_.runs) run.estimators = {"smoother", "ieskf", "magnetic"};
+  const auto ratio = [&] {
+    return *seed_value(results(), "ways", "yard-out-30m", "smoother", "ate_m", Statistic::worst, {kBestOfOthers, ""})
+                .value;
+  };
+  std::filesystem::create_directories(folder_ / "runs/ways/yard-out-30m/seed1/magnetic");
+  put("ways/yard-out-30m/seed1", "smoother", 0.1);
+  put("ways/yard-out-30m/seed1", "ieskf", 0.4);
+  put("ways/yard-out-30m/seed1", "magnetic", 0.2);
+  EXPECT_DOUBLE_EQ(ratio(), 0.5);
+  put("ways/yard-out-30m/seed1", "magnetic", 0.01, false);
+  EXPECT_DOUBLE_EQ(ratio(), 0.25);
+  put("ways/yard-out-30m/seed1", "ieskf", 0.01, false);
+  EXPECT_EQ(ratio(), 0.0);
+}
+
+TEST_F(ReproduceTables, ShowTheSameRowOfAnotherGroup) {
+  Group other = experiment_.groups.front();
+  other.name = "others";
+  experiment_.groups.push_back(other);
+  plan_ = make_plan(experiment_, "");
+  done_.assign(plan_.runs.size(), false);
+  put("ways/yard-out-30m/seed1", "smoother", 0.1);
+  put("others/yard-out-30m/seed1", "smoother", 0.7);
+  TableChoice choice{"t", "t", "ways", "", std::vector<TableColumn>(2)};
+  for (TableColumn& column : choice.columns) column.estimator = "smoother";
+  choice.columns[1].group = "others";
+  EXPECT_THAT(make_table(choice, experiment_, results()).rows[0], ElementsAre("yard", "out", "30", "0.1000", "0.7000"));
+}
+
+TEST_F(ReproduceTables, TellWhenAndWhyARunWasLost) {
+  put("ways/yard-out-30m/seed1", "smoother", 0.1);
+  put("ways/yard-out-30m/seed1", "ieskf", 5.0, false);
+  EXPECT_THROW(lost_runs_table(results(), folder_.path()), InputError);  // diagnostics.csv is missing
+  const std::filesystem::path run = folder_ / "runs/ways/yard-out-30m/seed1/ieskf";
+  std::ofstream(run / "diagnostics.csv") << "t_s\n100.5\n100.6\n";
+  std::ofstream(run / "errors.csv") << "t_s,error_x_m,error_y_m,error_z_m,error_m,heading_error_deg,position_sigma_m\n"
+                                       "100.5,0,0,0,0.2,0,0.1\n101.25,0,0,0,1.5,0,0.1\n";
+  std::ofstream(run / "summary.json") << R"({"success": false, "status": "lost", "lost": [{"from_s": "102.5"}],
+      "warnings": {"run.lost": {"first": "lost from 102.5 s on: scans do not fit the cloud map there"}}})";
+  const ResultTable table = lost_runs_table(results(), folder_.path());
+  ASSERT_EQ(table.rows.size(), 1U);
+  EXPECT_THAT(table.rows[0], ElementsAre("ways/yard-out-30m/seed1", "ieskf", "lost", "0.8", "2.0",
+                                         "scans do not fit the cloud map there"));
 }
 
 TEST_F(ReproduceTables, WorstIsTheLargestErrorAndTheLeastSuccess) {
