@@ -111,14 +111,14 @@ groups:
 )"),
                                                 false);
   std::vector<std::string> grades;
-  for (const Run& run : list_runs(experiment)) grades.push_back(run.row + " " + run.grade);
+  for (const auto& run : list_runs(experiment)) grades.push_back(run.row + " " + run.grade);
   EXPECT_THAT(grades, ElementsAre("yard-out rough", "yard-back field"));
 }
 
 TEST(ReproduceExperiment, ThePapersRowsRunEverySystemAndThePapersRules) {
   const Experiment experiment = load_experiment(find_experiment("paper"), false);
   std::map<std::string, std::size_t> runs;
-  for (const Run& run : list_runs(experiment)) {
+  for (const auto& run : list_runs(experiment)) {
     if (!run.first_seed) continue;
     ++runs[run.group];
     if (run.group == "accuracy") EXPECT_EQ(run.estimators.size(), 9U) << run.name;  // eight systems and the smoother
