@@ -34,6 +34,11 @@ Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
 }
 
+/// Sigma of a position by dead reckoning, of which the IMU is silent for `gap_s`.
+double dead_reckoning_m(double time_s, double gap_s) {
+  return 0.5 * kDeadReckoning_m_s2 * time_s * time_s + 0.5 * kUnmeasured_m_s2 * gap_s * gap_s;
+}
+
 /// How well a scan fits: 1 if all points are on the map, 0 if no more than at places where the robot is not.
 double fit_of(const PlaceEvidence& evidence) {
   return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
@@ -62,6 +67,7 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   last_ = causal.time;
   const bool scan_contradicts = add_scan(evidence, step_s);
   const bool readings_contradict = add_readings(evidence, causal, step_s);
+  confirm(evidence, step_s, bundle.imu_gap_s > kImuGap_s);
   if (scan_contradicts || readings_contradict) {
     contradicting_.push_back(causal.time);
   } else {
@@ -87,8 +93,7 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
   unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
   unmeasured_s_ = observed ? 0.0 : unmeasured_s_ + (bundle.imu_gap_s > kImuGap_s ? step_s : 0.0);
-  const auto path_m = [](double acceleration_m_s2, double s) { return 0.5 * acceleration_m_s2 * s * s; };
-  const double sigma_m = path_m(kDeadReckoning_m_s2, unobserved_s_) + path_m(kUnmeasured_m_s2, unmeasured_s_);
+  const double sigma_m = dead_reckoning_m(unobserved_s_, unmeasured_s_);
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   if (!(sigma_m > kUncertain_m) || !(claimed_m < kLeastClaim * sigma_m)) return {};
   return {sigma_m > kLost_m ? Health::lost : Health::uncertain, HealthReason::unobserved};
@@ -108,6 +113,8 @@ void HealthMonitor::restart() {
   odds_decide_ = 0.0;
   unobserved_s_ = 0.0;
   unmeasured_s_ = 0.0;
+  unconfirmed_s_ = kNeverConfirmed_s;
+  unconfirmed_gap_s_ = 0.0;
   last_ = 0;
 }
 
@@ -158,6 +165,23 @@ bool HealthMonitor::stations_contradict() const {
   return newest < kFieldContradicts * static_cast<double>(kContradicting) * kNothingFits;
 }
 
+/// Readings that fit over several metres tell where the robot is.
+void HealthMonitor::confirm(const PlaceEvidence& evidence, double step_s, bool without_imu) {
+  unconfirmed_s_ += step_s;
+  unconfirmed_gap_s_ += without_imu ? step_s : 0.0;
+  if (evidence.field_readings == 0 || !(evidence.field_odds > 0.0)) return;
+  if (std::ssize(stations_) < kContradicting || !(sum_of_odds() > -kFieldContradicts * kStations * kNothingFits))
+    return;
+  unconfirmed_s_ = 0.0;
+  unconfirmed_gap_s_ = 0.0;
+}
+
+/// A magnetic map that has changed over some metres contradicts a right pose. The robot cannot be far away from where
+/// readings last confirmed it.
+bool HealthMonitor::dead_reckoning_holds() const {
+  return !(dead_reckoning_m(unconfirmed_s_, unconfirmed_gap_s_) > kUncertain_m);
+}
+
 double HealthMonitor::sum_of_odds() const {
   return std::accumulate(stations_.begin(), stations_.end(), 0.0, add_odds);
 }
@@ -170,7 +194,8 @@ Verdict HealthMonitor::judge_evidence() const {
     return {field_fits && !field_contradicts ? Health::uncertain : Health::lost, HealthReason::scan_off_map};
   }
   if (field_contradicts) {
-    return {field_alone_ > kMostly ? Health::lost : Health::uncertain, HealthReason::field_off_map};
+    const bool lost = field_alone_ > kMostly && (stations_contradict() || !dead_reckoning_holds());
+    return {lost ? Health::lost : Health::uncertain, HealthReason::field_off_map};
   }
   if (scan_fit_ && *scan_fit_ < kScanUnclear) return {Health::uncertain, HealthReason::scan_off_map};
   return {};

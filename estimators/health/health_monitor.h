@@ -41,6 +41,8 @@ class HealthMonitor {
   Verdict judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s);
   Verdict judge_evidence() const;
   bool stations_contradict() const;
+  void confirm(const PlaceEvidence& evidence, double step_s, bool without_imu);
+  bool dead_reckoning_holds() const;
   double sum_of_odds() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
@@ -50,15 +52,19 @@ class HealthMonitor {
   };
   static double add_odds(double sum, const Station& station) { return sum + station.field_odds; }
 
+  static constexpr double kNeverConfirmed_s = 1e6;
+
   PlaceJudge judge_;
   bool has_scans_;                  // that are compared with a cloud map
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
-  double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
-  double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
-  double odds_decide_ = 0.0;   // share of these seconds in which the odds of readings decide
-  double unobserved_s_ = 0.0;  // since all directions were last observed
-  double unmeasured_s_ = 0.0;  // of these, without IMU
+  double field_weight_ = 1.0;                 // Huber weight of readings, mean over seconds
+  double field_alone_ = 0.0;                  // share of these seconds in which they alone observe a direction
+  double odds_decide_ = 0.0;                  // share of these seconds in which the odds of readings decide
+  double unobserved_s_ = 0.0;                 // since all directions were last observed
+  double unmeasured_s_ = 0.0;                 // of these, without IMU
+  double unconfirmed_s_ = kNeverConfirmed_s;  // since readings of several stations last fitted the estimate
+  double unconfirmed_gap_s_ = 0.0;            // of these, without IMU
   Time last_ = 0;
   std::vector<Time> contradicting_;   // scans that contradict the maps, without a break until now
   std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept

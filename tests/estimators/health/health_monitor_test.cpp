@@ -203,22 +203,33 @@ std::shared_ptr<const MagneticMap> moved_field(const MagneticMap& field, const E
   return std::make_shared<MagneticMap>(grid, field.nodes(), field.max_sigma_ut());
 }
 
+const testing::RoomDrive& drive_of_nine_metres() {
+  static const testing::RoomDrive drive = testing::drive_through_room(3, 9.0);
+  return drive;
+}
+
+/// At the true pose of a scan of the drive.
+Estimate true_estimate(const ScanBundle& bundle) {
+  const auto& truth = drive_of_nine_metres().truth;
+  Estimate estimate = with_sigma(0.01);
+  estimate.time = bundle.scan.end;
+  estimate.state.T_map_imu = *interpolate(truth, bundle.scan.end, 20'000'000);
+  const Pose before = *interpolate(truth, bundle.scan.start, 20'000'000);
+  estimate.state.velocity =
+      (estimate.state.T_map_imu.position - before.position) / to_seconds(bundle.scan.end - bundle.scan.start);
+  estimate.diagnostics.correspondences = 1000;
+  return estimate;
+}
+
 /// Verdicts on the true poses of a drive of which the magnetic map is `offset_m` off.
 std::vector<Verdict> verdicts_with_field_at(const Eigen::Vector2d& offset_m, int unobserved_directions,
                                             int degenerate_directions = 0, int set_aside = 0) {
-  static const testing::RoomDrive drive = testing::drive_through_room(3, 9.0);
-  EstimatorInput input = drive.room.input;
+  EstimatorInput input = drive_of_nine_metres().room.input;
   input.field = moved_field(*input.field, offset_m);
   HealthMonitor monitor(input);
   std::vector<Verdict> verdicts;
-  for (const ScanBundle& bundle : drive.bundles) {
-    Estimate estimate = with_sigma(0.01);
-    estimate.time = bundle.scan.end;
-    estimate.state.T_map_imu = *interpolate(drive.truth, bundle.scan.end, 20'000'000);
-    const Pose before = *interpolate(drive.truth, bundle.scan.start, 20'000'000);
-    estimate.state.velocity =
-        (estimate.state.T_map_imu.position - before.position) / to_seconds(bundle.scan.end - bundle.scan.start);
-    estimate.diagnostics.correspondences = 1000;
+  for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
+    Estimate estimate = true_estimate(bundle);
     estimate.diagnostics.unobserved_directions = unobserved_directions;
     estimate.diagnostics.degenerate_directions = degenerate_directions;
     estimate.diagnostics.magnetic_set_aside = set_aside;
@@ -249,6 +260,36 @@ TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeightsWhere
     // One that does not know of the direction weighs its readings by a wrong covariance, and sets them aside by it.
     EXPECT_EQ(verdicts_with_field_at(offset_m, 1, 0, 1).back().health, Health::lost);
   }
+}
+
+/// A magnetic map that has changed over some metres is no reason to give up a pose that readings have just confirmed;
+/// after seven seconds, dead reckoning tells no more than half a metre. `until_lost_s`: of readings that contradict.
+double until_lost_s(const Eigen::Vector2d& offset_m) {
+  EstimatorInput input = drive_of_nine_metres().room.input;
+  input.field = moved_field(*input.field, offset_m);
+  HealthMonitor monitor(input);
+  Estimate estimate;
+  for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
+    estimate = true_estimate(bundle);
+    monitor.judge(bundle, estimate);
+  }
+  EXPECT_EQ(estimate.health, Health::good);
+  const Time begin = estimate.time;
+  estimate.diagnostics.unobserved_directions = 1;
+  estimate.diagnostics.degenerate_directions = 1;
+  estimate.diagnostics.magnetic_set_aside = 4;
+  estimate.diagnostics.magnetic_samples = 4;
+  estimate.diagnostics.magnetic_weight = 0.02;
+  while (estimate.health != Health::lost && to_seconds(estimate.time - begin) < 20.0) {
+    estimate.time += from_seconds(0.1);
+    monitor.judge({}, estimate);
+  }
+  return to_seconds(estimate.time - begin);
+}
+
+TEST(MonitorOfField, AConfirmedPoseOutlastsAMapThatHasChangedOverSomeMetres) {
+  EXPECT_NEAR(until_lost_s({0.0, 0.0}), 7.1, 0.3);   // sqrt(2 · 0.5 m / 0.02 m/s²)
+  EXPECT_NEAR(until_lost_s({0.0, -1.5}), 2.3, 0.4);  // 3 s · ln(1 / 0.5): nothing has confirmed this pose
 }
 
 Pose in_room(double x, double y, double yaw_rad) {
