@@ -127,7 +127,7 @@ std::string bash_completion(const CLI::App& program) {
   }
   return fmt::format(R"(# Completion of lodestone for bash. `lodestone manual` wrote this file.
 _lodestone() {{
-  local current=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD-1]}} command=lodestone words='' word
+  local current=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD-1]}} command=lodestone words='' list='' word
   for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
     case "$command $word" in
       {}) command="$command $word" ;;
@@ -147,7 +147,9 @@ _lodestone() {{
     case "$command" in
 {}    esac
   fi
-  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
+  # Of a list with commas, the last value is completed.
+  [[ $current == *,* ]] && list="${{current%,*}},"
+  mapfile -t COMPREPLY < <(compgen -P "$list" -W "$words" -- "${{current##*,}}")
 }}
 complete -F _lodestone lodestone
 )",

@@ -1,8 +1,10 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 
-#include "core/nearest_name.h"
 #include "estimators/factory.h"
 #include "frontends/configuration/options.h"
 #include "tools/command_files.h"
@@ -47,7 +49,8 @@ void add_run_command(CLI::App& app, int* code) {
   files.input(command->add_option("--magnetic", call->magnetic,
                                   "prior magnetic map, YAML (without it, magnetometers are not used)"));
   files.output(command->add_option("--out", call->out, "folder for the results"))->required();
-  command->add_option("--estimator", call->estimators, "one or several with commas: " + join_names(estimator_names()))
+  command->add_option("--estimator", call->estimators, "one or several with commas")
+      ->type_name(fmt::format("NAME:{{{}}}", fmt::join(estimator_names(), ",")))
       ->delimiter(',')
       ->capture_default_str();
   auto* pose =

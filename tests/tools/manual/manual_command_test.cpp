@@ -49,6 +49,8 @@ TEST_F(ManualCommand, CompletesCommandsOptionsValuesAndFiles) {
   EXPECT_EQ(completed("lodestone map im", 2), "import\n");
   EXPECT_EQ(completed("lodestone run a.bag --initial-pose-f", 3), "--initial-pose-from\n");
   EXPECT_EQ(completed("lodestone run a.bag --refine b", 4), "batch\n");
+  EXPECT_EQ(completed("lodestone run a.bag --estimator ies", 4), "ieskf\n");
+  EXPECT_EQ(completed("lodestone run a.bag --estimator smoother,magnetic-p", 4), "smoother,magnetic-particle\n");
   EXPECT_EQ(completed("lodestone run lodestone.b", 2), "lodestone.bash\n");
   EXPECT_EQ(completed("lodestone check --initial-pose-from x --platf", 4), "--platform\n");
 }
