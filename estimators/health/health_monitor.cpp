@@ -28,7 +28,8 @@ constexpr double kDeadReckoning_m_s2 = 0.02;
 constexpr double kUnmeasured_m_s2 = 1.0;  // acceleration of a robot without IMU
 constexpr double kImuGap_s = 0.1;
 constexpr double kLeastClaim = 0.1;
-constexpr double kReach_s = 5.0;  // of a loss, back to the scans that caused it
+constexpr double kConfirmed_s = 60.0;  // the longest wait between two searches
+constexpr double kReach_s = 5.0;       // of a loss, back to the scans that caused it
 
 Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
@@ -67,7 +68,7 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   last_ = causal.time;
   const bool scan_contradicts = add_scan(evidence, step_s);
   const bool readings_contradict = add_readings(evidence, causal, step_s);
-  confirm(evidence, step_s, bundle.imu_gap_s > kImuGap_s);
+  confirm(evidence, bundle, causal, step_s);
   if (scan_contradicts || readings_contradict) {
     contradicting_.push_back(causal.time);
   } else {
@@ -114,7 +115,6 @@ void HealthMonitor::restart() {
   unobserved_s_ = 0.0;
   unmeasured_s_ = 0.0;
   unconfirmed_s_ = kNeverConfirmed_s;
-  unconfirmed_gap_s_ = 0.0;
   last_ = 0;
 }
 
@@ -166,20 +166,24 @@ bool HealthMonitor::stations_contradict() const {
 }
 
 /// Readings that fit over several metres tell where the robot is.
-void HealthMonitor::confirm(const PlaceEvidence& evidence, double step_s, bool without_imu) {
+void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal,
+                            double step_s) {
+  const bool by_scans = evidence.scan_points > 0 && causal.diagnostics.unobserved_directions == 0;
   unconfirmed_s_ += step_s;
-  unconfirmed_gap_s_ += without_imu ? step_s : 0.0;
+  if (!by_scans || *scan_fit_ < kScanUnclear) {
+    reckoned_s_ += step_s;
+    reckoned_gap_s_ += bundle.imu_gap_s > kImuGap_s ? step_s : 0.0;
+  }
   if (evidence.field_readings == 0 || !(evidence.field_odds > 0.0)) return;
   if (std::ssize(stations_) < kContradicting || !(sum_of_odds() > -kFieldContradicts * kStations * kNothingFits))
     return;
   unconfirmed_s_ = 0.0;
-  unconfirmed_gap_s_ = 0.0;
+  reckoned_s_ = 0.0;
+  reckoned_gap_s_ = 0.0;
 }
 
-/// A magnetic map that has changed over some metres contradicts a right pose. The robot cannot be far away from where
-/// readings last confirmed it.
-bool HealthMonitor::dead_reckoning_holds() const {
-  return !(dead_reckoning_m(unconfirmed_s_, unconfirmed_gap_s_) > kUncertain_m);
+bool HealthMonitor::is_confirmed() const {
+  return unconfirmed_s_ < kConfirmed_s && !(dead_reckoning_m(reckoned_s_, reckoned_gap_s_) > kUncertain_m);
 }
 
 double HealthMonitor::sum_of_odds() const {
@@ -194,7 +198,7 @@ Verdict HealthMonitor::judge_evidence() const {
     return {field_fits && !field_contradicts ? Health::uncertain : Health::lost, HealthReason::scan_off_map};
   }
   if (field_contradicts) {
-    const bool lost = field_alone_ > kMostly && (stations_contradict() || !dead_reckoning_holds());
+    const bool lost = field_alone_ > kMostly && (stations_contradict() || !is_confirmed());
     return {lost ? Health::lost : Health::uncertain, HealthReason::field_off_map};
   }
   if (scan_fit_ && *scan_fit_ < kScanUnclear) return {Health::uncertain, HealthReason::scan_off_map};

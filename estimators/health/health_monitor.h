@@ -30,6 +30,10 @@ class HealthMonitor {
   /// The estimate of a time once it is refined: by its own covariance and the evidence of that time.
   Verdict judge_refined(const Estimate& refined) const;
 
+  /// Whether readings of several stations fitted the estimate in the last minute, and scans or dead reckoning have kept
+  /// the place since. Then it is the magnetic map that has changed.
+  bool is_confirmed() const;
+
   /// Forgets the evidence of an estimator that was lost; its verdicts stay.
   void restart();
 
@@ -41,8 +45,7 @@ class HealthMonitor {
   Verdict judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s);
   Verdict judge_evidence() const;
   bool stations_contradict() const;
-  void confirm(const PlaceEvidence& evidence, double step_s, bool without_imu);
-  bool dead_reckoning_holds() const;
+  void confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal, double step_s);
   double sum_of_odds() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
@@ -64,7 +67,8 @@ class HealthMonitor {
   double unobserved_s_ = 0.0;                 // since all directions were last observed
   double unmeasured_s_ = 0.0;                 // of these, without IMU
   double unconfirmed_s_ = kNeverConfirmed_s;  // since readings of several stations last fitted the estimate
-  double unconfirmed_gap_s_ = 0.0;            // of these, without IMU
+  double reckoned_s_ = 0.0;                   // of these, without scans that observe every direction and fit
+  double reckoned_gap_s_ = 0.0;               // and without IMU
   Time last_ = 0;
   std::vector<Time> contradicting_;   // scans that contradict the maps, without a break until now
   std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept

@@ -84,7 +84,7 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
     estimate(bundle, sink);
     const bool lost = newest_.health == Health::lost;
     if (!lost) lost_since_.reset();
-    if (!lost && !contradicts_maps(newest_.reason)) {
+    if (!lost && (!contradicts_maps(newest_.reason) || monitor_.is_confirmed())) {
       suspect_since_.reset();
       kept_.clear();
       return;
