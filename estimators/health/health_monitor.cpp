@@ -165,14 +165,15 @@ bool HealthMonitor::stations_contradict() const {
   return newest < kFieldContradicts * static_cast<double>(kContradicting) * kNothingFits;
 }
 
-/// Readings that fit over several metres tell where the robot is.
+/// Readings that fit over several metres tell where the robot is. Scans that observe every direction tell its velocity.
 void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal,
                             double step_s) {
-  const bool by_scans = evidence.scan_points > 0 && causal.diagnostics.unobserved_directions == 0;
+  const bool observed = causal.diagnostics.correspondences > 0 && causal.diagnostics.unobserved_directions == 0;
   unconfirmed_s_ += step_s;
-  if (!by_scans || *scan_fit_ < kScanUnclear) {
+  if (!observed || evidence.scan_points == 0 || *scan_fit_ < kScanUnclear) {
     reckoned_s_ += step_s;
     reckoned_gap_s_ += bundle.imu_gap_s > kImuGap_s ? step_s : 0.0;
+    return;
   }
   if (evidence.field_readings == 0 || !(evidence.field_odds > 0.0)) return;
   if (std::ssize(stations_) < kContradicting || !(sum_of_odds() > -kFieldContradicts * kStations * kNothingFits))

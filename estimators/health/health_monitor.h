@@ -30,8 +30,8 @@ class HealthMonitor {
   /// The estimate of a time once it is refined: by its own covariance and the evidence of that time.
   Verdict judge_refined(const Estimate& refined) const;
 
-  /// Whether readings of several stations fitted the estimate in the last minute, and scans or dead reckoning have kept
-  /// the place since. Then it is the magnetic map that has changed.
+  /// Whether scans and the readings of several stations fitted the estimate in the last minute, and scans or dead
+  /// reckoning have kept the place since. Then it is the magnetic map that has changed.
   bool is_confirmed() const;
 
   /// Forgets the evidence of an estimator that was lost; its verdicts stay.
