@@ -47,6 +47,10 @@ ResultTable lost_runs_table(const Results& results, const std::filesystem::path&
       if (figures == nullptr || !figures->contains("success") || figures->at("success") == 1.0) continue;
       const std::filesystem::path folder = root / run.folder / estimator;
       const auto summary = nlohmann::json::parse(read_text_file((folder / "summary.json").string()));
+      if (figures->contains("scans") && figures->at("scans") == 0.0) {
+        table.rows.push_back({run.name, estimator, summary.value("status", ""), kNever, kNever, reason(summary)});
+        continue;
+      }
       const Time begin = figures::begin_of(folder);
       Time lost = begin;
       const bool says = parse_stamp(summary.value("/lost/0/from_s"_json_pointer, std::string()), lost);

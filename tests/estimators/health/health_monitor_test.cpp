@@ -274,6 +274,7 @@ double until_lost_s(const Eigen::Vector2d& offset_m) {
     monitor.judge(bundle, estimate);
   }
   EXPECT_EQ(estimate.health, Health::good);
+  EXPECT_EQ(monitor.is_confirmed(), offset_m.isZero());
   const Time begin = estimate.time;
   estimate.diagnostics.unobserved_directions = 1;
   estimate.diagnostics.degenerate_directions = 1;
@@ -284,6 +285,7 @@ double until_lost_s(const Eigen::Vector2d& offset_m) {
     estimate.time += from_seconds(0.1);
     monitor.judge({}, estimate);
   }
+  EXPECT_FALSE(monitor.is_confirmed());
   return to_seconds(estimate.time - begin);
 }
 

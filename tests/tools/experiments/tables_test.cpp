@@ -118,6 +118,9 @@ TEST_F(ReproduceTables, TellWhenAndWhyARunWasLost) {
   ASSERT_EQ(table.rows.size(), 1U);
   EXPECT_THAT(table.rows[0], ElementsAre("ways/yard-out-30m/seed1", "ieskf", "lost", "0.8", "2.0",
                                          "scans do not fit the cloud map there"));
+  std::ofstream(run / "summary.json") << R"({"success": false, "status": "lost", "scans": 0, "lost": []})";
+  EXPECT_THAT(lost_runs_table(results(), folder_.path()).rows[0],
+              ElementsAre("ways/yard-out-30m/seed1", "ieskf", "lost", "-", "-", "-"));
 }
 
 TEST_F(ReproduceTables, WorstIsTheLargestErrorAndTheLeastSuccess) {
