@@ -111,49 +111,10 @@ Eigen::Matrix<double, kRows, kRows> update_by(const Eigen::Matrix<double, kRows,
   return innovation;
 }
 
-/// Derivative of a reading's residual by the rotation, the position and the magnetometer's offset; all else is zero.
-struct ReadingJacobian {
-  Eigen::Matrix<double, 3, 9> H = Eigen::Matrix<double, 3, 9>::Zero();
-  std::array<Eigen::Index, 3> columns{tangent::rotation, tangent::position, kOffsets};  // of three components each
-
-  Eigen::Block<const Eigen::Matrix<double, 3, 9>, 3, 3, true> block(std::size_t k) const {
-    return H.middleCols<3>(3 * static_cast<Eigen::Index>(k));
-  }
-
-  /// H M.
-  template <class Matrix>
-  Eigen::Matrix<double, 3, Matrix::ColsAtCompileTime> times(const Matrix& M) const {
-    return block(0) * M.template middleRows<3>(columns[0]) + block(1) * M.template middleRows<3>(columns[1]) +
-           block(2) * M.template middleRows<3>(columns[2]);
-  }
-
-  /// P Hᵀ.
-  Eigen::Matrix<double, Eigen::Dynamic, 3> crossed(const Eigen::MatrixXd& P) const {
-    return P.middleCols<3>(columns[0]).lazyProduct(block(0).transpose()) +
-           P.middleCols<3>(columns[1]).lazyProduct(block(1).transpose()) +
-           P.middleCols<3>(columns[2]).lazyProduct(block(2).transpose());
-  }
-
-  /// A third of the trace of H P Hᵀ.
-  double mean_variance(const Eigen::MatrixXd& P) const {
-    double trace = 0.0;
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      for (std::size_t k = 0; k < columns.size(); ++k) {
-        trace += block(i).cwiseProduct(block(k) * P.block<3, 3>(columns[k], columns[i])).sum();
-      }
-    }
-    return trace / 3.0;
-  }
-};
-
-/// As above, for one reading. `variance`: of each component of its noise.
-void correct_by_reading(const Vector3& residual, const ReadingJacobian& jacobian, double variance,
-                        Eigen::MatrixXd& covariance, Eigen::VectorXd& step) {
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> crossed = jacobian.crossed(covariance);
-  const Matrix3 innovation = jacobian.times(crossed) + variance * Matrix3::Identity();
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> gain = crossed.lazyProduct(innovation.inverse());
-  step -= gain.lazyProduct(residual + jacobian.times(step));
-  covariance -= gain.lazyProduct(crossed.transpose());
+/// A third of the trace of H P Hᵀ.
+double mean_variance(const Eigen::MatrixXd& P, const Eigen::Matrix<double, 3, Eigen::Dynamic>& H) {
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> crossed = P.lazyProduct(H.transpose());
+  return crossed.cwiseProduct(H.transpose()).sum() / 3.0;
 }
 
 /// Wider than the structure of the field: the gradient at the mean says nothing. Such a component exists where there
@@ -172,9 +133,9 @@ struct ReadingFit {
   double variance_ut2() const { return sensor_variance_ut2 + map_variance_ut2; }
 };
 
-/// `jacobian`: set if the reading informs.
+/// `H`: the residual's derivative, 3×n; zero off the map.
 ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, const EstimatorInput& input,
-               const FieldBackground& background, ReadingJacobian& jacobian) {
+               const FieldBackground& background, Eigen::Matrix<double, 3, Eigen::Dynamic>& H) {
   const Pose& T_map_imu = component.state.T_map_imu;
   const Matrix3 R = T_map_imu.rotation.toRotationMatrix();
   const Matrix3 R_imu_mag = reading.T_end_mag.rotation.toRotationMatrix();
@@ -186,6 +147,7 @@ ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, cons
   ReadingFit result;
   result.sensor_variance_ut2 =
       noise_ut * noise_ut / reading.samples + relative * relative * measured_ut.squaredNorm() / 3.0;
+  H.setZero(3, component.covariance.cols());
   const auto field = input.field->query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bicubic);
   if (!field || is_wide(component)) {
     result.residual_ut = background.mean_ut - R * measured_ut;
@@ -196,9 +158,10 @@ ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, cons
   result.residual_ut = field->field_ut - R * measured_ut;
   const double by_place_ut = calibration.translation_sigma_m * field->gradient.norm() / std::sqrt(3.0);
   result.map_variance_ut2 = std::pow(std::max(field->sigma_ut, kMapSigmaFloor_ut), 2) + by_place_ut * by_place_ut;
-  jacobian.columns[2] = kOffsets + at;
-  jacobian.H << R * so3::hat(measured_ut) - field->gradient * R * so3::hat(reading.T_end_mag.position), field->gradient,
-      R * R_imu_mag;
+  H.middleCols<3>(tangent::rotation) =
+      R * so3::hat(measured_ut) - field->gradient * R * so3::hat(reading.T_end_mag.position);
+  H.middleCols<3>(tangent::position) = field->gradient;
+  H.middleCols<3>(kOffsets + at) = R * R_imu_mag;
   return result;
 }
 
@@ -322,7 +285,7 @@ void PlaceMixture::update_wheels(const ScanBundle& bundle) {
 /// (docs/design/013-correlated-field-map-error.md). One share serves all components, so that these are comparable.
 double PlaceMixture::information_share(const ArrayReading& array, double spacing_m) const {
   const double repeats = correlation_inflation(spacing_m, correlation_m_);
-  ReadingJacobian unused;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> unused;
   double single = 0.0, repeated = 0.0;
   for (const MeanReading& reading : array.readings) {
     const ReadingFit found = fit(reading, components_.front(), input_, background_, unused);
@@ -342,10 +305,10 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
         PlaceComponent& component = components_[i];
         Eigen::MatrixXd covariance;  // after the readings so far; weights are by that before
         Eigen::VectorXd step;
-        ReadingJacobian jacobian;
+        Eigen::Matrix<double, 3, Eigen::Dynamic> H;
         for (const MeanReading& reading : array.readings) {
-          const ReadingFit found = fit(reading, component, input_, background_, jacobian);
-          const double spread = found.informs ? jacobian.mean_variance(component.covariance) : 0.0;
+          const ReadingFit found = fit(reading, component, input_, background_, H);
+          const double spread = found.informs ? mean_variance(component.covariance, H) : 0.0;
           const double total = found.variance_ut2() + spread;
           const double squared = found.residual_ut.squaredNorm() / total;
           component.log_weight -=
@@ -356,7 +319,8 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
             step.setZero(covariance.cols());
           }
           const double robust = std::max(1.0, (kStudentDegrees + squared) / (kStudentDegrees + 3.0));
-          correct_by_reading(found.residual_ut, jacobian, found.variance_ut2() * robust / share, covariance, step);
+          correct<3>(found.residual_ut, H, Matrix3::Identity() * (found.variance_ut2() * robust / share), covariance,
+                     step);
         }
         if (step.size() == 0) return;
         make_symmetric(covariance);
