@@ -127,7 +127,8 @@ std::string bash_completion(const CLI::App& program) {
   }
   return fmt::format(R"(# Completion of lodestone for bash. `lodestone manual` wrote this file.
 _lodestone() {{
-  local current=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD-1]}} command=lodestone words='' list='' word
+  local current=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD-1]}}
+  local command=lodestone words='' list='' word
   for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
     case "$command $word" in
       {}) command="$command $word" ;;
