@@ -35,11 +35,6 @@ Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
 }
 
-/// Sigma of a position by dead reckoning, of which the IMU is silent for `gap_s`.
-double dead_reckoning_m(double time_s, double gap_s) {
-  return 0.5 * kDeadReckoning_m_s2 * time_s * time_s + 0.5 * kUnmeasured_m_s2 * gap_s * gap_s;
-}
-
 /// How well a scan fits: 1 if all points are on the map, 0 if no more than at places where the robot is not.
 double fit_of(const PlaceEvidence& evidence) {
   return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
@@ -55,6 +50,15 @@ Verdict judge_covariance(const Estimate& estimate) {
   if (variance_m2 > kLost_m * kLost_m) return {Health::lost, HealthReason::covariance};
   if (variance_m2 > kUncertain_m * kUncertain_m) return {Health::uncertain, HealthReason::covariance};
   return {};
+}
+
+void HealthMonitor::DeadReckoning::add(double step_s, const ScanBundle& bundle) {
+  time_s += step_s;
+  if (bundle.imu_gap_s > kImuGap_s) gap_s += step_s;
+}
+
+double HealthMonitor::DeadReckoning::sigma_m() const {
+  return 0.5 * kDeadReckoning_m_s2 * time_s * time_s + 0.5 * kUnmeasured_m_s2 * gap_s * gap_s;
 }
 
 void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
@@ -92,9 +96,12 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const bool wheels = diagnostics.wheel_weight >= 0.0;
   const bool by_scans = has_scans_ && !bundle.scan.points.empty() && diagnostics.unobserved_directions == 0;
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
-  unobserved_s_ = observed ? 0.0 : unobserved_s_ + step_s;
-  unmeasured_s_ = observed ? 0.0 : unmeasured_s_ + (bundle.imu_gap_s > kImuGap_s ? step_s : 0.0);
-  const double sigma_m = dead_reckoning_m(unobserved_s_, unmeasured_s_);
+  if (observed) {
+    unobserved_ = {};
+  } else {
+    unobserved_.add(step_s, bundle);
+  }
+  const double sigma_m = unobserved_.sigma_m();
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   if (!(sigma_m > kUncertain_m) || !(claimed_m < kLeastClaim * sigma_m)) return {};
   return {sigma_m > kLost_m ? Health::lost : Health::uncertain, HealthReason::unobserved};
@@ -112,8 +119,7 @@ void HealthMonitor::restart() {
   field_weight_ = 1.0;
   field_alone_ = 0.0;
   odds_decide_ = 0.0;
-  unobserved_s_ = 0.0;
-  unmeasured_s_ = 0.0;
+  unobserved_ = {};
   unconfirmed_s_ = kNeverConfirmed_s;
   last_ = 0;
 }
@@ -171,20 +177,18 @@ void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bun
   const bool observed = causal.diagnostics.correspondences > 0 && causal.diagnostics.unobserved_directions == 0;
   unconfirmed_s_ += step_s;
   if (!observed || evidence.scan_points == 0 || *scan_fit_ < kScanUnclear) {
-    reckoned_s_ += step_s;
-    reckoned_gap_s_ += bundle.imu_gap_s > kImuGap_s ? step_s : 0.0;
+    reckoned_.add(step_s, bundle);
     return;
   }
   if (evidence.field_readings == 0 || !(evidence.field_odds > 0.0)) return;
   if (std::ssize(stations_) < kContradicting || !(sum_of_odds() > -kFieldContradicts * kStations * kNothingFits))
     return;
   unconfirmed_s_ = 0.0;
-  reckoned_s_ = 0.0;
-  reckoned_gap_s_ = 0.0;
+  reckoned_ = {};
 }
 
 bool HealthMonitor::is_confirmed() const {
-  return unconfirmed_s_ < kConfirmed_s && !(dead_reckoning_m(reckoned_s_, reckoned_gap_s_) > kUncertain_m);
+  return unconfirmed_s_ < kConfirmed_s && !(reckoned_.sigma_m() > kUncertain_m);
 }
 
 double HealthMonitor::sum_of_odds() const {

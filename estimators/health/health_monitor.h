@@ -57,6 +57,14 @@ class HealthMonitor {
 
   static constexpr double kNeverConfirmed_s = 1e6;
 
+  /// Time in which a position is that of the IMU alone, and of it, without IMU.
+  struct DeadReckoning {
+    double time_s = 0.0;
+    double gap_s = 0.0;
+    void add(double step_s, const ScanBundle& bundle);
+    double sigma_m() const;
+  };
+
   PlaceJudge judge_;
   bool has_scans_;                  // that are compared with a cloud map
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
@@ -64,11 +72,9 @@ class HealthMonitor {
   double field_weight_ = 1.0;                 // Huber weight of readings, mean over seconds
   double field_alone_ = 0.0;                  // share of these seconds in which they alone observe a direction
   double odds_decide_ = 0.0;                  // share of these seconds in which the odds of readings decide
-  double unobserved_s_ = 0.0;                 // since all directions were last observed
-  double unmeasured_s_ = 0.0;                 // of these, without IMU
+  DeadReckoning unobserved_;                  // since all directions were last observed
   double unconfirmed_s_ = kNeverConfirmed_s;  // since readings of several stations last fitted the estimate
-  double reckoned_s_ = 0.0;                   // of these, without scans that observe every direction and fit
-  double reckoned_gap_s_ = 0.0;               // and without IMU
+  DeadReckoning reckoned_;                    // of these, without scans that observe every direction and fit
   Time last_ = 0;
   std::vector<Time> contradicting_;   // scans that contradict the maps, without a break until now
   std::map<Time, Verdict> verdicts_;  // by evidence; good ones are not kept
