@@ -13,7 +13,7 @@ namespace lodestone::reproduce {
 
 namespace {
 
-constexpr double kSuccess_m = 1.0;
+constexpr double kSuccess_m = 1.0;  // as `success` of summary.json
 constexpr const char* kNever = "-";
 
 /// The first time at which the position is more than 1 m off.
