@@ -31,50 +31,51 @@ struct EstimatorKind {
   const char* name;
   Sensors sensors;
   bool refines;
+  Reckoning reckoning;
   bool constrains_height;  ///< to the layer's, with a field map of one layer, where there is no scan or no cloud map
   std::unique_ptr<Estimator> (*make)(EstimatorInput input);
 };
 
 /// The default first.
 constexpr std::array kEstimators{
-    EstimatorKind{"smoother", Sensors::all, true, true,
+    EstimatorKind{"smoother", Sensors::all, true, Reckoning::calibrated_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<Smoother>(std::move(input));
                   }},
-    EstimatorKind{"ieskf", Sensors::all, false, false,
+    EstimatorKind{"ieskf", Sensors::all, false, Reckoning::mounted_imu, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<IteratedFilter>(std::move(input));
                   }},
-    EstimatorKind{"lidar-inertial", Sensors::lidar, false, false,
+    EstimatorKind{"lidar-inertial", Sensors::lidar, false, Reckoning::mounted_imu, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<IteratedFilter>(std::move(input));
                   }},
-    EstimatorKind{"magnetic", Sensors::magnetic, true, true,
+    EstimatorKind{"magnetic", Sensors::magnetic, true, Reckoning::calibrated_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     input.options.magnetic.measurement = MagneticMeasurement::pose;
                     return std::make_unique<Smoother>(std::move(input));
                   }},
-    EstimatorKind{"ndt", Sensors::lidar, false, false,
+    EstimatorKind{"ndt", Sensors::lidar, false, Reckoning::scans, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<NdtLocalization>(input, input.matcher, input.options.ndt);
                   }},
-    EstimatorKind{"continuous-time", Sensors::lidar, false, false,
+    EstimatorKind{"continuous-time", Sensors::lidar, false, Reckoning::mounted_imu, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<ContinuousTime>(input, input.options.continuous_time);
                   }},
-    EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false, true,
+    EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
                   }},
-    EstimatorKind{"magnetic-mixture", Sensors::magnetic, false, true,
+    EstimatorKind{"magnetic-mixture", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticMixture>(std::move(input));
                   }},
-    EstimatorKind{"magnetic-particle", Sensors::magnetic, false, true,
+    EstimatorKind{"magnetic-particle", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticParticleFilter>(input, input.options.magnetic_particle);
                   }},
-    EstimatorKind{"magnetic-stochastic", Sensors::magnetic, false, true,
+    EstimatorKind{"magnetic-stochastic", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticStochasticFilter>(input, input.options.magnetic_stochastic);
                   }},
@@ -149,7 +150,7 @@ std::unique_ptr<Estimator> make_estimator(const std::string& name, const Estimat
   if (!input.options.wheels.enabled) input.suite.wheels.reset();
   if (kind.sensors == Sensors::lidar) input.field = nullptr;
   std::unique_ptr<Estimator> estimator = std::make_unique<Supervised>(
-      input, [&kind](const EstimatorInput& again) { return make_unmonitored(kind, again); });
+      input, kind.reckoning, [&kind](const EstimatorInput& again) { return make_unmonitored(kind, again); });
   if (input.field == nullptr || !input.options.magnetic.monitor) return estimator;
   return std::make_unique<Monitored>(std::move(estimator), input.suite, input.warnings);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace lodestone {
@@ -28,6 +29,7 @@ constexpr double kDeadReckoning_m_s2 = 0.02;
 constexpr double kUnmeasured_m_s2 = 1.0;  // acceleration of a robot without IMU
 constexpr double kImuGap_s = 0.1;
 constexpr double kLeastClaim = 0.1;
+constexpr double kObserved_s = 1.0;    // after which scans give position and velocity anew
 constexpr double kConfirmed_s = 60.0;  // the longest wait between two searches
 constexpr double kReach_s = 5.0;       // of a loss, back to the scans that caused it
 
@@ -38,6 +40,14 @@ Verdict worse(const Verdict& a, const Verdict& b) {
 /// How well a scan fits: 1 if all points are on the map, 0 if no more than at places where the robot is not.
 double fit_of(const PlaceEvidence& evidence) {
   return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
+}
+
+/// Of an estimate that is only dead reckoned.
+double unknown_acceleration_m_s2(Reckoning reckoning, const SensorSuite& suite) {
+  if (reckoning == Reckoning::scans) return kUnmeasured_m_s2;
+  if (reckoning == Reckoning::calibrated_imu) return kDeadReckoning_m_s2;
+  const double tilt_rad = suite.calibration.lidar.rotation_sigma_deg * std::numbers::pi / 180.0;
+  return std::hypot(kDeadReckoning_m_s2, suite.gravity_m_s2 * tilt_rad);
 }
 
 }  // namespace
@@ -57,9 +67,14 @@ void HealthMonitor::DeadReckoning::add(double step_s, const ScanBundle& bundle) 
   if (bundle.imu_gap_s > kImuGap_s) gap_s += step_s;
 }
 
-double HealthMonitor::DeadReckoning::sigma_m() const {
-  return 0.5 * kDeadReckoning_m_s2 * time_s * time_s + 0.5 * kUnmeasured_m_s2 * gap_s * gap_s;
+double HealthMonitor::DeadReckoning::sigma_m(double acceleration_m_s2) const {
+  return 0.5 * acceleration_m_s2 * time_s * time_s + 0.5 * kUnmeasured_m_s2 * gap_s * gap_s;
 }
+
+HealthMonitor::HealthMonitor(const EstimatorInput& input, Reckoning reckoning)
+    : judge_(input),
+      has_scans_(input.planes != nullptr),
+      acceleration_m_s2_(unknown_acceleration_m_s2(reckoning, input.suite)) {}
 
 void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   const PlaceEvidence evidence = judge_.judge(bundle, causal);
@@ -90,21 +105,27 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
 
 /// Along a direction that nothing observes, the position is that of dead reckoning: no better than ½ a t², with a of
 /// the accelerometer's bias and the tilt, or of the robot itself where the IMU is silent too. A covariance far below is
-/// that of an estimator that takes noise for information.
+/// that of an estimator that takes noise for information. Once it is lost so, scans that observe all directions again
+/// say no more than that it is at some place that looks like this one.
 Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s) {
   const Diagnostics& diagnostics = causal.diagnostics;
   const bool wheels = diagnostics.wheel_weight >= 0.0;
   const bool by_scans = has_scans_ && !bundle.scan.points.empty() && diagnostics.unobserved_directions == 0;
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
-  if (observed) {
-    unobserved_ = {};
-  } else {
+  observed_s_ = observed ? observed_s_ + step_s : 0.0;
+  if (!observed) {
     unobserved_.add(step_s, bundle);
+  } else if (observed_s_ >= kObserved_s || !(unobserved_.sigma_m(acceleration_m_s2_) > kUncertain_m)) {
+    unobserved_ = {};
   }
-  const double sigma_m = unobserved_.sigma_m();
+  const double sigma_m = unobserved_.sigma_m(acceleration_m_s2_);
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
-  if (!(sigma_m > kUncertain_m) || !(claimed_m < kLeastClaim * sigma_m)) return {};
-  return {sigma_m > kLost_m ? Health::lost : Health::uncertain, HealthReason::unobserved};
+  const bool claims_too_much = claimed_m < kLeastClaim * sigma_m;
+  if (claims_too_much && sigma_m > kLost_m && has_scans_) astray_ = true;
+  if (unconfirmed_s_ == 0.0) astray_ = false;
+  if (astray_ || (claims_too_much && sigma_m > kLost_m)) return {Health::lost, HealthReason::unobserved};
+  if (claims_too_much && sigma_m > kUncertain_m) return {Health::uncertain, HealthReason::unobserved};
+  return {};
 }
 
 Verdict HealthMonitor::judge_refined(const Estimate& refined) const {
@@ -120,6 +141,8 @@ void HealthMonitor::restart() {
   field_alone_ = 0.0;
   odds_decide_ = 0.0;
   unobserved_ = {};
+  observed_s_ = 0.0;
+  astray_ = false;
   unconfirmed_s_ = kNeverConfirmed_s;
   last_ = 0;
 }
@@ -188,7 +211,7 @@ void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bun
 }
 
 bool HealthMonitor::is_confirmed() const {
-  return unconfirmed_s_ < kConfirmed_s && !(reckoned_.sigma_m() > kUncertain_m);
+  return unconfirmed_s_ < kConfirmed_s && !(reckoned_.sigma_m(acceleration_m_s2_) > kUncertain_m);
 }
 
 double HealthMonitor::sum_of_odds() const {

@@ -14,6 +14,13 @@ struct Verdict {
   HealthReason reason = HealthReason::none;
 };
 
+/// What carries an estimate along a direction that neither scans nor readings observe.
+enum class Reckoning {
+  calibrated_imu,  ///< with an estimated calibration: a small tilt and bias remain
+  mounted_imu,     ///< the scans hold it at a tilt as wrong as the platform file's mounting of the LiDAR may be
+  scans            ///< they move it whatever the IMU says
+};
+
 /// What state and covariance alone show: not finite, or a position sigma above 3 m: lost; above 0.5 m: uncertain.
 Verdict judge_covariance(const Estimate& estimate);
 
@@ -22,7 +29,7 @@ Verdict judge_covariance(const Estimate& estimate);
 class HealthMonitor {
  public:
   /// `input` must outlive this.
-  explicit HealthMonitor(const EstimatorInput& input) : judge_(input), has_scans_(input.planes != nullptr) {}
+  HealthMonitor(const EstimatorInput& input, Reckoning reckoning);
 
   /// The newest estimate of a bundle, in order of time: sets its health, and the evidence in its diagnostics.
   void judge(const ScanBundle& bundle, Estimate& causal);
@@ -62,17 +69,20 @@ class HealthMonitor {
     double time_s = 0.0;
     double gap_s = 0.0;
     void add(double step_s, const ScanBundle& bundle);
-    double sigma_m() const;
+    double sigma_m(double acceleration_m_s2) const;
   };
 
   PlaceJudge judge_;
   bool has_scans_;                  // that are compared with a cloud map
+  double acceleration_m_s2_;        // unknown, of an estimate that nothing observes
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
-  double field_weight_ = 1.0;                 // Huber weight of readings, mean over seconds
-  double field_alone_ = 0.0;                  // share of these seconds in which they alone observe a direction
-  double odds_decide_ = 0.0;                  // share of these seconds in which the odds of readings decide
-  DeadReckoning unobserved_;                  // since all directions were last observed
+  double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
+  double field_alone_ = 0.0;   // share of these seconds in which they alone observe a direction
+  double odds_decide_ = 0.0;   // share of these seconds in which the odds of readings decide
+  DeadReckoning unobserved_;   // since all directions were last observed
+  double observed_s_ = 0.0;    // since one was last unobserved
+  bool astray_ = false;        // lost by dead reckoning: what is observed since then may be another place
   double unconfirmed_s_ = kNeverConfirmed_s;  // since readings of several stations last fitted the estimate
   DeadReckoning reckoned_;                    // of these, without scans that observe every direction and fit
   Time last_ = 0;

@@ -66,11 +66,11 @@ class Supervised::JudgingSink final : public EstimateSink {
   EstimateSink& sink_;
 };
 
-Supervised::Supervised(EstimatorInput input, Make make)
+Supervised::Supervised(EstimatorInput input, Reckoning reckoning, Make make)
     : input_(std::move(input)),
       make_(std::move(make)),
       estimator_(make_(input_)),
-      monitor_(input_),
+      monitor_(input_, reckoning),
       searchable_(input_.planes != nullptr && input_.linearize_at == nullptr) {}
 
 Supervised::~Supervised() = default;

@@ -19,7 +19,7 @@ class Supervised final : public Estimator {
  public:
   using Make = std::function<std::unique_ptr<Estimator>(const EstimatorInput&)>;
 
-  Supervised(EstimatorInput input, Make make);
+  Supervised(EstimatorInput input, Reckoning reckoning, Make make);
   ~Supervised() override;
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;

@@ -93,7 +93,7 @@ class MonitorOfReadings : public ::testing::Test {
 
 TEST_F(MonitorOfReadings, NeedsSecondsOfDisagreementAndComesBack) {
   const EstimatorInput input;
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   while (steps_ < 100 && health(monitor, 4, 0.1) == Health::good) {
   }
   EXPECT_NEAR(steps_, 26, 1);  // 3 s · ln(0.9 / 0.4); the first scan has no step before it
@@ -108,7 +108,7 @@ TEST_F(MonitorOfReadings, ADirectionThatNothingObservesIsUnknownAfterSeconds) {
   EstimatorInput input;
   input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
   correspondences_ = 500;
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   // ½ · 0.02 m/s² · t² exceeds 0.5 m after 7.1 s and 3 m after 17.3 s.
   while (step(monitor, 0, 0.0, 1).health == Health::good) ASSERT_LT(steps_, 1000);
   EXPECT_NEAR(kStep_s * steps_, 7.1, 0.25);
@@ -121,7 +121,7 @@ TEST_F(MonitorOfReadings, ADirectionThatNothingObservesIsUnknownAfterSeconds) {
 TEST_F(MonitorOfReadings, WithoutAnySensorAnEstimateIsLostAfterSeconds) {
   EstimatorInput input;
   input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   imu_gap_s_ = 30.0;
   // ½ · 1 m/s² · t² exceeds 0.5 m after 1 s and 3 m after 2.4 s, also if the estimator sees no degenerate direction.
   while (step(monitor, 0, 0.0, 0).health == Health::good) ASSERT_LT(steps_, 1000);
@@ -134,7 +134,7 @@ TEST_F(MonitorOfReadings, WithoutAnySensorAnEstimateIsLostAfterSeconds) {
 /// A filter that has left the field map, and has no scans, keeps a small covariance.
 TEST_F(MonitorOfReadings, WithoutCloudMapNothingObservesAnEstimateOffTheFieldMap) {
   const EstimatorInput input;
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   for (int i = 0; i < 300; ++i) EXPECT_EQ(step(monitor, 4, 1.0).health, Health::good);
   while (step(monitor, 0, 0.0).health != Health::lost) ASSERT_LT(steps_, 1000);
   EXPECT_NEAR(kStep_s * (steps_ - 300), 17.3, 0.25);
@@ -144,9 +144,9 @@ TEST_F(MonitorOfReadings, WithoutCloudMapNothingObservesAnEstimateOffTheFieldMap
 TEST_F(MonitorOfReadings, ADirectionThatReadingsOrAGrowingCovarianceCoverIsNotUnknown) {
   const EstimatorInput input;
   correspondences_ = 500;
-  HealthMonitor with_readings(input);
+  HealthMonitor with_readings(input, Reckoning::calibrated_imu);
   for (int i = 0; i < 300; ++i) EXPECT_EQ(step(with_readings, 4, 1.0, 1).health, Health::good);
-  HealthMonitor honest(input);
+  HealthMonitor honest(input, Reckoning::calibrated_imu);
   for (int i = 1; i <= 100; ++i) {
     Estimate estimate = with_sigma(0.003 * i);  // 0.3 m after 10 s; dead reckoning says 1 m
     estimate.time = from_seconds(kStep_s * i);
@@ -160,7 +160,7 @@ TEST_F(MonitorOfReadings, ADirectionThatReadingsOrAGrowingCovarianceCoverIsNotUn
 
 TEST_F(MonitorOfReadings, OfANewEstimatorBeginsWithoutDisagreement) {
   const EstimatorInput input;
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   for (int i = 0; i < 40; ++i) health(monitor, 4, 0.1);
   EXPECT_EQ(health(monitor, 4, 0.1), Health::lost);
   monitor.restart();
@@ -169,7 +169,7 @@ TEST_F(MonitorOfReadings, OfANewEstimatorBeginsWithoutDisagreement) {
 
 TEST_F(MonitorOfReadings, JudgesARefinedEstimateByTheEvidenceOfItsTime) {
   const EstimatorInput input;
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   const Estimate before = step(monitor, 4, 1.0);
   const Estimate first = step(monitor, 4, 0.1);
   EXPECT_EQ(first.health, Health::good);
@@ -187,7 +187,7 @@ TEST_F(MonitorOfReadings, JudgesARefinedEstimateByTheEvidenceOfItsTime) {
 
 TEST_F(MonitorOfReadings, IsOnlyUncertainWhereLidarObservesEveryDirection) {
   const EstimatorInput input;
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   correspondences_ = 1000;
   for (int i = 0; i < 100; ++i) EXPECT_NE(step(monitor, 4, 0.1, 0).health, Health::lost);
   EXPECT_EQ(step(monitor, 4, 0.1, 0).health, Health::uncertain);
@@ -226,7 +226,7 @@ std::vector<Verdict> verdicts_with_field_at(const Eigen::Vector2d& offset_m, int
                                             int degenerate_directions = 0, int set_aside = 0) {
   EstimatorInput input = drive_of_nine_metres().room.input;
   input.field = moved_field(*input.field, offset_m);
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   std::vector<Verdict> verdicts;
   for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
     Estimate estimate = true_estimate(bundle);
@@ -267,7 +267,7 @@ TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeightsWhere
 double until_lost_s(const Eigen::Vector2d& offset_m) {
   EstimatorInput input = drive_of_nine_metres().room.input;
   input.field = moved_field(*input.field, offset_m);
-  HealthMonitor monitor(input);
+  HealthMonitor monitor(input, Reckoning::calibrated_imu);
   Estimate estimate;
   for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
     estimate = true_estimate(bundle);
@@ -318,7 +318,7 @@ class MonitorOfScans : public ::testing::Test {
       if (static_cast<double>(i % 700) >= 700.0 * share) point.position *= 0.9F / point.position.norm();
       bundle.scan.points.push_back(point);
     }
-    HealthMonitor monitor(input_);
+    HealthMonitor monitor(input_, Reckoning::calibrated_imu);
     Estimate estimate = with_sigma(0.01);
     estimate.state.T_map_imu = estimated;
     for (int i = 1; i <= 20; ++i) {
@@ -350,7 +350,7 @@ TEST_F(MonitorOfScans, ScansThatDoNotFitAreLost) {
 
 TEST_F(MonitorOfScans, TheEstimatedPoseOfTheScanIsJudged) {
   // The estimator found that the LiDAR is mounted half a metre beside the platform file's position.
-  HealthMonitor monitor(input_);
+  HealthMonitor monitor(input_, Reckoning::calibrated_imu);
   ScanBundle bundle;
   const Pose actual = in_room(-2.0, 1.0, 0.3);
   for (const Eigen::Vector3f& point : room()) {
