@@ -38,19 +38,19 @@ struct EstimatorKind {
 
 /// The default first.
 constexpr std::array kEstimators{
-    EstimatorKind{"smoother", Sensors::all, true, Reckoning::calibrated_imu, true,
+    EstimatorKind{"smoother", Sensors::all, true, Reckoning::learned_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<Smoother>(std::move(input));
                   }},
-    EstimatorKind{"ieskf", Sensors::all, false, Reckoning::mounted_imu, false,
+    EstimatorKind{"ieskf", Sensors::all, false, Reckoning::learned_imu, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<IteratedFilter>(std::move(input));
                   }},
-    EstimatorKind{"lidar-inertial", Sensors::lidar, false, Reckoning::mounted_imu, false,
+    EstimatorKind{"lidar-inertial", Sensors::lidar, false, Reckoning::learned_imu, false,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<IteratedFilter>(std::move(input));
                   }},
-    EstimatorKind{"magnetic", Sensors::magnetic, true, Reckoning::calibrated_imu, true,
+    EstimatorKind{"magnetic", Sensors::magnetic, true, Reckoning::learned_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     input.options.magnetic.measurement = MagneticMeasurement::pose;
                     return std::make_unique<Smoother>(std::move(input));
@@ -63,19 +63,19 @@ constexpr std::array kEstimators{
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<ContinuousTime>(input, input.options.continuous_time);
                   }},
-    EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
+    EstimatorKind{"magnetic-calibrating", Sensors::magnetic, false, Reckoning::learned_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticCalibrating>(input, input.options.magnetic_calibrating);
                   }},
-    EstimatorKind{"magnetic-mixture", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
+    EstimatorKind{"magnetic-mixture", Sensors::magnetic, false, Reckoning::learned_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticMixture>(std::move(input));
                   }},
-    EstimatorKind{"magnetic-particle", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
+    EstimatorKind{"magnetic-particle", Sensors::magnetic, false, Reckoning::learned_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticParticleFilter>(input, input.options.magnetic_particle);
                   }},
-    EstimatorKind{"magnetic-stochastic", Sensors::magnetic, false, Reckoning::calibrated_imu, true,
+    EstimatorKind{"magnetic-stochastic", Sensors::magnetic, false, Reckoning::learned_imu, true,
                   [](EstimatorInput input) -> std::unique_ptr<Estimator> {
                     return std::make_unique<MagneticStochasticFilter>(input, input.options.magnetic_stochastic);
                   }},

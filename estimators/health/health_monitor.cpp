@@ -30,6 +30,7 @@ constexpr double kUnmeasured_m_s2 = 1.0;  // acceleration of a robot without IMU
 constexpr double kImuGap_s = 0.1;
 constexpr double kLeastClaim = 0.1;
 constexpr double kObserved_s = 1.0;    // after which scans give position and velocity anew
+constexpr double kLearned_s = 5.0;     // after which they give tilt and bias: 2 cm once a second are 0.01 m/s²
 constexpr double kConfirmed_s = 60.0;  // the longest wait between two searches
 constexpr double kReach_s = 5.0;       // of a loss, back to the scans that caused it
 
@@ -40,14 +41,6 @@ Verdict worse(const Verdict& a, const Verdict& b) {
 /// How well a scan fits: 1 if all points are on the map, 0 if no more than at places where the robot is not.
 double fit_of(const PlaceEvidence& evidence) {
   return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
-}
-
-/// Of an estimate that is only dead reckoned.
-double unknown_acceleration_m_s2(Reckoning reckoning, const SensorSuite& suite) {
-  if (reckoning == Reckoning::scans) return kUnmeasured_m_s2;
-  if (reckoning == Reckoning::calibrated_imu) return kDeadReckoning_m_s2;
-  const double tilt_rad = suite.calibration.lidar.rotation_sigma_deg * std::numbers::pi / 180.0;
-  return std::hypot(kDeadReckoning_m_s2, suite.gravity_m_s2 * tilt_rad);
 }
 
 }  // namespace
@@ -74,7 +67,16 @@ double HealthMonitor::DeadReckoning::sigma_m(double acceleration_m_s2) const {
 HealthMonitor::HealthMonitor(const EstimatorInput& input, Reckoning reckoning)
     : judge_(input),
       has_scans_(input.planes != nullptr),
-      acceleration_m_s2_(unknown_acceleration_m_s2(reckoning, input.suite)) {}
+      reckoning_(reckoning),
+      tilt_m_s2_(input.suite.gravity_m_s2 * input.suite.calibration.lidar.rotation_sigma_deg * std::numbers::pi /
+                 180.0) {}
+
+/// Of an estimate that is only dead reckoned.
+double HealthMonitor::unknown_acceleration_m_s2() const {
+  if (reckoning_ == Reckoning::scans) return kUnmeasured_m_s2;
+  const bool learned = reckoning_ == Reckoning::learned_imu && learned_s_ >= kLearned_s;
+  return learned ? kDeadReckoning_m_s2 : std::hypot(kDeadReckoning_m_s2, tilt_m_s2_);
+}
 
 void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   const PlaceEvidence evidence = judge_.judge(bundle, causal);
@@ -113,12 +115,13 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const bool by_scans = has_scans_ && !bundle.scan.points.empty() && diagnostics.unobserved_directions == 0;
   const bool observed = by_scans || diagnostics.magnetic_samples > 0 || wheels;
   observed_s_ = observed ? observed_s_ + step_s : 0.0;
+  if (observed) learned_s_ += step_s;
   if (!observed) {
     unobserved_.add(step_s, bundle);
-  } else if (observed_s_ >= kObserved_s || !(unobserved_.sigma_m(acceleration_m_s2_) > kUncertain_m)) {
+  } else if (observed_s_ >= kObserved_s || !(unobserved_.sigma_m(unknown_acceleration_m_s2()) > kUncertain_m)) {
     unobserved_ = {};
   }
-  const double sigma_m = unobserved_.sigma_m(acceleration_m_s2_);
+  const double sigma_m = unobserved_.sigma_m(unknown_acceleration_m_s2());
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   const bool claims_too_much = claimed_m < kLeastClaim * sigma_m;
   if (claims_too_much && sigma_m > kLost_m && has_scans_) astray_ = true;
@@ -142,6 +145,7 @@ void HealthMonitor::restart() {
   odds_decide_ = 0.0;
   unobserved_ = {};
   observed_s_ = 0.0;
+  learned_s_ = 0.0;
   astray_ = false;
   unconfirmed_s_ = kNeverConfirmed_s;
   last_ = 0;
@@ -211,7 +215,7 @@ void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bun
 }
 
 bool HealthMonitor::is_confirmed() const {
-  return unconfirmed_s_ < kConfirmed_s && !(reckoned_.sigma_m(acceleration_m_s2_) > kUncertain_m);
+  return unconfirmed_s_ < kConfirmed_s && !(reckoned_.sigma_m(unknown_acceleration_m_s2()) > kUncertain_m);
 }
 
 double HealthMonitor::sum_of_odds() const {

@@ -16,9 +16,9 @@ struct Verdict {
 
 /// What carries an estimate along a direction that neither scans nor readings observe.
 enum class Reckoning {
-  calibrated_imu,  ///< with an estimated calibration: a small tilt and bias remain
-  mounted_imu,     ///< the scans hold it at a tilt as wrong as the platform file's mounting of the LiDAR may be
-  scans            ///< they move it whatever the IMU says
+  learned_imu,  ///< after some seconds that are observed, a small tilt and bias remain; before, as `mounted_imu`
+  mounted_imu,  ///< the scans hold it at a tilt as wrong as the platform file's mounting of the LiDAR may be
+  scans         ///< they move it whatever the IMU says
 };
 
 /// What state and covariance alone show: not finite, or a position sigma above 3 m: lost; above 0.5 m: uncertain.
@@ -54,6 +54,7 @@ class HealthMonitor {
   bool stations_contradict() const;
   void confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal, double step_s);
   double sum_of_odds() const;
+  double unknown_acceleration_m_s2() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
   struct Station {
@@ -73,8 +74,9 @@ class HealthMonitor {
   };
 
   PlaceJudge judge_;
-  bool has_scans_;                  // that are compared with a cloud map
-  double acceleration_m_s2_;        // unknown, of an estimate that nothing observes
+  bool has_scans_;  // that are compared with a cloud map
+  Reckoning reckoning_;
+  double tilt_m_s2_;                // gravity's part along the axes of a LiDAR mounted as the platform file says
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds
@@ -82,6 +84,7 @@ class HealthMonitor {
   double odds_decide_ = 0.0;   // share of these seconds in which the odds of readings decide
   DeadReckoning unobserved_;   // since all directions were last observed
   double observed_s_ = 0.0;    // since one was last unobserved
+  double learned_s_ = 0.0;     // observed, in all
   bool astray_ = false;        // lost by dead reckoning: what is observed since then may be another place
   double unconfirmed_s_ = kNeverConfirmed_s;  // since readings of several stations last fitted the estimate
   DeadReckoning reckoned_;                    // of these, without scans that observe every direction and fit

@@ -40,7 +40,7 @@ std::vector<Verdict> verdicts_with_field_at(const Eigen::Vector2d& offset_m, int
                                             int degenerate_directions = 0, int set_aside = 0) {
   EstimatorInput input = drive_of_nine_metres().room.input;
   input.field = moved_field(*input.field, offset_m);
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   std::vector<Verdict> verdicts;
   for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
     Estimate estimate = true_estimate(bundle);
@@ -81,7 +81,7 @@ TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeightsWhere
 double until_lost_s(const Eigen::Vector2d& offset_m) {
   EstimatorInput input = drive_of_nine_metres().room.input;
   input.field = moved_field(*input.field, offset_m);
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   Estimate estimate;
   for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
     estimate = true_estimate(bundle);
@@ -113,7 +113,7 @@ TEST(MonitorOfField, ReadingsTellThePlaceThatDeadReckoningLost) {
   for (const Eigen::Vector2d& offset_m : {Eigen::Vector2d{0.0, 0.0}, Eigen::Vector2d{0.0, -1.5}}) {
     EstimatorInput input = drive_of_nine_metres().room.input;
     input.field = moved_field(*input.field, offset_m);
-    HealthMonitor monitor(input, Reckoning::calibrated_imu);
+    HealthMonitor monitor(input, Reckoning::learned_imu);
     Estimate estimate = true_estimate(drive_of_nine_metres().bundles.front());
     estimate.diagnostics.unobserved_directions = 1;
     estimate.time -= from_seconds(20.0);

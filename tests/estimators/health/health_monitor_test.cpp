@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
 #include "core/lidar/plane_map.h"
@@ -66,6 +65,8 @@ std::vector<Eigen::Vector3f> room() {
 /// Judges scans without points and readings: the diagnostics of each estimate are given.
 class MonitorOfReadings : public ::testing::Test {
  protected:
+  MonitorOfReadings() { mounted_.suite.calibration = exact_calibration(); }
+
   /// The next scan of an estimate with a small covariance.
   Estimate step(HealthMonitor& monitor, int samples, double weight, int unobserved_directions = 0) {
     Estimate estimate = with_sigma(0.01);
@@ -83,6 +84,7 @@ class MonitorOfReadings : public ::testing::Test {
   }
   Health health(HealthMonitor& monitor, int samples, double weight) { return step(monitor, samples, weight).health; }
 
+  EstimatorInput mounted_;  // with a LiDAR mounted as the platform file says
   int steps_ = 0;
   int correspondences_ = 0;
   double imu_gap_s_ = 0.005;
@@ -90,7 +92,7 @@ class MonitorOfReadings : public ::testing::Test {
 
 TEST_F(MonitorOfReadings, NeedsSecondsOfDisagreementAndComesBack) {
   const EstimatorInput input;
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   while (steps_ < 100 && health(monitor, 4, 0.1) == Health::good) {
   }
   EXPECT_NEAR(steps_, 26, 1);  // 3 s · ln(0.9 / 0.4); the first scan has no step before it
@@ -102,10 +104,10 @@ TEST_F(MonitorOfReadings, NeedsSecondsOfDisagreementAndComesBack) {
 }
 
 TEST_F(MonitorOfReadings, ADirectionThatNothingObservesIsUnknownAfterSeconds) {
-  EstimatorInput input;
+  EstimatorInput input = mounted_;
   input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
   correspondences_ = 500;
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   // ½ · 0.02 m/s² · t² exceeds 0.5 m after 7.1 s and 3 m after 17.3 s.
   while (step(monitor, 0, 0.0, 1).health == Health::good) ASSERT_LT(steps_, 1000);
   EXPECT_NEAR(kStep_s * steps_, 7.1, 0.25);
@@ -119,7 +121,7 @@ TEST_F(MonitorOfReadings, ADirectionThatNothingObservesIsUnknownAfterSeconds) {
 }
 
 /// Along such a direction an estimator is as far off as what carries it: an IMU that the scans hold at the tilt of a
-/// wrong mounting, or the scans' own noise.
+/// wrong mounting, until it has learned, or the scans' own noise.
 TEST_F(MonitorOfReadings, DeadReckoningIsAsGoodAsWhatCarriesIt) {
   EstimatorInput input;
   input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
@@ -127,26 +129,31 @@ TEST_F(MonitorOfReadings, DeadReckoningIsAsGoodAsWhatCarriesIt) {
   for (const double tilt_deg : {0.0, 0.3, 1.0}) {
     input.suite.calibration.lidar.rotation_sigma_deg = tilt_deg;
     const double mounted_m_s2 = std::hypot(0.02, input.suite.gravity_m_s2 * tilt_deg * std::numbers::pi / 180.0);
-    const std::map<Reckoning, double> accelerations_m_s2{
-        {Reckoning::calibrated_imu, 0.02}, {Reckoning::mounted_imu, mounted_m_s2}, {Reckoning::scans, 1.0}};
-    for (const auto& [reckoning, acceleration_m_s2] : accelerations_m_s2) {
-      HealthMonitor monitor(input, reckoning);
-      steps_ = 0;
+    struct Case {
+      Reckoning reckoning;
+      double observed_s;
+      double acceleration_m_s2;
+    };
+    for (const Case& c : {Case{Reckoning::learned_imu, 6.0, 0.02}, Case{Reckoning::learned_imu, 4.0, mounted_m_s2},
+                          Case{Reckoning::mounted_imu, 6.0, mounted_m_s2}, Case{Reckoning::scans, 6.0, 1.0}}) {
+      HealthMonitor monitor(input, c.reckoning);
+      for (steps_ = 0; kStep_s * steps_ < c.observed_s;) step(monitor, 0, 0.0, 0);
+      const int begin = steps_;
       while (step(monitor, 0, 0.0, 1).health == Health::good) ASSERT_LT(steps_, 1000);
-      EXPECT_NEAR(kStep_s * steps_, std::sqrt(2.0 * 0.5 / acceleration_m_s2), 0.25);
+      EXPECT_NEAR(kStep_s * (steps_ - begin), std::sqrt(2.0 * 0.5 / c.acceleration_m_s2), 0.25);
       while (step(monitor, 0, 0.0, 1).health == Health::uncertain) ASSERT_LT(steps_, 1000);
-      EXPECT_NEAR(kStep_s * steps_, std::sqrt(2.0 * 3.0 / acceleration_m_s2), 0.25);
+      EXPECT_NEAR(kStep_s * (steps_ - begin), std::sqrt(2.0 * 3.0 / c.acceleration_m_s2), 0.25);
     }
   }
 }
 
 /// Once the place is uncertain by more than half a metre, a few scans do not end the dead reckoning; a second does.
 TEST_F(MonitorOfReadings, AFewScansDoNotEndALongDeadReckoning) {
-  EstimatorInput input;
+  EstimatorInput input = mounted_;
   input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
   correspondences_ = 500;
   const auto health_after_two_stretches = [&](double stretch_s, double observed_s) {
-    HealthMonitor monitor(input, Reckoning::calibrated_imu);
+    HealthMonitor monitor(input, Reckoning::learned_imu);
     Health health = Health::good;
     for (int i = 0; i < stretch_s / kStep_s; ++i) health = step(monitor, 0, 0.0, 1).health;
     for (int i = 0; i < observed_s / kStep_s; ++i) health = step(monitor, 0, 0.0, 0).health;
@@ -161,7 +168,7 @@ TEST_F(MonitorOfReadings, AFewScansDoNotEndALongDeadReckoning) {
 TEST_F(MonitorOfReadings, WithoutAnySensorAnEstimateIsLostAfterSeconds) {
   EstimatorInput input;
   input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   imu_gap_s_ = 30.0;
   // ½ · 1 m/s² · t² exceeds 0.5 m after 1 s and 3 m after 2.4 s, also if the estimator sees no degenerate direction.
   while (step(monitor, 0, 0.0, 0).health == Health::good) ASSERT_LT(steps_, 1000);
@@ -174,7 +181,7 @@ TEST_F(MonitorOfReadings, WithoutAnySensorAnEstimateIsLostAfterSeconds) {
 /// A filter that has left the field map, and has no scans, keeps a small covariance.
 TEST_F(MonitorOfReadings, WithoutCloudMapNothingObservesAnEstimateOffTheFieldMap) {
   const EstimatorInput input;
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   for (int i = 0; i < 300; ++i) EXPECT_EQ(step(monitor, 4, 1.0).health, Health::good);
   while (step(monitor, 0, 0.0).health != Health::lost) ASSERT_LT(steps_, 1000);
   EXPECT_NEAR(kStep_s * (steps_ - 300), 17.3, 0.25);
@@ -182,11 +189,11 @@ TEST_F(MonitorOfReadings, WithoutCloudMapNothingObservesAnEstimateOffTheFieldMap
 }
 
 TEST_F(MonitorOfReadings, ADirectionThatReadingsOrAGrowingCovarianceCoverIsNotUnknown) {
-  const EstimatorInput input;
+  const EstimatorInput input = mounted_;
   correspondences_ = 500;
-  HealthMonitor with_readings(input, Reckoning::calibrated_imu);
+  HealthMonitor with_readings(input, Reckoning::learned_imu);
   for (int i = 0; i < 300; ++i) EXPECT_EQ(step(with_readings, 4, 1.0, 1).health, Health::good);
-  HealthMonitor honest(input, Reckoning::calibrated_imu);
+  HealthMonitor honest(input, Reckoning::learned_imu);
   for (int i = 1; i <= 100; ++i) {
     Estimate estimate = with_sigma(0.003 * i);  // 0.3 m after 10 s; dead reckoning says 1 m
     estimate.time = from_seconds(kStep_s * i);
@@ -200,7 +207,7 @@ TEST_F(MonitorOfReadings, ADirectionThatReadingsOrAGrowingCovarianceCoverIsNotUn
 
 TEST_F(MonitorOfReadings, OfANewEstimatorBeginsWithoutDisagreement) {
   const EstimatorInput input;
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   for (int i = 0; i < 40; ++i) health(monitor, 4, 0.1);
   EXPECT_EQ(health(monitor, 4, 0.1), Health::lost);
   monitor.restart();
@@ -209,7 +216,7 @@ TEST_F(MonitorOfReadings, OfANewEstimatorBeginsWithoutDisagreement) {
 
 TEST_F(MonitorOfReadings, JudgesARefinedEstimateByTheEvidenceOfItsTime) {
   const EstimatorInput input;
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   const Estimate before = step(monitor, 4, 1.0);
   const Estimate first = step(monitor, 4, 0.1);
   EXPECT_EQ(first.health, Health::good);
@@ -227,7 +234,7 @@ TEST_F(MonitorOfReadings, JudgesARefinedEstimateByTheEvidenceOfItsTime) {
 
 TEST_F(MonitorOfReadings, IsOnlyUncertainWhereLidarObservesEveryDirection) {
   const EstimatorInput input;
-  HealthMonitor monitor(input, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input, Reckoning::learned_imu);
   correspondences_ = 1000;
   for (int i = 0; i < 100; ++i) EXPECT_NE(step(monitor, 4, 0.1, 0).health, Health::lost);
   EXPECT_EQ(step(monitor, 4, 0.1, 0).health, Health::uncertain);
@@ -260,7 +267,7 @@ class MonitorOfScans : public ::testing::Test {
       if (static_cast<double>(i % 700) >= 700.0 * share) point.position *= 0.9F / point.position.norm();
       bundle.scan.points.push_back(point);
     }
-    HealthMonitor monitor(input_, Reckoning::calibrated_imu);
+    HealthMonitor monitor(input_, Reckoning::learned_imu);
     Estimate estimate = with_sigma(0.01);
     estimate.state.T_map_imu = estimated;
     for (int i = 1; i <= 20; ++i) {
@@ -292,7 +299,7 @@ TEST_F(MonitorOfScans, ScansThatDoNotFitAreLost) {
 
 TEST_F(MonitorOfScans, TheEstimatedPoseOfTheScanIsJudged) {
   // The estimator found that the LiDAR is mounted half a metre beside the platform file's position.
-  HealthMonitor monitor(input_, Reckoning::calibrated_imu);
+  HealthMonitor monitor(input_, Reckoning::learned_imu);
   ScanBundle bundle;
   const Pose actual = in_room(-2.0, 1.0, 0.3);
   for (const Eigen::Vector3f& point : room()) {

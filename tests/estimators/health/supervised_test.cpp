@@ -99,7 +99,7 @@ Trajectory SupervisedInARoom::truth_;
 
 TEST_F(SupervisedInARoom, AnEstimatorThatLosesItsStateIsReplaced) {
   int made = 0;
-  Supervised supervised(wrong_input(), Reckoning::calibrated_imu,
+  Supervised supervised(wrong_input(), Reckoning::learned_imu,
                         [&](const EstimatorInput& input) -> std::unique_ptr<Estimator> {
                           if (++made == 1) return std::make_unique<LosesItsState>();
                           return std::make_unique<IteratedFilter>(input);
@@ -138,7 +138,7 @@ TEST_F(SupervisedInARoom, WithoutAPlaceEachScanIsReportedAsLost) {
   std::vector<ScanBundle> empty = bundles_;
   for (ScanBundle& bundle : empty) bundle.scan.points.clear();
   int made = 0;
-  Supervised supervised(wrong_input(), Reckoning::calibrated_imu, [&](const EstimatorInput&) {
+  Supervised supervised(wrong_input(), Reckoning::learned_imu, [&](const EstimatorInput&) {
     ++made;
     return std::make_unique<LosesItsState>();
   });
@@ -183,7 +183,7 @@ TEST_F(SupervisedInARoom, AfterAnOutageOfAllSensorsTheRobotIsFoundAgain) {
 TEST_F(SupervisedInARoom, WithoutACloudMapTheEstimatorContinues) {
   EstimatorInput input = wrong_input();
   input.planes = nullptr;
-  Supervised supervised(input, Reckoning::calibrated_imu,
+  Supervised supervised(input, Reckoning::learned_imu,
                         [](const EstimatorInput&) { return std::make_unique<LosesItsState>(); });
   const Estimates result = estimate(supervised, bundles_);
   expect_every_scan_once(result.causals);
