@@ -68,6 +68,7 @@ HealthMonitor::HealthMonitor(const EstimatorInput& input, Reckoning reckoning)
     : judge_(input),
       has_scans_(input.planes != nullptr),
       reckoning_(reckoning),
+      initial_velocity_m_s_(input.options.initial.velocity_sigma_m_s),
       tilt_m_s2_(input.suite.gravity_m_s2 * input.suite.calibration.lidar.rotation_sigma_deg * std::numbers::pi /
                  180.0) {}
 
@@ -118,10 +119,10 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   if (observed) learned_s_ += step_s;
   if (!observed) {
     unobserved_.add(step_s, bundle);
-  } else if (observed_s_ >= kObserved_s || !(unobserved_.sigma_m(unknown_acceleration_m_s2()) > kUncertain_m)) {
+  } else if (observed_s_ >= kObserved_s || !(unobserved_m() > kUncertain_m)) {
     unobserved_ = {};
   }
-  const double sigma_m = unobserved_.sigma_m(unknown_acceleration_m_s2());
+  const double sigma_m = unobserved_m();
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   const bool claims_too_much = claimed_m < kLeastClaim * sigma_m;
   if (claims_too_much && sigma_m > kLost_m && has_scans_) astray_ = true;
@@ -129,6 +130,12 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   if (astray_ || (claims_too_much && sigma_m > kLost_m)) return {Health::lost, HealthReason::unobserved};
   if (claims_too_much && sigma_m > kUncertain_m) return {Health::uncertain, HealthReason::unobserved};
   return {};
+}
+
+/// One sigma of a position since all directions were last observed. A velocity that never was is the initial one.
+double HealthMonitor::unobserved_m() const {
+  const double moving_m = learned_s_ < kObserved_s ? initial_velocity_m_s_ * unobserved_.time_s : 0.0;
+  return moving_m + unobserved_.sigma_m(unknown_acceleration_m_s2());
 }
 
 Verdict HealthMonitor::judge_refined(const Estimate& refined) const {

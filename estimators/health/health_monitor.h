@@ -55,6 +55,7 @@ class HealthMonitor {
   void confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal, double step_s);
   double sum_of_odds() const;
   double unknown_acceleration_m_s2() const;
+  double unobserved_m() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
   struct Station {
@@ -76,6 +77,7 @@ class HealthMonitor {
   PlaceJudge judge_;
   bool has_scans_;  // that are compared with a cloud map
   Reckoning reckoning_;
+  double initial_velocity_m_s_;     // one sigma
   double tilt_m_s2_;                // gravity's part along the axes of a LiDAR mounted as the platform file says
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;

@@ -65,7 +65,10 @@ std::vector<Eigen::Vector3f> room() {
 /// Judges scans without points and readings: the diagnostics of each estimate are given.
 class MonitorOfReadings : public ::testing::Test {
  protected:
-  MonitorOfReadings() { mounted_.suite.calibration = exact_calibration(); }
+  MonitorOfReadings() {
+    mounted_.suite.calibration = exact_calibration();
+    mounted_.options.initial.velocity_sigma_m_s = 1e-9;
+  }
 
   /// The next scan of an estimate with a small covariance.
   Estimate step(HealthMonitor& monitor, int samples, double weight, int unobserved_directions = 0) {
@@ -84,7 +87,7 @@ class MonitorOfReadings : public ::testing::Test {
   }
   Health health(HealthMonitor& monitor, int samples, double weight) { return step(monitor, samples, weight).health; }
 
-  EstimatorInput mounted_;  // with a LiDAR mounted as the platform file says
+  EstimatorInput mounted_;  // with a LiDAR mounted as the platform file says, and a known initial velocity
   int steps_ = 0;
   int correspondences_ = 0;
   double imu_gap_s_ = 0.005;
@@ -147,6 +150,18 @@ TEST_F(MonitorOfReadings, DeadReckoningIsAsGoodAsWhatCarriesIt) {
   }
 }
 
+TEST_F(MonitorOfReadings, AnInitialVelocityThatNothingObservedIsUnknown) {
+  EstimatorInput input = mounted_;
+  input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
+  input.options.initial.velocity_sigma_m_s = 0.5;
+  correspondences_ = 500;
+  HealthMonitor monitor(input, Reckoning::learned_imu);
+  while (step(monitor, 0, 0.0, 1).health == Health::good) ASSERT_LT(steps_, 1000);
+  EXPECT_NEAR(kStep_s * steps_, 1.0, 0.25);
+  while (step(monitor, 0, 0.0, 1).health == Health::uncertain) ASSERT_LT(steps_, 1000);
+  EXPECT_NEAR(kStep_s * steps_, 5.4, 0.25);  // 0.5 m/s · t + ½ · 0.02 m/s² · t² is 3 m
+}
+
 /// Once the place is uncertain by more than half a metre, a few scans do not end the dead reckoning; a second does.
 TEST_F(MonitorOfReadings, AFewScansDoNotEndALongDeadReckoning) {
   EstimatorInput input = mounted_;
@@ -166,7 +181,7 @@ TEST_F(MonitorOfReadings, AFewScansDoNotEndALongDeadReckoning) {
 }
 
 TEST_F(MonitorOfReadings, WithoutAnySensorAnEstimateIsLostAfterSeconds) {
-  EstimatorInput input;
+  EstimatorInput input = mounted_;
   input.planes = std::make_shared<PlaneMap>(room(), PlaneMapOptions{});
   HealthMonitor monitor(input, Reckoning::learned_imu);
   imu_gap_s_ = 30.0;
