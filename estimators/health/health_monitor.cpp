@@ -205,14 +205,15 @@ bool HealthMonitor::stations_contradict() const {
   return newest < kFieldContradicts * static_cast<double>(kContradicting) * kNothingFits;
 }
 
-/// Readings that fit over several metres, and a scan that fits, tell where the robot is. Scans that observe every
-/// direction keep the place.
+/// Readings that fit over several metres tell where the robot is. Scans that observe every direction tell its velocity.
 void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal,
                             double step_s) {
-  const bool fits = causal.diagnostics.correspondences > 0 && evidence.scan_points > 0 && !(*scan_fit_ < kScanUnclear);
+  const bool observed = causal.diagnostics.correspondences > 0 && causal.diagnostics.unobserved_directions == 0;
   unconfirmed_s_ += step_s;
-  if (!fits || causal.diagnostics.unobserved_directions > 0) reckoned_.add(step_s, bundle);
-  if (!fits) return;
+  if (!observed || evidence.scan_points == 0 || *scan_fit_ < kScanUnclear) {
+    reckoned_.add(step_s, bundle);
+    return;
+  }
   if (evidence.field_readings == 0 || !(evidence.field_odds > 0.0)) return;
   if (std::ssize(stations_) < kContradicting || !(sum_of_odds() > -kFieldContradicts * kStations * kNothingFits))
     return;
