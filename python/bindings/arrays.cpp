@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -52,16 +51,6 @@ void require_rows(const py::array& array, const char* name, py::ssize_t rows) {
   if (array.shape(0) == rows) return;
   throw py::value_error(
       fmt::format("{}: expected {} rows, as many as stamps or points, found {}", name, rows, array.shape(0)));
-}
-
-void require_finite(const Array<double>& samples, const char* name) {
-  const double* values = samples.data();
-  const double* end = values + samples.size();
-  const double* wrong = std::find_if_not(values, end, [](double value) { return std::isfinite(value); });
-  if (wrong == end) return;
-  const py::ssize_t row = (wrong - values) / (samples.ndim() == 2 ? samples.shape(1) : 1);
-  throw InputError(
-      fmt::format("{}: expected finite numbers, found {} in row {}; remove such samples", name, *wrong, row));
 }
 
 py::array_t<double> array_of(const Vector3& vector) {

@@ -73,9 +73,6 @@ inline Vector3 vector_at(const Array<double>& table, py::ssize_t row) {
   return {table.at(row, 0), table.at(row, 1), table.at(row, 2)};
 }
 
-/// Throws InputError, which names the argument and the row, unless all values of (N,) or (N, 3) are finite.
-void require_finite(const Array<double>& samples, const char* name);
-
 /// x, y, z of a vector as an array of shape (3,).
 py::array_t<double> array_of(const Vector3& vector);
 

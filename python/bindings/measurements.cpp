@@ -102,8 +102,6 @@ void Measurements::add_imu(const py::object& stamp_ns, const py::object& gyrosco
   const Array<double> accelerometer = table_argument<double>(accelerometer_m_s2, "accelerometer_m_s2", 3);
   require_rows(gyroscope, "gyroscope_rad_s", stamps.shape(0));
   require_rows(accelerometer, "accelerometer_m_s2", stamps.shape(0));
-  require_finite(gyroscope, "gyroscope_rad_s");
-  require_finite(accelerometer, "accelerometer_m_s2");
   for (py::ssize_t i = 0; i < stamps.shape(0); ++i) {
     add(ImuSample{stamps.at(i), vector_at(gyroscope, i), vector_at(accelerometer, i)});
   }
@@ -114,7 +112,6 @@ void Measurements::add_field(const std::string& magnetometer, const py::object& 
   const Array<std::int64_t> stamps = integers_argument(stamp_ns, "stamp_ns");
   const Array<double> field = table_argument<double>(field_ut, "field_ut", 3);
   require_rows(field, "field_ut", stamps.shape(0));
-  require_finite(field, "field_ut");
   for (py::ssize_t i = 0; i < stamps.shape(0); ++i) add(MagneticSample{stamps.at(i), index, vector_at(field, i)});
 }
 
@@ -124,9 +121,6 @@ void Measurements::add_wheels(const py::object& stamp_ns, const py::object& forw
   const OptionalColumn<double> forward(forward_velocity_m_s, "forward_velocity_m_s", stamps.shape(0));
   const OptionalColumn<double> yaw_rate(yaw_rate_rad_s, "yaw_rate_rad_s", stamps.shape(0));
   const OptionalColumn<double> lateral(lateral_velocity_m_s, "lateral_velocity_m_s", stamps.shape(0));
-  require_finite(forward.values, "forward_velocity_m_s");
-  require_finite(yaw_rate.values, "yaw_rate_rad_s");
-  require_finite(lateral.values, "lateral_velocity_m_s");
   for (py::ssize_t i = 0; i < stamps.shape(0); ++i) {
     add(WheelSample{stamps.at(i), forward.at(i), lateral.at(i), yaw_rate.at(i)});
   }
@@ -143,17 +137,15 @@ void Measurements::add_scan(Time start_ns, const py::object& points_m, const py:
   const OptionalColumn<std::uint8_t> lidars(lidar, "lidar", count);
   LidarScan scan;
   scan.start = start_ns;
-  scan.points.reserve(static_cast<std::size_t>(count));
+  scan.points.resize(static_cast<std::size_t>(count));
   const float* values = positions.data();
   for (py::ssize_t i = 0; i < count; ++i) {
-    LidarPoint point;
+    LidarPoint& point = scan.points[static_cast<std::size_t>(i)];
     point.position = Eigen::Vector3f(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
-    if (!point.position.allFinite()) continue;
     point.offset_ns = offsets[static_cast<std::size_t>(i)];
     point.intensity = intensities.at(i);
     point.ring = rings.at(i);
     point.lidar = lidars.at(i);
-    scan.points.push_back(point);
   }
   // As core/measurements.h defines a scan's end.
   const auto largest = std::max_element(offsets.begin(), offsets.end());
@@ -243,7 +235,7 @@ lateral_velocity_m_s: (N,) m/s to the left; None: zero.)")
            R"(Adds a scan, in the frame of the (first) LiDAR, not deskewed.
 
 start_ns: time of offset 0, nanoseconds.
-points_m: (N, 3) positions, m, each at the point's own time. Points that are not finite are left out.
+points_m: (N, 3) positions, m, each at the point's own time. Remove points that are not finite.
 offset_ns: (N,) integers, the point's time minus start_ns. None: the scan is deskewed, all points are of start_ns.
 end_ns: end of the scan; None: the latest point, or without offset_ns one scan period after start_ns.
 intensity, ring, lidar: (N,). lidar is the index of the LiDAR that measured the point; None: the first.
