@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
+
+#include "core/angles.h"
 
 namespace lodestone {
 
@@ -69,8 +70,7 @@ HealthMonitor::HealthMonitor(const EstimatorInput& input, Reckoning reckoning)
       has_scans_(input.planes != nullptr),
       reckoning_(reckoning),
       initial_velocity_m_s_(input.options.initial.velocity_sigma_m_s),
-      tilt_m_s2_(input.suite.gravity_m_s2 * input.suite.calibration.lidar.rotation_sigma_deg * std::numbers::pi /
-                 180.0) {}
+      tilt_m_s2_(input.suite.gravity_m_s2 * input.suite.calibration.lidar.rotation_sigma_deg * degree) {}
 
 /// Of an estimate that is only dead reckoned.
 double HealthMonitor::unknown_acceleration_m_s2() const {
@@ -125,9 +125,10 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const double sigma_m = unobserved_m();
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   const bool claims_too_much = claimed_m < kLeastClaim * sigma_m;
-  if (claims_too_much && sigma_m > kLost_m && has_scans_) astray_ = true;
+  const bool lost = claims_too_much && sigma_m > kLost_m;
+  if (lost && has_scans_) astray_ = true;
   if (unconfirmed_s_ == 0.0) astray_ = false;
-  if (astray_ || (claims_too_much && sigma_m > kLost_m)) return {Health::lost, HealthReason::unobserved};
+  if (lost || astray_) return {Health::lost, HealthReason::unobserved};
   if (claims_too_much && sigma_m > kUncertain_m) return {Health::uncertain, HealthReason::unobserved};
   return {};
 }

@@ -4,8 +4,8 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/lidar/plane_map.h"
 #include "tests/estimators/health/estimates.h"
 
@@ -131,7 +131,7 @@ TEST_F(MonitorOfReadings, DeadReckoningIsAsGoodAsWhatCarriesIt) {
   correspondences_ = 500;
   for (const double tilt_deg : {0.0, 0.3, 1.0}) {
     input.suite.calibration.lidar.rotation_sigma_deg = tilt_deg;
-    const double mounted_m_s2 = std::hypot(0.02, input.suite.gravity_m_s2 * tilt_deg * std::numbers::pi / 180.0);
+    const double mounted_m_s2 = std::hypot(0.02, input.suite.gravity_m_s2 * tilt_deg * degree);
     struct Case {
       Reckoning reckoning;
       double observed_s;
