@@ -13,7 +13,7 @@
 
 namespace lodestone {
 
-Pose parse_initial_pose(const std::string& text) {
+Pose parse_initial_pose(const std::string& text, const Vector3& origin_m) {
   std::string blanks = text;
   for (char& character : blanks) character = character == ',' ? ' ' : character;
   const std::vector<std::string_view> words = split_cells(blanks, ' ');
@@ -31,7 +31,7 @@ Pose parse_initial_pose(const std::string& text) {
                     "rotation, use 0 0 0 1",
                     rotation.norm()));
   }
-  return {rotation.normalized(), {v[0], v[1], v[2]}};
+  return {rotation.normalized(), Vector3(v[0], v[1], v[2]) - origin_m};
 }
 
 Pose initial_pose_from(const Trajectory& trajectory, const std::string& path, Time time) {

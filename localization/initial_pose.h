@@ -6,9 +6,9 @@
 
 namespace lodestone {
 
-/// Parses "x y z qx qy qz qw" (metres, T_map_imu; separated by blanks or commas). Throws InputError if the text has
-/// another form or the quaternion is far from unit length.
-Pose parse_initial_pose(const std::string& text);
+/// Parses "x y z qx qy qz qw" (metres, T_map_imu; separated by blanks or commas). `origin_m` is subtracted. Throws
+/// InputError if the text has another form or the quaternion is far from unit length.
+Pose parse_initial_pose(const std::string& text, const Vector3& origin_m = Vector3::Zero());
 
 /// The pose of `trajectory` at `time`, interpolated. If the trajectory begins less than 1 s later, its first pose.
 /// `path` is named in messages. Throws InputError if the trajectory does not cover that time.

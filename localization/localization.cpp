@@ -128,8 +128,8 @@ std::unique_ptr<Estimator> estimator_at_start(const Site& site, const Localizati
   EstimatorInput input = estimator_input(site, *start, &warnings);
   input.refining = task.refining;
   if (needs_scan_matcher(task.estimator) && !site.files.cloud.empty()) {
-    input.matcher =
-        load_ndt_map(site.files.cloud, site.options.ndt.registration, site.platform.suite.lidars(), warnings);
+    input.matcher = load_ndt_map(site.files.cloud, site.options.ndt.registration, site.platform.suite.lidars(),
+                                 warnings, site.files.origin_m);
   }
   if (const auto* poses = std::get_if<PoseOfTrajectory>(&task.initial_pose)) {
     input.initial_velocity = initial_velocity_from(poses->trajectory, first.scan.start);

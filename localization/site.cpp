@@ -35,15 +35,15 @@ Site site_without_maps(Platform platform, const RunOptions& options, const MapFi
 }
 
 std::string load_cloud(Site& site, const std::string& folder) {
-  const LoadedPlanes loaded =
-      load_planes(site.files.cloud, site.options.lidar.map, site.platform.suite.lidars(), folder, site.warnings);
+  const LoadedPlanes loaded = load_planes(site.files.cloud, site.options.lidar.map, site.platform.suite.lidars(),
+                                          folder, site.warnings, site.files.origin_m);
   site.planes = loaded.source;
   return loaded.description;
 }
 
 std::string load_field(Site& site) {
-  site.field =
-      std::make_shared<MagneticMap>(read_magnetic_map(site.files.magnetic, site.options.magnetic.map.max_bytes()));
+  site.field = std::make_shared<MagneticMap>(
+      read_magnetic_map(site.files.magnetic, site.options.magnetic.map.max_bytes(), site.files.origin_m));
   if (site.platform.magnetometers.empty()) {
     throw InputError(
         fmt::format("{}: there are no magnetometers, but --magnetic requires them; add them under 'magnetometers', or "

@@ -17,8 +17,9 @@ namespace lodestone {
 
 /// Prior maps of a site.
 struct MapFiles {
-  std::string cloud{};     ///< point cloud: PCD, PLY or LAS; empty: LiDAR is not used
-  std::string magnetic{};  ///< magnetic map, YAML; empty: magnetometers are not used
+  std::string cloud{};                 ///< point cloud: PCD, PLY or LAS; empty: LiDAR is not used
+  std::string magnetic{};              ///< magnetic map, YAML; empty: magnetometers are not used
+  Vector3 origin_m = Vector3::Zero();  ///< of the site, in the maps' coordinates; subtracted when they are read
 };
 
 /// What all estimators of a log share: the robot's sensors, the options and the maps. Copies share the maps.

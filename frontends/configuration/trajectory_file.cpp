@@ -150,7 +150,7 @@ Trajectory read_euroc(const std::string& path) {
   return parse_euroc(path, read_text_file(path));
 }
 
-Trajectory read_trajectory(const std::string& path) {
+Trajectory read_trajectory(const std::string& path, const Vector3& origin_m) {
   require_kind(path, SeemingKind::trajectory, "a trajectory (TUM or EuRoC csv)");
   const std::string text = read_text_file(path);
   if (is_kitti_text(text)) {
@@ -164,7 +164,9 @@ Trajectory read_trajectory(const std::string& path) {
     begin = std::min(text.find('\n', begin), text.size() - 1) + 1;
   }
   const std::string_view line = std::string_view(text).substr(begin, text.find('\n', begin) - begin);
-  return line.find(',') != std::string_view::npos ? parse_euroc(path, text) : parse_tum(path, text);
+  Trajectory trajectory = line.find(',') != std::string_view::npos ? parse_euroc(path, text) : parse_tum(path, text);
+  for (StampedPose& pose : trajectory) pose.pose.position -= origin_m;
+  return trajectory;
 }
 
 std::string pose_text(const Pose& pose) {

@@ -22,9 +22,9 @@ Trajectory read_tum(const std::string& path);
 /// Reads a EuRoC ground-truth csv (t in integer ns, p x y z, q w x y z, further columns ignored). Throws as read_tum.
 Trajectory read_euroc(const std::string& path);
 
-/// Reads either of these formats; commas distinguish them. KITTI's format has no times: throws InputError that names
-/// --times of `lodestone evaluate` (kitti_trajectory.h).
-Trajectory read_trajectory(const std::string& path);
+/// Reads either of these formats; commas distinguish them. `origin_m` is subtracted from all positions. KITTI's format
+/// has no times: throws InputError that names --times of `lodestone evaluate` (kitti_trajectory.h).
+Trajectory read_trajectory(const std::string& path, const Vector3& origin_m = Vector3::Zero());
 
 /// "x y z qx qy qz qw", the format of --initial-pose.
 std::string pose_text(const Pose& pose);

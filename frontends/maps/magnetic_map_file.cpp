@@ -104,13 +104,22 @@ std::string image_beside(const std::string& yaml_path, const ConfigurationNode& 
   return (std::filesystem::path(yaml_path).parent_path() / node.at("image").as_string()).string();
 }
 
+double rounded(double value_m) {
+  return std::round(value_m * 1e6) * 1e-6 + 0.0;
+}
+
+void subtract(const Vector3& origin_m, FieldGrid& grid) {
+  grid.origin = Eigen::Vector2d(rounded(grid.origin.x() - origin_m.x()), rounded(grid.origin.y() - origin_m.y()));
+  for (double& height : grid.heights_m) height = rounded(height - origin_m.z());
+}
+
 }  // namespace
 
 std::string image_of_magnetic_map(const std::string& yaml_path) {
   return image_beside(yaml_path, ConfigurationNode::load(yaml_path));
 }
 
-MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes) {
+MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes, const Vector3& origin_m) {
   const std::string ending = std::filesystem::path(yaml_path).extension().string();
   if (ending == ".csv" || ending == ".txt" || ending == ".tsv") {
     throw InputError(yaml_path + ": expected a magnetic map's YAML; convert this table with `lodestone map import`");
@@ -134,6 +143,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   for (std::size_t i = 1; i < grid.heights_m.size(); ++i) {
     if (!(grid.heights_m[i] > grid.heights_m[i - 1])) node.at("heights_m").fail("expected increasing heights");
   }
+  if (!origin_m.isZero(0.0)) subtract(origin_m, grid);
   const double max_sigma = positive(node.at("max_sigma_ut"));
   FieldMapErrors errors;
   if (const ConfigurationNode* correlation = node.find("error_correlation_m")) {

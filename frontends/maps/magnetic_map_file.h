@@ -30,10 +30,12 @@ void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, co
 constexpr std::size_t default_magnetic_map_bytes = 64U << 20U;
 
 /// Opens both; the nodes have the same bits as written. Nodes are read on demand, and up to `max_bytes` of them stay in
-/// memory. Also supports images in strips or without compression. Throws InputError if a file is missing, cut off or
-/// malformed, a key is unknown or missing, a unit is unknown, or the pages are not four per layer, of equal size,
-/// float32.
-MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes = default_magnetic_map_bytes);
+/// memory. Also supports images in strips or without compression. `origin_m` is subtracted from the nodes' positions,
+/// which are then rounded to a micrometre: what is shifted there and back is what it was. Throws InputError if a file
+/// is missing, cut off or malformed, a key is unknown or missing, a unit is unknown, or the pages are not four per
+/// layer, of equal size, float32.
+MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_bytes = default_magnetic_map_bytes,
+                              const Vector3& origin_m = Vector3::Zero());
 
 /// The image file named by the map's YAML. Throws InputError if the YAML cannot be read or names no image.
 std::string image_of_magnetic_map(const std::string& yaml_path);

@@ -143,12 +143,13 @@ std::optional<ScanMatch> NdtMap::match(std::span<const Eigen::Vector3f> points, 
 }
 
 std::shared_ptr<NdtMap> load_ndt_map(const std::string& path, const NdtOptions& options,
-                                     std::span<const LidarModel> lidars, WarningLog& warnings) {
+                                     std::span<const LidarModel> lidars, WarningLog& warnings,
+                                     const Vector3& origin_m) {
   VoxelMeans cloud(options.thinning_m);
   const auto reach_m = static_cast<float>(voxels_reach_m(options.thinning_m));
   std::int64_t far = 0;
   WarningLog counted_by_load_planes;
-  stream_point_cloud(path, counted_by_load_planes, [&](std::span<const Eigen::Vector3f> piece) {
+  const auto add = [&](std::span<const Eigen::Vector3f> piece) {
     for (const Eigen::Vector3f& point : piece) {
       if (point.cwiseAbs().maxCoeff() < reach_m) {
         cloud.add(point);
@@ -156,7 +157,8 @@ std::shared_ptr<NdtMap> load_ndt_map(const std::string& path, const NdtOptions& 
         ++far;
       }
     }
-  });
+  };
+  stream_point_cloud(path, counted_by_load_planes, add, origin_m);
   if (far > 0) {
     warnings.add("cloud.far_points",
                  fmt::format("{}: map points farther than {:.0f} m from the origin, the limit for "

@@ -43,9 +43,10 @@ class NdtMap final : public ScanMatcher {
   std::deque<std::unique_ptr<Target>> targets_;  // the newest last
 };
 
-/// The NDT map of a cloud map. Throws InputError (as read_point_cloud). Faults of the file that load_planes counts are
-/// not counted again; points beyond the range of voxel indices are ("cloud.far_points").
+/// The NDT map of a cloud map less `origin_m`. Throws InputError (as read_point_cloud). Faults of the file that
+/// load_planes counts are not counted again; points beyond the range of voxel indices are ("cloud.far_points").
 std::shared_ptr<NdtMap> load_ndt_map(const std::string& path, const NdtOptions& options,
-                                     std::span<const LidarModel> lidars, WarningLog& warnings);
+                                     std::span<const LidarModel> lidars, WarningLog& warnings,
+                                     const Vector3& origin_m = Vector3::Zero());
 
 }  // namespace lodestone

@@ -67,12 +67,12 @@ double map_reach_m(std::span<const LidarModel> lidars) {
 }
 
 LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options, std::span<const LidarModel> lidars,
-                         const std::string& folder, WarningLog& warnings) {
+                         const std::string& folder, WarningLog& warnings, const Vector3& origin_m) {
   const double reach = map_reach_m(lidars);
   std::vector<Eigen::Vector3f> points;
   std::optional<TiledPlaneMapBuilder> builder;
   WithinVoxels within(options.voxel_m);
-  stream_point_cloud(path, warnings, [&](std::span<const Eigen::Vector3f> all) {
+  const auto add = [&](std::span<const Eigen::Vector3f> all) {
     const std::span<const Eigen::Vector3f> piece = within.of(all);
     if (!builder && points.size() + piece.size() > static_cast<std::size_t>(options.tile_above_points)) {
       builder.emplace(options, folder);
@@ -84,7 +84,8 @@ LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options
     } else {
       points.insert(points.end(), piece.begin(), piece.end());
     }
-  });
+  };
+  stream_point_cloud(path, warnings, add, origin_m);
   within.finish(path, options.voxel_m, warnings);
   if (!builder) {
     const auto map = std::make_shared<const PlaneMap>(points, options);

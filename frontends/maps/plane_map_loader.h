@@ -21,9 +21,9 @@ struct LoadedPlanes {
 double map_reach_m(std::span<const LidarModel> lidars);
 
 /// The planes of a cloud map: in memory for up to PlaneMapOptions::tile_above_points points, otherwise in tiles in a
-/// temporary file in `folder`. Estimators get the same planes in both cases. Throws InputError (as read_point_cloud; if
-/// the disk is full).
+/// temporary file in `folder`. Estimators get the same planes in both cases. `origin_m` is subtracted from all points.
+/// Throws InputError (as read_point_cloud; if the disk is full).
 LoadedPlanes load_planes(const std::string& path, const PlaneMapOptions& options, std::span<const LidarModel> lidars,
-                         const std::string& folder, WarningLog& warnings);
+                         const std::string& folder, WarningLog& warnings, const Vector3& origin_m = Vector3::Zero());
 
 }  // namespace lodestone

@@ -59,7 +59,8 @@ def parse_platform(text: str, name: str = "the platform text") -> Platform:
 
 
 def load_site(platform, cloud=None, magnetic=None, *, options: Optional[Mapping[str, object]] = None,
-              config: Union[str, os.PathLike, Sequence] = (), max_range_m: Optional[float] = None) -> Site:
+              config: Union[str, os.PathLike, Sequence] = (), max_range_m: Optional[float] = None,
+              origin_m: Sequence[float] = (0.0, 0.0, 0.0)) -> Site:
     """Loads the maps of a site for a robot. A site serves any number of logs and estimators.
 
     platform: path of a platform file, or a Platform.
@@ -68,6 +69,8 @@ def load_site(platform, cloud=None, magnetic=None, *, options: Optional[Mapping[
     options: of --set, for example {"smoother.refine": "batch"}. list_options() has all.
     config: path or paths of configuration files. `options` override them.
     max_range_m: replaces the largest range of every LiDAR.
+    origin_m: x, y, z of the site's origin in the coordinates of georeferenced map files; subtracted from them. All poses
+        are from this origin.
 
     Raises InputError.
     """
@@ -76,7 +79,7 @@ def load_site(platform, cloud=None, magnetic=None, *, options: Optional[Mapping[
     field = magnetic if isinstance(magnetic, MagneticMap) else None
     file = "" if magnetic is None or field is not None else os.fspath(magnetic)
     return _lodestone.load_site(platform, "" if cloud is None else os.fspath(cloud), file, field, settings(options),
-                                paths(config), max_range_m)
+                                paths(config), max_range_m, origin_m)
 
 
 def localize(log, site: Site, estimator: str = "smoother", initial_pose=None, *, threads: int = 0,

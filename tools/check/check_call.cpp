@@ -61,7 +61,8 @@ bool run_would_start(const CheckCall& call, const Platform& platform, Findings& 
 /// `poses`: the trajectory of --initial-pose-from.
 std::optional<Pose> given_initial_pose(const CheckCall& call, const Trajectory& poses, Time time) {
   if (!call.initial_pose_from.empty()) return initial_pose_from(poses, call.initial_pose_from, time);
-  if (!call.initial_pose.empty() && call.initial_pose != "auto") return parse_initial_pose(call.initial_pose);
+  if (!call.initial_pose.empty() && call.initial_pose != "auto")
+    return parse_initial_pose(call.initial_pose, call.origin_m);
   return std::nullopt;
 }
 
@@ -75,15 +76,15 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
   WarningLog warnings;
   if (!call.cloud.empty()) {
     const LoadedPlanes loaded = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidars(),
-                                            std::filesystem::temp_directory_path().string(), warnings);
+                                            std::filesystem::temp_directory_path().string(), warnings, call.origin_m);
     drive.planes = loaded.source;
     const Findings of_map = check_map(*loaded.source, drive.options.lidar.map, loaded.points);
     append(findings, of_map);
     if (has_error(of_map)) return;
   }
   if (!call.magnetic.empty()) {
-    drive.field =
-        std::make_shared<MagneticMap>(read_magnetic_map(call.magnetic, drive.options.magnetic.map.max_bytes()));
+    drive.field = std::make_shared<MagneticMap>(
+        read_magnetic_map(call.magnetic, drive.options.magnetic.map.max_bytes(), call.origin_m));
   }
   const bool scans = result.sample.scans().size() >= kFewestScans;
   if (result.sample.imu.empty() || (drive.planes != nullptr && !scans)) return;
@@ -129,7 +130,8 @@ CheckResult check_log(const CheckCall& call) {
     platform = load_platform(call.platform, {.lidar = !call.cloud.empty()});
   }
   // Read even without maps, so that a wrong file name is an error.
-  const Trajectory poses = call.initial_pose_from.empty() ? Trajectory{} : read_trajectory(call.initial_pose_from);
+  const Trajectory poses =
+      call.initial_pose_from.empty() ? Trajectory{} : read_trajectory(call.initial_pose_from, call.origin_m);
   result.sample = read_log_sample(call.log, platform, call.seconds, warnings);
   for (const auto& [kind, entry] : warnings.entries()) {
     result.findings.push_back({Severity::warning, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), ""});

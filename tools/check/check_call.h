@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "core/geometry/so3.h"
 #include "tools/check/finding.h"
 #include "tools/check/log_sample.h"
 
@@ -14,6 +15,7 @@ struct CheckCall {
   std::string platform;
   std::string cloud;
   std::string magnetic;
+  Vector3 origin_m = Vector3::Zero();  ///< subtracted from maps and the initial pose
   std::string initial_pose;
   std::string initial_pose_from;
   double seconds = 30.0;

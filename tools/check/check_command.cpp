@@ -4,6 +4,7 @@
 #include "tools/check/check_call.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
+#include "tools/origin_option.h"
 
 namespace lodestone {
 
@@ -33,6 +34,7 @@ void add_check_command(CLI::App& app, int* code) {
       command->add_option("--cloud", call->cloud,
                           "prior point-cloud map, to check what it is good for, overlap, initial pose and extrinsics"));
   files.input(command->add_option("--magnetic", call->magnetic, "prior magnetic map, to check the magnetometers"));
+  add_origin(*command, "subtracted from maps and the initial pose", call->origin_m);
   auto* pose = command->add_option("--initial-pose", call->initial_pose,
                                    "T_map_imu at the first scan, \"x y z qx qy qz qw\", or auto");
   files

@@ -17,6 +17,7 @@
 #include "tools/export/log_export.h"
 #include "tools/export/run_results.h"
 #include "tools/progress.h"
+#include "tools/writers/estimate_files.h"
 #include "tools/writers/output_file.h"
 #include "tools/writers/path_below.h"
 
@@ -76,7 +77,9 @@ std::shared_ptr<const PlaneMapSource> planes_for_scans(const RunResults& run, co
   const ConfigurationNode* lidar = all.find("lidar");  // other options may be of another version
   if (lidar != nullptr && lidar->find("map") != nullptr) load_options(lidar->at("map"), options);
   WarningLog ignored;  // the run reported them
-  return load_planes(run.cloud, options, platform.suite.lidars(), fs::temp_directory_path().string(), ignored).source;
+  return load_planes(run.cloud, options, platform.suite.lidars(), fs::temp_directory_path().string(), ignored,
+                     run.origin_m)
+      .source;
 }
 
 void export_to_log(const ExportCall& call, const RunResults& run, const fs::path& out) {
@@ -119,26 +122,28 @@ void export_to_trajectory(const ExportCall& call, const RunResults& run, const f
                                  join_names(names)));
   }
   const EstimatorFiles& files = run.estimators.front().files;
-  if (files.trajectory.empty()) {
+  Trajectory trajectory = files.trajectory;
+  for (StampedPose& pose : trajectory) pose.pose.position += run.origin_m;
+  if (trajectory.empty()) {
     throw InputError(fmt::format("{}: has no poses; see health in diagnostics.csv beside the file",
                                  (files.folder / "trajectory.tum").string()));
   }
   if (call.to == "kitti") {
     const fs::path times = out.string() + ".times";
     OutputFile times_file(times), poses_file(out);
-    times_file.write(kitti_times_text(files.trajectory));
-    poses_file.write(kitti_text(files.trajectory));
+    times_file.write(kitti_times_text(trajectory));
+    poses_file.write(kitti_text(trajectory));
     times_file.commit();
     poses_file.commit();
-    fmt::print("{}: {} poses; their times are in {}\n", out.string(), files.trajectory.size(), times.string());
+    fmt::print("{}: {} poses; their times are in {}\n", out.string(), trajectory.size(), times.string());
     return;
   }
   if (call.to == "euroc") {
-    write_text_file(out.string(), euroc_text(files.trajectory));
+    write_text_file(out.string(), euroc_text(trajectory));
   } else {
-    write_tum(out.string(), files.trajectory, "t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends");
+    write_tum(out.string(), trajectory, kTrajectoryColumns);
   }
-  fmt::print("{}: {} poses\n", out.string(), files.trajectory.size());
+  fmt::print("{}: {} poses\n", out.string(), trajectory.size());
 }
 
 }  // namespace

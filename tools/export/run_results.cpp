@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 /// The fields of summary.json that an export uses.
 struct RunHeader {
   std::string status, platform, cloud;
+  Vector3 origin_m = Vector3::Zero();
   std::vector<std::string> estimators;
 };
 
@@ -42,6 +43,9 @@ RunHeader read_run_header(const fs::path& folder) {
     header.status = summary.value("status", "done");
     if (summary.contains("platform") && summary["platform"].is_string()) header.platform = summary["platform"];
     if (summary.contains("cloud") && summary["cloud"].is_string()) header.cloud = summary["cloud"];
+    if (summary.contains("call") && summary["call"].contains("origin_m")) {
+      for (int k = 0; k < 3; ++k) header.origin_m[k] = summary["call"]["origin_m"].at(k);
+    }
     return Json();
   });
   if (header.status == "interrupted") throw InputError(fmt::format(fmt::runtime(unfinished), folder.string()));
@@ -67,6 +71,7 @@ RunResults read_run_results(const fs::path& folder, const std::vector<std::strin
   run.folder = folder;
   run.platform = header.platform;
   run.cloud = header.cloud;
+  run.origin_m = header.origin_m;
   std::optional<Time> begin;
   for (const std::string& name : chosen.empty() ? header.estimators : chosen) {
     const EstimatorResults& results = run.estimators.emplace_back(read_results(folder / name));

@@ -21,6 +21,7 @@ struct EstimatorResults {
 struct RunResults {
   std::filesystem::path folder;
   std::string platform;                      ///< the platform file of the run, as given; empty if unknown
+  Vector3 origin_m = Vector3::Zero();        ///< of the site, in the coordinates of the maps' files
   std::string cloud;                         ///< the cloud map of the run, as given; empty if none
   std::vector<EstimatorResults> estimators;  ///< in the order of the run, or of the choice
   Trajectory truth;                          ///< at scan ends; empty if not given

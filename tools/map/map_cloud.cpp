@@ -22,6 +22,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/map/survey_drives.h"
+#include "tools/origin_option.h"
 #include "tools/progress.h"
 #include "tools/writers/output_file.h"
 
@@ -32,6 +33,7 @@ struct MapCloudCall {
   SurveyFiles survey;
   std::string platform;
   std::string out;
+  Vector3 origin_m = Vector3::Zero();
   double voxel_m = 0.05;
   int min_points = 2;
   std::optional<double> max_range_m;
@@ -61,7 +63,7 @@ void check_origin(const SurveyDrive& drive, double voxel_m) {
     const Vector3& at = pose.pose.position;
     throw InputError(
         fmt::format("{}: the pose at {} s is at ({:.0f}, {:.0f}, {:.0f}) m; expected less than {:.0f} m from an origin "
-                    "at the site; subtract one shift from all positions",
+                    "at the site; give one with --origin x,y,z",
                     drive.trajectory_file, format_stamp(pose.time), at.x(), at.y(), at.z(), reach_m));
   }
 }
@@ -166,9 +168,9 @@ void map_cloud(const MapCloudCall& call) {
   catch_interrupts();
   const ThreadLimit limit(call.threads);
   check_options(call);
-  output_with_ending(call.out, ".pcd");
+  output_with_ending(call.out, call.origin_m.isZero(0.0) ? ".pcd" : ".ply");
   const Platform platform = platform_of(call);
-  const std::vector<SurveyDrive> drives = read_survey_drives(call.survey);
+  const std::vector<SurveyDrive> drives = read_survey_drives(call.survey, call.origin_m);
   for (const SurveyDrive& drive : drives) check_origin(drive, call.voxel_m);
 
   std::vector<VoxelMean> means = read_means(drives, platform, call);
@@ -180,7 +182,9 @@ void map_cloud(const MapCloudCall& call) {
     points.push_back(mean.position);
     box.extend(mean.position);
   }
-  write_point_cloud(call.out, points);
+  PointCloudWriter writer(call.out, call.origin_m);
+  writer.add(points);
+  writer.commit();
   fmt::print("{} points; x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} m\nwrote {}\n", points.size(),
              box.min().x(), box.max().x(), box.min().y(), box.max().y(), box.min().z(), box.max().z(), call.out);
 }
@@ -194,7 +198,9 @@ void add_map_cloud(CLI::App& map, int* code) {
   CommandFiles files(*command);
   add_survey_files(*command, files, "the LiDARs", call->survey);
   files.input(command->add_option("--platform", call->platform, "the robot's platform file"))->required();
-  files.output(command->add_option("--out", call->out, "MAP.pcd: one point for each voxel"))->required();
+  files.output(command->add_option("--out", call->out, "MAP.pcd, with --origin MAP.ply: one point for each voxel"))
+      ->required();
+  add_origin(*command, "subtracted from trajectories; added to the map's points", call->origin_m);
   command->add_option("--voxel-m", call->voxel_m, "edge of the voxels in which points are averaged, metres")
       ->capture_default_str();
   command->add_option("--min-points", call->min_points, "voxels with fewer points are no part of the map")

@@ -33,7 +33,7 @@ void add_survey_files(CLI::App& command, CommandFiles& files, const std::string&
       ->allow_extra_args(false);
 }
 
-std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey) {
+std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey, const Vector3& origin_m) {
   if (survey.logs.size() != survey.trajectories.size()) {
     throw InputError(
         fmt::format("--trajectory: expected one for each log, in the same order, found {} for {} ({}); "
@@ -42,7 +42,7 @@ std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey) {
   }
   std::vector<SurveyDrive> drives;
   for (std::size_t i = 0; i < survey.logs.size(); ++i) {
-    drives.push_back({survey.logs[i], survey.trajectories[i], read_trajectory(survey.trajectories[i])});
+    drives.push_back({survey.logs[i], survey.trajectories[i], read_trajectory(survey.trajectories[i], origin_m)});
   }
   return drives;
 }

@@ -38,8 +38,9 @@ struct SurveyDrive {
   Trajectory trajectory;
 };
 
-/// Reads the trajectories. Throws InputError if their number is not that of the logs, or if one cannot be read.
-std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey);
+/// Reads the trajectories less `origin_m`. Throws InputError if their number is not that of the logs, or if one cannot
+/// be read.
+std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey, const Vector3& origin_m = Vector3::Zero());
 
 /// Throws InputError if most of a drive's measurements have no pose. `what`: their name, such as "LiDAR points".
 void check_poses(const SurveyDrive& drive, const std::string& what, std::int64_t with_pose, std::int64_t without_pose);

@@ -79,8 +79,9 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
     if (!input.cloud.empty()) {
       WarningLog told_by_the_run;
       CloudThinning thinning(box, kCloudLimit, kFinestVoxel);
-      stream_point_cloud(input.cloud, told_by_the_run,
-                         [&](std::span<const Eigen::Vector3f> points) { thinning.add(points); });
+      stream_point_cloud(
+          input.cloud, told_by_the_run, [&](std::span<const Eigen::Vector3f> points) { thinning.add(points); },
+          input.cloud_origin_m);
       if (!thinning.points().empty()) {
         write_point_cloud((folder / "cloud.pcd").string(), thinning.points());
         json["cloud_voxel_m"] = thinning.voxel_m();

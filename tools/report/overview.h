@@ -15,6 +15,7 @@ struct OverviewInput {
   const Trajectory* truth = nullptr;         ///< may be null
   const MagneticMap* field = nullptr;        ///< may be null
   std::string cloud;                         ///< PCD, PLY or LAS; may be empty
+  Vector3 cloud_origin_m = Vector3::Zero();  ///< subtracted from the cloud
   std::vector<const Trajectory*> estimates;  ///< at scan ends; the first defines the extent if there is no truth
 };
 

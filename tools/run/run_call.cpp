@@ -32,6 +32,7 @@
 #include "tools/run/picture_series.h"
 #include "tools/run/resumption.h"
 #include "tools/run/stale_results.h"
+#include "tools/writers/estimate_files.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {
@@ -78,9 +79,9 @@ void check_call(const RunCall& call) {
 
 InitialPose initial_pose_of(const RunCall& call) {
   if (is_automatic(call)) return SearchedPose{};
-  if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose);
+  if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose, call.origin_m);
   if (!call.initial_pose_from.empty()) {
-    return PoseOfTrajectory{read_trajectory(call.initial_pose_from), call.initial_pose_from};
+    return PoseOfTrajectory{read_trajectory(call.initial_pose_from, call.origin_m), call.initial_pose_from};
   }
   return MapOrigin{};
 }
@@ -92,13 +93,13 @@ RunInputs load_small_files(const RunCall& call) {
   if (!call.refine.empty()) settings.push_back("smoother.refine=" + call.refine);
   RunOptions options;
   load_options(load_configuration(call.configurations, settings), options);
-  const MapFiles maps{call.cloud, call.magnetic};
+  const MapFiles maps{call.cloud, call.magnetic, call.origin_m};
   inputs.platform_file = load_platform(call.platform, sensors_for(maps));
   inputs.site = site_without_maps(inputs.platform_file, options, maps, call.max_range_m);
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
     throw InputError("--refine: no chosen estimator supports it; add smoother or magnetic to --estimator");
   }
-  if (!call.truth.empty()) inputs.truth = read_trajectory(call.truth);
+  if (!call.truth.empty()) inputs.truth = read_trajectory(call.truth, call.origin_m);
   if (!call.calibration_truth.empty()) {
     inputs.true_calibration = read_true_calibration(call.calibration_truth, inputs.site.platform.suite);
   }
@@ -236,10 +237,18 @@ int exit_code_of(const std::vector<RunSummary>& runs) {
   return code;
 }
 
+/// Writes the poses from the origin of the maps' files instead of the site's.
+void write_georeferenced(const std::filesystem::path& folder, Trajectory trajectory, const Vector3& origin_m) {
+  if (origin_m.isZero(0.0) || trajectory.empty()) return;
+  for (StampedPose& pose : trajectory) pose.pose.position += origin_m;
+  write_tum(folder / "georeferenced.tum", trajectory, kTrajectoryColumns);
+}
+
 /// Writes the data of log and maps that a report requires.
 void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin,
                    const std::vector<PictureSeries>& series) {
-  OverviewInput input{log_begin, call.truth.empty() ? nullptr : &inputs.truth, inputs.site.field.get(), call.cloud, {}};
+  OverviewInput input{
+      log_begin, call.truth.empty() ? nullptr : &inputs.truth, inputs.site.field.get(), call.cloud, call.origin_m, {}};
   for (const PictureSeries& one : series) input.estimates.push_back(&one.trajectory);
   write_overview(std::filesystem::path(call.out) / "overview", input);
   std::printf("for a report on one page: lodestone report %s\n", call.out.c_str());
@@ -276,6 +285,7 @@ int execute(const RunCall& call) {
   for (const std::string& name : call.estimators) {
     EstimatorOutcome outcome = run_one(name, call, inputs, bound ? &*bound : nullptr);
     series.push_back(picture_series(outcome));
+    write_georeferenced(out / name, series.back().trajectory, call.origin_m);
     log_begin = outcome.log_begin;
     if (outcome.replayed) stale.keep_calibration(out / name);
     summaries.push_back(outcome.summary);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/so3.h"
+
 namespace lodestone {
 
 /// The options of `lodestone run`; empty strings if not given.
@@ -14,6 +16,7 @@ struct RunCall {
   std::string magnetic;
   std::string out;
   std::vector<std::string> estimators{"smoother"};
+  Vector3 origin_m = Vector3::Zero();  ///< subtracted from maps, truth and initial pose
   std::string initial_pose;
   std::string initial_pose_from;
   std::vector<std::string> configurations;

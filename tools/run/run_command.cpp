@@ -9,6 +9,7 @@
 #include "frontends/configuration/options.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
+#include "tools/origin_option.h"
 #include "tools/run/run_call.h"
 
 namespace lodestone {
@@ -53,6 +54,8 @@ void add_run_command(CLI::App& app, int* code) {
       ->type_name(fmt::format("NAME:{{{}}}", fmt::join(estimator_names(), ",")))
       ->delimiter(',')
       ->capture_default_str();
+  add_origin(*command, "subtracted from maps, truth and initial pose; added to the trajectories in georeferenced.tum",
+             call->origin_m);
   auto* pose =
       command->add_option("--initial-pose", call->initial_pose,
                           "T_map_imu at the first scan, \"x y z qx qy qz qw\", or auto: searched on the whole map "

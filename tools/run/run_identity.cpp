@@ -76,6 +76,7 @@ RunIdentity identify(const RunCall& call, const RunOptions& options) {
                     {"--cloud", fingerprint(call.cloud)},
                     {"--magnetic", content_fingerprint(call.magnetic)},
                     {"the image of --magnetic", fs::exists(raster) ? fingerprint(raster) : "none"},
+                    {"--origin", fmt::format("{} {} {}", call.origin_m.x(), call.origin_m.y(), call.origin_m.z())},
                     {"--estimator", estimators},
                     {"--initial-pose", call.initial_pose},
                     {"--initial-pose-from", content_fingerprint(call.initial_pose_from)},

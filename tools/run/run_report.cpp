@@ -124,6 +124,7 @@ Json json_of(const CallRecord& record) {
   json["platform"] = text_or_null(call.platform);
   json["cloud"] = text_or_null(call.cloud);
   json["magnetic"] = text_or_null(call.magnetic);
+  json["origin_m"] = {call.origin_m.x(), call.origin_m.y(), call.origin_m.z()};
   json["truth"] = text_or_null(call.truth);
   json["calibration_truth"] = text_or_null(call.calibration_truth);
   json["initial_pose"] = text_or_null(call.initial_pose);

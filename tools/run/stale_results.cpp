@@ -10,9 +10,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kEstimatorFiles[] = {"trajectory.tum",   "causal.tum",   "smoothed.tum",        "covariance.csv",
-                                           "diagnostics.csv",  "errors.csv",   "field_residuals.csv", "field_cells.csv",
-                                           "stale_places.csv", "summary.json", "calibration.csv",     "platform.yaml"};
+constexpr const char* kEstimatorFiles[] = {
+    "trajectory.tum",  "georeferenced.tum", "causal.tum",          "smoothed.tum",    "covariance.csv",
+    "diagnostics.csv", "errors.csv",        "field_residuals.csv", "field_cells.csv", "stale_places.csv",
+    "summary.json",    "calibration.csv",   "platform.yaml"};
 constexpr const char* kPictures[] = {"map", "error", "distribution", "stale_map"};
 constexpr const char* kEndings[] = {".png", ".pdf", ".svg"};
 

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
@@ -15,6 +14,7 @@
 #include "frontends/maps/shifted_magnetic_map.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
+#include "tools/origin_option.h"
 #include "tools/progress.h"
 #include "tools/writers/output_file.h"
 
@@ -34,21 +34,21 @@ Examples, for a site in UTM coordinates:
 struct ShiftCall {
   std::string file;
   std::string out;
-  std::vector<double> origin_m;
+  Vector3 origin_m = Vector3::Zero();
   bool back = false;
 };
 
-void shift_cloud(const ShiftCall& call, const Vector3& origin_m) {
+void shift_cloud(const ShiftCall& call) {
   const Vector3 none = Vector3::Zero();
   WarningLog warnings;
-  PointCloudWriter writer(call.out, call.back ? origin_m : none);
+  PointCloudWriter writer(call.out, call.back ? call.origin_m : none);
   stream_point_cloud(
       call.file, warnings,
       [&writer](std::span<const Eigen::Vector3f> piece) {
         throw_if_interrupted();
         writer.add(piece);
       },
-      call.back ? none : origin_m);
+      call.back ? none : call.origin_m);
   writer.commit();
   fmt::print("{}: {} points\n", call.out, writer.count());
   for (const auto& [kind, entry] : warnings.entries()) {
@@ -57,8 +57,7 @@ void shift_cloud(const ShiftCall& call, const Vector3& origin_m) {
 }
 
 void shift_trajectory(const ShiftCall& call, const Vector3& shift_m) {
-  Trajectory trajectory = read_trajectory(call.file);
-  for (StampedPose& pose : trajectory) pose.pose.position += shift_m;
+  const Trajectory trajectory = read_trajectory(call.file, -shift_m);
   output_with_ending(call.out, ".tum");
   write_tum(call.out, trajectory, fmt::format("shifted by {:f} {:f} {:f} m", shift_m.x(), shift_m.y(), shift_m.z()));
   fmt::print("{}: {} poses\n", call.out, trajectory.size());
@@ -66,11 +65,9 @@ void shift_trajectory(const ShiftCall& call, const Vector3& shift_m) {
 
 void shift(const ShiftCall& call) {
   catch_interrupts();
-  const Vector3 origin_m(call.origin_m[0], call.origin_m[1], call.origin_m[2]);
-  if (!origin_m.allFinite()) throw InputError("--origin: expected three finite numbers, metres");
-  const Vector3 shift_m = call.back ? origin_m : Vector3(-origin_m);
+  const Vector3 shift_m = call.back ? call.origin_m : Vector3(-call.origin_m);
   const SeemingKind kind = seeming_kind_of_file(call.file);
-  if (kind == SeemingKind::point_cloud) return shift_cloud(call, origin_m);
+  if (kind == SeemingKind::point_cloud) return shift_cloud(call);
   if (kind == SeemingKind::magnetic_map) {
     yaml_output(call.out);
     shift_magnetic_map(call.file, call.out, shift_m);
@@ -93,12 +90,7 @@ void add_shift_command(CLI::App& app, int* code) {
   command->footer(kExamples);
   CommandFiles files(*command);
   files.input(command->add_option("FILE", call->file, "cloud map, magnetic map or trajectory"))->required();
-  command
-      ->add_option("--origin", call->origin_m,
-                   "x,y,z of the site's origin in the georeferenced coordinates, metres; subtracted from all positions")
-      ->delimiter(',')
-      ->expected(3)
-      ->required();
+  add_origin(*command, "subtracted from all positions", call->origin_m)->required();
   command->add_flag("--back", call->back, "add the origin instead: from the site to georeferenced coordinates");
   files
       .output(command->add_option("--out", call->out, "the file to write: .pcd or .ply, .yaml, .tum"),

@@ -10,7 +10,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr const char* kTrajectoryHeader = "# t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends\n";
+const std::string kTrajectoryHeader = fmt::format("# {}\n", kTrajectoryColumns);
 
 std::string diagnostics_header() {
   std::string text = "t_s,health,health_reason,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";

@@ -10,6 +10,9 @@
 
 namespace lodestone {
 
+/// The comment that begins a trajectory file.
+inline constexpr const char* kTrajectoryColumns = "t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends";
+
 /// Writes trajectory.tum (best, without the poses of scans at which the estimator was lost), causal.tum, smoothed.tum
 /// (if a batch refines the trajectory), covariance.csv (of best) and diagnostics.csv (one row per scan, from the causal
 /// step) into a folder. The files appear with `finish`.
