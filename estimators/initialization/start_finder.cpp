@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/imu/scan_motion.h"
+#include "core/lidar/scan_sampling.h"
 #include "core/parallel.h"
 #include "estimators/initialization/start_track.h"
 
@@ -19,6 +20,7 @@ constexpr std::size_t kLeastPoints = 100;  // least points of a scan for the sea
 constexpr double kReadingSpan_s = 0.05;
 constexpr double kFinalistMargin = 14.0;  // log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
+constexpr double kTrackedVoxels = 2.0;    // edge of the voxels that thin a tracked scan, in those of an estimator
 constexpr double kFirstLook_s = 1.0;      // of tracking, before deciding whether more data is required
 constexpr double kSettled_s = 0.5;        // of tracking, after which the pose has converged
 constexpr double kLeastLag_s = 0.2;       // between the two poses that a velocity is computed from
@@ -38,14 +40,19 @@ std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
   return samples;
 }
 
+/// The bundle with a part of its points: of all hypotheses, each scan is sampled once.
+ScanBundle sampled(ScanBundle bundle, const SensorSuite& suite, const ScanSamplingOptions& sampling) {
+  bundle.scan.points = sample_scan(bundle.scan, suite.lidars(), sampling);
+  return bundle;
+}
+
 /// Evidence of one scan for a hypothesis: LiDAR and field at the state of its track, or at the pose near it with which
 /// the readings fit best, if both together are then more likely. Where the scan sees only people, they turn the track
 /// by degrees, and this error would decide between places whose field is alike.
 StartCandidate weigh_scan(const ScanBundle& bundle, const NavState& state, const EstimatorInput& input,
                           const StartEvidence& evidence, double& nowhere) {
   const Quaternion to_imu = state.T_map_imu.rotation.conjugate();
-  const StartScan scan = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * state.velocity, input.suite,
-                                       input.options.lidar.sampling.voxel_m);
+  const StartScan scan = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * state.velocity, input.suite);
   const std::vector<Eigen::Vector3f> points = above_floor(scan);
   const auto array = reading_at_end(bundle, state, input.suite);
   const ArrayReading* readings = array ? &*array : nullptr;
@@ -94,8 +101,8 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
   Pose registered = end;
   for (int round = 0; round < 2; ++round) {
     const Quaternion to_imu = registered.rotation.conjugate();
-    const StartScan again = prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * (velocity + correction),
-                                          input.suite, input.options.lidar.sampling.voxel_m);
+    const StartScan again =
+        prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * (velocity + correction), input.suite);
     registered = register_scan(again.points, end, *planes, again.lidars, input.options.lidar.association).T_map_imu;
     if (lag_s >= kLeastLag_s) correction = (end.position - registered.position) / lag_s;
   }
@@ -160,7 +167,8 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   }
   const auto first = static_cast<std::size_t>(usable - bundles.begin());
   const std::span<const ScanBundle> rest = bundles.subspan(first);
-  const ScanBundle& bundle = rest.front();
+  const ScanSamplingOptions& sampling = input_.options.lidar.sampling;
+  const ScanBundle bundle = sampled(rest.front(), input_.suite, sampling);
 
   // The first scan, as if the robot were at rest.
   const std::vector<ImuSample> imu = imu_of(rest.size() > 1 ? rest.subspan(1) : rest);
@@ -168,8 +176,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   still.T_map_imu.rotation = level_attitude(mean_up(imu));
   still.gravity = Vector3(0.0, 0.0, -input_.suite.gravity_m_s2);
   const Vector3 up = still.T_map_imu.rotation.conjugate() * Vector3::UnitZ();
-  const StartScan scan =
-      prepare_start(bundle, up, Vector3::Zero(), input_.suite, input_.options.lidar.sampling.voxel_m);
+  const StartScan scan = prepare_start(bundle, up, Vector3::Zero(), input_.suite);
   const auto array = reading_at_end(bundle, still, input_.suite);
   const StartCandidates candidates = search_->find(scan, array ? &*array : nullptr);
   result.candidates = candidates.found.size();
@@ -196,6 +203,8 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   std::vector<double> probabilities(finalists.size());
   std::size_t best = 0;
   std::size_t tracked = 0;
+  std::vector<ScanBundle> thinned;
+  const ScanSamplingOptions thinning{kTrackedVoxels * sampling.voxel_m, sampling.max_points};
   const auto end_of = [&](double seconds) {
     std::size_t count = 1;
     while (count < rest.size() && to_seconds(rest[count].scan.end - bundle.scan.start) <= seconds + 1e-3) ++count;
@@ -204,31 +213,38 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   for (const double look_s : {std::min(kFirstLook_s, options_.data_s), options_.data_s}) {
     const std::size_t upto = end_of(look_s);
     if (upto == tracked) break;
-    parallel_for(std::size_t{0}, finalists.size(),
-                 [&](std::size_t i) { finalists[i].track.follow(rest.subspan(tracked, upto - tracked)); });
+    for (std::size_t k = tracked; k < upto; ++k) thinned.push_back(sampled(rest[k], input_.suite, thinning));
+    const std::span<const ScanBundle> next = std::span(thinned).subspan(tracked);
+    parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
+      if (!finalists[i].doubled) finalists[i].track.follow(next);
+    });
     tracked = upto;
     const std::vector<std::size_t> stations = stations_of(finalists[best].track.states());
+    std::vector<ScanBundle> weighed;
+    for (const std::size_t station : stations) weighed.push_back(sampled(rest[station], input_.suite, sampling));
     parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       Finalist& finalist = finalists[i];
+      if (finalist.doubled) return;
       finalist.log_likelihood = finalist.nowhere = 0.0;
-      for (const std::size_t station : stations) {
+      for (std::size_t s = 0; s < stations.size(); ++s) {
         double nowhere = 0.0;
         const StartCandidate at =
-            weigh_scan(rest[station], finalist.track.states()[station], input_, search_->evidence(), nowhere);
-        if (station == stations.front()) finalist.last = at;
+            weigh_scan(weighed[s], finalist.track.states()[stations[s]], input_, search_->evidence(), nowhere);
+        if (s == 0) finalist.last = at;
         finalist.log_likelihood += at.log_likelihood;
         finalist.nowhere += nowhere;
       }
     });
-    // Finalists that have converged to the same pose are merged.
-    std::vector<std::size_t> order(finalists.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    // Finalists that have converged to the same pose are merged: the best of them is tracked.
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < finalists.size(); ++i) {
+      if (!finalists[i].doubled) order.push_back(i);
+    }
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
       return finalists[a].log_likelihood > finalists[b].log_likelihood;
     });
     for (std::size_t a = 0; a < order.size(); ++a) {
       Finalist& finalist = finalists[order[a]];
-      finalist.doubled = false;
       for (std::size_t b = 0; b < a && !finalist.doubled; ++b) {
         const Vector6 apart = finalist.last.T_map_imu.boxminus(finalists[order[b]].last.T_map_imu);
         finalist.doubled =

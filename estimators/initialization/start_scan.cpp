@@ -7,7 +7,6 @@
 #include <tuple>
 
 #include "core/lidar/deskew.h"
-#include "core/lidar/scan_sampling.h"
 
 namespace lodestone {
 
@@ -97,17 +96,16 @@ std::optional<GroundPlane> find_ground(std::span<const Eigen::Vector3f> points, 
 }
 
 StartScan prepare_start(const ScanBundle& bundle, const Vector3& up_at_end, const Vector3& velocity_imu,
-                        const SensorSuite& suite, double voxel_m) {
+                        const SensorSuite& suite) {
   StartScan result;
   result.up = up_at_end;
   NavState end;
   end.T_map_imu.rotation = level_attitude(up_at_end);
   end.velocity = end.T_map_imu.rotation * velocity_imu;
   end.gravity = Vector3(0.0, 0.0, -suite.gravity_m_s2);
-  const ScanSamplingOptions sampling{voxel_m, 20000};
-  const std::vector<LidarPoint> sampled = sample_scan(bundle.scan, suite.lidars(), sampling);
-  result.points = deskew(sampled, bundle.scan.start, ScanMotion(end, bundle.imu), suite.lidar.T_imu_lidar);
-  result.lidars = ScanLidars(suite.lidars(), sampled);
+  const std::vector<LidarPoint>& points = bundle.scan.points;
+  result.points = deskew(points, bundle.scan.start, ScanMotion(end, bundle.imu), suite.lidar.T_imu_lidar);
+  result.lidars = ScanLidars(suite.lidars(), points);
   result.ground = find_ground(result.points, up_at_end);
   return result;
 }

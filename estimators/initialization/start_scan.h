@@ -38,10 +38,10 @@ Quaternion level_attitude(const Vector3& up);
 /// from triples of points in a fixed sequence, so that the same scan gives the same plane.
 std::optional<GroundPlane> find_ground(std::span<const Eigen::Vector3f> points, const Vector3& up);
 
-/// Prepares a scan. `voxel_m`: size of the voxels that keep one point each. `velocity_imu`: m/s, imu frame at the
-/// scan's end; zero if unknown.
+/// Prepares all points of a scan, which is sampled already. `velocity_imu`: m/s, imu frame at the scan's end; zero if
+/// unknown.
 StartScan prepare_start(const ScanBundle& bundle, const Vector3& up_at_end, const Vector3& velocity_imu,
-                        const SensorSuite& suite, double voxel_m);
+                        const SensorSuite& suite);
 
 /// Attitude at yaw 0 in which the floor is level. If gravity and the floor differ by more than 3° (a ramp, or no
 /// floor), the attitude from gravity.

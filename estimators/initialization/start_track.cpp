@@ -14,7 +14,8 @@ constexpr double kVelocitySigma_m_s = 1.5;
 EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start) {
   input.initial_pose = pose_at_start;
   input.initial_velocity = Vector3::Zero();
-  input.warnings = nullptr;  // problems of a wrong hypothesis are no warnings of the run
+  input.warnings = nullptr;                    // problems of a wrong hypothesis are no warnings of the run
+  input.options.lidar.sampling.voxel_m = 0.0;  // keeps all points
   InitialOptions& initial = input.options.initial;
   initial.position_sigma_m = kPositionSigma_m;
   initial.rotation_sigma_deg = kRotationSigma_deg;

@@ -13,7 +13,7 @@ class StartTrack {
   /// `pose_at_start`: T_map_imu at the first bundle's scan start, accurate to about 0.2 m; the velocity is unknown.
   StartTrack(const EstimatorInput& input, const Pose& pose_at_start);
 
-  /// Processes further bundles, in order of time.
+  /// Processes further bundles, in order of time, with all points of their scans.
   void follow(std::span<const ScanBundle> bundles);
 
   /// State at the end of each scan so far.
