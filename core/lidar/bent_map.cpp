@@ -265,7 +265,7 @@ class BentMap {
     return scaled - weight_.cwiseInverse().asDiagonal() * factor_.solve(scaled);
   }
 
-  /// What the scan observes of the pose, without the information that errors of normals pretend.
+  /// What the scan observes of the pose, without the apparent information from errors of normals.
   void observe() {
     const Matrix6 taken = taken_ * coupling_.transpose();
     Matrix6 noise = scan_.information - taken - taken.transpose() + taken_ * weight_.asDiagonal() * taken_.transpose();

@@ -11,20 +11,20 @@
 namespace lodestone {
 
 /// Streams the positions of a LAS file (ASPRS LAS 1.0 to 1.4, point formats 0 to 10, not compressed). Points that the
-/// surveyor has marked as withheld or as noise (classes 7 and 18) are left out. Announced sizes are not trusted.
+/// surveyor has marked as withheld or as noise (classes 7 and 18) are ignored. Announced sizes are not trusted.
 class LasPoints {
  public:
   /// Reads the header. Throws InputError if the file is compressed (LAZ), cut off, or its header is invalid.
   explicit LasPoints(const std::string& path);
 
-  /// Number of points in the file, with those that are left out.
+  /// Number of points in the file, with those that are ignored.
   std::uint64_t count() const { return count_; }
 
   /// The next point's position in the file's coordinates, metres; false after the last one. Throws InputError if the
   /// file cannot be read.
   bool next(Vector3& position);
 
-  /// Points left out so far.
+  /// Points ignored so far.
   std::int64_t left_out() const { return left_out_; }
 
  private:

@@ -105,7 +105,7 @@ std::string image_beside(const std::string& yaml_path, const ConfigurationNode& 
 }
 
 double rounded(double value_m) {
-  return std::round(value_m * 1e6) * 1e-6 + 0.0;
+  return std::round(value_m * 1e6) / 1e6 + 0.0;
 }
 
 void subtract(const Vector3& origin_m, FieldGrid& grid) {

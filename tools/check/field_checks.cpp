@@ -88,13 +88,13 @@ class FieldCheck {
   void reassign_exchanged(std::vector<FieldSeries>& all) {
     const std::vector<std::size_t> followed = match_mounts(all);
     std::vector<FieldSeries> right = all;
-    std::set<std::size_t> told;
+    std::set<std::size_t> reported;
     for (std::size_t j = 0; j < all.size(); ++j) {
       if (followed[j] == j) continue;
       right[followed[j]] = exchanged(all[followed[j]], all[j]);
-      if (told.count(j) > 0) continue;
+      if (reported.count(j) > 0) continue;
       std::string ring = name_of(j), change;
-      for (std::size_t k = j; told.insert(k).second; k = followed[k]) {
+      for (std::size_t k = j; reported.insert(k).second; k = followed[k]) {
         ring += " -> " + name_of(followed[k]);
         const MagnetometerMessageLayout& read = platform_.magnetometers[k];
         const bool whole_array = read.topic == platform_.magnetometers[followed[k]].topic;

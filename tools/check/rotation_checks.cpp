@@ -132,7 +132,7 @@ std::string reason_unobservable(const std::optional<RotationFit>& fit) {
                        unobservable);
   }
   if (fit->correlation > RotationFit::least_correlation) {
-    return fmt::format("{} scans with turns of {:.3f} rad/s rms tell the turning axis to {:.1f} deg only: {}",
+    return fmt::format("{} scans with turns of {:.3f} rad/s rms determine the turning axis to {:.1f} deg only: {}",
                        fit->intervals, fit->excitation_rad_s, fit->axis_sigma_rad() * degrees_per_radian, unobservable);
   }
   return fmt::format(
@@ -146,7 +146,7 @@ std::string reason_unobservable(const std::optional<RotationFit>& fit) {
 Findings check_rotation(const std::optional<RotationFit>& fit, const Platform& platform, std::size_t lidar) {
   Findings findings;
   if (!fit || !fit->axis_observable()) {
-    findings.push_back({Severity::note, "clock.untold", reason_unobservable(fit),
+    findings.push_back({Severity::note, "clock.unobservable", reason_unobservable(fit),
                         fit ? "increase --seconds; use a part of the log with turns" : ""});
   } else {
     findings.push_back(clock_finding(*fit, platform, lidar));

@@ -303,7 +303,7 @@ void BagIndex::load(const Chunk& chunk, LoadedSegment& loaded) {
   if (!wrong.empty() && count.messages > 0) {  // the order of chunks is that of the index
     const auto early =
         std::erase_if(loaded.entries, [&](const SegmentEntry& entry) { return entry.time < count.begin; });
-    if (early > 0) wrong += fmt::format("; {} messages before the time in the index are left out", early);
+    if (early > 0) wrong += fmt::format("; {} messages before the time in the index are ignored", early);
   }
   if (wrong.empty() || chunk.cut || !lost_.insert(chunk.data).second) return;
   warnings_.add("log.damaged_chunk",

@@ -266,7 +266,7 @@ TEST(BentMap, OfAMapThatIsNotDisplacedIsTheLeastSquares) {
   EXPECT_TRUE(fit_in_bent_map({}, kInHall, MapErrorVariances::Ones()).straightened.empty());
 }
 
-// Along a direction that only errors of normals pretend to show, the scan sees nothing.
+// Along a direction that only errors of normals seem to show, the scan observes nothing.
 TEST(BentMap, DoesNotSeeWhatNormalsPretend) {
   Random random(15);
   Displacement none(0.0, random);

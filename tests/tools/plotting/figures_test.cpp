@@ -258,7 +258,7 @@ TEST_F(RunFolder, GivesSeriesStretchesTracks) {
   EXPECT_NEAR(errors.time_s[1], 0.2, 1e-9);
   EXPECT_EQ(errors.error_m, (std::vector<double>{0.5, 1.0}));
   const auto intervals = read_degenerate_stretches(folder_.path(), begin);
-  ASSERT_EQ(intervals.size(), 1U) << "the gap of 0.4 s is bridged, the single scan left out";
+  ASSERT_EQ(intervals.size(), 1U) << "the gap of 0.4 s is bridged, the single scan ignored";
   EXPECT_NEAR(intervals[0].first, 1.9, 1e-9);
   EXPECT_NEAR(intervals[0].second, 3.9, 1e-9);
   const ResidualTrack residuals = read_residuals(folder_.path(), begin);
