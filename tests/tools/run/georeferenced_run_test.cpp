@@ -22,7 +22,12 @@ const Vector3 origin_m(432000.25, 4583000.5, 87.0);
 class GeoreferencedRun : public testing::Test {
  protected:
   void SetUp() override {
-    std::ofstream(folder_ / "office.yaml") << office_world;
+    std::string world = office_world;
+    const std::string sensors = "sensors:\n";
+    world.insert(world.find(sensors) + sensors.size(),
+                 "  magnetometer_mounts:\n    - {name: front, position_m: [0.3, 0.25, -0.08]}\n"
+                 "    - {name: rear, position_m: [-0.3, -0.25, -0.08]}\n");
+    std::ofstream(folder_ / "office.yaml") << world;
     expect_done("simulate " + path("office.yaml") + " --only log,cloud --out " + path("site"));
     expect_done("map magnetic " + path("site/log.bag") + " --trajectory " + path("site/truth.tum") + " --platform " +
                 path("site/platform.yaml") + " --out " + path("site/field.yaml"));
