@@ -4,7 +4,7 @@
 #
 #   sanitized shards   tools/run_sanitized.sh, see there
 #   long               the tests in tests/long_tests.txt, by ctest
-#   fuzz               tools/fuzz.sh, half a minute for each boundary
+#   fuzz-1, fuzz-2     tools/fuzz.sh, a minute for each boundary, half of them in each turn
 #   sources            every source compiled alone, without precompiled headers, and clang-tidy for the sources of
 #                      recent commits
 #
@@ -28,7 +28,8 @@ turns=(
   "address-estimators-6"
   "address-estimators-7"
   "address-estimators-8"
-  "fuzz"
+  "fuzz-1"
+  "fuzz-2"
   "thread-tools-1 thread-tools-2"
   "thread-tools-3 thread-tools-4"
   "address-tools-1 address-tools-2"
@@ -65,9 +66,9 @@ run() {
       ctest --test-dir "${LODESTONE_BUILD:-$root/build/release}" -C Long -L long --no-tests=error \
         --output-on-failure -j"$(nproc)"
       ;;
-    fuzz)
+    fuzz-*)
       "$root/tools/setup.sh" clang llvm libclang-rt-14-dev
-      "$root/tools/fuzz.sh" 30
+      LODESTONE_HALF=${1#fuzz-} "$root/tools/fuzz.sh" 60
       ;;
     sources) compile_sources ;;
     *) "$root/tools/run_sanitized.sh" $1 ;;
