@@ -18,7 +18,9 @@ constexpr double kFloorThickness_m = 0.15;
 constexpr double kSearchRange_m = 40.0;  // points farther from the robot are ignored by the search
 constexpr int kSearchPoints = 500;       // number of points of the scan that the search uses, evenly distributed
 constexpr std::size_t kJudgedPoints = 1500;
-constexpr std::size_t kRegisteredPoints = 2500;  // of the scan, at each of some hundred places
+constexpr std::size_t kFewPoints = 600;          // of the scan, registered at each of some hundred places
+constexpr std::size_t kRegisteredPoints = 2500;  // registered at the best of these places
+constexpr std::size_t kRegisteredTwice = 40;
 constexpr double kTilesTogether_m = 32.0;
 constexpr double kSamePlace_m = 0.25;
 constexpr double kSameHeading_rad = 3.0 * degree;
@@ -36,6 +38,21 @@ std::vector<SiteLevel> levels_of(const PlaneMapSource& planes) {
 bool is_same(const Pose& a, const Pose& b) {
   const Vector6 difference = a.boxminus(b);
   return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSameHeading_rad;
+}
+
+/// Best first; of those at the same place, the best.
+std::vector<StartCandidate> different(std::vector<StartCandidate> candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(), [](const StartCandidate& a, const StartCandidate& b) {
+    return a.log_likelihood > b.log_likelihood;
+  });
+  std::vector<StartCandidate> result;
+  for (const StartCandidate& candidate : candidates) {
+    const bool known = std::any_of(result.begin(), result.end(), [&](const StartCandidate& other) {
+      return is_same(other.T_map_imu, candidate.T_map_imu);
+    });
+    if (!known) result.push_back(candidate);
+  }
+  return result;
 }
 
 template <class Point>
@@ -125,9 +142,6 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   const double height_m = height_above_floor(scan);
   const std::vector<SearchPoint> points = search_points(scan, kSearchRange_m, kSearchPoints);
   const std::vector<Eigen::Vector3f> judged = above_floor(scan);
-  const std::vector<Eigen::Vector3f> registered_points = thinned(scan.points, kRegisteredPoints);
-  ScanLidars registered_lidars = scan.lidars;
-  registered_lidars.of_points = thinned(scan.lidars.of_points, kRegisteredPoints);
   result.search_points = static_cast<int>(points.size());
 
   PlaceSearchResult by_lidar = search_.best(points);
@@ -145,25 +159,27 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   std::stable_sort(places.begin(), places.end(), [&](const Place& a, const Place& b) { return tile(a) < tile(b); });
 
   std::vector<StartCandidate> candidates(places.size());
-  parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
-    StartCandidate& candidate = candidates[i];
-    const Pose rough = pose_of(places[i], attitude, height_m);
-    const auto planes = planes_.around(rough.position);
-    const RegisteredScan registered = register_scan(registered_points, rough, *planes, registered_lidars, association_);
+  for (std::size_t i = 0; i < places.size(); ++i) candidates[i].T_map_imu = pose_of(places[i], attitude, height_m);
+  const auto register_with = [&](std::size_t most_points, std::size_t count) {
+    const std::vector<Eigen::Vector3f> points = thinned(scan.points, most_points);
+    ScanLidars lidars = scan.lidars;
+    lidars.of_points = thinned(scan.lidars.of_points, most_points);
     // The errors of a scan's many points are correlated, so its information is reduced.
-    candidate.T_map_imu = evidence_.moved_by_field(registered.T_map_imu, 0.1 * registered.information, array)
-                              .value_or(registered.T_map_imu);
-    evidence_.weigh(judged, array, *planes, candidate);
-  });
-  std::stable_sort(candidates.begin(), candidates.end(), [](const StartCandidate& a, const StartCandidate& b) {
-    return a.log_likelihood > b.log_likelihood;
-  });
-  for (const StartCandidate& candidate : candidates) {
-    const bool known = std::any_of(result.found.begin(), result.found.end(), [&](const StartCandidate& other) {
-      return is_same(other.T_map_imu, candidate.T_map_imu);
+    const double share = 0.1 * static_cast<double>(std::min(scan.points.size(), kRegisteredPoints)) /
+                         static_cast<double>(std::max<std::size_t>(points.size(), 1));
+    parallel_for(std::size_t{0}, std::min(count, candidates.size()), [&](std::size_t i) {
+      StartCandidate& candidate = candidates[i];
+      const auto planes = planes_.around(candidate.T_map_imu.position);
+      const RegisteredScan registered = register_scan(points, candidate.T_map_imu, *planes, lidars, association_);
+      candidate.T_map_imu = evidence_.moved_by_field(registered.T_map_imu, share * registered.information, array)
+                                .value_or(registered.T_map_imu);
+      evidence_.weigh(judged, array, *planes, candidate);
     });
-    if (!known) result.found.push_back(candidate);
-  }
+    candidates = different(std::move(candidates));
+  };
+  register_with(kFewPoints, candidates.size());
+  register_with(kRegisteredPoints, kRegisteredTwice);
+  result.found = std::move(candidates);
   return result;
 }
 
