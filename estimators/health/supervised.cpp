@@ -176,8 +176,7 @@ std::optional<StartHypothesis> Supervised::search() {
     if (finder_ == nullptr) finder_ = std::make_unique<StartFinder>(input_);
     std::vector<ScanBundle> bundles;
     for (const Kept& kept : kept_) bundles.push_back(kept.bundle);
-    FoundStart found = finder_->find(bundles);
-    if (found.sure) return found.best.front();
+    return finder_->find_sure(bundles);
   } catch (const InputError&) {
     // No scan with points, or a map without a floor.
   }

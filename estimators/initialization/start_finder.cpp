@@ -156,6 +156,16 @@ StartFinder::StartFinder(const EstimatorInput& input) : input_(input), options_(
 }
 
 FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
+  return find(bundles, true);
+}
+
+std::optional<StartHypothesis> StartFinder::find_sure(std::span<const ScanBundle> bundles) const {
+  const FoundStart found = find(bundles, false);
+  if (!found.sure) return std::nullopt;
+  return found.best.front();
+}
+
+FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_too) const {
   FoundStart result;
   const auto usable = std::find_if(bundles.begin(), bundles.end(),
                                    [](const ScanBundle& bundle) { return bundle.scan.points.size() >= kLeastPoints; });
@@ -198,6 +208,12 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
   double others = 0.0;
   for (std::size_t i = finalists.size(); i < candidates.found.size(); ++i) {
     others += std::exp(candidates.found[i].log_likelihood - candidates.found.front().log_likelihood);
+  }
+
+  // The others keep their share of the probability, whatever the tracks of the finalists show.
+  if (!unsure_too && !(1.0 / (1.0 + others) >= options_.min_probability)) {
+    result.doubt = "too many places fit the first scan alike";
+    return result;
   }
 
   std::vector<double> probabilities(finalists.size());

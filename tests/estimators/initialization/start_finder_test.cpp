@@ -87,6 +87,9 @@ TEST_F(StartInARoom, IsFoundWhereTheFieldTellsTheEndsApart) {
     EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 0.05);
     EXPECT_LT(angle_deg(found.best.front().T_map_imu, log.truth), 0.5);
     EXPECT_LT(found.best.front().velocity.norm(), 0.1);
+    const auto sure = finder.find_sure(log.bundles);
+    ASSERT_TRUE(sure.has_value());
+    EXPECT_EQ(sure->T_map_imu.boxminus(found.best.front().T_map_imu).norm(), 0.0);
   }
 }
 
@@ -98,6 +101,7 @@ TEST_F(StartInARoom, IsNotSureByLidarAlone) {
     const Beginning log = beginning(start);
     const FoundStart found = finder.find(log.bundles);
     EXPECT_FALSE(found.sure);
+    EXPECT_FALSE(finder.find_sure(log.bundles).has_value());
     ASSERT_GE(found.best.size(), 2U);
     // Both ends are among the results: one is the ground truth, the other opposite.
     const Pose opposite{Quaternion(Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitZ())) * log.truth.rotation,
