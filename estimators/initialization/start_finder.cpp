@@ -20,7 +20,6 @@ constexpr std::size_t kLeastPoints = 100;  // least points of a scan for the sea
 constexpr double kReadingSpan_s = 0.05;
 constexpr double kFinalistMargin = 14.0;  // log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
-constexpr double kTrackedVoxels = 2.0;    // edge of the voxels that thin a tracked scan, in those of an estimator
 constexpr double kFirstLook_s = 1.0;      // of tracking, before deciding whether more data is required
 constexpr double kSettled_s = 0.5;        // of tracking, after which the pose has converged
 constexpr double kLeastLag_s = 0.2;       // between the two poses that a velocity is computed from
@@ -40,7 +39,7 @@ std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
   return samples;
 }
 
-/// The bundle with a part of its points: of all hypotheses, each scan is sampled once.
+/// The bundle with a part of its points: each scan is sampled once for all hypotheses.
 ScanBundle sampled(ScanBundle bundle, const SensorSuite& suite, const ScanSamplingOptions& sampling) {
   bundle.scan.points = sample_scan(bundle.scan, suite.lidars(), sampling);
   return bundle;
@@ -219,8 +218,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
   std::vector<double> probabilities(finalists.size());
   std::size_t best = 0;
   std::size_t tracked = 0;
-  std::vector<ScanBundle> thinned;
-  const ScanSamplingOptions thinning{kTrackedVoxels * sampling.voxel_m, sampling.max_points};
+  std::vector<ScanBundle> scans;
   const auto end_of = [&](double seconds) {
     std::size_t count = 1;
     while (count < rest.size() && to_seconds(rest[count].scan.end - bundle.scan.start) <= seconds + 1e-3) ++count;
@@ -229,24 +227,22 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
   for (const double look_s : {std::min(kFirstLook_s, options_.data_s), options_.data_s}) {
     const std::size_t upto = end_of(look_s);
     if (upto == tracked) break;
-    for (std::size_t k = tracked; k < upto; ++k) thinned.push_back(sampled(rest[k], input_.suite, thinning));
-    const std::span<const ScanBundle> next = std::span(thinned).subspan(tracked);
+    for (std::size_t k = tracked; k < upto; ++k) scans.push_back(sampled(rest[k], input_.suite, sampling));
+    const std::span<const ScanBundle> next = std::span(scans).subspan(tracked);
     parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       if (!finalists[i].doubled) finalists[i].track.follow(next);
     });
     tracked = upto;
     const std::vector<std::size_t> stations = stations_of(finalists[best].track.states());
-    std::vector<ScanBundle> weighed;
-    for (const std::size_t station : stations) weighed.push_back(sampled(rest[station], input_.suite, sampling));
     parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       Finalist& finalist = finalists[i];
       if (finalist.doubled) return;
       finalist.log_likelihood = finalist.nowhere = 0.0;
-      for (std::size_t s = 0; s < stations.size(); ++s) {
+      for (const std::size_t station : stations) {
         double nowhere = 0.0;
         const StartCandidate at =
-            weigh_scan(weighed[s], finalist.track.states()[stations[s]], input_, search_->evidence(), nowhere);
-        if (s == 0) finalist.last = at;
+            weigh_scan(scans[station], finalist.track.states()[station], input_, search_->evidence(), nowhere);
+        if (station == stations.front()) finalist.last = at;
         finalist.log_likelihood += at.log_likelihood;
         finalist.nowhere += nowhere;
       }
