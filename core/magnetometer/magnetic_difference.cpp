@@ -6,6 +6,7 @@
 #include <numeric>
 #include <optional>
 
+#include "core/middle_value.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -161,12 +162,10 @@ void add_figures(MagneticDifference& result) {
   }
   if (changes.empty()) return;
   const auto count = static_cast<double>(changes.size());
-  const auto nth = changes.begin() + static_cast<std::ptrdiff_t>(0.95 * (count - 1.0));
-  std::nth_element(changes.begin(), nth, changes.end());
   result.nodes = static_cast<std::int64_t>(changes.size());
   result.mean_ut = sum / count;
   result.rms_ut = std::sqrt(squares / count);
-  result.high_ut = *nth;
+  result.high_ut = value_at_share(changes, 0.95);
   result.normalized_rms = std::sqrt(normalized / count / 3.0);
   result.share_above_three_sigma = static_cast<double>(above) / count;
 }

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/magnetometer/sparse_field_nodes.h"
+#include "core/middle_value.h"
 #include "frontends/configuration/options.h"
 #include "frontends/maps/field_table.h"
 #include "frontends/messages/sensor_checks.h"
@@ -203,8 +204,7 @@ class Importer {
       if (std::isfinite(size)) sizes.push_back(size);
     }
     if (sizes.empty()) fail("no line has a field");
-    std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
-    const double median = sizes[sizes.size() / 2];
+    const double median = middle_value(std::move(sizes));
     const auto told = options_.unit ? options_.unit : table_.unit;
     unit_from_size_ = !told;
     const std::string fitting = fitting_field_unit(median);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/middle_value.h"
 #include "tools/plotting/axes.h"
 #include "tools/plotting/pictures.h"
 
@@ -16,10 +17,7 @@ constexpr double kRight = kWidth - 40.0;
 double value_at(std::vector<double> values, double share) {
   values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }),
                values.end());
-  if (values.empty()) return 0.0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * (static_cast<double>(values.size()) - 1.0));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
+  return values.empty() ? 0.0 : value_at_share(values, share);
 }
 
 /// Linear if all errors are of similar size; logarithmic if one estimator's errors are many times larger.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/middle_value.h"
 
 namespace lodestone {
 
@@ -163,10 +164,7 @@ double quantile(const cv::Mat1f& values, double share) {
   std::vector<float> known;
   std::copy_if(values.begin(), values.end(), std::back_inserter(known),
                [](float value) { return std::isfinite(value); });
-  if (known.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto place = known.begin() + static_cast<std::ptrdiff_t>(share * (static_cast<double>(known.size()) - 1.0));
-  std::nth_element(known.begin(), place, known.end());
-  return *place;
+  return known.empty() ? std::numeric_limits<double>::quiet_NaN() : value_at_share(known, share);
 }
 
 }  // namespace lodestone

@@ -9,23 +9,9 @@
 #include "core/nearest_name.h"
 #include "frontends/configuration/number_text.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/logs/csv/csv_text.h"
 
 namespace lodestone {
-
-namespace {
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::size_t begin = 0;
-  for (std::size_t comma = line.find(','); comma != std::string::npos; comma = line.find(',', begin)) {
-    cells.push_back(line.substr(begin, comma - begin));
-    begin = comma + 1;
-  }
-  cells.push_back(line.substr(begin));
-  return cells;
-}
-
-}  // namespace
 
 CsvTable::CsvTable(const std::filesystem::path& path) : path_(path.string()) {
   std::ifstream file(path);
@@ -35,7 +21,8 @@ CsvTable::CsvTable(const std::filesystem::path& path) : path_(path.string()) {
     ++number;
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty() || line.front() == '#') continue;
-    std::vector<std::string> cells = cells_of(line);
+    const std::vector<std::string_view> parts = split_cells(line);
+    std::vector<std::string> cells(parts.begin(), parts.end());
     if (header_.empty()) {
       header_ = std::move(cells);
       continue;
