@@ -10,6 +10,7 @@
 #include "core/nearest_name.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/report/json_file.h"
+#include "tools/run/folder_lock.h"
 
 namespace lodestone {
 
@@ -31,7 +32,10 @@ RunHeader read_run_header(const fs::path& folder) {
         fmt::format("{}: there is no such folder; give the --out folder of `lodestone run`", folder.string()));
   }
   const char* unfinished = "{}: the run is not finished; repeat the call of `lodestone run` with --resume";
-  if (fs::exists(folder / "checkpoint")) throw InputError(fmt::format(fmt::runtime(unfinished), folder.string()));
+  if (fs::exists(folder / "checkpoint")) {
+    const FolderLock refuses_a_run_in_progress(folder);
+    throw InputError(fmt::format(fmt::runtime(unfinished), folder.string()));
+  }
   const fs::path path = folder / "summary.json";
   if (!fs::exists(path)) {
     throw InputError(fmt::format("{}: has no summary.json; give the --out folder of `lodestone run`", folder.string()));

@@ -47,7 +47,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
   const std::string owner = taken ? lock_owner(descriptor) : "";
   ::close(descriptor);
   if (!taken) return;
-  throw InputError(fmt::format("{}: {} writes its results there; wait until that run ends, or choose another --out",
+  throw InputError(fmt::format("{}: {} writes its results there; wait until that run ends, or choose another folder",
                                folder.string(), owner));
 }
 

@@ -16,6 +16,7 @@
 #include "frontends/logs/ros2/sqlite_handle.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/tools/program_runner.h"
+#include "tools/run/folder_lock.h"
 #include "tests/tools/run/office_world.h"
 #include "tools/writers/covariance_file.h"
 
@@ -223,6 +224,10 @@ TEST_F(ExportCommand, RefusesInOneLine) {
   fs::create_directory(path("killed"));
   fs::create_directory(path("killed/checkpoint"));
   expect_refused("export " + path("killed") + " --to mcap", "is not finished");
+  {
+    const FolderLock running(path("killed"));
+    expect_refused("export " + path("killed") + " --to mcap", "wait until that run ends");
+  }
   EXPECT_FALSE(fs::exists(path("killed/export.mcap")));
 }
 

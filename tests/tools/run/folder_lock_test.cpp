@@ -21,7 +21,7 @@ TEST(FolderLock, ASecondRunIntoTheFolderIsRefused) {
       "run " + (folder / "log.bag").string() + " --platform absent.yaml --cloud absent.pcd --out " + out.string();
   std::optional<FolderLock> lock(std::in_place, out);
   ASSERT_TRUE(lock->locked());
-  expect_refused(call, "writes its results there; wait until that run ends, or choose another --out");
+  expect_refused(call, "writes its results there; wait until that run ends, or choose another folder");
   EXPECT_THROW(FolderLock{out}, InputError);
   EXPECT_TRUE(std::filesystem::is_empty(out));
   lock.reset();
