@@ -169,8 +169,20 @@ Trajectory read_trajectory(const std::string& path, const Vector3& origin_m) {
   return trajectory;
 }
 
-std::string pose_text(const Pose& pose) {
-  const Vector3& p = pose.position;
+Trajectory read_site_trajectory(const std::string& path, const Vector3& origin_m) {
+  constexpr double kFarthest_m = 1e5;
+  Trajectory trajectory = read_trajectory(path, origin_m);
+  const Vector3& at = trajectory.front().pose.position;
+  if (at.cwiseAbs().maxCoeff() < kFarthest_m) return trajectory;
+  throw InputError(
+      fmt::format("{}: the first pose is ({:.0f}, {:.0f}, {:.0f}) m from the origin; expected less than 100 km; {}",
+                  path, at.x(), at.y(), at.z(),
+                  origin_m.isZero(0.0) ? "give an origin at the site with --origin x,y,z"
+                                       : "correct --origin, or omit it if the file's origin is at the site"));
+}
+
+std::string pose_text(const Pose& pose, const Vector3& origin_m) {
+  const Vector3 p = pose.position + origin_m;
   const Quaternion& q = pose.rotation;
   return fmt::format("{:.3f} {:.3f} {:.3f} {:.5f} {:.5f} {:.5f} {:.5f}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(),
                      q.w());

@@ -151,9 +151,13 @@ class PositionStream {
       const Vector3 near = kRoundOrigin_m * ((first_off_site_ + origin_m_) / kRoundOrigin_m).array().round();
       throw InputError(fmt::format(
           "{}: the origin is far away, a point is at ({:.0f}, {:.0f}, {:.0f}) m, where the precision of floats is "
-          "centimetres or worse; expected metres from an origin at the site; add --origin {:.0f},{:.0f},{:.0f}, or "
-          "subtract it from all files of the site with `lodestone shift`",
-          path, first_off_site_.x(), first_off_site_.y(), first_off_site_.z(), near.x(), near.y(), near.z()));
+          "centimetres or worse; expected metres from an origin at the site; {}",
+          path, first_off_site_.x(), first_off_site_.y(), first_off_site_.z(),
+          near.isZero(0.0)
+              ? "omit --origin"
+              : fmt::format("give --origin {:.0f},{:.0f},{:.0f}, or subtract it from all files of the site "
+                            "with `lodestone shift`",
+                            near.x(), near.y(), near.z())));
     }
     if (off_site_ + too_far_ > 0) {
       warnings.add("cloud.far_points", path + ": map points farther than 131 km from the origin were dropped", 0,

@@ -146,9 +146,9 @@ py::dict localize_measurements(const Measurements& measurements, const std::shar
 }  // namespace
 
 void bind_localization(py::module_& module) {
-  module.def("localize_log", &localize_log, py::arg("log"), py::arg("site"), py::arg("estimator"),
+  module.def("localize_log", &localize_log, py::arg("log"), py::arg("site").none(false), py::arg("estimator"),
              py::arg("initial_pose"), py::arg("threads"), py::arg("progress"), py::arg("refining"));
-  module.def("localize_measurements", &localize_measurements, py::arg("measurements"), py::arg("site"),
+  module.def("localize_measurements", &localize_measurements, py::arg("measurements"), py::arg("site").none(false),
              py::arg("estimator"), py::arg("initial_pose"), py::arg("threads"), py::arg("progress"),
              py::arg("refining"));
   module.def("estimator_names", &estimator_names, "Names of all estimators, the default first.");

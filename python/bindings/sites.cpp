@@ -1,5 +1,6 @@
 #include <pybind11/stl.h>
 
+#include <array>
 #include <filesystem>
 
 #include "bindings/bindings.h"
@@ -57,9 +58,11 @@ void bind_sites(py::module_& module) {
       "load_site",
       [](const Platform& platform, const std::string& cloud, const std::string& magnetic,
          const std::shared_ptr<MagneticMap>& field, const std::vector<std::string>& settings,
-         const std::vector<std::string>& configurations, std::optional<double> max_range_m, const Vector3& origin_m) {
+         const std::vector<std::string>& configurations, std::optional<double> max_range_m,
+         const std::array<double, 3>& origin_m) {
         const py::gil_scoped_release unlocked;
-        return load(platform, {cloud, magnetic, origin_m}, field, settings, configurations, max_range_m);
+        return load(platform, {cloud, magnetic, Vector3(origin_m.data())}, field, settings, configurations,
+                    max_range_m);
       },
       py::arg("platform"), py::arg("cloud"), py::arg("magnetic"), py::arg("field"), py::arg("settings"),
       py::arg("configurations"), py::arg("max_range_m"), py::arg("origin_m"));

@@ -1,5 +1,6 @@
 """Localization of logs and arrays."""
 
+import math
 import os
 from dataclasses import dataclass
 from typing import Callable, Mapping, Optional, Sequence, Union
@@ -69,11 +70,14 @@ def load_site(platform, cloud=None, magnetic=None, *, options: Optional[Mapping[
     options: of --set, for example {"smoother.refine": "batch"}. list_options() has all.
     config: path or paths of configuration files. `options` override them.
     max_range_m: replaces the largest range of every LiDAR.
-    origin_m: x, y, z of the site's origin in the coordinates of georeferenced map files; subtracted from them. All poses
-        are from this origin.
+    origin_m: x, y, z of the site's origin in the coordinates of georeferenced map files; subtracted from these files,
+        not from a MagneticMap. All poses are from this origin.
 
     Raises InputError.
     """
+    origin_m = tuple(float(value) for value in origin_m)
+    if len(origin_m) != 3 or not all(math.isfinite(value) for value in origin_m):
+        raise ValueError(f"origin_m: expected x, y, z in metres, finite, found {origin_m}")
     if not isinstance(platform, Platform):
         platform = load_platform(platform, lidar=cloud is not None)
     field = magnetic if isinstance(magnetic, MagneticMap) else None
@@ -106,6 +110,8 @@ def localize(log, site: Site, estimator: str = "smoother", initial_pose=None, *,
     has no scan, or the initial pose is outside the map or not found. If the log breaks off later, `failure` of the
     result is the error.
     """
+    if not isinstance(site, Site):
+        raise TypeError(f"site: expected the Site of load_site, found {type(site).__name__}")
     if isinstance(initial_pose, Estimates):
         initial_pose = initial_pose.trajectory
     if isinstance(initial_pose, Trajectory):

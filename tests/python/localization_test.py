@@ -53,6 +53,17 @@ class LocalizationTest(unittest.TestCase):
         self.assertIn("ceres", self.result.solver)
         self.assertIsNone(self.result.failure)
 
+    def test_georeferenced_maps_give_the_poses_at_the_site(self):
+        origin_m = (432000.0, 4583000.0, 100.0)
+        option = f"--origin={','.join(map(str, origin_m))}"
+        with tempfile.TemporaryDirectory() as folder:
+            cloud, field = Path(folder) / "cloud.ply", Path(folder) / "field.yaml"
+            drive.lodestone("shift", drive.CLOUD, option, "--back", "--out", cloud)
+            drive.lodestone("shift", drive.FIELD, option, "--back", "--out", field)
+            site = lodestone.load_site(drive.PLATFORM, cloud, field, origin_m=np.array(origin_m))
+            found = lodestone.localize(drive.LOG, site, initial_pose=self.truth)
+        self.assertLess(np.abs(found.best.position_m - self.result.best.position_m).max(), 1e-3)
+
     def test_covariances_and_diagnostics_are_those_of_the_command(self):
         upper = np.triu_indices(6)
         with open(drive.RUN / "covariance.csv", newline="") as file:

@@ -73,6 +73,7 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
   drive.log = call.log;
   drive.platform = platform;
   drive.seconds = call.seconds;
+  drive.origin_m = call.origin_m;
   WarningLog warnings;
   if (!call.cloud.empty()) {
     const LoadedPlanes loaded = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidars(),
@@ -104,7 +105,7 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
     const Pose at_scan =
         call.initial_pose_from.empty() ? *start : *given_initial_pose(call, poses, odometry.poses.front().time);
     append(findings, check_initial_pose({result.sample, platform, odometry, *drive.planes, at_scan,
-                                         [&]() { return drive.find_anywhere(); }}));
+                                         [&]() { return drive.find_anywhere(); }, call.origin_m}));
   }
   if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning) ||
       has(findings, "start.off", Severity::warning) || has(findings, "extrinsic.inverse", Severity::warning)) {
@@ -131,7 +132,7 @@ CheckResult check_log(const CheckCall& call) {
   }
   // Read even without maps, so that a wrong file name is an error.
   const Trajectory poses =
-      call.initial_pose_from.empty() ? Trajectory{} : read_trajectory(call.initial_pose_from, call.origin_m);
+      call.initial_pose_from.empty() ? Trajectory{} : read_site_trajectory(call.initial_pose_from, call.origin_m);
   result.sample = read_log_sample(call.log, platform, call.seconds, warnings);
   for (const auto& [kind, entry] : warnings.entries()) {
     result.findings.push_back({Severity::warning, kind, fmt::format("{} ({} x)", entry.first_detail, entry.count), ""});

@@ -80,7 +80,7 @@ std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
   WarningLog warnings;
   try {
     const FoundInitialPose found = find_initial_pose(
-        log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings);
+        log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings, origin_m);
     findings.push_back({Severity::note, "start.found", found.description, "check that it is the right place"});
     return found.start.T_map_imu;
   } catch (const InputError& error) {

@@ -20,6 +20,7 @@ struct CheckDrive {
   std::shared_ptr<const PlaneMapSource> planes;  ///< may be null
   std::shared_ptr<const MagneticMap> field;      ///< may be null
   double seconds = 0.0;
+  Vector3 origin_m = Vector3::Zero();  ///< of the site; added to poses in findings
 
   /// The search of `--initial-pose auto`. If it fails, the reason is added to `findings`.
   std::optional<Pose> find_start(Findings& findings) const;

@@ -102,13 +102,13 @@ class InitialPoseCheck {
                 given.moved_m, given.turned_deg, inverse.moved_m, inverse.turned_deg),
             fmt::format("invert lidar.T_imu_lidar in {} (T_imu_lidar transforms points from lidar to imu); if it is "
                         "right, set --initial-pose \"{}\"",
-                        file_, pose_text(given.T_map_imu)));
+                        file_, pose_text(given.T_map_imu, inputs_.origin_m)));
       } else if (given.moved_m > near_m || given.turned_deg > near_deg) {
         add(Severity::warning, "start.off",
             fmt::format("the scan fits {:.2f} m and {:.1f} deg from the initial pose", given.moved_m, given.turned_deg),
             fmt::format("set --initial-pose \"{}\"; if the initial pose is right, correct the translation of "
                         "lidar.T_imu_lidar in {}",
-                        pose_text(given.T_map_imu), file_));
+                        pose_text(given.T_map_imu, inputs_.origin_m), file_));
       }
     }
     if (given.registered.share > poor_share) check_level(given.T_map_imu);
@@ -159,9 +159,9 @@ class InitialPoseCheck {
   }
 
   std::string overlap_text(const Fit& given) const {
+    const Vector3 at = inputs_.start.position + inputs_.origin_m;
     return fmt::format("only {:.0f} % of the first scan are on the map at the initial pose ({:.2f} {:.2f} {:.2f})",
-                       100.0 * given.registered.share, inputs_.start.position.x(), inputs_.start.position.y(),
-                       inputs_.start.position.z());
+                       100.0 * given.registered.share, at.x(), at.y(), at.z());
   }
 
   /// True if the scan fits clearly better at another place.
@@ -174,7 +174,7 @@ class InitialPoseCheck {
                     100.0 * place->share, step.tail<3>().norm(), step.head<3>().norm() * degrees_per_radian,
                     place->sure ? "" : ", and possibly at other places"),
         fmt::format("set --initial-pose \"{}\"; if the initial pose is right, check the map's frame",
-                    pose_text(place->T_map_imu)));
+                    pose_text(place->T_map_imu, inputs_.origin_m)));
     return true;
   }
 

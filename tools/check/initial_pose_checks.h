@@ -25,7 +25,8 @@ struct InitialPoseInputs {
   const PlaneMapSource& map;
   Pose start;  ///< given T_map_imu at the first scan
   std::function<std::optional<PlaceOnMap>()>
-      find_anywhere;  ///< needs seconds; called only if the initial pose does not fit; may be null
+      find_anywhere;                   ///< needs seconds; called only if the initial pose does not fit; may be null
+  Vector3 origin_m = Vector3::Zero();  ///< of the site; added to proposed poses
 };
 
 /// Registers the first scan to the map at the initial pose: share of points on the map, error of the initial pose,

@@ -41,6 +41,10 @@ RunHeader read_run_header(const fs::path& folder) {
     throw InputError(fmt::format("{}: has no summary.json; give the --out folder of `lodestone run`", folder.string()));
   }
   const Json summary = read_json(path);
+  if (!summary.contains("estimators")) {
+    throw InputError(
+        fmt::format("{}: is the folder of one estimator; give the --out folder of `lodestone run`", folder.string()));
+  }
   RunHeader header;
   values_of(path, [&]() {
     for (const auto& [name, figures] : summary.at("estimators").items()) header.estimators.push_back(name);

@@ -56,15 +56,16 @@ Platform platform_of(const MapCloudCall& call) {
 }
 
 /// Voxels have numbers up to their reach, and floats are coarse farther away than cloud maps may be.
-void check_origin(const SurveyDrive& drive, double voxel_m) {
-  const double reach_m = std::min(100'000.0, voxels_reach_m(voxel_m));
+void check_origin(const SurveyDrive& drive, const MapCloudCall& call) {
+  const double reach_m = std::min(100'000.0, voxels_reach_m(call.voxel_m));
   for (const StampedPose& pose : drive.trajectory) {
     if (pose.pose.position.cwiseAbs().maxCoeff() < reach_m) continue;
     const Vector3& at = pose.pose.position;
     throw InputError(
         fmt::format("{}: the pose at {} s is at ({:.0f}, {:.0f}, {:.0f}) m; expected less than {:.0f} m from an origin "
-                    "at the site; give one with --origin x,y,z",
-                    drive.trajectory_file, format_stamp(pose.time), at.x(), at.y(), at.z(), reach_m));
+                    "at the site; {} --origin x,y,z",
+                    drive.trajectory_file, format_stamp(pose.time), at.x(), at.y(), at.z(), reach_m,
+                    call.origin_m.isZero(0.0) ? "give one with" : "correct or omit"));
   }
 }
 
@@ -168,19 +169,23 @@ void map_cloud(const MapCloudCall& call) {
   catch_interrupts();
   const ThreadLimit limit(call.threads);
   check_options(call);
-  output_with_ending(call.out, call.origin_m.isZero(0.0) ? ".pcd" : ".ply");
+  const bool at_site = call.origin_m.isZero(0.0);
+  if (!at_site && std::filesystem::path(call.out).extension() == ".pcd") {
+    throw InputError(call.out + ": with --origin, the map needs doubles, which a PCD has not; name it .ply");
+  }
+  output_with_ending(call.out, at_site ? ".pcd" : ".ply");
   const Platform platform = platform_of(call);
   const std::vector<SurveyDrive> drives = read_survey_drives(call.survey, call.origin_m);
-  for (const SurveyDrive& drive : drives) check_origin(drive, call.voxel_m);
+  for (const SurveyDrive& drive : drives) check_origin(drive, call);
 
   std::vector<VoxelMean> means = read_means(drives, platform, call);
   if (!call.keep_moving) means = without_moving(std::move(means), drives, platform, call.voxel_m);
   std::vector<Eigen::Vector3f> points;
   points.reserve(means.size());
-  Eigen::AlignedBox3f box;
+  Eigen::AlignedBox3d box;
   for (const VoxelMean& mean : means) {
     points.push_back(mean.position);
-    box.extend(mean.position);
+    box.extend(mean.position.cast<double>() + call.origin_m);
   }
   PointCloudWriter writer(call.out, call.origin_m);
   writer.add(points);

@@ -71,7 +71,8 @@ Findings run_checks(const FirstSeconds& run, const LogSample& sample) {
     // The run itself reports the error of the initial pose.
   }
   if (start && run.planes != nullptr && !has_error(findings)) {
-    append(findings, check_initial_pose({sample, run.platform, odometry.front(), *run.planes, *start, nullptr}));
+    append(findings,
+           check_initial_pose({sample, run.platform, odometry.front(), *run.planes, *start, nullptr, run.origin_m}));
   }
   return findings;
 }

@@ -20,6 +20,7 @@ struct FirstSeconds {
   double seconds = 0.0;                               ///< duration of the checked part
   std::shared_ptr<const PlaneMapSource> planes;       ///< may be null
   std::function<std::optional<Pose>(Time)> start_at;  ///< T_map_imu, if an initial pose is given; may throw InputError
+  Vector3 origin_m = Vector3::Zero();                 ///< added to proposed poses
 };
 
 /// The quick checks of `lodestone check` (docs/user/check.md) on a log's first seconds. Throws InputError for errors

@@ -81,7 +81,7 @@ InitialPose initial_pose_of(const RunCall& call) {
   if (is_automatic(call)) return SearchedPose{};
   if (!call.initial_pose.empty()) return parse_initial_pose(call.initial_pose, call.origin_m);
   if (!call.initial_pose_from.empty()) {
-    return PoseOfTrajectory{read_trajectory(call.initial_pose_from, call.origin_m), call.initial_pose_from};
+    return PoseOfTrajectory{read_site_trajectory(call.initial_pose_from, call.origin_m), call.initial_pose_from};
   }
   return MapOrigin{};
 }
@@ -99,7 +99,7 @@ RunInputs load_small_files(const RunCall& call) {
   if (!call.refine.empty() && std::none_of(call.estimators.begin(), call.estimators.end(), can_refine)) {
     throw InputError("--refine: no chosen estimator supports it; add smoother or magnetic to --estimator");
   }
-  if (!call.truth.empty()) inputs.truth = read_trajectory(call.truth, call.origin_m);
+  if (!call.truth.empty()) inputs.truth = read_site_trajectory(call.truth, call.origin_m);
   if (!call.calibration_truth.empty()) {
     inputs.true_calibration = read_true_calibration(call.calibration_truth, inputs.site.platform.suite);
   }
@@ -129,7 +129,7 @@ void run_first_checks(const RunCall& call, RunInputs& inputs) {
     WarningLog ignored;
     return pose_at_start(inputs.initial_pose, time, ignored);
   };
-  check_first_seconds({call.log, site.platform, site.sensors, call.check_seconds, site.planes, start_at},
+  check_first_seconds({call.log, site.platform, site.sensors, call.check_seconds, site.planes, start_at, call.origin_m},
                       site.warnings);
 }
 
@@ -200,8 +200,8 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
 void search_initial_pose(const RunCall& call, RunInputs& inputs) {
   WarningLog ignored;  // the estimators' passes report these warnings
   const OpenedLog log = open_bundles(call.log, inputs.site, ignored);
-  const FoundInitialPose found =
-      find_initial_pose(call.log, estimator_input(inputs.site, {}, nullptr), log.next, inputs.site.warnings);
+  const FoundInitialPose found = find_initial_pose(call.log, estimator_input(inputs.site, {}, nullptr), log.next,
+                                                   inputs.site.warnings, call.origin_m);
   std::printf("%s\n", found.description.c_str());
   inputs.initial_pose = found.start;
 }
@@ -218,7 +218,7 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const RunCall& call, 
           {"calibration_truth", call.calibration_truth},
           {"initial_pose", call.initial_pose},
           {"initial_pose_from", call.initial_pose_from},
-          {"initial_pose_found", found != nullptr ? pose_text(found->T_map_imu) : ""},
+          {"initial_pose_found", found != nullptr ? pose_text(found->T_map_imu, call.origin_m) : ""},
           {"identity", digest(identity)}};
 }
 

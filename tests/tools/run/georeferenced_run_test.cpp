@@ -87,7 +87,7 @@ TEST_F(GeoreferencedRun, HasTheTrajectoryOfTheSiteAndThatOfTheCountry) {
 TEST_F(GeoreferencedRun, WithoutItsOriginIsRefusedWithOne) {
   const ProgramResult refused = run_lodestone(call("run", "country", "/cloud.ply") + " --out " + path("none"));
   EXPECT_EQ(refused.code, 2);
-  EXPECT_THAT(refused.errors, HasSubstr("add --origin 432000,4583000,0"));
+  EXPECT_THAT(refused.errors, HasSubstr("give --origin 432000,4583000,0"));
   EXPECT_FALSE(std::filesystem::exists(path("none")));
   expect_refused(call("run", "country", "/cloud.ply") + " --origin 1,2,nan --out " + path("none"), "finite");
 }
@@ -96,6 +96,29 @@ TEST_F(GeoreferencedRun, CheckComparesWithTheSameMaps) {
   const ProgramResult result = run_lodestone(call("check", "country", "/cloud.ply") + kOrigin);
   EXPECT_EQ(result.code, 0) << result.output;
   EXPECT_EQ(result.output.find("start.off"), std::string::npos) << result.output;
+}
+
+TEST_F(GeoreferencedRun, ProposesPosesThatItAccepts) {
+  Pose start = read_tum(path("country/truth.tum")).front().pose;
+  const std::string right = pose_text(start);
+  start.position.x() += 0.8;
+  const std::string maps = "check " + path("site/log.bag") + " --platform " + path("site/platform.yaml") + " --cloud " +
+                           path("country/cloud.ply") + kOrigin + "--initial-pose \"";
+  const ProgramResult off = run_lodestone(maps + pose_text(start) + "\"");
+  const std::string set = "set --initial-pose \"";
+  const std::size_t begin = off.output.find(set);
+  ASSERT_NE(begin, std::string::npos) << off.output;
+  const std::string proposed = off.output.substr(begin + set.size(), right.size());
+  EXPECT_EQ(proposed.substr(0, 4), right.substr(0, 4)) << off.output;
+  const ProgramResult accepted = run_lodestone(maps + right + "\"");
+  EXPECT_EQ(accepted.output.find(set), std::string::npos) << accepted.output;
+}
+
+TEST_F(GeoreferencedRun, TrajectoriesInOtherCoordinatesAreRefused) {
+  const std::string far = call("run", "country", "/cloud.ply") + kOrigin + "--out " + path("none") + " --truth ";
+  expect_refused(far + path("site/truth.tum"), "correct --origin, or omit it");
+  const std::string near = call("run", "site", "/cloud.pcd") + " --out " + path("none") + " --truth ";
+  expect_refused(near + path("country/truth.tum"), "give an origin at the site with --origin x,y,z");
 }
 
 TEST_F(GeoreferencedRun, ACloudMapIsBuiltInTheCoordinatesOfItsTrajectory) {
