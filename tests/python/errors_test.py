@@ -20,12 +20,14 @@ class ErrorsTest(unittest.TestCase):
 
     def localize(self):
         site = lodestone.load_site(self.platform, drive.CLOUD)
+        return lodestone.localize(self.measurements, site)
+
+    def test_wrong_arguments_are_named(self):
         for origin in ((1, 2), (1, 2, float("nan"))):
             with self.assertRaisesRegex(ValueError, "origin_m: expected x, y, z"):
                 lodestone.load_site(self.platform, drive.CLOUD, origin_m=origin)
         with self.assertRaisesRegex(TypeError, "expected the Site of load_site"):
             lodestone.localize(drive.LOG, None)
-        return lodestone.localize(self.measurements, site)
 
     def test_the_line_is_that_of_the_command(self):
         with tempfile.TemporaryDirectory() as folder:
