@@ -103,7 +103,7 @@ std::string kitti_text(const Trajectory& trajectory) {
   for (const StampedPose& pose : trajectory) {
     const Matrix3 rotation = pose.pose.rotation.toRotationMatrix();
     for (int row = 0; row < 3; ++row) {
-      fmt::format_to(std::back_inserter(text), "{}{:.9g} {:.9g} {:.9g} {:.6f}", row == 0 ? "" : " ", rotation(row, 0),
+      fmt::format_to(std::back_inserter(text), "{}{:.9g} {:.9g} {:.9g} {:.9f}", row == 0 ? "" : " ", rotation(row, 0),
                      rotation(row, 1), rotation(row, 2), pose.pose.position(row));
     }
     text.push_back('\n');

@@ -67,7 +67,7 @@ TEST(PointCloudFile, ACountrysCoordinatesAreRefusedAndAFewFarOnesDropped) {
   write_point_cloud(folder / "country.pcd", std::vector<Eigen::Vector3f>(10, far));
   EXPECT_THAT(cloud_error(folder / "country.pcd"),
               ::testing::AllOf(HasSubstr("country.pcd: the origin is far away, a point is at (463012, 5254871, 480) m"),
-                               HasSubstr("--origin 463000,5255000,0 --out site.pcd")));
+                               HasSubstr("give --origin 463000,5255000,0")));
   write_point_cloud(folder / "few.pcd", {{1, 2, 3}, {1e20F, 0, 0}, {0, -3e9F, 0}, {4, 5, 6}, far});
   WarningLog warnings;
   EXPECT_EQ(read_point_cloud(folder / "few.pcd", warnings), (std::vector<Eigen::Vector3f>{{1, 2, 3}, {4, 5, 6}}));

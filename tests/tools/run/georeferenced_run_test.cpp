@@ -85,7 +85,9 @@ TEST_F(GeoreferencedRun, HasTheTrajectoryOfTheSiteAndThatOfTheCountry) {
 }
 
 TEST_F(GeoreferencedRun, WithoutItsOriginIsRefusedWithOne) {
-  const ProgramResult refused = run_lodestone(call("run", "country", "/cloud.ply") + " --out " + path("none"));
+  const ProgramResult refused =
+      run_lodestone("run " + path("site/log.bag") + " --platform " + path("site/platform.yaml") + " --cloud " +
+                    path("country/cloud.ply") + " --out " + path("none"));
   EXPECT_EQ(refused.code, 2);
   EXPECT_THAT(refused.errors, HasSubstr("give --origin 432000,4583000,0"));
   EXPECT_FALSE(std::filesystem::exists(path("none")));
