@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/angles.h"
 #include "core/error.h"
@@ -20,7 +21,7 @@ constexpr int kSearchPoints = 500;       // number of points of the scan that th
 constexpr std::size_t kJudgedPoints = 1500;
 constexpr std::size_t kFewPoints = 600;          // of the scan, registered at each of some hundred places
 constexpr std::size_t kRegisteredPoints = 2500;  // registered at the best of these places
-constexpr std::size_t kRegisteredTwice = 40;
+constexpr std::size_t kRegisteredTwice = 80;
 constexpr double kTilesTogether_m = 32.0;
 constexpr double kSamePlace_m = 0.25;
 constexpr double kSameHeading_rad = 3.0 * degree;
@@ -159,27 +160,31 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   std::stable_sort(places.begin(), places.end(), [&](const Place& a, const Place& b) { return tile(a) < tile(b); });
 
   std::vector<StartCandidate> candidates(places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) candidates[i].T_map_imu = pose_of(places[i], attitude, height_m);
-  const auto register_with = [&](std::size_t most_points, std::size_t count) {
+  const auto register_with = [&](std::size_t most_points, std::span<const std::size_t> chosen) {
     const std::vector<Eigen::Vector3f> points = thinned(scan.points, most_points);
     ScanLidars lidars = scan.lidars;
     lidars.of_points = thinned(scan.lidars.of_points, most_points);
     // The errors of a scan's many points are correlated, so its information is reduced.
     const double share = 0.1 * static_cast<double>(std::min(scan.points.size(), kRegisteredPoints)) /
                          static_cast<double>(std::max<std::size_t>(points.size(), 1));
-    parallel_for(std::size_t{0}, std::min(count, candidates.size()), [&](std::size_t i) {
-      StartCandidate& candidate = candidates[i];
-      const auto planes = planes_.around(candidate.T_map_imu.position);
-      const RegisteredScan registered = register_scan(points, candidate.T_map_imu, *planes, lidars, association_);
+    parallel_for(std::size_t{0}, chosen.size(), [&](std::size_t i) {
+      StartCandidate& candidate = candidates[chosen[i]];
+      const Pose rough = pose_of(places[chosen[i]], attitude, height_m);
+      const auto planes = planes_.around(rough.position);
+      const RegisteredScan registered = register_scan(points, rough, *planes, lidars, association_);
       candidate.T_map_imu = evidence_.moved_by_field(registered.T_map_imu, share * registered.information, array)
                                 .value_or(registered.T_map_imu);
       evidence_.weigh(judged, array, *planes, candidate);
     });
-    candidates = different(std::move(candidates));
   };
-  register_with(kFewPoints, candidates.size());
-  register_with(kRegisteredPoints, kRegisteredTwice);
-  result.found = std::move(candidates);
+  std::vector<std::size_t> order(places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  register_with(kFewPoints, order);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return candidates[a].log_likelihood > candidates[b].log_likelihood;
+  });
+  register_with(kRegisteredPoints, std::span(order).first(std::min(order.size(), kRegisteredTwice)));
+  result.found = different(std::move(candidates));
   return result;
 }
 
