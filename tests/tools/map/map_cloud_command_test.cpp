@@ -148,7 +148,7 @@ TEST_F(MapCloudCommand, EachMistakeIsOneLine) {
   expect_refused("map cloud " + log + " --trajectory " + path("late.tum") + platform, "is within the time of");
   for (StampedPose& pose : trajectory) pose.pose.position.x() += 5e5;
   write_tum(path("far.tum"), trajectory);
-  expect_refused("map cloud " + log + " --trajectory " + path("far.tum") + platform, "subtract one shift");
+  expect_refused("map cloud " + log + " --trajectory " + path("far.tum") + platform, "give one with --origin");
 
   Platform other = load_platform(path("room/platform.yaml"));
   other.lidar.topic = "/other/points";
