@@ -26,7 +26,7 @@ Trajectory read_euroc(const std::string& path);
 /// has no times: throws InputError that names --times of `lodestone evaluate` (kitti_trajectory.h).
 Trajectory read_trajectory(const std::string& path, const Vector3& origin_m = Vector3::Zero());
 
-/// read_trajectory of a drive at the site: throws InputError also if its first pose is more than 100 km from the origin.
+/// read_trajectory of a drive at the site: throws InputError also if its first pose is 100 km or more from the origin.
 Trajectory read_site_trajectory(const std::string& path, const Vector3& origin_m);
 
 /// "x y z qx qy qz qw", the format of --initial-pose. `origin_m` is added to the position.
