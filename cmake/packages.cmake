@@ -16,7 +16,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME lodestone)
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Localization of logged LiDAR, IMU and magnetometer data in prior maps")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS fonts-dejavu-core)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS snakemake libopenblas0-pthread)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "snakemake, libopenblas0-pthread")
 
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME liblodestone-dev)
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Headers and static libraries of lodestone")
