@@ -85,8 +85,8 @@ TEST_F(LasPointsTest, TheOriginIsSubtractedBeforePositionsBecomeFloats) {
   las.announced = 1;
   las.add(12'345, 67'891, 23'456);
   const std::string path = file(las);
-  EXPECT_THAT(error(las), ::testing::AllOf(HasSubstr("the origin is far away"),
-                                           HasSubstr("give --origin 432000,4583000,0")));
+  EXPECT_THAT(error(las),
+              ::testing::AllOf(HasSubstr("the origin is far away"), HasSubstr("give --origin 432000,4583000,0")));
   WarningLog warnings;
   const auto points = read_point_cloud(path, warnings, Vector3(432'000.0, 4'583'000.0, 0.0));
   ASSERT_EQ(points.size(), 1U);

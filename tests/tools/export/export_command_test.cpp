@@ -16,8 +16,8 @@
 #include "frontends/logs/ros2/sqlite_handle.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/tools/program_runner.h"
-#include "tools/run/folder_lock.h"
 #include "tests/tools/run/office_world.h"
+#include "tools/run/folder_lock.h"
 #include "tools/writers/covariance_file.h"
 
 namespace lodestone {
