@@ -61,6 +61,17 @@ PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, cons
   return pairs;
 }
 
+/// Throws InputError if the trajectories are farther apart than any site: their coordinates differ.
+void check_coordinates(const ComparisonCall& call, const PosePair& first) {
+  constexpr double kFarthest_m = 1e5;
+  const double apart_m = (first.estimate.position - first.truth.position).norm();
+  if (apart_m < kFarthest_m) return;
+  throw InputError(
+      fmt::format("{} and {}: the first poses are {:.0f} km apart: one of them is georeferenced; shift one "
+                  "with `lodestone shift`, or use --align",
+                  call.estimate, call.truth, apart_m / 1000.0));
+}
+
 RelationErrors measure(const std::string& name, const ComparisonCall& call, const PosePairs& pairs) {
   if (name == "translation") return {name, "m", translation_errors(pairs)};
   if (name == "angle") return {name, "deg", in_degrees(angle_errors(pairs))};
@@ -134,6 +145,7 @@ Comparison compare(const ComparisonCall& call) {
                     call.estimate, call.truth));
   }
   const PosePairs matched = associate(call, estimate, truth);
+  if (result.alignment == Alignment::none) check_coordinates(call, matched.front());
   const auto similarity = find_alignment(matched, result.alignment);
   if (!similarity) {
     throw InputError(

@@ -77,6 +77,9 @@ TEST_F(GeoreferencedRun, HasTheTrajectoryOfTheSiteAndThatOfTheCountry) {
   EXPECT_EQ(summary.at("call").at("origin_m"), nlohmann::json({432000.25, 4583000.5, 87.0}));
   EXPECT_LT(summary.at("estimators").at("smoother").at("ate_m").get<double>(), 0.05);
 
+  expect_done("evaluate " + path("far/smoother/georeferenced.tum") + " " + path("country/truth.tum"));
+  expect_refused("evaluate " + path("far/smoother/trajectory.tum") + " " + path("country/truth.tum"),
+                 "is georeferenced");
   expect_done("export " + path("far") + " --estimator smoother --to euroc --out " + path("country.csv"));
   const Trajectory exported = read_euroc(path("country.csv"));
   const Trajectory written = read_tum(path("far/smoother/georeferenced.tum"));
