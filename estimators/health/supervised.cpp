@@ -14,6 +14,7 @@ namespace {
 constexpr double kStop_s = 3.0;          // of contradicting the maps, before an estimator is stopped
 constexpr double kFirstSearch_s = 1.5;   // of data
 constexpr double kLongestWait_s = 60.0;  // between two searches that found nothing
+constexpr double kEarlyWait_s = 5.0;     // up to it, waits grow slowly: three searches in ten seconds
 constexpr double kBlind_s = 1.0;         // IMU gap, after which scans before and after it have nothing in common
 constexpr double kForget_s = 10.0;       // without suspicion, after which the next search does not wait
 constexpr double kSamePlace_m = 0.5;
@@ -170,7 +171,7 @@ void Supervised::keep(const ScanBundle& bundle) {
 std::optional<StartHypothesis> Supervised::search() {
   const Time now = kept_.back().bundle.scan.end;
   if (now < next_search_ || to_seconds(now - kept_.front().bundle.scan.start) < kFirstSearch_s) return std::nullopt;
-  wait_s_ = std::min(2.0 * wait_s_, kLongestWait_s);
+  wait_s_ = std::min((wait_s_ < kEarlyWait_s ? 1.5 : 2.0) * wait_s_, kLongestWait_s);
   next_search_ = now + from_seconds(wait_s_);
   try {
     if (finder_ == nullptr) finder_ = std::make_unique<StartFinder>(input_);
