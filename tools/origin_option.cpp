@@ -21,4 +21,9 @@ CLI::Option* add_origin(CLI::App& command, const char* what, Vector3& origin_m) 
       ->expected(3);
 }
 
+Trajectory georeferenced(Trajectory trajectory, const Vector3& origin_m) {
+  for (StampedPose& pose : trajectory) pose.pose.position += origin_m;
+  return trajectory;
+}
+
 }  // namespace lodestone

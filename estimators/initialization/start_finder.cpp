@@ -177,7 +177,10 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
   const auto first = static_cast<std::size_t>(usable - bundles.begin());
   const std::span<const ScanBundle> rest = bundles.subspan(first);
   const ScanSamplingOptions& sampling = input_.options.lidar.sampling;
-  const ScanBundle bundle = sampled(rest.front(), input_.suite, sampling);
+  std::vector<ScanBundle> scans;  // the first of `rest`, sampled
+  scans.reserve(rest.size());
+  scans.push_back(sampled(rest.front(), input_.suite, sampling));
+  const ScanBundle& bundle = scans.front();
 
   // The first scan, as if the robot were at rest.
   const std::vector<ImuSample> imu = imu_of(rest.size() > 1 ? rest.subspan(1) : rest);
@@ -218,7 +221,6 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
   std::vector<double> probabilities(finalists.size());
   std::size_t best = 0;
   std::size_t tracked = 0;
-  std::vector<ScanBundle> scans;
   const auto end_of = [&](double seconds) {
     std::size_t count = 1;
     while (count < rest.size() && to_seconds(rest[count].scan.end - bundle.scan.start) <= seconds + 1e-3) ++count;
@@ -227,7 +229,7 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
   for (const double look_s : {std::min(kFirstLook_s, options_.data_s), options_.data_s}) {
     const std::size_t upto = end_of(look_s);
     if (upto == tracked) break;
-    for (std::size_t k = tracked; k < upto; ++k) scans.push_back(sampled(rest[k], input_.suite, sampling));
+    for (std::size_t k = scans.size(); k < upto; ++k) scans.push_back(sampled(rest[k], input_.suite, sampling));
     const std::span<const ScanBundle> next = std::span(scans).subspan(tracked);
     parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
       if (!finalists[i].doubled) finalists[i].track.follow(next);

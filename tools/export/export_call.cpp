@@ -16,6 +16,7 @@
 #include "tools/export/deskewed_scans.h"
 #include "tools/export/log_export.h"
 #include "tools/export/run_results.h"
+#include "tools/origin_option.h"
 #include "tools/progress.h"
 #include "tools/writers/estimate_files.h"
 #include "tools/writers/output_file.h"
@@ -122,8 +123,7 @@ void export_to_trajectory(const ExportCall& call, const RunResults& run, const f
                                  join_names(names)));
   }
   const EstimatorFiles& files = run.estimators.front().files;
-  Trajectory trajectory = files.trajectory;
-  for (StampedPose& pose : trajectory) pose.pose.position += run.origin_m;
+  const Trajectory trajectory = georeferenced(files.trajectory, run.origin_m);
   if (trajectory.empty()) {
     throw InputError(fmt::format("{}: has no poses; see health in diagnostics.csv beside the file",
                                  (files.folder / "trajectory.tum").string()));

@@ -21,6 +21,7 @@
 #include "localization/initial_pose.h"
 #include "localization/localization.h"
 #include "tools/commands.h"
+#include "tools/origin_option.h"
 #include "tools/progress.h"
 #include "tools/report/overview.h"
 #include "tools/run/bound_run.h"
@@ -237,11 +238,9 @@ int exit_code_of(const std::vector<RunSummary>& runs) {
   return code;
 }
 
-/// Writes the poses from the origin of the maps' files instead of the site's.
-void write_georeferenced(const std::filesystem::path& folder, Trajectory trajectory, const Vector3& origin_m) {
+void write_georeferenced(const std::filesystem::path& folder, const Trajectory& trajectory, const Vector3& origin_m) {
   if (origin_m.isZero(0.0) || trajectory.empty()) return;
-  for (StampedPose& pose : trajectory) pose.pose.position += origin_m;
-  write_tum(folder / "georeferenced.tum", trajectory, kTrajectoryColumns);
+  write_tum(folder / "georeferenced.tum", georeferenced(trajectory, origin_m), kTrajectoryColumns);
 }
 
 /// Writes the data of log and maps that a report requires.

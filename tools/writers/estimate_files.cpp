@@ -10,7 +10,9 @@ namespace lodestone {
 
 namespace {
 
-const std::string kTrajectoryHeader = fmt::format("# {}\n", kTrajectoryColumns);
+std::string trajectory_header() {
+  return fmt::format("# {}\n", kTrajectoryColumns);
+}
 
 std::string diagnostics_header() {
   std::string text = "t_s,health,health_reason,points,correspondences,inlier_share,lidar_rmse_m,lidar_nis";
@@ -89,8 +91,8 @@ EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
       causal_(folder / "causal.tum"),
       covariance_(folder / "covariance.csv"),
       diagnostics_(folder / "diagnostics.csv") {
-  trajectory_.write(kTrajectoryHeader);
-  causal_.write(kTrajectoryHeader);
+  trajectory_.write(trajectory_header());
+  causal_.write(trajectory_header());
   covariance_.write(covariance_header());
   diagnostics_.write(diagnostics_header());
 }
@@ -115,7 +117,7 @@ void EstimateFiles::smoothed(const Estimate& estimate) {
   if (estimate.health == Health::lost) return;
   if (smoothed_ == nullptr) {
     smoothed_ = std::make_unique<OutputFile>(folder_ / "smoothed.tum");
-    smoothed_->write(kTrajectoryHeader);
+    smoothed_->write(trajectory_header());
   }
   smoothed_->write(format_tum({estimate.time, estimate.state.T_map_imu}) + "\n");
 }
