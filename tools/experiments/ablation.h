@@ -51,6 +51,9 @@ Ablation load_ablation(const std::string& path, bool quick);
 /// if a key has no values, or a value is no scalar.
 std::vector<Variant> expand_grid(const ConfigurationNode& grid);
 
+/// A variant for each value of each key, with this one switch and named "KEY=VALUE". Throws as expand_grid().
+std::vector<Variant> expand_each(const ConfigurationNode& each);
+
 /// Value of `key` in the runs of this variant: the variant's value, else the default; empty if the world determines it.
 std::string effective_value(const Ablation& ablation, const Variant& variant, const std::string& key);
 

@@ -44,6 +44,21 @@ std::string last_part(const std::string& key) {
   return key.substr(key.rfind('.') + 1);
 }
 
+/// A variant with one more switch for each value in the list under `key`; `shown`: the key in its name.
+std::vector<Variant> with_each_value(const Variant& variant, const ConfigurationNode& node, const std::string& key,
+                                     const std::string& shown) {
+  if (node.at(key).elements().empty()) node.at(key).fail("expected a list of values");
+  std::vector<Variant> result;
+  for (const ConfigurationNode& value : node.at(key).elements()) {
+    Variant next = variant;
+    next.name += fmt::format("{}{}={}", next.name.empty() ? "" : " ", shown, value.as_string());
+    check_variant_name(value, next.name);
+    next.switches.push_back({key, value.as_string()});
+    result.push_back(std::move(next));
+  }
+  return result;
+}
+
 std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation& ablation) {
   std::vector<Switch> common;
   if (const ConfigurationNode* settings = root.find("settings")) common = read_switches(*settings);
@@ -56,13 +71,13 @@ std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation
       places.push_back(&list->at(name));
     }
   }
-  if (const ConfigurationNode* grid = root.find("grid")) {
-    for (Variant& variant : expand_grid(*grid)) {
-      variants.push_back(std::move(variant));
-      places.push_back(grid);
-    }
-  }
-  if (variants.size() < 2) root.fail("expected at least two variants, under the key 'variants' or 'grid'");
+  const auto add = [&](const ConfigurationNode& place, std::vector<Variant> expanded) {
+    for (Variant& variant : expanded) variants.push_back(std::move(variant));
+    places.resize(variants.size(), &place);
+  };
+  if (const ConfigurationNode* grid = root.find("grid")) add(*grid, expand_grid(*grid));
+  if (const ConfigurationNode* each = root.find("each")) add(*each, expand_each(*each));
+  if (variants.size() < 2) root.fail("expected at least two variants, under the key 'variants', 'grid' or 'each'");
   std::map<std::string, std::string> recipes;
   std::set<std::string> names;
   for (std::size_t i = 0; i < variants.size(); ++i) {
@@ -95,18 +110,19 @@ std::vector<Variant> expand_grid(const ConfigurationNode& grid) {
   std::vector<Variant> variants(1);
   for (const std::string& key : grid.keys()) {
     const std::string shown = uses.at(last_part(key)) > 1 ? key : last_part(key);
-    if (grid.at(key).elements().empty()) grid.at(key).fail("expected a list of values");
     std::vector<Variant> more;
     for (const Variant& variant : variants) {
-      for (const ConfigurationNode& value : grid.at(key).elements()) {
-        Variant next = variant;
-        next.name += fmt::format("{}{}={}", next.name.empty() ? "" : " ", shown, value.as_string());
-        check_variant_name(value, next.name);
-        next.switches.push_back({key, value.as_string()});
-        more.push_back(std::move(next));
-      }
+      for (Variant& next : with_each_value(variant, grid, key, shown)) more.push_back(std::move(next));
     }
     variants = std::move(more);
+  }
+  return variants;
+}
+
+std::vector<Variant> expand_each(const ConfigurationNode& each) {
+  std::vector<Variant> variants;
+  for (const std::string& key : each.keys()) {
+    for (Variant& next : with_each_value({}, each, key, key)) variants.push_back(std::move(next));
   }
   return variants;
 }
@@ -114,7 +130,7 @@ std::vector<Variant> expand_grid(const ConfigurationNode& grid) {
 Ablation load_ablation(const std::string& path, bool quick) {
   using reproduce::text;
   const ConfigurationNode root = ConfigurationNode::load(path);
-  root.refuse_keys_other_than({"name", "title", "note", "estimator", "baseline", "settings", "variants", "grid",
+  root.refuse_keys_other_than({"name", "title", "note", "estimator", "baseline", "settings", "variants", "grid", "each",
                                "drives", "ranges_m", "seeds", "only", "duration_s", "quick"});
   Ablation ablation;
   static_cast<reproduce::RunScope&>(ablation) = reproduce::read_scope(root, quick);

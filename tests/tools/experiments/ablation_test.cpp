@@ -45,14 +45,26 @@ TEST(AblationGrid, NamesKeysWholeWhereTheirLastPartsAreAlike) {
   EXPECT_THROW(grid("{magnetic.beta: [[0.3, 0.5]]}"), InputError);
 }
 
+TEST(AblationEach, IsOneVariantForEachValue) {
+  const std::vector<Variant> variants = expand_each(
+      ConfigurationNode::parse("{lidar.map.voxel_m: [0.2, 0.4], lidar.sampling.voxel_m: [0.6]}", "each.yaml"));
+  EXPECT_THAT(names(variants),
+              ElementsAre("lidar.map.voxel_m=0.2", "lidar.map.voxel_m=0.4", "lidar.sampling.voxel_m=0.6"));
+  ASSERT_EQ(variants[1].switches.size(), 1U);
+  EXPECT_EQ(variants[1].find("lidar.map.voxel_m")->value, "0.4");
+  EXPECT_THROW(expand_each(ConfigurationNode::parse("{magnetic.beta: 0.3}", "each.yaml")), InputError);
+}
+
 TEST(AblationFile, ReadsVariantsGridAndWhatAllHaveInCommon) {
   const TemporaryFolder folder;
-  std::string text = changed(
-      "drives:", "settings: {degeneracy.rule: paper, magnetic.huber: false}\ngrid: {magnetic.beta: [0.1]}\ndrives:");
+  std::string text = changed("drives:",
+                             "settings: {degeneracy.rule: paper, magnetic.huber: false}\ngrid: {magnetic.beta: [0.1]}\n"
+                             "each: {smoother.window_s: [1]}\ndrives:");
   const Ablation ablation = load_ablation(write_yard(folder, text), false);
-  EXPECT_THAT(names(ablation.variants), ElementsAre("as shipped", "no mask", "one magnetometer", "beta=0.1"));
-  EXPECT_THAT(ablation.keys(),
-              ElementsAre("degeneracy.rule", "magnetic.huber", "magnetic.magnetometers", "magnetic.beta"));
+  EXPECT_THAT(names(ablation.variants),
+              ElementsAre("as shipped", "no mask", "one magnetometer", "beta=0.1", "smoother.window_s=1"));
+  EXPECT_THAT(ablation.keys(), ElementsAre("degeneracy.rule", "magnetic.huber", "magnetic.magnetometers",
+                                           "magnetic.beta", "smoother.window_s"));
   EXPECT_EQ(ablation.variants[0].find("degeneracy.rule")->value, "paper");
   EXPECT_EQ(ablation.variants[1].find("degeneracy.rule")->value, "none") << "its own wins";
   EXPECT_EQ(ablation.baseline, 0U);
