@@ -19,7 +19,9 @@ constexpr Eigen::Index kCloud = 6;  // components of the cloud map's error
 constexpr Eigen::Index kField = 3;  // of the field map's displacement against the cloud map
 constexpr Eigen::Index kSize = kCloud + kField;
 
-/// Sources processed at the same time: enough for all cores, few enough for memory.
+/// Columns that are solved for together, and how many such groups at the same time: enough for all cores, few enough
+/// for memory.
+constexpr Eigen::Index kColumns = 16;
 constexpr Eigen::Index kAtOnce = 8;
 
 /// Compresses to at most as many columns as rows, with the same D Dᵀ.
@@ -219,7 +221,7 @@ void SlidingWindow::add_long_errors(const SparseInformation& known, std::vector<
       },
       4);
   const auto add = [&](const WindowFactor& factor, const Eigen::MatrixXd& gradient, double weight,
-                       Eigen::MatrixXd& right) {
+                       Eigen::Ref<Eigen::MatrixXd> right) {
     Eigen::Index begin = 0;
     for (const WindowBlock* block : factor.blocks) {
       const Eigen::Index size = block->tangent_size();
@@ -231,18 +233,26 @@ void SlidingWindow::add_long_errors(const SparseInformation& known, std::vector<
   };
   const Eigen::MatrixXd prior_gradient = linearize(prior_).jacobian.transpose() * prior_by;
   std::vector<Eigen::MatrixXd> moved(static_cast<std::size_t>(kAtOnce));
-  for (Eigen::Index first = 0; first < prior_by.cols(); first += kAtOnce * kSize) {
-    const Eigen::Index count = std::min(kAtOnce, (prior_by.cols() - first + kSize - 1) / kSize);
+  for (Eigen::Index first = 0; first < prior_by.cols(); first += kAtOnce * kColumns) {
+    const Eigen::Index count = std::min(kAtOnce, (prior_by.cols() - first + kColumns - 1) / kColumns);
     parallel_for(std::size_t{0}, static_cast<std::size_t>(count), [&](std::size_t i) {
-      const Eigen::Index column = first + static_cast<Eigen::Index>(i) * kSize;
-      const Eigen::Index width = std::min(kSize, prior_by.cols() - column);
+      const Eigen::Index begin = first + static_cast<Eigen::Index>(i) * kColumns;
+      const Eigen::Index width = std::min(kColumns, prior_by.cols() - begin);
       Eigen::MatrixXd right = Eigen::MatrixXd::Zero(known.size(), width);
-      add(prior_, prior_gradient.middleCols(column, width), 1.0, right);
-      const Eigen::Index source = column / kSize;
-      for (std::size_t k = 0; source < errors.sources && k < keyframes_.size(); ++k) {
-        const double weight = (*weights[k])[source];
-        if (weight == 0.0) continue;
-        for (const auto& [factor, gradient] : gradients[k]) add(*factor, gradient, weight, right);
+      add(prior_, prior_gradient.middleCols(begin, width), 1.0, right);
+      for (Eigen::Index source = begin / kSize; source < errors.sources; ++source) {
+        // The group's columns of this source.
+        const Eigen::Index from = std::max(begin, source * kSize);
+        const Eigen::Index size = std::min(begin + width, (source + 1) * kSize) - from;
+        if (size <= 0) break;
+        for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+          const double weight = (*weights[k])[source];
+          if (weight == 0.0) continue;
+          for (const auto& [factor, gradient] : gradients[k]) {
+            add(*factor, gradient.middleCols(from - source * kSize, size), weight,
+                right.middleCols(from - begin, size));
+          }
+        }
       }
       moved[i] = known.solve(right);
     });

@@ -58,6 +58,9 @@ cholmod_sparse view(const SparseMatrix& matrix, bool lower) {
 /// Columns that are solved for at once, or twice as many: loops of fixed length become vector instructions.
 constexpr std::size_t kPanel = 8;
 
+/// Most columns of equal pattern in one step of the recursion for covariances.
+constexpr std::size_t kGroup = 64;
+
 template <std::size_t width, class Visit>
 void visit_panel(Eigen::MatrixXd& matrix, Eigen::Index first, Eigen::Index count, Visit&& visit) {
   std::vector<std::array<double, width>> panel(static_cast<std::size_t>(matrix.rows()));
@@ -214,43 +217,55 @@ void SparseTriangle::backward(std::span<std::array<double, width>> panel) const 
   }
 }
 
+std::size_t SparseTriangle::group_begin(std::size_t end) const {
+  std::size_t begin = end - 1;
+  const auto rows_of = [&](std::size_t column) {
+    return std::span(rows_).subspan(static_cast<std::size_t>(starts_[column]),
+                                    static_cast<std::size_t>(starts_[column + 1] - starts_[column]));
+  };
+  while (begin > 0 && end - begin < kGroup && std::ranges::equal(rows_of(begin - 1).subspan(1), rows_of(begin)))
+    --begin;
+  return begin;
+}
+
 std::vector<double> SparseTriangle::inverse_on_pattern() const {
-  // Z = H⁻¹ on the pattern of L, column by column from the last: Z_ij = -Σ_k Z_ik L_kj / L_jj over the rows k > j of
-  // L's column j, and Z_jj = 1 / L_jj² - Σ_k Z_kj L_kj / L_jj.
-  const std::size_t size = starts_.size() - 1;
+  // Z = H⁻¹ on the pattern of L, from the last columns to the first. Columns J with the same rows S below them are one
+  // step: with W = L_SJ L_JJ⁻¹, Z_SJ = -Z_SS W and Z_JJ = (L_JJ L_JJᵀ)⁻¹ - Wᵀ Z_SJ. Z_SS is in the pattern.
   std::vector<double> inverse(values_.size());
-  std::vector<double> share(size, 0.0);
-  std::vector<double> sum(size, 0.0);
-  std::vector<std::size_t> column_of(size, size);  // the column in which a row was last found
-  for (std::size_t j = size; j-- > 0;) {
-    const auto begin = static_cast<std::size_t>(starts_[j]);
-    const auto end = static_cast<std::size_t>(starts_[j + 1]);
-    const double pivot = values_[begin];
-    for (std::size_t at = begin + 1; at < end; ++at) {
-      const auto row = static_cast<std::size_t>(rows_[at]);
-      share[row] = values_[at] / pivot;
-      sum[row] = 0.0;
-      column_of[row] = j;
+  Eigen::MatrixXd own, root, below, known, found;
+  for (std::size_t end = starts_.size() - 1, begin = end; end > 0; end = begin) {
+    begin = group_begin(end);
+    const auto width = static_cast<Eigen::Index>(end - begin);
+    const auto last = static_cast<std::size_t>(starts_[end - 1]);
+    const std::span rows = std::span(rows_).subspan(last + 1, static_cast<std::size_t>(starts_[end]) - last - 1);
+    const auto count = static_cast<Eigen::Index>(rows.size());
+    own.setZero(width, width);
+    below.resize(count, width);
+    for (Eigen::Index j = 0; j < width; ++j) {
+      const double* column = values_.data() + starts_[begin + static_cast<std::size_t>(j)];
+      own.col(j).tail(width - j) = Eigen::Map<const Eigen::VectorXd>(column, width - j);
+      below.col(j) = Eigen::Map<const Eigen::VectorXd>(column + width - j, count);
     }
-    for (std::size_t at = begin + 1; at < end; ++at) {
-      const auto i = static_cast<std::size_t>(rows_[at]);
-      const auto first = static_cast<std::size_t>(starts_[i]);
-      const auto last = static_cast<std::size_t>(starts_[i + 1]);
-      sum[i] += inverse[first] * share[i];
-      for (std::size_t below = first + 1; below < last; ++below) {
-        const auto k = static_cast<std::size_t>(rows_[below]);
-        if (column_of[k] != j) continue;
-        sum[i] += inverse[below] * share[k];
-        sum[k] += inverse[below] * share[i];
+    known.resize(count, count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      auto at = static_cast<std::size_t>(starts_[static_cast<std::size_t>(rows[static_cast<std::size_t>(j)])]);
+      for (Eigen::Index i = j; i < count; ++i, ++at) {
+        while (rows_[at] != rows[static_cast<std::size_t>(i)]) ++at;
+        known(i, j) = inverse[at];
       }
     }
-    double own = 1.0 / (pivot * pivot);
-    for (std::size_t at = begin + 1; at < end; ++at) {
-      const auto row = static_cast<std::size_t>(rows_[at]);
-      inverse[at] = -sum[row];
-      own += share[row] * sum[row];
+    root.setIdentity(width, width);
+    own.triangularView<Eigen::Lower>().solveInPlace(root);
+    if (count > 0) own.triangularView<Eigen::Lower>().solveInPlace<Eigen::OnTheRight>(below);
+    found.setZero(count, width);
+    if (count > 0) found.noalias() -= known.selfadjointView<Eigen::Lower>() * below;
+    own.noalias() = root.transpose() * root;
+    if (count > 0) own.noalias() -= below.transpose() * found;
+    for (Eigen::Index j = 0; j < width; ++j) {
+      double* column = inverse.data() + starts_[begin + static_cast<std::size_t>(j)];
+      Eigen::Map<Eigen::VectorXd>(column, width - j) = own.col(j).tail(width - j);
+      Eigen::Map<Eigen::VectorXd>(column + width - j, count) = found.col(j);
     }
-    inverse[begin] = own;
   }
   return inverse;
 }

@@ -47,6 +47,9 @@ class SparseTriangle {
  private:
   std::vector<double> inverse_on_pattern() const;
 
+  /// The first of the columns before `end` that have the same rows below them.
+  std::size_t group_begin(std::size_t end) const;
+
   /// L⁻¹ and L⁻ᵀ times a panel: one array for each row of a matrix with `width` columns. Without its first rows, those
   /// are zero (forward only).
   template <std::size_t width>
