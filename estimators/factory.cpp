@@ -9,13 +9,13 @@
 #include "estimators/baselines/magnetic_particle/magnetic_particle_filter.h"
 #include "estimators/baselines/magnetic_stochastic/magnetic_stochastic_filter.h"
 #include "estimators/baselines/ndt/ndt_localization.h"
-#include "estimators/health/supervised.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/layer_height_variance.h"
 #include "estimators/mixture/guarded_smoother.h"
 #include "estimators/mixture/magnetic_mixture.h"
 #include "estimators/monitored.h"
 #include "estimators/smoother/smoother.h"
+#include "estimators/supervised.h"
 
 namespace lodestone {
 

@@ -9,8 +9,8 @@
 #include "core/lidar/places_in_map.h"
 #include "core/lidar/prefetch_plane.h"
 #include "core/middle_value.h"
-#include "core/observability/robust_weight.h"
 #include "core/parallel.h"
+#include "core/robust_weight.h"
 
 namespace lodestone {
 

@@ -8,8 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/lidar/condensed_cost.h"
 #include "core/lidar/displacement_part.h"
-#include "core/observability/degeneracy.h"
 
 namespace lodestone {
 

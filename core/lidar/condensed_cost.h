@@ -7,6 +7,10 @@
 
 namespace lodestone {
 
+/// The marginal rule subtracts this multiple of the expected spurious information of noisy normals
+/// (docs/design/005-errors-of-normals.md).
+inline constexpr double kNormalNoiseMargin = 2.0;
+
 using Vector13 = Eigen::Matrix<double, 13, 1>;
 using Matrix13 = Eigen::Matrix<double, 13, 13>;
 using Matrix13x6 = Eigen::Matrix<double, 13, 6>;

@@ -12,6 +12,9 @@ constexpr Time kMoment = 5'000'000;  // interval for a velocity: about an IMU's 
 /// Largest inflation: at a standstill the map's error remains a bias (docs/design/013-correlated-field-map-error.md).
 constexpr double kMostInflation = 40.0;
 
+/// Length of the part at the scan's end whose readings are averaged.
+constexpr double kReadingSpan_s = 0.05;
+
 }  // namespace
 
 std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
@@ -52,6 +55,18 @@ double correlation_inflation(double spacing_m, double correlation_m) {
   if (correlation_m <= 0.0) return 1.0;
   const double rho = std::exp(-spacing_m / correlation_m);
   return std::min(kMostInflation, (1.0 + rho) / std::max(1.0 - rho, 1e-9));
+}
+
+std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite) {
+  if (bundle.magnetic.empty()) return std::nullopt;
+  const Time earliest = bundle.magnetic.back().time - from_seconds(kReadingSpan_s);
+  const auto first = std::find_if(bundle.magnetic.begin(), bundle.magnetic.end(),
+                                  [earliest](const MagneticArraySample& sample) { return sample.time >= earliest; });
+  const auto count = static_cast<int>(bundle.magnetic.end() - first);
+  const std::span<const MagneticArraySample> samples(&*first, static_cast<std::size_t>(count));
+  std::vector<ArrayReading> arrays = average_array(samples, ScanMotion(end, bundle.imu), suite, count);
+  if (arrays.empty()) return std::nullopt;
+  return std::move(arrays.front());
 }
 
 }  // namespace lodestone

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -34,5 +35,9 @@ std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> sam
 /// ρ), ρ = exp(−spacing/correlation), for a first-order Gauss-Markov error; at most 40, also at a standstill
 /// (docs/design/013-correlated-field-map-error.md).
 double correlation_inflation(double spacing_m, double correlation_m);
+
+/// The magnetometers' readings at the end of a bundle's scan: the mean over the last 0.05 s. `end`: state there. None
+/// if the bundle has no readings.
+std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite);
 
 }  // namespace lodestone

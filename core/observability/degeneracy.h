@@ -66,10 +66,6 @@ struct DegeneracyOptions {
   }
 };
 
-/// The marginal rule subtracts this multiple of the expected spurious information of noisy normals
-/// (docs/design/005-errors-of-normals.md).
-inline constexpr double kNormalNoiseMargin = 2.0;
-
 /// Assumptions of the probabilistic rule about the noise of normals (docs/design/009-degeneracy-rule.md).
 struct NormalNoise {
   double level_uncertainty = 0.5;    ///< relative sigma of the noise level, since the planes' variances are estimates

@@ -4,8 +4,8 @@
 
 #include "core/imu/scan_motion.h"
 #include "core/magnetometer/array_reading.h"
+#include "core/magnetometer/field_evidence.h"
 #include "estimators/factory.h"
-#include "estimators/initialization/field_evidence.h"
 
 namespace lodestone {
 

@@ -10,7 +10,6 @@
 #include "core/lidar/plane_map.h"
 #include "core/lidar/voxel_planes.h"
 #include "core/magnetometer/array_reading.h"
-#include "estimators/initialization/start_finder.h"
 
 namespace lodestone {
 

@@ -5,8 +5,8 @@
 
 #include "core/imu/scan_motion.h"
 #include "core/lidar/plane_map_source.h"
+#include "core/magnetometer/field_evidence.h"
 #include "estimators/factory.h"
-#include "estimators/initialization/field_evidence.h"
 
 namespace lodestone {
 

@@ -8,13 +8,13 @@
 #include "core/imu/propagation.h"
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
-#include "core/observability/robust_weight.h"
 #include "core/observability/single_scan.h"
+#include "core/robust_weight.h"
 #include "core/stopwatch.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/ieskf/magnetic_poses.h"
 #include "estimators/ieskf/swept_evidence.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 
 namespace lodestone {
 

@@ -10,7 +10,7 @@
 #include "core/angles.h"
 #include "core/lidar/condensed_cost.h"
 #include "core/lidar/places_in_map.h"
-#include "estimators/initialization/log_mixture.h"
+#include "core/log_mixture.h"
 
 namespace lodestone {
 

@@ -17,8 +17,7 @@ namespace lodestone {
 namespace {
 
 constexpr std::size_t kLeastPoints = 100;  // least points of a scan for the search
-constexpr double kReadingSpan_s = 0.05;
-constexpr double kFinalistMargin = 14.0;  // log-likelihood below the best
+constexpr double kFinalistMargin = 14.0;   // log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
 constexpr double kFirstLook_s = 1.0;      // of tracking, before deciding whether more data is required
 constexpr double kSettled_s = 0.5;        // of tracking, after which the pose has converged
@@ -123,18 +122,6 @@ struct Finalist {
 };
 
 }  // namespace
-
-std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite) {
-  if (bundle.magnetic.empty()) return std::nullopt;
-  const Time earliest = bundle.magnetic.back().time - from_seconds(kReadingSpan_s);
-  const auto first = std::find_if(bundle.magnetic.begin(), bundle.magnetic.end(),
-                                  [earliest](const MagneticArraySample& sample) { return sample.time >= earliest; });
-  const auto count = static_cast<int>(bundle.magnetic.end() - first);
-  const std::span<const MagneticArraySample> samples(&*first, static_cast<std::size_t>(count));
-  std::vector<ArrayReading> arrays = average_array(samples, ScanMotion(end, bundle.imu), suite, count);
-  if (arrays.empty()) return std::nullopt;
-  return std::move(arrays.front());
-}
 
 EstimatorInput begin_at(const StartHypothesis& found, EstimatorInput input) {
   input.initial_pose = found.T_map_imu;

@@ -55,8 +55,4 @@ class StartFinder {
 /// larger.
 EstimatorInput begin_at(const StartHypothesis& found, EstimatorInput input);
 
-/// The magnetometers' readings at the end of a bundle's scan: the mean over the last 0.05 s. `end`: state there. None
-/// if the bundle has no readings.
-std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite);
-
 }  // namespace lodestone

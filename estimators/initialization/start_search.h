@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/lidar/association.h"
-#include "estimators/initialization/field_evidence.h"
+#include "core/magnetometer/field_evidence.h"
 #include "estimators/initialization/place_search.h"
 #include "estimators/initialization/scan_registration.h"
 #include "estimators/initialization/start_scan.h"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/observability/robust_weight.h"
 #include "core/parallel.h"
+#include "core/robust_weight.h"
 #include "core/stopwatch.h"
 
 namespace lodestone {

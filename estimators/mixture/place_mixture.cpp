@@ -12,7 +12,7 @@
 #include "core/wheels/wheel_residual.h"
 #include "estimators/baselines/field_matching.h"
 #include "estimators/baselines/state_cloud.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 #include "estimators/layer_height.h"
 #include "estimators/smoother/field_weighting.h"
 

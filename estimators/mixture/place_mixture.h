@@ -6,8 +6,8 @@
 
 #include "core/imu/white_noise.h"
 #include "core/magnetometer/array_reading.h"
+#include "core/magnetometer/field_evidence.h"
 #include "estimators/factory.h"
-#include "estimators/initialization/field_evidence.h"
 #include "estimators/mixture/place_component.h"
 
 namespace lodestone {

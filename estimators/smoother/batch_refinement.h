@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 #include "estimators/smoother/keyframe_measurements.h"
 
 namespace lodestone {

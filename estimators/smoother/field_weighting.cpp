@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "core/observability/robust_weight.h"
+#include "core/robust_weight.h"
 
 namespace lodestone {
 

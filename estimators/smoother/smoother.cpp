@@ -13,7 +13,7 @@
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "core/work_times.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 #include "estimators/smoother/bound.h"
 
 namespace lodestone {

@@ -6,9 +6,9 @@
 
 #include "core/imu/white_noise.h"
 #include "estimators/factory.h"
-#include "estimators/initialization/relocation.h"
 #include "estimators/smoother/batch_refinement.h"
 #include "estimators/smoother/keyframe_measurements.h"
+#include "estimators/smoother/relocation.h"
 #include "estimators/smoother/repeated_map_error.h"
 #include "estimators/wheel_watch.h"
 #include "factors/sliding_window.h"

@@ -7,7 +7,7 @@
 
 #include "core/warnings.h"
 #include "frontends/logs/log_writer.h"
-#include "frontends/logs/message_source.h"
+#include "frontends/messages/message_source.h"
 
 namespace lodestone {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <map>
 
-#include "frontends/logs/topic_list.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 

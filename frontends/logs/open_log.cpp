@@ -8,9 +8,9 @@
 
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
+#include "frontends/file_bytes.h"
 #include "frontends/logs/compression.h"
 #include "frontends/logs/csv/csv_log.h"
-#include "frontends/logs/file_bytes.h"
 #include "frontends/logs/mcap/mcap_index.h"
 #include "frontends/logs/merged_source.h"
 #include "frontends/logs/recording_parts.h"

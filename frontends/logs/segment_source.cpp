@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "frontends/logs/compression.h"
-#include "frontends/logs/topic_list.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/warnings.h"
-#include "frontends/logs/message_source.h"
 #include "frontends/logs/segment_index.h"
+#include "frontends/messages/message_source.h"
 
 namespace lodestone {
 

@@ -14,7 +14,7 @@
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/missing_file.h"
 #include "frontends/configuration/number_text.h"
-#include "frontends/logs/csv/csv_text.h"
+#include "frontends/csv_text.h"
 
 namespace lodestone {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/number_text.h"
-#include "frontends/logs/file_bytes.h"
+#include "frontends/file_bytes.h"
 
 namespace lodestone {
 namespace {

@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "frontends/configuration/file_kind.h"
 #include "frontends/configuration/missing_file.h"
-#include "frontends/logs/file_bytes.h"
+#include "frontends/file_bytes.h"
 
 namespace lodestone {
 namespace {

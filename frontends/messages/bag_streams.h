@@ -7,8 +7,8 @@
 
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/sensor_choice.h"
-#include "frontends/logs/message_source.h"
 #include "frontends/messages/message_paths.h"
+#include "frontends/messages/message_source.h"
 
 namespace lodestone {
 

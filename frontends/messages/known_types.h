@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "frontends/logs/message_source.h"
+#include "frontends/messages/message_source.h"
 
 namespace lodestone {
 

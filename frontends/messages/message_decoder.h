@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "frontends/logs/message_source.h"
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/message_source.h"
+#include "frontends/messages/ros_messages.h"
 
 namespace lodestone {
 

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "frontends/configuration/number_text.h"
-#include "frontends/logs/topic_list.h"
 #include "frontends/messages/known_types.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/time.h"
-#include "frontends/logs/message_source.h"
+#include "frontends/messages/message_source.h"
 
 namespace lodestone {
 

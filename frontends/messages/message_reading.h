@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/ros_messages.h"
 
 /// Readers of the fields of each known message, for both wire formats: `Wire` is Ros1WireReader or CdrWireReader.
 namespace lodestone::reading {

@@ -7,10 +7,10 @@
 #include "core/measurements.h"
 #include "core/warnings.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/logs/ros1/messages.h"
 #include "frontends/messages/point_columns.h"
 #include "frontends/messages/point_fields.h"
 #include "frontends/messages/point_times.h"
+#include "frontends/messages/ros_messages.h"
 
 namespace lodestone {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/ros_messages.h"
 
 /// Columns of a PointCloud2: one field of all points, read in its own type.
 namespace lodestone {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "frontends/configuration/platform.h"
-#include "frontends/logs/ros1/messages.h"
 #include "frontends/messages/point_columns.h"
+#include "frontends/messages/ros_messages.h"
 
 namespace lodestone {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/geometry/trajectory.h"
-#include "frontends/logs/message_source.h"
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/message_source.h"
+#include "frontends/messages/ros_messages.h"
 
 /// Results as messages of ROS 2, in CDR.
 namespace lodestone {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/geometry/pose.h"
-#include "frontends/logs/message_source.h"
+#include "frontends/messages/message_source.h"
 
 namespace lodestone {
 

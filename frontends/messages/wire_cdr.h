@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/time.h"
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/ros_messages.h"
 
 /// ROS 2's serialization with Fast-CDR: numbers aligned to their size, in the byte order of the first bytes. A heavy
 /// header: include it in .cpp files only.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/time.h"
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/ros_messages.h"
 
 /// ROS 1's serialization: packed little-endian numbers; lists and texts follow their count.
 namespace lodestone {

@@ -59,6 +59,33 @@ TEST(Architecture, IncludesOnlyPointToLowerLayers) {
   }
 }
 
+/// A room is a folder of a layer. Files beside the rooms are their common interface, and belong to none.
+TEST(Architecture, RoomsOfALayerIncludeEachOtherInOneDirection) {
+  for (const auto& [layer, lower] : kAllowed) {
+    const fs::path root = fs::path(LODESTONE_SOURCE_DIR) / layer;
+    std::map<std::string, std::set<std::string>> below;
+    for_each_include(layer, [&, &layer = layer](const fs::path& path, int, const std::string& include) {
+      const fs::path from = fs::relative(path, root);
+      const fs::path to = fs::path(include).lexically_relative(layer);
+      const auto is_in_room = [](const fs::path& file) { return std::distance(file.begin(), file.end()) > 1; };
+      if (to.empty() || *to.begin() == ".." || !is_in_room(from) || !is_in_room(to)) return;
+      if (*from.begin() != *to.begin()) below[from.begin()->string()].insert(to.begin()->string());
+    });
+    // Rooms that include none of those left are taken away, until only cycles and what is above them are left.
+    for (std::size_t before = 0; before != below.size();) {
+      before = below.size();
+      std::erase_if(below, [&](const auto& room) {
+        return std::ranges::none_of(room.second, [&](const std::string& name) { return below.count(name) > 0; });
+      });
+    }
+    for (const auto& [room, others] : below) {
+      std::string names;
+      for (const std::string& other : others) names += " " + other;
+      ADD_FAILURE() << layer << "/" << room << " is in a cycle, or above one; it includes" << names;
+    }
+  }
+}
+
 TEST(Architecture, OnlyFrontendsAndToolsKnowFilesAndTheirFormats) {
   const std::regex forbidden(R"(^(pcl|opencv2|yaml-cpp|rosbag|ros|sensor_msgs|embree3|CLI|nlohmann|spdlog|)"
                              R"(sqlite3\.h|tiffio\.h|fstream|iostream)(/|$))");

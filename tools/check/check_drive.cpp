@@ -12,7 +12,7 @@
 #include "tools/check/acceleration_checks.h"
 #include "tools/check/field_checks.h"
 #include "tools/progress.h"
-#include "tools/run/estimate_record.h"
+#include "tools/writers/estimate_record.h"
 
 namespace lodestone {
 

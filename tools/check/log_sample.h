@@ -8,8 +8,8 @@
 #include "core/warnings.h"
 #include "frontends/configuration/platform.h"
 #include "frontends/configuration/sensor_choice.h"
-#include "frontends/logs/ros1/messages.h"
 #include "frontends/messages/bag_streams.h"
+#include "frontends/messages/ros_messages.h"
 
 namespace lodestone {
 

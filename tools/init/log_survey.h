@@ -8,8 +8,8 @@
 #include "core/error.h"
 #include "core/warnings.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/logs/message_source.h"
 #include "frontends/messages/bag_streams.h"
+#include "frontends/messages/message_source.h"
 #include "frontends/messages/static_transforms.h"
 
 namespace lodestone {

@@ -15,7 +15,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/map/changed_places.h"
-#include "tools/plotting/difference_picture.h"
+#include "tools/map/difference_picture.h"
 #include "tools/writers/output_file.h"
 
 namespace lodestone {

@@ -7,7 +7,7 @@
 #include "core/evaluation/stale_map.h"
 #include "core/warnings.h"
 #include "estimators/options.h"
-#include "tools/run/estimate_record.h"
+#include "tools/writers/estimate_record.h"
 
 namespace lodestone {
 

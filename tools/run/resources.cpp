@@ -6,7 +6,7 @@
 #include <string>
 
 #include "frontends/configuration/number_text.h"
-#include "frontends/logs/csv/csv_text.h"
+#include "frontends/csv_text.h"
 
 namespace lodestone {
 

@@ -11,8 +11,8 @@
 #include "core/warnings.h"
 #include "core/work_times.h"
 #include "tools/run/calibration_consistency.h"
-#include "tools/run/estimate_record.h"
 #include "tools/run/run_call.h"
+#include "tools/writers/estimate_record.h"
 
 namespace lodestone {
 

@@ -9,7 +9,7 @@
 #include "core/nearest_name.h"
 #include "frontends/configuration/number_text.h"
 #include "frontends/configuration/trajectory_file.h"
-#include "frontends/logs/csv/csv_text.h"
+#include "frontends/csv_text.h"
 
 namespace lodestone {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/observability/robust_weight.h"
+#include "core/robust_weight.h"
 #include "estimators/layer_height.h"
 
 namespace lodestone {

@@ -4,7 +4,7 @@
 
 #include "core/imu/propagation.h"
 #include "core/stopwatch.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 
 namespace lodestone {
 

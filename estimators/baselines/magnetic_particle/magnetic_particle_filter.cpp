@@ -8,7 +8,7 @@
 #include "core/parallel.h"
 #include "core/stopwatch.h"
 #include "estimators/baselines/dead_reckoning.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 
 namespace lodestone {
 

@@ -4,7 +4,7 @@
 #include "core/stopwatch.h"
 #include "estimators/baselines/dead_reckoning.h"
 #include "estimators/baselines/magnetic_stochastic/distribution_fit.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 
 namespace lodestone {
 

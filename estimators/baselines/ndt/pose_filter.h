@@ -2,7 +2,7 @@
 
 #include "core/imu/integration.h"
 #include "estimators/baselines/ndt/unscented_filter.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 
 namespace lodestone {
 

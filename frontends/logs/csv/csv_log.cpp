@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "frontends/logs/folder_files.h"
-#include "frontends/logs/topic_list.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 namespace {

@@ -7,8 +7,8 @@
 #include "core/nearest_name.h"
 #include "frontends/configuration/number_text.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/csv_text.h"
 #include "frontends/logs/csv/csv_log.h"
-#include "frontends/logs/csv/csv_text.h"
 #include "frontends/messages/wire_ros1.h"
 
 namespace lodestone {

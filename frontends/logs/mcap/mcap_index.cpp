@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "frontends/logs/topic_list.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone::mcap {
 namespace {

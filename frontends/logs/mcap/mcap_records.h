@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "core/time.h"
+#include "frontends/file_bytes.h"
 #include "frontends/logs/compression.h"
-#include "frontends/logs/file_bytes.h"
 
 /// The records of an MCAP file (mcap.dev/spec): one byte for the kind, eight for the length, then content. Numbers are
 /// little-endian. Texts and lists follow their length in bytes.

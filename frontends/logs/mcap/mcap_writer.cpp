@@ -14,8 +14,8 @@
 #include "core/error.h"
 #include "frontends/configuration/aside.h"
 #include "frontends/logs/mcap/mcap_records.h"
-#include "frontends/logs/topic_list.h"
 #include "frontends/messages/known_types.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 namespace {

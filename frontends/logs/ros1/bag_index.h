@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "frontends/logs/file_bytes.h"
+#include "frontends/file_bytes.h"
 #include "frontends/logs/ros1/bag_record.h"
 #include "frontends/logs/segment_index.h"
 

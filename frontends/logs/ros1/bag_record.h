@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "frontends/file_bytes.h"
 #include "frontends/logs/compression.h"
-#include "frontends/logs/file_bytes.h"
 
 /// The records of a ROS 1 bag: a header of named fields, then content; each follows its length.
 namespace lodestone {

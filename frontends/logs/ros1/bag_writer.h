@@ -4,8 +4,8 @@
 #include <string>
 
 #include "frontends/logs/compression.h"
-#include "frontends/logs/message_source.h"
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/message_source.h"
+#include "frontends/messages/ros_messages.h"
 
 namespace lodestone::ros1 {
 

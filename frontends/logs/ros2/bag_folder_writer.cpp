@@ -10,7 +10,7 @@
 #include "frontends/configuration/aside.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/logs/ros2/sqlite_writer.h"
-#include "frontends/logs/topic_list.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 namespace {

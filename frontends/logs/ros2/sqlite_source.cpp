@@ -11,11 +11,11 @@
 #include <set>
 
 #include "core/error.h"
+#include "frontends/file_bytes.h"
 #include "frontends/logs/compression.h"
-#include "frontends/logs/file_bytes.h"
 #include "frontends/logs/isolated_times.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
-#include "frontends/logs/topic_list.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 namespace {

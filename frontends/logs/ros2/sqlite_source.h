@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/warnings.h"
-#include "frontends/logs/message_source.h"
+#include "frontends/messages/message_source.h"
 
 namespace lodestone {
 

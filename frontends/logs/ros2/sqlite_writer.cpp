@@ -11,8 +11,8 @@
 #include "core/error.h"
 #include "frontends/configuration/aside.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
-#include "frontends/logs/topic_list.h"
 #include "frontends/messages/known_types.h"
+#include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 

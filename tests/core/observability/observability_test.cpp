@@ -8,8 +8,8 @@
 #include "core/lidar/condensed_cost.h"
 #include "core/lidar/plane_map.h"
 #include "core/observability/degeneracy.h"
-#include "core/observability/robust_weight.h"
 #include "core/observability/window_information.h"
+#include "core/robust_weight.h"
 
 namespace lodestone {
 namespace {

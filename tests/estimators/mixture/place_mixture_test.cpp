@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/imu/propagation.h"
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 #include "estimators/mixture/magnetic_mixture.h"
 #include "tests/estimators/baselines/striped_field.h"
 #include "tests/estimators/drive.h"

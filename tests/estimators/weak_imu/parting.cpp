@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/observability/robust_weight.h"
+#include "core/robust_weight.h"
 
 namespace lodestone::weak_imu {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "frontends/logs/ros1/messages.h"
+#include "frontends/messages/ros_messages.h"
 
 namespace lodestone::ros1 {
 

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "frontends/configuration/text_file.h"
-#include "frontends/logs/file_bytes.h"
+#include "frontends/file_bytes.h"
 #include "frontends/logs/open_log.h"
 #include "frontends/logs/ros1/bag_writer.h"
 #include "tests/frontends/logs/decoded_log.h"

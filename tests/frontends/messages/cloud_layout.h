@@ -6,8 +6,8 @@
 
 #include "core/measurements.h"
 #include "frontends/configuration/platform.h"
-#include "frontends/logs/ros1/messages.h"
 #include "frontends/messages/point_times.h"
+#include "frontends/messages/ros_messages.h"
 
 namespace lodestone::testing {
 

@@ -1,4 +1,4 @@
-#include "frontends/logs/file_bytes.h"
+#include "frontends/file_bytes.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

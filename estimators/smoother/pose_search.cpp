@@ -1,4 +1,4 @@
-#include "estimators/initialization/pose_search.h"
+#include "estimators/smoother/pose_search.h"
 
 #include <algorithm>
 #include <cmath>

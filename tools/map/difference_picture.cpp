@@ -1,4 +1,4 @@
-#include "tools/plotting/difference_picture.h"
+#include "tools/map/difference_picture.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "estimators/initialization/field_evidence.h"
+#include "core/magnetometer/field_evidence.h"
 
 #include <gtest/gtest.h>
 

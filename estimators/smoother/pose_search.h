@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/magnetometer/field_evidence.h"
 #include "estimators/factory.h"
-#include "estimators/initialization/field_evidence.h"
 #include "estimators/smoother/keyframe.h"
 
 namespace lodestone {

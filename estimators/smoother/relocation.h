@@ -1,6 +1,6 @@
 #pragma once
 
-#include "estimators/initialization/pose_search.h"
+#include "estimators/smoother/pose_search.h"
 
 namespace lodestone {
 

@@ -1,4 +1,4 @@
-#include "estimators/health/supervised.h"
+#include "estimators/supervised.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // A lost estimator is initialized again, in a room that looks the same from both ends.
-#include "estimators/health/supervised.h"
+#include "estimators/supervised.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "estimators/initialization/initialization.h"
+#include "estimators/initial_state.h"
 
 #include <cmath>
 

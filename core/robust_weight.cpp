@@ -1,4 +1,4 @@
-#include "core/observability/robust_weight.h"
+#include "core/robust_weight.h"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>

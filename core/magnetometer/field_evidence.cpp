@@ -1,12 +1,12 @@
-#include "estimators/initialization/field_evidence.h"
+#include "core/magnetometer/field_evidence.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/log_mixture.h"
 #include "core/magnetometer/field_residual.h"
-#include "estimators/initialization/log_mixture.h"
 
 namespace lodestone {
 

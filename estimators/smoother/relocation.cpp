@@ -1,4 +1,4 @@
-#include "estimators/initialization/relocation.h"
+#include "estimators/smoother/relocation.h"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
