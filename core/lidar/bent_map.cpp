@@ -377,7 +377,7 @@ BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, cons
   BentMapFit result;
   result.straightened.assign(correspondences.begin(), correspondences.end());
   if (correspondences.empty()) return result;
-  const ScanSums scan = sum_by_cubes(correspondences, T_map_imu);
+  const ScanSums scan = sum_by_cubes(correspondences, T_map_imu, true);
   const BentMap map(scan, T_map_imu.position, variances_m2);
   const Matrix6 share = map.seen_share();
   const auto [displacements, motion] = map.displacement(share);

@@ -12,6 +12,25 @@ namespace {
 /// The share of an edge by which faces of cubes lie beside round coordinates.
 constexpr double kFirstFace = 0.382;
 
+/// Σ w v vᵀ of v = [a × e; e]: the part of the rotations, and [φ; p] × e, whose sum has the other three parts.
+struct Moments {
+  Matrix3 rotations = Matrix3::Zero();
+
+  void add(double weight, const Vector3& arm, const Vector3& axis, Matrix6x3& coupling) {
+    const Vector3 turn = arm.cross(axis);
+    const Vector3 weighed_turn = weight * turn;
+    rotations.noalias() += weighed_turn * turn.transpose();
+    coupling.topRows<3>().noalias() += weighed_turn * axis.transpose();
+    coupling.bottomRows<3>().noalias() += (weight * axis) * axis.transpose();
+  }
+
+  Matrix6 total(const Matrix6x3& coupling) const {
+    Matrix6 result;
+    result << rotations, coupling.topRows<3>(), coupling.topRows<3>().transpose(), coupling.bottomRows<3>();
+    return result;
+  }
+};
+
 }  // namespace
 
 MapErrorCube map_error_cube(const Vector3& place) {
@@ -26,13 +45,15 @@ MapErrorCube cell_of(const MapErrorCube& cube) {
   return {cube[0] >> 1, cube[1] >> 1, cube[2] >> 1};  // rounds down (C++20)
 }
 
-ScanSums sum_by_cubes(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
+ScanSums sum_by_cubes(std::span<const Correspondence> correspondences, const Pose& T_map_imu, bool with_spurious) {
   const Matrix3 rotation = T_map_imu.rotation.toRotationMatrix();
   // Ordered, so that sums are the same on every machine.
   std::map<MapErrorCube, std::size_t> places;
   std::vector<CubeSums> cubes;
   ScanSums result;
   result.cube_of.reserve(correspondences.size());
+  Moments information;
+  Moments spurious;
   for (std::size_t i = 0; i < correspondences.size(); ++i) {
     prefetch_plane(correspondences, i);
     const Correspondence& match = correspondences[i];
@@ -51,33 +72,31 @@ ScanSums sum_by_cubes(std::span<const Correspondence> correspondences, const Pos
     const double once = match.variance_once > 0.0F ? static_cast<double>(match.variance_once) : 0.0;
     const double weight = static_cast<double>(match.robust_weight) / (once > 0.0 ? once : match.variance);
     const double residual = normal.dot(arm + T_map_imu.position - center);
-    Vector6 jacobian;
-    jacobian << arm.cross(normal), normal;
-    const Vector6 weighed = weight * jacobian;
-    result.information.noalias() += weighed * jacobian.transpose();
-    result.gradient += residual * weighed;
-    cube.coupling.noalias() += weighed * normal.transpose();
-    cube.residual += (weight * residual) * normal;
+    const Vector3 weighed_residual = (weight * residual) * normal;
+    information.add(weight, arm, normal, cube.coupling);
+    result.gradient.head<3>() += arm.cross(weighed_residual);
+    cube.residual += weighed_residual;
     cube.center += weight * center;
     cube.weights += weight;
-    const auto add_spurious = [&](const Vector3& axis, double variance) {
-      Vector6 error;
-      error << arm.cross(axis), axis;
-      const Vector6 weighed_error = (weight * variance) * error;
-      result.spurious.noalias() += weighed_error * error.transpose();
-      cube.spurious.noalias() += weighed_error * axis.transpose();
-    };
+    if (!with_spurious) continue;
     const Vector3 major = match.plane->major.cast<double>();
-    add_spurious(major, match.plane->major_tilt_variance);
-    add_spurious(normal.cross(major), match.plane->minor_tilt_variance);
+    spurious.add(weight * match.plane->major_tilt_variance, arm, major, cube.spurious);
+    spurious.add(weight * match.plane->minor_tilt_variance, arm, normal.cross(major), cube.spurious);
   }
   std::vector<std::size_t> rank(cubes.size());
+  Matrix6x3 coupling = Matrix6x3::Zero();
+  Matrix6x3 spurious_coupling = Matrix6x3::Zero();
   for (const auto& [key, place] : places) {
     rank[place] = result.cubes.size();
     CubeSums& cube = result.cubes.emplace_back(cubes[place]);
     cube.weight = cube.coupling.bottomRows<3>();
     cube.center /= cube.weights;
+    coupling += cube.coupling;
+    spurious_coupling += cube.spurious;
+    result.gradient.tail<3>() += cube.residual;
   }
+  result.information = information.total(coupling);
+  result.spurious = spurious.total(spurious_coupling);
   for (std::size_t& place : result.cube_of) place = rank[place];
   return result;
 }

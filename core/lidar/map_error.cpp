@@ -46,7 +46,7 @@ double map_error_correlation(double squared_distance_m2, int part) {
 }
 
 MapError analyse_map_error(std::span<const Correspondence> correspondences, const Pose& T_map_imu) {
-  const ScanSums sums = sum_by_cubes(correspondences, T_map_imu);
+  const ScanSums sums = sum_by_cubes(correspondences, T_map_imu, false);
   MapError result;
   result.position = T_map_imu.position;
   if (sums.cubes.size() < kFewestCubes) return result;
