@@ -11,12 +11,11 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kStop_s = 3.0;          // of contradicting the maps, before an estimator is stopped
-constexpr double kFirstSearch_s = 1.5;   // of data
-constexpr double kLongestWait_s = 60.0;  // between two searches that found nothing
-constexpr double kEarlyWait_s = 5.0;     // up to it, waits grow slowly: three searches in ten seconds
-constexpr double kBlind_s = 1.0;         // IMU gap, after which scans before and after it have nothing in common
-constexpr double kForget_s = 10.0;       // without suspicion, after which the next search does not wait
+constexpr double kStop_s = 3.0;         // of contradicting the maps, before an estimator is stopped
+constexpr double kFirstSearch_s = 1.5;  // of data
+constexpr double kEarlyWait_s = 5.0;    // up to it, waits between searches grow slowly: three searches in ten seconds
+constexpr double kBlind_s = 1.0;        // IMU gap, after which scans before and after it have nothing in common
+constexpr double kForget_s = 10.0;      // without suspicion, after which the next search does not wait
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.2;
 

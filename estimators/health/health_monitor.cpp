@@ -11,7 +11,6 @@ namespace lodestone {
 namespace {
 
 constexpr double kUncertain_m = 0.5;
-constexpr double kLost_m = 3.0;
 
 // Thresholds of evidence: docs/design/050-health.md.
 constexpr double kScanMemory_s = 0.5;
@@ -30,10 +29,9 @@ constexpr double kDeadReckoning_m_s2 = 0.02;
 constexpr double kUnmeasured_m_s2 = 1.0;  // acceleration of a robot without IMU
 constexpr double kImuGap_s = 0.1;
 constexpr double kLeastClaim = 0.1;
-constexpr double kObserved_s = 1.0;    // after which scans give position and velocity anew
-constexpr double kLearned_s = 5.0;     // after which they give tilt and bias: 2 cm once a second are 0.01 m/s²
-constexpr double kConfirmed_s = 60.0;  // the longest wait between two searches
-constexpr double kReach_s = 5.0;       // of a loss, back to the scans that caused it
+constexpr double kObserved_s = 1.0;  // after which scans give position and velocity anew
+constexpr double kLearned_s = 5.0;   // after which they give tilt and bias: 2 cm once a second are 0.01 m/s²
+constexpr double kReach_s = 5.0;     // of a loss, back to the scans that caused it
 
 Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
@@ -51,7 +49,7 @@ Verdict judge_covariance(const Estimate& estimate) {
   if (!estimate.state.T_map_imu.position.allFinite() || !estimate.covariance.allFinite()) {
     return {Health::lost, HealthReason::not_finite};
   }
-  if (variance_m2 > kLost_m * kLost_m) return {Health::lost, HealthReason::covariance};
+  if (variance_m2 > kLostSigma_m * kLostSigma_m) return {Health::lost, HealthReason::covariance};
   if (variance_m2 > kUncertain_m * kUncertain_m) return {Health::uncertain, HealthReason::covariance};
   return {};
 }
@@ -125,7 +123,7 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const double sigma_m = unobserved_m();
   const double claimed_m = std::sqrt(position_variance_m2(causal.covariance));
   const bool claims_too_much = claimed_m < kLeastClaim * sigma_m;
-  const bool lost = claims_too_much && sigma_m > kLost_m;
+  const bool lost = claims_too_much && sigma_m > kLostSigma_m;
   if (lost && has_scans_) astray_ = true;
   if (unconfirmed_s_ == 0.0) astray_ = false;
   if (lost || astray_) return {Health::lost, HealthReason::unobserved};
@@ -223,7 +221,7 @@ void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bun
 }
 
 bool HealthMonitor::is_confirmed() const {
-  return unconfirmed_s_ < kConfirmed_s && !(reckoned_.sigma_m(unknown_acceleration_m_s2()) > kUncertain_m);
+  return unconfirmed_s_ < kLongestWait_s && !(reckoned_.sigma_m(unknown_acceleration_m_s2()) > kUncertain_m);
 }
 
 double HealthMonitor::sum_of_odds() const {

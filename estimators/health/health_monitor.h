@@ -21,6 +21,12 @@ enum class Reckoning {
   scans         ///< they move it whatever the IMU says
 };
 
+/// Position sigma on the worst axis above which an estimate is lost.
+inline constexpr double kLostSigma_m = 3.0;
+
+/// The longest wait between two searches that found nothing.
+inline constexpr double kLongestWait_s = 60.0;
+
 /// What state and covariance alone show: not finite, or a position sigma above 3 m: lost; above 0.5 m: uncertain.
 Verdict judge_covariance(const Estimate& estimate);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimators/estimate.h"
+#include "estimators/health/health_monitor.h"
 
 namespace lodestone {
 
@@ -13,7 +14,6 @@ constexpr double kPlaceStep_m = 0.1;  // far below the distances over which a fi
 constexpr double kStep_rad = 0.0175;  // 1°
 constexpr double kKnown_m = 0.12;     // one sigma, within reach of a linearization
 constexpr double kFarthest_m = 6.0;
-constexpr double kLost_m = 3.0;      // one sigma on the worst axis: the health of such an estimate is lost
 constexpr double kLostWait_s = 1.0;  // between two searches for it
 constexpr int kMostSteps = 7;        // along the second direction and of the heading, which limits the size of the grid
 
@@ -56,7 +56,7 @@ std::optional<Pose> Relocation::better_place(const Keyframe& keyframe, const Nav
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance.bottomRightCorner<3, 3>());
   const Vector3 sigma_m = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   if (!(sigma_m[2] > kKnown_m)) return std::nullopt;
-  if (position_variance_m2(covariance) > kLost_m * kLost_m) {
+  if (position_variance_m2(covariance) > kLostSigma_m * kLostSigma_m) {
     const Time now = keyframe.estimate.time;
     if (searched_ && to_seconds(now - *searched_) < kLostWait_s) return std::nullopt;
     searched_ = now;

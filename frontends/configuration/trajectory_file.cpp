@@ -170,13 +170,12 @@ Trajectory read_trajectory(const std::string& path, const Vector3& origin_m) {
 }
 
 Trajectory read_site_trajectory(const std::string& path, const Vector3& origin_m) {
-  constexpr double kFarthest_m = 1e5;
   Trajectory trajectory = read_trajectory(path, origin_m);
   const Vector3& at = trajectory.front().pose.position;
-  if (at.cwiseAbs().maxCoeff() < kFarthest_m) return trajectory;
+  if (at.cwiseAbs().maxCoeff() < kSiteReach_m) return trajectory;
   throw InputError(
-      fmt::format("{}: the first pose is ({:.0f}, {:.0f}, {:.0f}) m from the origin; expected less than 100 km; {}",
-                  path, at.x(), at.y(), at.z(),
+      fmt::format("{}: the first pose is ({:.0f}, {:.0f}, {:.0f}) m from the origin; expected less than {:.0f} km; {}",
+                  path, at.x(), at.y(), at.z(), kSiteReach_m / 1000.0,
                   origin_m.isZero(0.0) ? "give an origin at the site with --origin x,y,z"
                                        : "correct --origin, or omit it if the file's origin is at the site"));
 }

@@ -26,7 +26,10 @@ Trajectory read_euroc(const std::string& path);
 /// has no times: throws InputError that names --times of `lodestone evaluate` (kitti_trajectory.h).
 Trajectory read_trajectory(const std::string& path, const Vector3& origin_m = Vector3::Zero());
 
-/// read_trajectory of a drive at the site: throws InputError also if its first pose is 100 km or more from the origin.
+/// No coordinate of a site is larger. Larger ones have another origin.
+inline constexpr double kSiteReach_m = 1e5;
+
+/// read_trajectory of a drive at the site: throws InputError also if its first pose is beyond kSiteReach_m.
 Trajectory read_site_trajectory(const std::string& path, const Vector3& origin_m);
 
 /// "x y z qx qy qz qw", the format of --initial-pose. `origin_m` is added to the position.

@@ -63,9 +63,8 @@ PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, cons
 
 /// Throws InputError if the trajectories are farther apart than any site: their coordinates differ.
 void check_coordinates(const ComparisonCall& call, const PosePair& first) {
-  constexpr double kFarthest_m = 1e5;
   const double apart_m = (first.estimate.position - first.truth.position).norm();
-  if (apart_m < kFarthest_m) return;
+  if (apart_m < kSiteReach_m) return;
   throw InputError(
       fmt::format("{} and {}: the first poses are {:.0f} km apart: one of them is georeferenced; shift one "
                   "with `lodestone shift`, or use --align",

@@ -8,12 +8,12 @@
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/plotting/run_folder.h"
+#include "tools/run/run_summary.h"
 
 namespace lodestone::reproduce {
 
 namespace {
 
-constexpr double kSuccess_m = 1.0;  // as `success` of summary.json
 constexpr const char* kNever = "-";
 
 /// The first time at which the position is more than 1 m off.

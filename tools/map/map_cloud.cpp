@@ -57,7 +57,7 @@ Platform platform_of(const MapCloudCall& call) {
 
 /// Voxels have numbers up to their reach, and floats are coarse farther away than cloud maps may be.
 void check_origin(const SurveyDrive& drive, const MapCloudCall& call) {
-  const double reach_m = std::min(100'000.0, voxels_reach_m(call.voxel_m));
+  const double reach_m = std::min(kSiteReach_m, voxels_reach_m(call.voxel_m));
   for (const StampedPose& pose : drive.trajectory) {
     if (pose.pose.position.cwiseAbs().maxCoeff() < reach_m) continue;
     const Vector3& at = pose.pose.position;

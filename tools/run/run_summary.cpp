@@ -13,7 +13,6 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLostError_m = 1.0;
 constexpr double kNear_m = 0.1;
 constexpr double kEndTolerance_s = 1.0;  // a log may end with IMU samples after its last whole scan
 
@@ -70,7 +69,7 @@ PoseComparison compare_poses(const std::string& name, const EstimateRecord::Pose
   StageFigures& figures = compared.figures;
   const std::vector<double> error_m = translation_errors(compared.pairs);
   figures.share_within_100mm = share_within(compared.pairs, error_m, kNear_m, end);
-  figures.share_within_1m = share_within(compared.pairs, error_m, kLostError_m, end);
+  figures.share_within_1m = share_within(compared.pairs, error_m, kSuccess_m, end);
   if (!compared.finite) {
     figures.ate_m = figures.max_error_m = figures.heading_rmse_deg = std::nan("");
     return compared;
@@ -106,7 +105,7 @@ TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& 
     figures.ate_se3_m = summarize(translation_errors(align(*similarity, figures.pairs))).rmse;
   }
   const bool at_the_end = !record.best().empty() && to_seconds(log_end - record.best().back().time) <= kEndTolerance_s;
-  figures.success = status == RunStatus::done && at_the_end && figures.max_error_m <= kLostError_m;
+  figures.success = status == RunStatus::done && at_the_end && figures.max_error_m <= kSuccess_m;
   return figures;
 }
 
