@@ -11,7 +11,6 @@
 #include "core/error.h"
 #include "core/magnetometer/sparse_field_nodes.h"
 #include "core/mapping/gpr_sweep.h"
-#include "core/mapping/survey_offsets.h"
 #include "core/middle_value.h"
 #include "core/parallel.h"
 
@@ -140,23 +139,31 @@ std::shared_ptr<SparseFieldNodes> with_position_error(const SparseFieldNodes& no
   return result;
 }
 
+/// A clock's offset below this many sigmas is not looked at.
+constexpr double kLeastClockSigmas = 3.0;
+
 struct FittedSurvey {
-  std::vector<Vector3> offsets_ut;
+  SurveyErrors errors;
   FieldKernelFit fit;
 };
 
-/// Kernels of the readings without the magnetometers' offsets if held-out readings are then predicted better, otherwise
-/// with them.
+/// Kernels of the readings without the errors of the magnetometers: of their clock, and also of their offsets. Each is
+/// corrected only if held-out readings are then predicted better.
 FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
-  const auto fit = [&](const std::vector<FieldObservation>& observations) {
-    return fit_field_kernels(observations, options.resolution_m, options.regression, options.method);
+  const auto fit = [&](const SurveyErrors& errors) {
+    return FittedSurvey{errors, fit_field_kernels(without_errors(readings, errors), options.resolution_m,
+                                                  options.regression, options.method)};
   };
-  FittedSurvey plain{{}, fit(readings)};
-  if (options.offset_sigma_ut == 0.0) return plain;
-  FittedSurvey corrected{survey_offsets(readings, options.offset_sigma_ut), {}};
-  if (mean_square_offset(corrected.offsets_ut) == 0.0) return plain;
-  corrected.fit = fit(without_offsets(readings, corrected.offsets_ut));
-  return corrected.fit.drive.held_out_cost < plain.fit.drive.held_out_cost ? corrected : plain;
+  SurveyErrors found = survey_errors(readings, {options.offset_sigma_ut, options.clock_sigma_s});
+  if (std::abs(found.clock_s) < kLeastClockSigmas * found.clock_sigma_s) found.clock_s = 0.0;
+  FittedSurvey best = fit({});
+  const auto try_out = [&](const SurveyErrors& errors) {
+    FittedSurvey corrected = fit(errors);
+    if (corrected.fit.drive.held_out_cost < best.fit.drive.held_out_cost) best = std::move(corrected);
+  };
+  if (found.clock_s != 0.0) try_out({{}, found.clock_s, found.clock_sigma_s});
+  if (mean_square_offset(found.offsets_ut) > 0.0) try_out({found.offsets_ut, best.errors.clock_s, found.clock_sigma_s});
+  return best;
 }
 
 std::vector<double> sigmas_within(const SparseFieldNodes& nodes, const FieldGrid& grid, double limit) {
@@ -178,6 +185,7 @@ void MagneticMapOptions::check() const {
   require(resolution_m >= 0.005 && resolution_m <= 10.0, "resolution_m must be in 0.005..10");
   require(max_sigma_ut >= 0.0, "max_sigma_ut must not be negative");
   require(offset_sigma_ut >= 0.0 && offset_sigma_ut <= 1000.0, "offset_sigma_ut must be in 0..1000");
+  require(clock_sigma_s >= 0.0 && clock_sigma_s <= 1.0, "clock_sigma_s must be in 0..1");
   require(tile_m > 0.0 && tile_m <= 1000.0, "tile_m must be in 0..1000");
   require(held_out_block_m == 0.0 || held_out_block_m >= 0.1, "held_out_block_m must be 0 or at least 0.1");
   for (std::size_t i = 1; i < heights_m.size(); ++i)
@@ -191,15 +199,15 @@ int MagneticMapOptions::tile_nodes() const {
 
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
   options.check();
-  const auto [offsets_ut, fit] = fit_survey(readings, options);
-  const std::vector<FieldCell> cells = thin_survey(without_offsets(readings, offsets_ut), fit.cell_m);
+  const auto [found, fit] = fit_survey(readings, options);
+  const std::vector<FieldCell> cells = thin_survey(without_errors(readings, found), fit.cell_m);
   const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
   const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
 
   // Row by row from below: then memory contains only a few rows of the regression's windows.
   const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : kMostOfSignal * signal_sigma(fit.kernels);
   // The next drive has offsets of this size, too.
-  const Vector3 drive_variance = fit.drive.sigma_ut.cwiseAbs2().array() + mean_square_offset(offsets_ut);
+  const Vector3 drive_variance = fit.drive.sigma_ut.cwiseAbs2().array() + mean_square_offset(found.offsets_ut);
   auto nodes = std::make_shared<SparseFieldNodes>();
   const auto layers = static_cast<int>(grid.heights_m.size());
   GprSweep sweep(*regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
@@ -232,7 +240,7 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readin
   if (layers == 1) errors.height_sigma_m = height_sigma(readings, grid.heights_m.front());
   std::vector<double> sigmas = sigmas_within(*nodes, grid, limit);
   MagneticMapResult result{
-      MagneticMap(grid, nodes, limit, cache_bytes, errors), fit, cells.size(), sigmas.size(), 0.0, 0.0, offsets_ut};
+      MagneticMap(grid, nodes, limit, cache_bytes, errors), fit, cells.size(), sigmas.size(), 0.0, 0.0, found};
   const auto at = [&](double share) {
     return sigmas.empty() ? std::numeric_limits<double>::quiet_NaN() : value_at_share(sigmas, share);
   };
@@ -274,7 +282,7 @@ HeldOutScore score_held_out(const SurveySplit& split, const FieldKernelFit& fit,
 std::optional<HeldOutScore> score_held_out_blocks(const std::vector<FieldObservation>& readings,
                                                   const MagneticMapResult& result, const MagneticMapOptions& options) {
   if (options.held_out_block_m <= 0.0) return std::nullopt;
-  const std::vector<FieldObservation> observations = without_offsets(readings, result.offsets_ut);
+  const std::vector<FieldObservation> observations = without_errors(readings, result.errors);
   const SurveySplit split =
       split_survey(observations, result.fit.cell_m, HeldOutBlocks(observations, options.held_out_block_m, 10, 5));
   if (split.held_out.empty() || split.training.empty()) return std::nullopt;

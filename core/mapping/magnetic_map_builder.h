@@ -5,6 +5,7 @@
 
 #include "core/magnetometer/magnetic_map.h"
 #include "core/mapping/field_kernel_fit.h"
+#include "core/mapping/survey_offsets.h"
 
 namespace lodestone {
 
@@ -15,8 +16,10 @@ struct MagneticMapOptions {
   double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: 0.71 of the fitted signal sigma
   double tile_m = 6.4;            ///< side of the file's tiles, rounded to a multiple of 16 nodes
   double held_out_block_m = 6.0;  ///< every tenth block of way is held out as a test; 0: no test
-  /// Prior sigma of each magnetometer's constant error in its own axes (survey_offsets); 0: not estimated.
+  /// Prior sigmas of each magnetometer's constant error in its own axes, and of the offset of their clock
+  /// (survey_errors); 0: not estimated.
   double offset_sigma_ut = 1.0;
+  double clock_sigma_s = 0.05;
   SlidingGprOptions regression;
 
   template <class Visitor>
@@ -33,6 +36,9 @@ struct MagneticMapOptions {
     visitor.field("offset_sigma_ut", offset_sigma_ut,
                   "expected size of each magnetometer's constant error in its own axes, which is found and subtracted; "
                   "0: not estimated");
+    visitor.field("clock_sigma_s", clock_sigma_s,
+                  "expected size of the offset of the magnetometers' clock, which is found and corrected; 0: not "
+                  "estimated");
     visitor.section("regression", regression);
   }
 
@@ -49,8 +55,8 @@ struct MagneticMapResult {
   std::size_t nodes = 0;         ///< with σ within the limit
   double median_sigma_ut = 0.0;  ///< over these nodes
   double high_sigma_ut = 0.0;    ///< 95 % quantile over these nodes
-  /// What was subtracted from the readings of each magnetometer, own axes; empty: nothing.
-  std::vector<Vector3> offsets_ut;
+  /// What the readings were corrected for: offsets of the magnetometers and of their clock.
+  SurveyErrors errors;
 };
 
 /// Builds the grid map of a survey. A node's σ is the expected difference of a reading of another drive from the map,
@@ -59,8 +65,8 @@ struct MagneticMapResult {
 /// the survey is too short, if the grid would exceed 2·10⁸ nodes, or if the method does not support the survey. Memory:
 /// 16 bytes per node with field, and the readings.
 ///
-/// The constant offsets of the magnetometers are subtracted from the readings if held-out readings are then predicted
-/// better (survey_offsets.h).
+/// Readings are corrected for the offsets of the magnetometers and of their clock if held-out readings are then
+/// predicted better (survey_offsets.h).
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);
 

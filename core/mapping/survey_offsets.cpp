@@ -19,19 +19,33 @@ constexpr Time kPause = from_seconds(1.0);
 /// Errors of a drive's poses are alike over about 2 m of way, so 20 voxels say as much as one (docs/design/046).
 constexpr double kVoxelsAlike = 20.0;
 constexpr int kRounds = 10;
+/// Steps of the clock's offset, and the share of its sigma below which a step is the last.
+constexpr int kSteps = 5;
+constexpr double kSmallStep = 0.1;
+/// Prior sigma of what is not estimated, in its unit.
+constexpr double kHeld = 1e-9;
 constexpr double kHuber = 1.345;  ///< 95 % efficiency for Gaussian errors (Huber 1981)
 /// Median length of a vector of three standard normal components.
 constexpr double kMedianLength = 1.538;
+
+std::size_t count_magnetometers(const std::vector<FieldObservation>& observations) {
+  int count = 0;
+  for (const FieldObservation& one : observations) count = std::max(count, one.magnetometer + 1);
+  return static_cast<std::size_t>(count);
+}
 
 struct Pass {
   std::size_t voxel = 0;
   int magnetometer = 0;
   Vector3 position = Vector3::Zero();
   Vector3 field_ut = Vector3::Zero();
-  Matrix3 rotation = Matrix3::Zero();  ///< mean of R_map_mag
+  Matrix3 rotation = Matrix3::Zero();   ///< mean of R_map_mag
+  Vector3 rate_ut_s = Vector3::Zero();  ///< of the reading, in the magnetometer's axes, then rotated
   int count = 0;
   Time first = 0;
   Time last = 0;
+
+  double middle_s() const { return 0.5 * (to_seconds(first) + to_seconds(last)); }
 };
 
 /// Passes in order of their beginning; voxels are numbered in order of the readings.
@@ -74,6 +88,24 @@ std::vector<Pass> passes_of(const std::vector<FieldObservation>& observations) {
   return passes;
 }
 
+/// Rates of change, from the passes of the same magnetometer before and after. `passes`: in order of their beginning.
+void add_rates(std::vector<Pass>& passes, std::size_t magnetometers) {
+  std::vector<std::vector<Pass*>> ways(magnetometers);
+  for (Pass& pass : passes) ways[static_cast<std::size_t>(pass.magnetometer)].push_back(&pass);
+  for (const std::vector<Pass*>& way : ways) {
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      const auto follow = [](const Pass& before, const Pass& after) { return after.first - before.last < kPause; };
+      const Pass& before = i > 0 && follow(*way[i - 1], *way[i]) ? *way[i - 1] : *way[i];
+      const Pass& after = i + 1 < way.size() && follow(*way[i], *way[i + 1]) ? *way[i + 1] : *way[i];
+      const double duration_s = after.middle_s() - before.middle_s();
+      if (!(duration_s > 0.0)) continue;
+      const Vector3 change =
+          after.rotation.transpose() * after.field_ut - before.rotation.transpose() * before.field_ut;
+      way[i]->rate_ut_s = way[i]->rotation * change / duration_s;
+    }
+  }
+}
+
 /// Mean square of the field's slope in one component and direction, (µT/m)²: of passes that follow each other, so that
 /// no offset affects it. `passes`: in order of their beginning.
 double mean_square_slope(const std::vector<Pass>& passes, std::size_t magnetometers) {
@@ -99,27 +131,38 @@ void for_each_shared_voxel(const std::vector<Pass>& passes, const Visit& visit) 
   }
 }
 
-class OffsetFit {
+/// The unknowns are the offsets of all magnetometers, and the clock's offset in seconds, the last.
+class ErrorFit {
  public:
-  OffsetFit(std::vector<Pass> passes, std::size_t magnetometers, double sigma_ut)
+  /// `clock_s`: of which the passes are free already.
+  ErrorFit(std::vector<Pass> passes, std::size_t magnetometers, const SurveyErrorSigmas& sigmas, double clock_s)
       : passes_(std::move(passes)),
         weights_(passes_.size(), 1.0),
-        offsets_(Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(magnetometers))),
-        prior_(1.0 / (sigma_ut * sigma_ut)),
-        mean_square_slope_(std::max(mean_square_slope(passes_, magnetometers), 1e-6)) {
+        errors_(Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(magnetometers) + 1)),
+        prior_(errors_.size()),
+        prior_mean_(Eigen::VectorXd::Zero(errors_.size())) {
+    const auto information = [](double sigma) { return 1.0 / std::pow(sigma > 0.0 ? sigma : kHeld, 2); };
+    prior_.setConstant(information(sigmas.offset_ut));
+    prior_.tail<1>().setConstant(information(sigmas.clock_s));
+    prior_mean_.tail<1>().setConstant(-clock_s);
+    mean_square_slope_ = std::max(mean_square_slope(passes_, magnetometers), 1e-6);
+    add_rates(passes_, magnetometers);
     std::stable_sort(passes_.begin(), passes_.end(), [](const Pass& a, const Pass& b) { return a.voxel < b.voxel; });
   }
 
-  std::vector<Vector3> run() {
+  SurveyErrors run() {
     for (int round = 0; round < kRounds && weigh(); ++round) solve();
-    std::vector<Vector3> result;
-    for (Eigen::Index j = 0; j < offsets_.size(); j += 3) result.emplace_back(offsets_.segment<3>(j));
+    SurveyErrors result;
+    for (Eigen::Index j = 0; j + 1 < errors_.size(); j += 3) result.offsets_ut.emplace_back(errors_.segment<3>(j));
+    result.clock_s = errors_.tail<1>().value();
+    result.clock_sigma_s = clock_sigma_s_;
     return result;
   }
 
  private:
-  Vector3 without_offset(const Pass& pass) const {
-    return pass.field_ut - pass.rotation * offsets_.segment<3>(3 * pass.magnetometer);
+  Vector3 without_error(const Pass& pass) const {
+    return pass.field_ut - pass.rotation * errors_.segment<3>(3 * pass.magnetometer) +
+           errors_.tail<1>().value() * pass.rate_ut_s;
   }
 
   /// Coefficients of the voxel's field and slopes in pass i of the voxel that begins with pass `begin`.
@@ -137,7 +180,7 @@ class OffsetFit {
     return information.llt();
   }
 
-  /// Huber weights by the residuals at the present offsets; false if no place was passed twice.
+  /// Huber weights by the residuals at the present errors; false if no place was passed twice.
   bool weigh() {
     std::vector<double> lengths;
     std::vector<double> length_of(passes_.size(), 0.0);
@@ -145,13 +188,13 @@ class OffsetFit {
       const auto voxel = factor(begin, end);
       Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
       for (std::size_t i = begin; i < end; ++i) {
-        right += weights_[i] * row(i, begin) * without_offset(passes_[i]).transpose();
+        right += weights_[i] * row(i, begin) * without_error(passes_[i]).transpose();
       }
       const Eigen::Matrix<double, 4, 3> field = voxel.solve(right);
       for (std::size_t i = begin; i < end; ++i) {
         // A residual from the fit is smaller than the error of a pass by the square root of `share`.
         const double share = 1.0 - weights_[i] * row(i, begin).dot(voxel.solve(row(i, begin)));
-        const double residual = (without_offset(passes_[i]) - field.transpose() * row(i, begin)).norm();
+        const double residual = (without_error(passes_[i]) - field.transpose() * row(i, begin)).norm();
         length_of[i] = residual / std::sqrt(std::max(share, 1e-9));
         lengths.push_back(length_of[i]);
       }
@@ -166,7 +209,8 @@ class OffsetFit {
   }
 
   void solve() {
-    const Eigen::Index size = offsets_.size();
+    const Eigen::Index size = errors_.size();
+    const Eigen::Index clock = size - 1;
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
     // Rows 0 to 2 for the voxel's field, 3 to 11 for its slopes.
@@ -179,12 +223,18 @@ class OffsetFit {
       for (std::size_t i = begin; i < end; ++i) {
         const Pass& pass = passes_[i];
         const Eigen::Index at = 3 * pass.magnetometer;
+        const Vector3 across = weights_[i] * pass.rotation.transpose() * pass.rate_ut_s;
         information.block<3, 3>(at, at) += weights_[i] * pass.rotation.transpose() * pass.rotation;
+        information.block<3, 1>(at, clock) -= across;
+        information.block<1, 3>(clock, at) -= across.transpose();
+        information(clock, clock) += weights_[i] * pass.rate_ut_s.squaredNorm();
         right.segment<3>(at) += weights_[i] * pass.rotation.transpose() * pass.field_ut;
+        right[clock] -= weights_[i] * pass.rate_ut_s.dot(pass.field_ut);
         // With L of L Lᵀ = `factor`: the voxel's field and slopes have the unit matrix as information.
         const Eigen::Vector4d whitened = voxel.matrixL().solve(row(i, begin));
         for (Eigen::Index k = 0; k < 4; ++k) {
           coupling.block<3, 3>(3 * k, at) += weights_[i] * whitened[k] * pass.rotation;
+          coupling.block<3, 1>(3 * k, clock) -= weights_[i] * whitened[k] * pass.rate_ut_s;
           field.segment<3>(3 * k) += weights_[i] * whitened[k] * pass.field_ut;
         }
       }
@@ -193,33 +243,83 @@ class OffsetFit {
     });
     const double scale = 1.0 / (kVoxelsAlike * sigma_ut_ * sigma_ut_);
     information *= scale;
-    information.diagonal().array() += prior_;
-    offsets_ = information.ldlt().solve(scale * right);
+    information.diagonal() += prior_;
+    const Eigen::LDLT<Eigen::MatrixXd> factor(information);
+    errors_ = factor.solve(scale * right + prior_.cwiseProduct(prior_mean_));
+    clock_sigma_s_ = std::sqrt(factor.solve(Eigen::VectorXd::Unit(size, clock))[clock]);
   }
 
   std::vector<Pass> passes_;
   std::vector<double> weights_;
-  Eigen::VectorXd offsets_;
-  double prior_;
-  double mean_square_slope_;
+  Eigen::VectorXd errors_;
+  Eigen::VectorXd prior_;  ///< information
+  Eigen::VectorXd prior_mean_;
+  double mean_square_slope_ = 0.0;
   double sigma_ut_ = 1.0;
+  double clock_sigma_s_ = 0.0;
+};
+
+/// Poses of one magnetometer, in order of time.
+class Way {
+ public:
+  void add(const FieldObservation& one) { observations_.push_back(one); }
+  void sort() { std::ranges::stable_sort(observations_, {}, &FieldObservation::time); }
+
+  /// Between the two observations round `time`; before the first and after the last, as these two move.
+  void set_pose(Time time, FieldObservation& one) const {
+    if (observations_.size() < 2) return;
+    const auto next = std::ranges::upper_bound(observations_, time, {}, &FieldObservation::time);
+    const auto after = std::clamp(next, observations_.begin() + 1, observations_.end() - 1);
+    const FieldObservation& a = *(after - 1);
+    const FieldObservation& b = *after;
+    if (b.time == a.time) return;
+    const double share = to_seconds(time - a.time) / to_seconds(b.time - a.time);
+    one.position = a.position + share * (b.position - a.position);
+    one.R_map_mag = a.R_map_mag.slerp(share, b.R_map_mag);
+  }
+
+ private:
+  std::vector<FieldObservation> observations_;
 };
 
 }  // namespace
 
-std::vector<Vector3> survey_offsets(const std::vector<FieldObservation>& observations, double offset_sigma_ut) {
-  int count = 0;
-  for (const FieldObservation& one : observations) count = std::max(count, one.magnetometer + 1);
-  if (count == 0) return {};
-  const auto magnetometers = static_cast<std::size_t>(count);
-  return OffsetFit(passes_of(observations), magnetometers, offset_sigma_ut).run();
+SurveyErrors survey_errors(const std::vector<FieldObservation>& observations, const SurveyErrorSigmas& sigmas) {
+  const std::size_t magnetometers = count_magnetometers(observations);
+  if (magnetometers == 0) return {};
+  SurveyErrors result;
+  // Rates of change are those between voxels, and noisy, so that a step is too small.
+  for (int step = 0; step < kSteps; ++step) {
+    const SurveyErrors moved{{}, result.clock_s, 0.0};
+    const double before_s = result.clock_s;
+    const std::vector<Pass> passes = passes_of(before_s == 0.0 ? observations : without_errors(observations, moved));
+    result = ErrorFit(passes, magnetometers, sigmas, before_s).run();
+    const double step_s = result.clock_s;
+    result.clock_s += before_s;
+    if (sigmas.clock_s == 0.0 || std::abs(step_s) < kSmallStep * result.clock_sigma_s) break;
+  }
+  if (sigmas.clock_s == 0.0) result.clock_s = result.clock_sigma_s = 0.0;
+  if (sigmas.offset_ut == 0.0) result.offsets_ut.clear();
+  return result;
 }
 
-std::vector<FieldObservation> without_offsets(std::vector<FieldObservation> observations,
-                                              const std::vector<Vector3>& offsets_ut) {
+std::vector<FieldObservation> without_errors(std::vector<FieldObservation> observations, const SurveyErrors& errors) {
+  if (errors.clock_s != 0.0) {
+    std::vector<Way> ways(count_magnetometers(observations));
+    for (const FieldObservation& one : observations) {
+      if (one.magnetometer >= 0) ways[static_cast<std::size_t>(one.magnetometer)].add(one);
+    }
+    for (Way& way : ways) way.sort();
+    for (FieldObservation& one : observations) {
+      if (one.magnetometer < 0) continue;
+      const Vector3 reading_ut = one.R_map_mag.conjugate() * one.field_ut;
+      ways[static_cast<std::size_t>(one.magnetometer)].set_pose(one.time - from_seconds(errors.clock_s), one);
+      one.field_ut = one.R_map_mag * reading_ut;
+    }
+  }
   for (FieldObservation& one : observations) {
-    if (one.magnetometer < 0 || one.magnetometer >= static_cast<int>(offsets_ut.size())) continue;
-    one.field_ut -= one.R_map_mag * offsets_ut[static_cast<std::size_t>(one.magnetometer)];
+    if (one.magnetometer < 0 || one.magnetometer >= static_cast<int>(errors.offsets_ut.size())) continue;
+    one.field_ut -= one.R_map_mag * errors.offsets_ut[static_cast<std::size_t>(one.magnetometer)];
   }
   return observations;
 }

@@ -130,8 +130,8 @@ py::dict build_field_map(const py::list& surveys, const std::vector<std::string>
   values["high_sigma_ut"] = result->high_sigma_ut;
   values["drive_sigma_ut"] = array_of(result->fit.drive.sigma_ut);
   values["drive_position_sigma_m"] = result->fit.drive.position_sigma_m;
-  values["offsets_ut"] =
-      array_of<double>(result->offsets_ut, 3, [](const Vector3& offset, double* out) { write_vector(offset, out); });
+  values["offsets_ut"] = array_of<double>(result->errors.offsets_ut, 3,
+                                          [](const Vector3& offset, double* out) { write_vector(offset, out); });
   values["held_out"] = score_dict(score);
   return values;
 }

@@ -129,6 +129,13 @@ std::string kernels_table(const FieldKernelFit& fit) {
   return text;
 }
 
+std::string clock_text(const SurveyErrors& errors) {
+  if (errors.clock_s == 0.0) return "clock of the magnetometers: no offset that predicts held-out readings better\n";
+  return fmt::format("clock of the magnetometers: stamps {:.1f} ms {} (sigma {:.1f} ms), corrected\n",
+                     1e3 * std::abs(errors.clock_s), errors.clock_s > 0.0 ? "late" : "early",
+                     1e3 * errors.clock_sigma_s);
+}
+
 std::string offsets_table(const std::vector<Vector3>& offsets_ut, const SensorSuite& suite) {
   if (offsets_ut.empty()) {
     return "offsets of the magnetometers: none, since they would not predict held-out readings better\n";
@@ -142,11 +149,12 @@ std::string offsets_table(const std::vector<Vector3>& offsets_ut, const SensorSu
   return text;
 }
 
-/// The platform with the offsets as a part of the hard iron: field = C (reading - hard iron).
-Platform without_offsets(Platform platform, const std::vector<Vector3>& offsets_ut) {
-  for (std::size_t j = 0; j < offsets_ut.size(); ++j) {
+/// The platform with the clock's offset, and the offsets as a part of the hard iron: field = C (reading - hard iron).
+Platform without_errors(Platform platform, const SurveyErrors& errors) {
+  platform.magnetometer_clock_offset_s += errors.clock_s;
+  for (std::size_t j = 0; j < errors.offsets_ut.size(); ++j) {
     MagnetometerMessageLayout& layout = platform.magnetometers[j];
-    layout.hard_iron_ut += layout.soft_iron_correction.inverse() * offsets_ut[j];
+    layout.hard_iron_ut += layout.soft_iron_correction.inverse() * errors.offsets_ut[j];
   }
   return platform;
 }
@@ -175,8 +183,11 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
   if (const std::string drive = drive_error_text(result.fit.drive); !drive.empty()) {
     provenance.push_back({"drive_error", drive});
   }
-  for (std::size_t j = 0; j < result.offsets_ut.size(); ++j) {
-    const Vector3& offset = result.offsets_ut[j];
+  if (result.errors.clock_s != 0.0) {
+    provenance.push_back({"corrected_clock_offset", fmt::format("{:.4f} s", result.errors.clock_s)});
+  }
+  for (std::size_t j = 0; j < result.errors.offsets_ut.size(); ++j) {
+    const Vector3& offset = result.errors.offsets_ut[j];
     provenance.push_back({fmt::format("subtracted_offset_{}", j),
                           fmt::format("{:.3f} {:.3f} {:.3f} uT", offset.x(), offset.y(), offset.z())});
   }
@@ -205,7 +216,8 @@ void map_magnetic(const MapMagneticCall& call) {
   fmt::print("{}", kernels_table(result.fit));
   const std::string drive = drive_error_text(result.fit.drive);
   fmt::print("error between drives: {}\n", drive.empty() ? "none found beyond the noise" : drive);
-  if (options.offset_sigma_ut > 0.0) fmt::print("{}", offsets_table(result.offsets_ut, platform.suite));
+  if (options.clock_sigma_s > 0.0) fmt::print("{}", clock_text(result.errors));
+  if (options.offset_sigma_ut > 0.0) fmt::print("{}", offsets_table(result.errors.offsets_ut, platform.suite));
   fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
              result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
   throw_if_interrupted();
@@ -239,7 +251,7 @@ void map_magnetic(const MapMagneticCall& call) {
   fmt::print("wrote {}, {} and {}\n", call.out, std::filesystem::path(out).replace_extension(".tif").string(),
              picture.string());
   if (call.platform_out.empty()) return;
-  save_platform(without_offsets(platform, result.offsets_ut), call.platform_out);
+  save_platform(without_errors(platform, result.errors), call.platform_out);
   fmt::print("wrote {}\n", call.platform_out);
 }
 
@@ -257,7 +269,7 @@ void add_map_magnetic(CLI::App& parent, int* code) {
       ->required();
   files.output(command->add_option("--platform-out", call->platform_out,
                                    "the platform file to write for this robot, with the offsets of its magnetometers "
-                                   "as a part of their hard iron"));
+                                   "as a part of their hard iron, and that of their clock"));
   command->add_option("--method", call->method,
                       "s-gpr: each component separately (default); curl-free: one potential for all three");
   command->add_option("--resolution", call->resolution_m, "spacing of the map's nodes, metres (default 0.1)");
