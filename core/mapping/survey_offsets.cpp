@@ -265,14 +265,19 @@ class Way {
   void add(const FieldObservation& one) { observations_.push_back(one); }
   void sort() { std::ranges::stable_sort(observations_, {}, &FieldObservation::time); }
 
-  /// Between the two observations round `time`; before the first and after the last, as these two move.
+  /// Between the two observations round `time`; in a pause, and beyond the ends, as the two nearest move.
   void set_pose(Time time, FieldObservation& one) const {
     if (observations_.size() < 2) return;
-    const auto next = std::ranges::upper_bound(observations_, time, {}, &FieldObservation::time);
-    const auto after = std::clamp(next, observations_.begin() + 1, observations_.end() - 1);
+    const auto first = observations_.begin() + 1;
+    const auto last = observations_.end() - 1;
+    auto after = std::clamp(std::ranges::upper_bound(observations_, time, {}, &FieldObservation::time), first, last);
+    if (after->time - (after - 1)->time > kPause) {
+      const bool near_begin = time - (after - 1)->time < after->time - time;
+      after = near_begin ? std::max(after - 1, first) : std::min(after + 1, last);
+    }
     const FieldObservation& a = *(after - 1);
     const FieldObservation& b = *after;
-    if (b.time == a.time) return;
+    if (b.time == a.time || b.time - a.time > kPause) return;
     const double share = to_seconds(time - a.time) / to_seconds(b.time - a.time);
     one.position = a.position + share * (b.position - a.position);
     one.R_map_mag = a.R_map_mag.slerp(share, b.R_map_mag);

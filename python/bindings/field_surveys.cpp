@@ -132,6 +132,7 @@ py::dict build_field_map(const py::list& surveys, const std::vector<std::string>
   values["drive_position_sigma_m"] = result->fit.drive.position_sigma_m;
   values["offsets_ut"] = array_of<double>(result->errors.offsets_ut, 3,
                                           [](const Vector3& offset, double* out) { write_vector(offset, out); });
+  values["clock_s"] = result->errors.clock_s;
   values["held_out"] = score_dict(score);
   return values;
 }

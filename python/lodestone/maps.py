@@ -50,6 +50,7 @@ class MagneticMapResult:
     median_sigma_ut, high_sigma_ut: half, and 95 %, of the nodes have a smaller sigma, µT.
     drive_sigma_ut, drive_position_sigma_m: error between drives beyond noise: (3,) µT, and m.
     offsets_ut: (M, 3), what was subtracted from the readings of each magnetometer, own axes, µT; (0, 3): nothing.
+    clock_s: what the stamps of the magnetometers were corrected by, s; positive: they were late. 0: nothing.
     held_out: errors on parts of the survey that were predicted from the rest: cells, refused, rms_ut (3,),
         normalized_rms (3,), which is 1 if the map's sigma is right. None: the survey is too short, or not wanted.
     """
@@ -62,6 +63,7 @@ class MagneticMapResult:
     drive_sigma_ut: np.ndarray
     drive_position_sigma_m: float
     offsets_ut: np.ndarray
+    clock_s: float
     held_out: Optional[dict]
 
 

@@ -47,11 +47,12 @@ struct DriveErrors {
   double position_m = 0.01;
   double offset_ut = 0.5;  ///< of each magnetometer, in its own axes, on this drive
   double noise_ut = 1.0;
+  double clock_s = 0.0;  ///< stamp minus time of the poses
 };
 
 /// A drive of three magnetometers over the floor: lanes 0.35 m apart along x, then 0.7 m apart along y, readings every
-/// 2 cm. Heights 0.1 m. `shift_m`: of all lanes, so that another drive has other tracks. `true_offsets`: receives the
-/// offsets of the magnetometers.
+/// 2 cm, at 1 m/s. Heights 0.1 m. `shift_m`: of all lanes, so that another drive has other tracks. `true_offsets`:
+/// receives the offsets of the magnetometers.
 inline std::vector<FieldObservation> drive_over(const SteelFloor& floor, std::uint64_t seed, const DriveErrors& errors,
                                                 double shift_m = 0.0, std::vector<Vector3>* true_offsets = nullptr) {
   std::mt19937_64 generator(seed);
@@ -75,16 +76,21 @@ inline std::vector<FieldObservation> drive_over(const SteelFloor& floor, std::ui
     for (double way = 0.0; way < (to - from).norm(); way += step_m, seconds += step_m) {
       error = keep * error + std::sqrt(1.0 - keep * keep) * draw(errors.position_m);
       for (int j = 0; j < 3; ++j) {
-        const Eigen::Vector2d at = from + way * along + (0.12 * (j - 1) + 0.04 * std::sin(1.3 * way + phase)) * left;
-        const Vector3 place(at.x(), at.y(), 0.1);
+        const auto place_at = [&](double done) {
+          const Eigen::Vector2d at =
+              from + done * along + (0.12 * (j - 1) + 0.04 * std::sin(1.3 * done + phase)) * left;
+          return Vector3(at.x(), at.y(), 0.1);
+        };
+        const Vector3 place = place_at(way);
         Matrix3 R_map_imu = Matrix3::Identity();
         R_map_imu.topLeftCorner<2, 2>() << along.x(), left.x(), along.y(), left.y();
-        const Vector3 field =
-            floor.field_ut(place) + R_map_imu * offsets[static_cast<std::size_t>(j)] + draw(errors.noise_ut);
+        const Vector3 field = floor.field_ut(place_at(way - errors.clock_s)) +
+                              R_map_imu * offsets[static_cast<std::size_t>(j)] + draw(errors.noise_ut);
         readings.push_back({place + Vector3(error.x(), error.y(), 0.0), field, errors.noise_ut, from_seconds(seconds),
                             j, Quaternion(R_map_imu)});
       }
     }
+    seconds += 2.0;  // to the next lane
   };
   for (int k = 0; k < 6; ++k) {
     const double y = 0.12 + 0.35 * k + shift_m;

@@ -112,17 +112,49 @@ TEST(MagneticMapBuilderTest, SubtractsOffsetsOnlyIfHeldOutReadingsAgree) {
   }
   ASSERT_GT(count, 200);
   EXPECT_LT(error, 0.5 * error_ignored);
-  ASSERT_EQ(with.offsets_ut.size(), 3U);
+  ASSERT_EQ(with.errors.offsets_ut.size(), 3U);
   for (std::size_t j = 0; j < 3; ++j) {
-    EXPECT_LT((with.offsets_ut[j] - truth[j]).head<2>().norm(), 0.5 * truth[j].head<2>().norm());
+    EXPECT_LT((with.errors.offsets_ut[j] - truth[j]).head<2>().norm(), 0.5 * truth[j].head<2>().norm());
   }
 
   options.offset_sigma_ut = 1.0;
   const MagneticMapResult without = build_magnetic_map(survey(0.0, nullptr), options);
   options.offset_sigma_ut = 0.0;
   const MagneticMapResult plain = build_magnetic_map(survey(0.0, nullptr), options);
-  EXPECT_TRUE(without.offsets_ut.empty());
+  EXPECT_TRUE(without.errors.offsets_ut.empty());
   EXPECT_EQ(without.median_sigma_ut, plain.median_sigma_ut);
+}
+
+TEST(MagneticMapBuilderTest, CorrectsTheClockOnlyIfHeldOutReadingsAgree) {
+  const testing::SteelFloor floor(6);
+  MagneticMapOptions options;
+  options.regression.calibration_block_m = 1.5;
+  options.offset_sigma_ut = 0.0;
+  const auto error_of = [&](const MagneticMapResult& result) {
+    double squares = 0.0;
+    int count = 0;
+    for (double x = 0.3; x < 4.7; x += 0.11) {
+      for (double y = 0.3; y < 1.8; y += 0.13) {
+        const Vector3 place(x, y, 0.1);
+        const auto found = result.map.query(place, FieldInterpolation::bicubic);
+        if (!found) continue;
+        squares += (found->field_ut - floor.field_ut(place)).squaredNorm();
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 200);
+    return std::sqrt(squares / std::max(count, 1));
+  };
+  const auto late = testing::drive_over(floor, 6, {0.003, 0.0, 0.2, 0.04});
+  const auto punctual = testing::drive_over(floor, 6, {0.003, 0.0, 0.2, 0.0});
+  const MagneticMapResult corrected = build_magnetic_map(late, options);
+  EXPECT_NEAR(corrected.errors.clock_s, 0.04, 0.004);
+  const double with_right_clock = error_of(build_magnetic_map(punctual, options));
+  EXPECT_LT(error_of(corrected), 1.2 * with_right_clock);
+  options.clock_sigma_s = 0.0;
+  const MagneticMapResult uncorrected = build_magnetic_map(late, options);
+  EXPECT_EQ(uncorrected.errors.clock_s, 0.0);
+  EXPECT_GT(error_of(uncorrected), 1.5 * error_of(corrected));
 }
 
 // The floor of the survey rises and falls; one magnetometer sits higher than the other.

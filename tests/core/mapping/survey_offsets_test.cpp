@@ -30,7 +30,7 @@ class SurveyOffsets : public ::testing::TestWithParam<int> {
 };
 
 TEST_P(SurveyOffsets, AreFoundInTheMagnetometersOwnAxes) {
-  const std::vector<Vector3> found = survey_offsets(readings_, 3.0);
+  const std::vector<Vector3> found = survey_errors(readings_, {3.0, 0.0}).offsets_ut;
   EXPECT_LT(worst_horizontal(found, truth_), 0.3);
   // On a flat floor, passes show the vertical offsets of magnetometers relative to each other only.
   double square = 0.0;
@@ -42,9 +42,26 @@ TEST_P(SurveyOffsets, AreFoundInTheMagnetometersOwnAxes) {
 }
 
 TEST_P(SurveyOffsets, MakePassesAgree) {
-  const std::vector<Vector3> found = survey_offsets(readings_, 3.0);
-  const std::vector<FieldObservation> corrected = without_offsets(readings_, found);
-  for (const Vector3& none : survey_offsets(corrected, 3.0)) EXPECT_LT(none.head<2>().norm(), 0.05);
+  const std::vector<Vector3> found = survey_errors(readings_, {3.0, 0.0}).offsets_ut;
+  const std::vector<FieldObservation> corrected = without_errors(readings_, {found});
+  for (const Vector3& none : survey_errors(corrected, {3.0, 0.0}).offsets_ut) EXPECT_LT(none.head<2>().norm(), 0.05);
+}
+
+/// Late stamps move what is seen by 3 cm along each lane. Offsets of 2 µT are found together with them.
+TEST_P(SurveyOffsets, OfTheClockAreFoundWithinTheirSigma) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  for (const double clock_s : {-0.03, 0.0, 0.03}) {
+    std::vector<Vector3> truth;
+    const std::vector<FieldObservation> readings =
+        testing::drive_over(floor_, seed, {0.01, 2.0, 1.0, clock_s}, 0.0, &truth);
+    const SurveyErrors found = survey_errors(readings, {3.0, 0.1});
+    EXPECT_LT(found.clock_sigma_s, 0.008);
+    EXPECT_LT(std::abs(found.clock_s - clock_s), 3.0 * found.clock_sigma_s) << clock_s;
+    EXPECT_LT(worst_horizontal(found.offsets_ut, truth), 0.3);
+    // What is corrected is not found again.
+    const SurveyErrors left = survey_errors(without_errors(readings, found), {3.0, 0.1});
+    EXPECT_LT(std::abs(left.clock_s), 0.3 * found.clock_sigma_s);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, SurveyOffsets, ::testing::Range(1, 6));
@@ -60,18 +77,21 @@ TEST(SurveyOffsets, OfOnePassWithoutCrossingsAreZero) {
                     0,
                     Quaternion::Identity()});
   }
-  const std::vector<Vector3> found = survey_offsets(lane, 1.0);
-  EXPECT_EQ(found[0], Vector3::Zero());
+  const SurveyErrors found = survey_errors(lane, {1.0, 0.05});
+  EXPECT_EQ(found.offsets_ut[0], Vector3::Zero());
+  EXPECT_EQ(found.clock_s, 0.0);
 }
 
 TEST(SurveyOffsets, IgnoreReadingsOfUnknownMagnetometers) {
   const SteelFloor floor(7);
   std::vector<FieldObservation> readings = testing::drive_over(floor, 7, {0.01, 2.0, 1.0});
   for (FieldObservation& one : readings) one.magnetometer = -1;
-  const std::vector<Vector3> found = survey_offsets(readings, 3.0);
-  EXPECT_TRUE(found.empty());
-  const std::vector<FieldObservation> same = without_offsets(readings, {Vector3(1.0, 2.0, 3.0)});
+  const SurveyErrors found = survey_errors(readings, {3.0, 0.05});
+  EXPECT_TRUE(found.offsets_ut.empty());
+  EXPECT_EQ(found.clock_s, 0.0);
+  const std::vector<FieldObservation> same = without_errors(readings, {{Vector3(1.0, 2.0, 3.0)}, 0.1});
   EXPECT_EQ(same.front().field_ut, readings.front().field_ut);
+  EXPECT_EQ(same.front().position, readings.front().position);
 }
 
 TEST(SurveyOffsets, OfAFewWildPassesDoNotCount) {
@@ -80,7 +100,7 @@ TEST(SurveyOffsets, OfAFewWildPassesDoNotCount) {
   std::vector<FieldObservation> readings = testing::drive_over(floor, 9, {0.01, 2.0, 1.0}, 0.0, &truth);
   // A vehicle beside the way in a twentieth of the drive.
   for (std::size_t i = 0; i < readings.size() / 20; ++i) readings[i].field_ut += Vector3(30.0, -20.0, 10.0);
-  const std::vector<Vector3> found = survey_offsets(readings, 3.0);
+  const std::vector<Vector3> found = survey_errors(readings, {3.0, 0.05}).offsets_ut;
   EXPECT_LT(worst_horizontal(found, truth), 0.4);
 }
 
