@@ -88,15 +88,20 @@ std::vector<Pass> passes_of(const std::vector<FieldObservation>& observations) {
   return passes;
 }
 
-/// Rates of change, from the passes of the same magnetometer before and after. `passes`: in order of their beginning.
+/// Rates of change, from passes of the same magnetometer at least a voxel's edge before and after, since at less noise
+/// would dominate. Zero where the magnetometer rests. `passes`: in order of their beginning.
 void add_rates(std::vector<Pass>& passes, std::size_t magnetometers) {
   std::vector<std::vector<Pass*>> ways(magnetometers);
   for (Pass& pass : passes) ways[static_cast<std::size_t>(pass.magnetometer)].push_back(&pass);
   for (const std::vector<Pass*>& way : ways) {
     for (std::size_t i = 0; i < way.size(); ++i) {
-      const auto follow = [](const Pass& before, const Pass& after) { return after.first - before.last < kPause; };
-      const Pass& before = i > 0 && follow(*way[i - 1], *way[i]) ? *way[i - 1] : *way[i];
-      const Pass& after = i + 1 < way.size() && follow(*way[i], *way[i + 1]) ? *way[i + 1] : *way[i];
+      const auto is_far = [&](const Pass& other) { return (other.position - way[i]->position).norm() > kVoxel_m; };
+      std::size_t first = i, last = i;
+      while (first > 0 && way[i]->first - way[first - 1]->last < kPause && !is_far(*way[first])) --first;
+      while (last + 1 < way.size() && way[last + 1]->first - way[i]->last < kPause && !is_far(*way[last])) ++last;
+      const Pass& before = *way[first];
+      const Pass& after = *way[last];
+      if ((after.position - before.position).norm() < kVoxel_m) continue;
       const double duration_s = after.middle_s() - before.middle_s();
       if (!(duration_s > 0.0)) continue;
       const Vector3 change =

@@ -48,6 +48,7 @@ struct DriveErrors {
   double offset_ut = 0.5;  ///< of each magnetometer, in its own axes, on this drive
   double noise_ut = 1.0;
   double clock_s = 0.0;  ///< stamp minus time of the poses
+  double pause_s = 0.0;  ///< between lanes; 0: the robot jumps
 };
 
 /// A drive of three magnetometers over the floor: lanes 0.35 m apart along x, then 0.7 m apart along y, readings every
@@ -90,7 +91,7 @@ inline std::vector<FieldObservation> drive_over(const SteelFloor& floor, std::ui
                             j, Quaternion(R_map_imu)});
       }
     }
-    seconds += 2.0;  // to the next lane
+    seconds += errors.pause_s;
   };
   for (int k = 0; k < 6; ++k) {
     const double y = 0.12 + 0.35 * k + shift_m;

@@ -145,8 +145,8 @@ TEST(MagneticMapBuilderTest, CorrectsTheClockOnlyIfHeldOutReadingsAgree) {
     EXPECT_GT(count, 200);
     return std::sqrt(squares / std::max(count, 1));
   };
-  const auto late = testing::drive_over(floor, 6, {0.003, 0.0, 0.2, 0.04});
-  const auto punctual = testing::drive_over(floor, 6, {0.003, 0.0, 0.2, 0.0});
+  const auto late = testing::drive_over(floor, 6, {0.003, 0.0, 0.2, 0.04, 2.0});
+  const auto punctual = testing::drive_over(floor, 6, {0.003, 0.0, 0.2, 0.0, 2.0});
   const MagneticMapResult corrected = build_magnetic_map(late, options);
   EXPECT_NEAR(corrected.errors.clock_s, 0.04, 0.004);
   const double with_right_clock = error_of(build_magnetic_map(punctual, options));

@@ -53,7 +53,7 @@ TEST_P(SurveyOffsets, OfTheClockAreFoundWithinTheirSigma) {
   for (const double clock_s : {-0.03, 0.0, 0.03}) {
     std::vector<Vector3> truth;
     const std::vector<FieldObservation> readings =
-        testing::drive_over(floor_, seed, {0.01, 2.0, 1.0, clock_s}, 0.0, &truth);
+        testing::drive_over(floor_, seed, {0.01, 2.0, 1.0, clock_s, 2.0}, 0.0, &truth);
     const SurveyErrors found = survey_errors(readings, {3.0, 0.1});
     EXPECT_LT(found.clock_sigma_s, 0.008);
     EXPECT_LT(std::abs(found.clock_s - clock_s), 3.0 * found.clock_sigma_s) << clock_s;
@@ -92,6 +92,32 @@ TEST(SurveyOffsets, IgnoreReadingsOfUnknownMagnetometers) {
   const std::vector<FieldObservation> same = without_errors(readings, {{Vector3(1.0, 2.0, 3.0)}, 0.1});
   EXPECT_EQ(same.front().field_ut, readings.front().field_ut);
   EXPECT_EQ(same.front().position, readings.front().position);
+}
+
+/// Poses at the corrected times are on the way, also beside a pause and at the ends.
+TEST(SurveyClock, MovesPosesAlongTheWay) {
+  std::vector<FieldObservation> lane;
+  const auto pose_at = [](double t, FieldObservation& one) {
+    one.position = Vector3(2.0 * t, 0.0, 0.1);
+    one.R_map_mag = Quaternion(Eigen::AngleAxisd(0.5 * t, Vector3::UnitZ()));
+  };
+  for (int i = 0; i < 300; ++i) {
+    FieldObservation one;
+    one.time = from_seconds(0.02 * i + (i < 150 ? 0.0 : 30.0));
+    one.magnetometer = 0;
+    pose_at(to_seconds(one.time), one);
+    one.field_ut = one.R_map_mag * Vector3(20.0, 5.0, -40.0);
+    lane.push_back(one);
+  }
+  for (const double clock_s : {-0.05, 0.033}) {
+    for (const FieldObservation& one : without_errors(lane, {{}, clock_s})) {
+      FieldObservation wanted;
+      pose_at(to_seconds(one.time) - clock_s, wanted);
+      EXPECT_LT((one.position - wanted.position).norm(), 1e-9);
+      EXPECT_LT(one.R_map_mag.angularDistance(wanted.R_map_mag), 1e-9);
+      EXPECT_LT((one.R_map_mag.conjugate() * one.field_ut - Vector3(20.0, 5.0, -40.0)).norm(), 1e-9);
+    }
+  }
 }
 
 TEST(SurveyOffsets, OfAFewWildPassesDoNotCount) {
