@@ -147,8 +147,8 @@ struct FittedSurvey {
   FieldKernelFit fit;
 };
 
-/// Kernels of the readings without the errors of the magnetometers: of their clock, and also of their offsets. Each is
-/// corrected only if held-out readings are then predicted better.
+/// Kernels of the readings without the errors of the magnetometers, their offsets and that of their clock, or one of
+/// the two, or none: what predicts held-out readings better than no correction, in this order.
 FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
   const auto fit = [&](const SurveyErrors& errors) {
     return FittedSurvey{errors, fit_field_kernels(without_errors(readings, errors), options.resolution_m,
@@ -156,14 +156,17 @@ FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const Mag
   };
   SurveyErrors found = survey_errors(readings, {options.offset_sigma_ut, options.clock_sigma_s});
   if (std::abs(found.clock_s) < kLeastClockSigmas * found.clock_sigma_s) found.clock_s = 0.0;
-  FittedSurvey best = fit({});
-  const auto try_out = [&](const SurveyErrors& errors) {
+  std::vector<SurveyErrors> candidates;
+  const bool has_offsets = mean_square_offset(found.offsets_ut) > 0.0;
+  if (has_offsets) candidates.push_back(found);
+  if (has_offsets && found.clock_s != 0.0) candidates.push_back({found.offsets_ut, 0.0, found.clock_sigma_s});
+  if (found.clock_s != 0.0) candidates.push_back({{}, found.clock_s, found.clock_sigma_s});
+  FittedSurvey plain = fit({});
+  for (const SurveyErrors& errors : candidates) {
     FittedSurvey corrected = fit(errors);
-    if (corrected.fit.drive.held_out_cost < best.fit.drive.held_out_cost) best = std::move(corrected);
-  };
-  if (found.clock_s != 0.0) try_out({{}, found.clock_s, found.clock_sigma_s});
-  if (mean_square_offset(found.offsets_ut) > 0.0) try_out({found.offsets_ut, best.errors.clock_s, found.clock_sigma_s});
-  return best;
+    if (corrected.fit.drive.held_out_cost < plain.fit.drive.held_out_cost) return corrected;
+  }
+  return plain;
 }
 
 std::vector<double> sigmas_within(const SparseFieldNodes& nodes, const FieldGrid& grid, double limit) {
