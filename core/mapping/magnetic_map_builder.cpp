@@ -155,7 +155,7 @@ FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const Mag
                                                   options.regression, options.method)};
   };
   SurveyErrors found = survey_errors(readings, {options.offset_sigma_ut, options.clock_sigma_s});
-  if (std::abs(found.clock_s) <= kLeastClockSigmas * found.clock_sigma_s)
+  if (options.clock_sigma_s > 0.0 && std::abs(found.clock_s) <= kLeastClockSigmas * found.clock_sigma_s)
     found = survey_errors(readings, {options.offset_sigma_ut, 0.0});
   std::vector<SurveyErrors> candidates;
   const bool has_offsets = mean_square_offset(found.offsets_ut) > 0.0;
