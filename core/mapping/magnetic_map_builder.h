@@ -5,7 +5,7 @@
 
 #include "core/magnetometer/magnetic_map.h"
 #include "core/mapping/field_kernel_fit.h"
-#include "core/mapping/survey_offsets.h"
+#include "core/mapping/survey_errors.h"
 
 namespace lodestone {
 
@@ -66,7 +66,7 @@ struct MagneticMapResult {
 /// 16 bytes per node with field, and the readings.
 ///
 /// Readings are corrected for the offsets of the magnetometers and of their clock if held-out readings are then
-/// predicted better (survey_offsets.h).
+/// predicted better (survey_errors.h).
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
                                      const MagneticMapOptions& options);
 

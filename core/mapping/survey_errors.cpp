@@ -1,4 +1,4 @@
-#include "core/mapping/survey_offsets.h"
+#include "core/mapping/survey_errors.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
