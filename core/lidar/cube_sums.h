@@ -43,7 +43,7 @@ struct ScanSums {
   Vector6 gradient = Vector6::Zero();     ///< Σ w J r
 };
 
-/// `with_spurious`: otherwise the spurious sums are zero, which takes a third of the time.
+/// `with_spurious`: otherwise the spurious sums are zero, which takes a third of the products.
 ScanSums sum_by_cubes(std::span<const Correspondence> correspondences, const Pose& T_map_imu, bool with_spurious);
 
 }  // namespace lodestone

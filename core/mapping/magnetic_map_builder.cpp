@@ -150,9 +150,8 @@ struct FittedSurvey {
 /// Kernels of the readings without the errors of the magnetometers, their offsets and that of their clock, or one of
 /// the two, or none: what predicts held-out readings better than no correction, in this order.
 FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
-  const auto fit = [&](const SurveyErrors& errors) {
-    return FittedSurvey{errors, fit_field_kernels(without_errors(readings, errors), options.resolution_m,
-                                                  options.regression, options.method)};
+  const auto fit = [&](const std::vector<FieldObservation>& observations) {
+    return fit_field_kernels(observations, options.resolution_m, options.regression, options.method);
   };
   SurveyErrors found = survey_errors(readings, {options.offset_sigma_ut, options.clock_sigma_s});
   if (options.clock_sigma_s > 0.0 && std::abs(found.clock_s) <= kLeastClockSigmas * found.clock_sigma_s)
@@ -160,11 +159,11 @@ FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const Mag
   std::vector<SurveyErrors> candidates;
   const bool has_offsets = mean_square_offset(found.offsets_ut) > 0.0;
   if (has_offsets) candidates.push_back(found);
-  if (has_offsets && found.clock_s != 0.0) candidates.push_back({found.offsets_ut, 0.0, found.clock_sigma_s});
+  if (has_offsets && found.clock_s != 0.0) candidates.push_back({found.offsets_ut});
   if (found.clock_s != 0.0) candidates.push_back({{}, found.clock_s, found.clock_sigma_s});
-  FittedSurvey plain = fit({});
+  const FittedSurvey plain{{}, fit(readings)};
   for (const SurveyErrors& errors : candidates) {
-    FittedSurvey corrected = fit(errors);
+    const FittedSurvey corrected{errors, fit(without_errors(readings, errors))};
     if (corrected.fit.drive.held_out_cost < plain.fit.drive.held_out_cost) return corrected;
   }
   return plain;

@@ -300,10 +300,10 @@ SurveyErrors survey_errors(const std::vector<FieldObservation>& observations, co
   SurveyErrors result;
   // Rates of change are those between voxels, and noisy, so that a step is too small.
   for (int step = 0; step < kSteps; ++step) {
-    const SurveyErrors moved{{}, result.clock_s, 0.0};
     const double before_s = result.clock_s;
-    const std::vector<Pass> passes = passes_of(before_s == 0.0 ? observations : without_errors(observations, moved));
-    result = ErrorFit(passes, magnetometers, sigmas, before_s).run();
+    std::vector<Pass> passes =
+        before_s == 0.0 ? passes_of(observations) : passes_of(without_errors(observations, {{}, before_s}));
+    result = ErrorFit(std::move(passes), magnetometers, sigmas, before_s).run();
     const double step_s = result.clock_s;
     result.clock_s += before_s;
     if (sigmas.clock_s == 0.0 || std::abs(step_s) < kSmallStep * result.clock_sigma_s) break;
