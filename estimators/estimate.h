@@ -22,6 +22,7 @@ enum class HealthReason {
   unobserved,     ///< for long, no sensor observes a direction that the covariance claims to know
   scan_off_map,   ///< scans do not fit the cloud map at this pose
   field_off_map,  ///< readings do not fit the magnetic map at this pose
+  motion,         ///< positions move otherwise than their velocities say
   searching       ///< the estimator was lost and the position has not been found again
 };
 

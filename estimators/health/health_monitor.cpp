@@ -89,12 +89,15 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   const bool scan_contradicts = add_scan(evidence, step_s);
   const bool readings_contradict = add_readings(evidence, causal, step_s);
   confirm(evidence, bundle, causal, step_s);
-  if (scan_contradicts || readings_contradict) {
+  motion_.add(causal);
+  const Verdict by_motion = judge_motion();
+  if (scan_contradicts || readings_contradict || by_motion.health != Health::good) {
     contradicting_.push_back(causal.time);
   } else {
     contradicting_.clear();
   }
-  const Verdict by_evidence = worse(judge_evidence(), judge_observation(bundle, causal, step_s));
+  const Verdict by_evidence =
+      worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
   record(causal.time, by_evidence);
   // What is wrong says more than what is unknown: the former's estimator is stopped.
   const Verdict by_covariance = judge_covariance(causal);
@@ -137,12 +140,20 @@ double HealthMonitor::unobserved_m() const {
   return moving_m + unobserved_.sigma_m(unknown_acceleration_m_s2());
 }
 
+Verdict HealthMonitor::judge_motion() const {
+  const double apart_m = motion_.apart_m();
+  if (apart_m > kLostSigma_m) return {Health::lost, HealthReason::motion};
+  if (apart_m > kUncertain_m) return {Health::uncertain, HealthReason::motion};
+  return {};
+}
+
 Verdict HealthMonitor::judge_refined(const Estimate& refined) const {
   const auto found = verdicts_.find(refined.time);
   return found == verdicts_.end() ? judge_covariance(refined) : worse(judge_covariance(refined), found->second);
 }
 
 void HealthMonitor::restart() {
+  motion_.restart();
   scan_fit_.reset();
   contradicting_.clear();
   stations_.clear();

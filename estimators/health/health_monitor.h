@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "estimators/health/motion_check.h"
 #include "estimators/health/place_evidence.h"
 
 namespace lodestone {
@@ -57,6 +58,7 @@ class HealthMonitor {
   void record(Time time, const Verdict& by_evidence);
   Verdict judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s);
   Verdict judge_evidence() const;
+  Verdict judge_motion() const;
   bool stations_contradict() const;
   void confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal, double step_s);
   double sum_of_odds() const;
@@ -85,6 +87,7 @@ class HealthMonitor {
   Reckoning reckoning_;
   double initial_velocity_m_s_;     // one sigma
   double tilt_m_s2_;                // gravity's part along the axes of a LiDAR mounted as the platform file says
+  MotionCheck motion_;
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
   double field_weight_ = 1.0;  // Huber weight of readings, mean over seconds

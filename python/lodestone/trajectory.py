@@ -12,7 +12,7 @@ _POSE_COLUMNS = ["x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"]
 _TUM_HEADER = "t_s x_m y_m z_m qx qy qz qw: T_map_imu at scan ends"
 _HEALTH = np.array(["good", "uncertain", "lost"])
 _HEALTH_REASON = np.array(["none", "not_finite", "covariance", "unobserved", "scan_off_map", "field_off_map",
-                           "searching"])
+                           "motion", "searching"])
 
 
 def time_index(stamp_ns: np.ndarray) -> pd.DatetimeIndex:

@@ -94,6 +94,8 @@ const char* explanation(HealthReason reason) {
       return "scans do not fit the cloud map there";
     case HealthReason::field_off_map:
       return "readings do not fit the magnetic map there";
+    case HealthReason::motion:
+      return "the positions move otherwise than their velocities say";
     case HealthReason::searching:
     case HealthReason::none:
       break;

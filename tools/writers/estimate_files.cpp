@@ -79,6 +79,8 @@ const char* reason_name(HealthReason reason) {
       return "scan_off_map";
     case HealthReason::field_off_map:
       return "field_off_map";
+    case HealthReason::motion:
+      return "motion";
     case HealthReason::searching:
       return "searching";
   }
