@@ -44,7 +44,7 @@ SlidingWindow::SlidingWindow(Time time, const NavState& state, const Matrix17& c
 
   gravity_ = {BlockKind::gravity, {state.gravity.x(), state.gravity.y(), state.gravity.z()}};
   add_block(gravity_);
-  auto keyframe = std::make_unique<Keyframe>();
+  auto keyframe = std::make_unique<KeyframeFactors>();
   keyframe->time = time;
   store(state, keyframe->pose, keyframe->motion);
   add_block(keyframe->pose);
@@ -93,8 +93,8 @@ void SlidingWindow::set_prior(MarginalPrior prior, const Slide& slide) {
 
 void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<const ImuSample> samples) {
   changed();
-  Keyframe& before = *keyframes_.back();
-  auto keyframe = std::make_unique<Keyframe>();
+  KeyframeFactors& before = *keyframes_.back();
+  auto keyframe = std::make_unique<KeyframeFactors>();
   keyframe->time = time;
   keyframe->samples.assign(samples.begin(), samples.end());
   keyframe->noise = noise_;
@@ -115,7 +115,7 @@ void SlidingWindow::add_keyframe(Time time, const NavState& state, std::span<con
 void SlidingWindow::set_lidar(std::size_t k, const CondensedScan& scan,
                               const std::vector<Correspondence>& correspondences, const PoseMask& mask) {
   changed();
-  Keyframe& keyframe = *keyframes_[k];
+  KeyframeFactors& keyframe = *keyframes_[k];
   if (keyframe.lidar_in_prior) return;
   if (scan.cost.count == 0) {
     remove_lidar(keyframe);
@@ -196,7 +196,7 @@ SlidingWindow::BiasEpoch* SlidingWindow::epoch_at(Time time) {
 void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
                               const std::vector<FieldReading>& readings, const PoseMask& mask) {
   changed();
-  Keyframe& keyframe = *keyframes_[k];
+  KeyframeFactors& keyframe = *keyframes_[k];
   std::vector<std::vector<FieldReading>> parts(static_cast<std::size_t>(magnetometers_));
   for (const FieldReading& reading : readings) {
     parts[static_cast<std::size_t>(reading.magnetometer)].push_back(reading);
@@ -214,7 +214,7 @@ void SlidingWindow::set_field(std::size_t k, std::shared_ptr<const MagneticMap> 
   }
 }
 
-RenewableFactor<FieldFactor> SlidingWindow::field_factor(Keyframe& keyframe, std::size_t magnetometer,
+RenewableFactor<FieldFactor> SlidingWindow::field_factor(KeyframeFactors& keyframe, std::size_t magnetometer,
                                                          std::shared_ptr<const MagneticMap> map,
                                                          FieldInterpolation interpolation,
                                                          std::vector<FieldReading> readings, const PoseMask& mask) {
@@ -246,7 +246,7 @@ RenewableFactor<FieldFactor> SlidingWindow::field_factor(Keyframe& keyframe, std
 
 void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, const PoseMask& mask) {
   changed();
-  Keyframe& keyframe = *keyframes_[k];
+  KeyframeFactors& keyframe = *keyframes_[k];
   if (keyframe.field_pose) {
     keyframe.field_pose.change().set(measured, mask);
   } else {
@@ -256,8 +256,8 @@ void SlidingWindow::set_field_pose(std::size_t k, const MeasuredPose& measured, 
 
 void SlidingWindow::marginalize_oldest() {
   changed();
-  Keyframe& oldest = *keyframes_.front();
-  Keyframe& next = *keyframes_[1];
+  KeyframeFactors& oldest = *keyframes_.front();
+  KeyframeFactors& next = *keyframes_[1];
   std::vector<WindowFactor> involved{prior_};
   for (const WindowFactor* factor : oldest.measurements()) {
     if (*factor) involved.push_back(*factor);
@@ -369,7 +369,7 @@ Time SlidingWindow::time(std::size_t k) const {
 }
 
 NavState SlidingWindow::state(std::size_t k) const {
-  const Keyframe& keyframe = *keyframes_[k];
+  const KeyframeFactors& keyframe = *keyframes_[k];
   NavState state;
   state.T_map_imu = to_pose(keyframe.pose.values.data());
   state.velocity = Vector3(keyframe.motion.values.data());

@@ -166,12 +166,12 @@ class SlidingWindow {
   Matrix17 prior_information() const;
 
  private:
-  struct Keyframe;
+  struct KeyframeFactors;
   struct BiasEpoch;
   struct MapErrorEpoch;
   struct SlipEpoch;
   WindowFactor add_residual(std::unique_ptr<ceres::CostFunction> function, std::vector<WindowBlock*> blocks);
-  RenewableFactor<FieldFactor> field_factor(Keyframe& keyframe, std::size_t magnetometer,
+  RenewableFactor<FieldFactor> field_factor(KeyframeFactors& keyframe, std::size_t magnetometer,
                                             std::shared_ptr<const MagneticMap> map, FieldInterpolation interpolation,
                                             std::vector<FieldReading> readings, const PoseMask& mask);
   template <class Function>
@@ -194,14 +194,14 @@ class SlidingWindow {
   SlipEpoch* slip_epoch_at(Time time, double jump);
   double slip_step_sigma() const;
   /// The first slip epoch if `oldest` is its last keyframe. Adds its factors and variable to those that are eliminated.
-  SlipEpoch* leaving_slip(const Keyframe& oldest, std::vector<WindowFactor>& involved,
+  SlipEpoch* leaving_slip(const KeyframeFactors& oldest, std::vector<WindowFactor>& involved,
                           std::vector<WindowBlock*>& eliminated);
   void remove_slip(SlipEpoch* leaving);
-  void remove_lidar(Keyframe& keyframe);
+  void remove_lidar(KeyframeFactors& keyframe);
   bool add_imu_axes();  // false: they are not estimated
   ImuAxes imu_axes() const;
-  const double* lidar_values() const;                               // null: not estimated
-  static const double* map_error_values(const Keyframe& keyframe);  // the same
+  const double* lidar_values() const;                                      // null: not estimated
+  static const double* map_error_values(const KeyframeFactors& keyframe);  // the same
   Eigen::MatrixXd seen_jacobian(std::size_t k, std::vector<const WindowBlock*>& blocks) const;
   void add_calibration(WindowBlock& block, WindowFactor& prior, const std::vector<double>& sigmas);
   std::vector<const WindowFactor*> factors() const;
@@ -213,8 +213,9 @@ class SlidingWindow {
   struct LongErrors;
   LongErrors long_errors() const;
   Eigen::MatrixXd prior_disturbance(const LongErrors& errors) const;
-  std::vector<const WindowFactor*> disturbed(const Keyframe& keyframe) const;
-  Eigen::MatrixXd disturbance(const Keyframe& keyframe, const WindowFactor& factor, const LinearizedFactor& part) const;
+  std::vector<const WindowFactor*> disturbed(const KeyframeFactors& keyframe) const;
+  Eigen::MatrixXd disturbance(const KeyframeFactors& keyframe, const WindowFactor& factor,
+                              const LinearizedFactor& part) const;
   std::vector<const Eigen::VectorXd*> source_weights(const LongErrors& errors) const;
   std::vector<Eigen::MatrixXd> disturbances(std::span<const WindowFactor> involved, const LongErrors& errors) const;
   MarginalPrior marginalize_disturbed(std::span<const WindowFactor> involved, std::span<WindowBlock* const> eliminated,
@@ -245,7 +246,7 @@ class SlidingWindow {
   WindowFactor wheel_calibration_prior_;
   mutable double clock_sigma_s_ = 0.0;
   mutable std::unique_ptr<SparseInformation> known_;
-  std::deque<std::unique_ptr<Keyframe>> keyframes_;
+  std::deque<std::unique_ptr<KeyframeFactors>> keyframes_;
   std::deque<std::unique_ptr<BiasEpoch>> epochs_;
   std::deque<std::unique_ptr<MapErrorEpoch>> map_errors_;
   std::deque<std::unique_ptr<SlipEpoch>> slips_;

@@ -89,7 +89,7 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
 // Central differences over both neighbours: unlike one-sided rates, they are not correlated with the noise of the
 // keyframe's own scan and IMU, which the clock of the LiDAR would otherwise explain (docs/design/041).
 void SlidingWindow::renew_rates(std::size_t k) {
-  Keyframe& keyframe = *keyframes_[k];
+  KeyframeFactors& keyframe = *keyframes_[k];
   const bool has_next = k + 1 < keyframes_.size();
   const NavState here = state(k);
   MotionRates rates;
@@ -113,19 +113,19 @@ void SlidingWindow::renew_rates(std::size_t k) {
     keyframe.lidar.change().set_rates(keyframe.rates, k > 0 ? keyframes_[k - 1]->rates : MotionRates{});
   }
   if (has_next && keyframes_[k + 1]->lidar) {
-    Keyframe& next = *keyframes_[k + 1];
+    KeyframeFactors& next = *keyframes_[k + 1];
     next.lidar.change().set_rates(next.rates, keyframe.rates);
   }
 }
 
-void SlidingWindow::remove_lidar(Keyframe& keyframe) {
+void SlidingWindow::remove_lidar(KeyframeFactors& keyframe) {
   remove_factor(keyframe.lidar);
   if (keyframe.map_error != nullptr) --keyframe.map_error->keyframes;
   keyframe.map_error = nullptr;
 }
 
 Pose SlidingWindow::seen_pose(std::size_t k) const {
-  const Keyframe& keyframe = *keyframes_[k];
+  const KeyframeFactors& keyframe = *keyframes_[k];
   const Pose T_map_imu = to_pose(keyframe.pose.values.data());
   return keyframe.lidar ? keyframe.lidar.content().seen(T_map_imu, lidar_values(), map_error_values(keyframe)).pose
                         : T_map_imu;
@@ -141,7 +141,7 @@ const double* SlidingWindow::lidar_values() const {
   return lidar_calibration_prior_ ? lidar_calibration_.values.data() : nullptr;
 }
 
-const double* SlidingWindow::map_error_values(const Keyframe& keyframe) {
+const double* SlidingWindow::map_error_values(const KeyframeFactors& keyframe) {
   return keyframe.map_error != nullptr ? keyframe.map_error->error.values.data() : nullptr;
 }
 

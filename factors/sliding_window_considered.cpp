@@ -73,7 +73,7 @@ Eigen::MatrixXd SlidingWindow::prior_disturbance(const LongErrors& errors) const
 
 /// The factors of a keyframe that map errors act on: its scan, and its readings if the map of the field may be
 /// displaced against that of the cloud.
-std::vector<const WindowFactor*> SlidingWindow::disturbed(const Keyframe& keyframe) const {
+std::vector<const WindowFactor*> SlidingWindow::disturbed(const KeyframeFactors& keyframe) const {
   std::vector<const WindowFactor*> result;
   if (keyframe.lidar && keyframe.map_error != nullptr) result.push_back(&keyframe.lidar);
   if (!(calibration_.magnetometers.survey_pose_sigma_m > 0.0)) return result;
@@ -84,7 +84,7 @@ std::vector<const WindowFactor*> SlidingWindow::disturbed(const Keyframe& keyfra
 }
 
 /// Derivative of such a factor's residual by u of its stretch: rows × kSize.
-Eigen::MatrixXd SlidingWindow::disturbance(const Keyframe& keyframe, const WindowFactor& factor,
+Eigen::MatrixXd SlidingWindow::disturbance(const KeyframeFactors& keyframe, const WindowFactor& factor,
                                            const LinearizedFactor& part) const {
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(part.jacobian.rows(), kSize);
   if (factor.id == keyframe.lidar.id) {

@@ -43,7 +43,8 @@ struct SlidingWindow::SlipEpoch {
   int keyframes = 0;  // number of keyframes that use it
 };
 
-struct SlidingWindow::Keyframe {
+/// Variables of a keyframe, and its factors. Its measurements are those of the estimator.
+struct SlidingWindow::KeyframeFactors {
   Time time = 0;
   WindowBlock pose{BlockKind::pose, std::vector<double>(7)};
   WindowBlock motion{BlockKind::motion, std::vector<double>(9)};

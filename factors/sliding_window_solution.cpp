@@ -227,7 +227,7 @@ std::vector<Matrix6> SlidingWindow::pose_covariances(std::span<const std::size_t
 /// ∂(seen pose)/∂(blocks), 6 rows. The keyframe's pose is the first of `blocks`; calibration and map error are appended
 /// if the scan's factor has them.
 Eigen::MatrixXd SlidingWindow::seen_jacobian(std::size_t k, std::vector<const WindowBlock*>& blocks) const {
-  const Keyframe& keyframe = *keyframes_[k];
+  const KeyframeFactors& keyframe = *keyframes_[k];
   Eigen::Index size = 0;
   for (const WindowBlock* block : blocks) size += block->tangent_size();
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(6, size);
@@ -252,7 +252,7 @@ Eigen::MatrixXd SlidingWindow::seen_jacobian(std::size_t k, std::vector<const Wi
 }
 
 SlidingWindow::NewestCovariance SlidingWindow::newest_covariance() const {
-  const Keyframe& newest = *keyframes_.back();
+  const KeyframeFactors& newest = *keyframes_.back();
   std::vector<const WindowBlock*> blocks{&newest.pose, &newest.motion, &gravity_};
   const Eigen::MatrixXd by_blocks = seen_jacobian(keyframes_.size() - 1, blocks);
   const Eigen::Index wheels = by_blocks.cols();

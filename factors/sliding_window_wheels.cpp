@@ -41,7 +41,7 @@ double SlidingWindow::slip_step_sigma() const {
 
 void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading, double slip_jump) {
   changed();
-  Keyframe& keyframe = *keyframes_[k];
+  KeyframeFactors& keyframe = *keyframes_[k];
   if (keyframe.wheels) {
     keyframe.wheels.change().set(reading);
     return;
@@ -56,7 +56,8 @@ void SlidingWindow::set_wheels(std::size_t k, const WheelReading& reading, doubl
                                {&keyframe.pose, &keyframe.motion, &wheel_calibration_, &keyframe.slip->slip});
 }
 
-SlidingWindow::SlipEpoch* SlidingWindow::leaving_slip(const Keyframe& oldest, std::vector<WindowFactor>& involved,
+SlidingWindow::SlipEpoch* SlidingWindow::leaving_slip(const KeyframeFactors& oldest,
+                                                      std::vector<WindowFactor>& involved,
                                                       std::vector<WindowBlock*>& eliminated) {
   if (slips_.size() < 2) return nullptr;
   SlipEpoch& first = *slips_.front();
