@@ -208,9 +208,12 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readin
   const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
 
   // Row by row from below: then memory contains only a few rows of the regression's windows.
-  const double limit = options.max_sigma_ut > 0.0 ? options.max_sigma_ut : kMostOfSignal * signal_sigma(fit.kernels);
-  // The next drive has offsets of this size, too.
-  const Vector3 drive_variance = fit.drive.sigma_ut.cwiseAbs2().array() + mean_square_offset(found.offsets_ut);
+  // The next drive has offsets of this size, too. They do not make a node's field less known.
+  const double offset_variance = mean_square_offset(found.offsets_ut);
+  const Vector3 drive_variance = fit.drive.sigma_ut.cwiseAbs2().array() + offset_variance;
+  const double limit = options.max_sigma_ut > 0.0
+                           ? options.max_sigma_ut
+                           : std::hypot(kMostOfSignal * signal_sigma(fit.kernels), std::sqrt(offset_variance));
   auto nodes = std::make_shared<SparseFieldNodes>();
   const auto layers = static_cast<int>(grid.heights_m.size());
   GprSweep sweep(*regression, [&](std::int64_t tag, const FieldPrediction& prediction) {
