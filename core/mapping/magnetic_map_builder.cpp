@@ -292,7 +292,10 @@ std::optional<HeldOutScore> score_held_out_blocks(const std::vector<FieldObserva
   const SurveySplit split =
       split_survey(observations, result.fit.cell_m, HeldOutBlocks(observations, options.held_out_block_m, 10, 5));
   if (split.held_out.empty() || split.training.empty()) return std::nullopt;
-  return score_held_out(split, result.fit, result.map.max_sigma_ut(), options.regression);
+  // The sigma of a node contains the offsets, that of a prediction does not.
+  const double limit = result.map.max_sigma_ut();
+  const double without_offsets = std::sqrt(std::max(limit * limit - mean_square_offset(result.errors.offsets_ut), 0.0));
+  return score_held_out(split, result.fit, without_offsets, options.regression);
 }
 
 }  // namespace lodestone

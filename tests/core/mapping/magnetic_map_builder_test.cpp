@@ -125,6 +125,19 @@ TEST(MagneticMapBuilderTest, SubtractsOffsetsOnlyIfHeldOutReadingsAgree) {
   EXPECT_EQ(without.median_sigma_ut, plain.median_sigma_ut);
 }
 
+/// Offsets as large as the field's variation are found and subtracted; what the survey knows of the field is the same.
+TEST(MagneticMapBuilderTest, LargeOffsetsOfMagnetometersDoNotEmptyTheMap) {
+  const testing::SteelFloor floor(6);
+  MagneticMapOptions options;
+  options.regression.calibration_block_m = 1.5;
+  options.offset_sigma_ut = 10.0;
+  options.clock_sigma_s = 0.0;
+  const MagneticMapResult without = build_magnetic_map(testing::drive_over(floor, 6, {0.003, 0.0, 0.2}), options);
+  const MagneticMapResult with = build_magnetic_map(testing::drive_over(floor, 6, {0.003, 10.0, 0.2}), options);
+  EXPECT_GT(with.nodes, without.nodes * 9 / 10);
+  EXPECT_LT(with.nodes, without.nodes * 11 / 10);
+}
+
 TEST(MagneticMapBuilderTest, CorrectsTheClockOnlyIfHeldOutReadingsAgree) {
   const testing::SteelFloor floor(6);
   MagneticMapOptions options;
