@@ -17,6 +17,8 @@ constexpr double kScanMemory_s = 0.5;
 constexpr double kScanContradicts = 0.25;  // fit of scans
 constexpr double kScanUnclear = 0.4;
 constexpr double kStation_m = 1.0;
+constexpr double kStation_s = 1.0;   // at least, where only the readings show that the robot moves
+constexpr double kOtherField = 0.5;  // change of the readings over the map's spread, at another place
 constexpr std::size_t kStations = 5;
 constexpr std::ptrdiff_t kContradicting = 4;  // stations, the newest, that suffice where nothing fits
 const double kNothingFits = kFieldTrust * std::log(kStaleShare);  // odds of a station where the map has changed
@@ -96,8 +98,7 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   } else {
     contradicting_.clear();
   }
-  const Verdict by_evidence =
-      worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
+  const Verdict by_evidence = worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
   record(causal.time, by_evidence);
   // What is wrong says more than what is unknown: the former's estimator is stopped.
   const Verdict by_covariance = judge_covariance(causal);
@@ -187,10 +188,9 @@ bool HealthMonitor::add_scan(const PlaceEvidence& evidence, double step_s) {
 }
 
 bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& causal, double step_s) {
-  const Vector3& position = causal.state.T_map_imu.position;
   if (evidence.field_readings > 0) {
-    if (stations_.empty() || !((position - stations_.back().position).norm() < kStation_m)) {
-      stations_.push_back({position, 0.0});
+    if (is_next_station(evidence, causal)) {
+      stations_.push_back({causal.time, causal.state.T_map_imu.position, evidence.field_ut, 0.0});
       if (stations_.size() > kStations) stations_.pop_front();
     }
     stations_.back().field_odds = evidence.field_odds;
@@ -204,6 +204,16 @@ bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& 
                       (causal.diagnostics.degenerate_directions == 0 || causal.diagnostics.magnetic_set_aside == 0);
   odds_decide_ += gain * ((decide ? 1.0 : 0.0) - odds_decide_);
   return causal.diagnostics.magnetic_weight < kLeastFieldWeight || stations_contradict();
+}
+
+/// An estimate may stand at a wrong place while the robot drives: its readings then change. They also change where
+/// steel passes a robot that stands, which says nothing against a confirmed pose.
+bool HealthMonitor::is_next_station(const PlaceEvidence& evidence, const Estimate& causal) const {
+  if (stations_.empty()) return true;
+  const Station& newest = stations_.back();
+  if (!((causal.state.T_map_imu.position - newest.position).norm() < kStation_m)) return true;
+  return to_seconds(causal.time - newest.time) >= kStation_s && !is_confirmed() &&
+         (evidence.field_ut - newest.field_ut).norm() > kOtherField * evidence.field_spread_ut;
 }
 
 /// Where readings alone observe a direction, an estimator can follow a field that only looks like the map's: its

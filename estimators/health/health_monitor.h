@@ -67,9 +67,12 @@ class HealthMonitor {
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
   struct Station {
+    Time time = 0;
     Vector3 position = Vector3::Zero();
+    Vector3 field_ut = Vector3::Zero();  // map axes
     double field_odds = 0.0;
   };
+  bool is_next_station(const PlaceEvidence& evidence, const Estimate& causal) const;
   static double add_odds(double sum, const Station& station) { return sum + station.field_odds; }
 
   static constexpr double kNeverConfirmed_s = 1e6;
@@ -85,8 +88,8 @@ class HealthMonitor {
   PlaceJudge judge_;
   bool has_scans_;  // that are compared with a cloud map
   Reckoning reckoning_;
-  double initial_velocity_m_s_;     // one sigma
-  double tilt_m_s2_;                // gravity's part along the axes of a LiDAR mounted as the platform file says
+  double initial_velocity_m_s_;  // one sigma
+  double tilt_m_s2_;             // gravity's part along the axes of a LiDAR mounted as the platform file says
   MotionCheck motion_;
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;

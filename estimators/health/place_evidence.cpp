@@ -108,6 +108,11 @@ void PlaceJudge::judge_field(const ScanBundle& bundle, const NavState& state, Pl
   const FieldEvidence here = field_evidence(*array, state.T_map_imu, input_.suite, *input_.field, *background_);
   const Pose far{state.T_map_imu.rotation, Vector3::Constant(1e7)};
   const FieldEvidence anywhere = field_evidence(*array, far, input_.suite, *input_.field, *background_);
+  for (const MeanReading& reading : array->readings) {
+    evidence.field_ut += state.T_map_imu.rotation * (reading.T_end_mag.rotation * reading.measured_ut) /
+                         static_cast<double>(array->readings.size());
+  }
+  evidence.field_spread_ut = background_->sigma_ut;
   evidence.field_readings = here.on_map;
   evidence.field_odds = here.log_likelihood - anywhere.log_likelihood;
 }

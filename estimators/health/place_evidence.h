@@ -17,6 +17,8 @@ struct PlaceEvidence {
   int scan_points = 0;       ///< points above the floor that were looked up
   double field_odds = 0.0;   ///< ln p(readings | pose) − ln p(readings | anywhere), tempered as in the initial search
   int field_readings = 0;    ///< readings where the map has field
+  Vector3 field_ut = Vector3::Zero();  ///< mean of the array's readings, map axes
+  double field_spread_ut = 0.0;        ///< spread of a component over the magnetic map
 };
 
 /// Compares scans and readings with the maps, independently of an estimator's association: a fixed sample of the scan's
