@@ -76,6 +76,32 @@ TEST(MonitorOfField, ReadingsThatFitNowhereNearAreFoundWhateverTheirWeightsWhere
   }
 }
 
+/// The newest verdict on an estimate that stands at the first pose of a drive of which the magnetic map is wrong.
+Verdict verdict_on_a_standing_estimate(bool robot_drives) {
+  EstimatorInput input = drive_of_nine_metres().room.input;
+  input.field = moved_field(*input.field, {1.0, 0.0});
+  HealthMonitor monitor(input, Reckoning::learned_imu);
+  const ScanBundle& first = drive_of_nine_metres().bundles.front();
+  Estimate estimate = true_estimate(first);
+  estimate.state.velocity.setZero();
+  estimate.diagnostics.unobserved_directions = 1;
+  estimate.diagnostics.degenerate_directions = 1;
+  estimate.diagnostics.magnetic_samples = 4;
+  estimate.diagnostics.magnetic_weight = 1.0;
+  for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
+    estimate.time = bundle.scan.end;
+    monitor.judge(robot_drives ? bundle : first, estimate);
+  }
+  return {estimate.health, estimate.reason};
+}
+
+/// Each reading of a robot that stands says the same. Those of a robot that drives do not, wherever its estimate is.
+TEST(MonitorOfField, AnEstimateThatStandsWhileItsReadingsChangeIsLost) {
+  EXPECT_EQ(verdict_on_a_standing_estimate(false).health, Health::good);
+  EXPECT_EQ(verdict_on_a_standing_estimate(true).health, Health::lost);
+  EXPECT_EQ(verdict_on_a_standing_estimate(true).reason, HealthReason::field_off_map);
+}
+
 /// A magnetic map that has changed over some metres is no reason to give up a pose that readings have just confirmed;
 /// after seven seconds, dead reckoning tells no more than half a metre. `until_lost_s`: of readings that contradict.
 double until_lost_s(const Eigen::Vector2d& offset_m) {
@@ -90,6 +116,7 @@ double until_lost_s(const Eigen::Vector2d& offset_m) {
   EXPECT_EQ(estimate.health, Health::good);
   EXPECT_EQ(monitor.is_confirmed(), offset_m.isZero());
   const Time begin = estimate.time;
+  estimate.state.velocity.setZero();
   estimate.diagnostics.unobserved_directions = 1;
   estimate.diagnostics.degenerate_directions = 1;
   estimate.diagnostics.magnetic_set_aside = 4;
