@@ -136,6 +136,9 @@ TEST(MagneticMapBuilderTest, LargeOffsetsOfMagnetometersDoNotEmptyTheMap) {
   const MagneticMapResult with = build_magnetic_map(testing::drive_over(floor, 6, {0.003, 10.0, 0.2}), options);
   EXPECT_GT(with.nodes, without.nodes * 9 / 10);
   EXPECT_LT(with.nodes, without.nodes * 11 / 10);
+  // A limit without the offsets would leave few of them.
+  options.max_sigma_ut = without.map.max_sigma_ut();
+  EXPECT_LT(build_magnetic_map(testing::drive_over(floor, 6, {0.003, 10.0, 0.2}), options).nodes, without.nodes / 2);
 }
 
 TEST(MagneticMapBuilderTest, CorrectsTheClockOnlyIfHeldOutReadingsAgree) {
