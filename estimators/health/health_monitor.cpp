@@ -141,10 +141,10 @@ double HealthMonitor::unobserved_m() const {
   return moving_m + unobserved_.sigma_m(unknown_acceleration_m_s2());
 }
 
+/// Only an IMU that the estimator has learned gives velocities to compare with: others may be wrong at a right pose.
 Verdict HealthMonitor::judge_motion() const {
-  const double apart_m = motion_.apart_m();
-  if (apart_m > kLostSigma_m) return {Health::lost, HealthReason::motion};
-  if (apart_m > kUncertain_m) return {Health::uncertain, HealthReason::motion};
+  const bool knows_velocity = has_scans_ && reckoning_ == Reckoning::learned_imu;
+  if (knows_velocity && motion_.apart_m() > kLostSigma_m) return {Health::lost, HealthReason::motion};
   return {};
 }
 
