@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/angles.h"
+
 namespace lodestone {
 
 namespace {
@@ -49,6 +51,14 @@ std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> sam
     if (!array.readings.empty()) result.push_back(std::move(array));
   }
   return result;
+}
+
+double sensor_variance_ut2(const MeanReading& reading, const SensorSuite& suite) {
+  const MagnetometerCalibrationSigmas& calibration = suite.calibration.magnetometers;
+  const double noise_ut = suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
+  const double relative = std::hypot(calibration.rotation_sigma_deg * degree, calibration.matrix_sigma);
+  return noise_ut * noise_ut / reading.samples + calibration.offset_sigma_ut * calibration.offset_sigma_ut +
+         relative * relative * reading.measured_ut.squaredNorm() / 3.0;
 }
 
 double correlation_inflation(double spacing_m, double correlation_m) {

@@ -31,6 +31,10 @@ struct ArrayReading {
 std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
                                         const SensorSuite& suite, int samples_per_reading);
 
+/// Variance of a component of a reading by its own magnetometer, µT²: noise, and what the calibration leaves, which is
+/// independent of the other magnetometers (offset; rotation and matrix, relative to the field).
+double sensor_variance_ut2(const MeanReading& reading, const SensorSuite& suite);
+
 /// Inflation of the variance of a map's error if samples `spacing_m` apart share it over `correlation_m`: (1 + ρ)/(1 −
 /// ρ), ρ = exp(−spacing/correlation), for a first-order Gauss-Markov error; at most 40, also at a standstill
 /// (docs/design/013-correlated-field-map-error.md).

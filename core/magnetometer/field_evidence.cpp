@@ -66,8 +66,7 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
   for (Eigen::Index i = 0; i < count; ++i) {
     const MeanReading& reading = array.readings[static_cast<std::size_t>(i)];
     const Vector3 measured = (T_map_imu.rotation * reading.T_end_mag.rotation) * reading.measured_ut;  // map axes
-    const double white = suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
-    noise[i] = white * white / reading.samples;
+    noise[i] = sensor_variance_ut2(reading, suite);
     background_residuals.row(i) = (measured - background.mean_ut).transpose();
     const auto field = map.query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bilinear);
     if (field) {

@@ -37,18 +37,14 @@ MatchedScan FieldMatching::match(const ScanBundle& bundle, const NavState& end) 
   if (bundle.magnetic.empty() || bundle.imu.empty()) return result;
   const std::vector<ArrayReading> arrays = average_array(bundle.magnetic, ScanMotion(end, bundle.imu), input_.suite,
                                                          input_.options.magnetic.samples_per_reading);
-  const MagnetometerCalibrationSigmas& calibration = input_.suite.calibration.magnetometers;
-  const double relative = std::hypot(calibration.rotation_sigma_deg * M_PI / 180.0, calibration.matrix_sigma);
   const double step_s = to_seconds(bundle.imu.back().time - bundle.imu.front().time);
   for (const ArrayReading& array : arrays) {
     MatchedScan::Array matched;
     for (const MeanReading& reading : array.readings) {
-      const double noise_ut = input_.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
       MatchedScan::Reading one;
       one.position = reading.T_end_mag.position;
       one.measured_ut = reading.T_end_mag.rotation * reading.measured_ut;
-      one.variance_ut2 = noise_ut * noise_ut / reading.samples + std::pow(calibration.offset_sigma_ut, 2) +
-                         relative * relative * one.measured_ut.squaredNorm() / 3.0;
+      one.variance_ut2 = sensor_variance_ut2(reading, input_.suite);
       matched.readings.push_back(one);
     }
     set_information_share(end, end.velocity.norm() * step_s / static_cast<double>(arrays.size()), matched);
