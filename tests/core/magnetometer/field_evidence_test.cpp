@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace lodestone {
 namespace {
@@ -63,6 +64,30 @@ TEST_F(FieldEvidenceOfAnArray, IsHighestAtTheTruePlaceAndHigherThanAnywhereOffTh
     EXPECT_LT(evidence(array, {truth.rotation, truth.position + step}), here - 2.0) << step.transpose();
   }
   EXPECT_LT(evidence(array, {truth.rotation, {100.0, 0.0, 0.0}}), here - 2.0);
+}
+
+/// Readings whose magnetometers are off by what the platform file allows still tell the place; if it promises exact
+/// magnetometers, the same readings look like those of a map that has changed.
+TEST_F(FieldEvidenceOfAnArray, OffsetsThatThePlatformFileAllowsDoNotSpeakAgainstTheTruePlace) {
+  const Pose truth{Quaternion::Identity(), {5.0, 4.0, 0.0}};
+  const auto mean_odds = [&](double offset_sigma_ut) {
+    suite_.calibration = exact_calibration();
+    suite_.calibration.magnetometers.offset_sigma_ut = offset_sigma_ut;
+    std::mt19937_64 generator(5);
+    std::normal_distribution<double> offset(0.0, 2.0);
+    double sum = 0.0;
+    for (int draw = 0; draw < 100; ++draw) {
+      ArrayReading array = read(truth);
+      for (MeanReading& reading : array.readings) {
+        const double x = offset(generator), y = offset(generator), z = offset(generator);
+        reading.measured_ut += Vector3(x, y, z);
+      }
+      sum += evidence(array, truth) - evidence(array, {truth.rotation, {100.0, 0.0, 0.0}});
+    }
+    return sum / 100.0;
+  };
+  EXPECT_GT(mean_odds(2.0), 1.0);
+  EXPECT_LT(mean_odds(0.0), -1.0);
 }
 
 TEST_F(FieldEvidenceOfAnArray, OfAMapThatHasChangedIsBoundedByTheShareOfStaleMap) {
