@@ -31,8 +31,8 @@ struct ArrayReading {
 std::vector<ArrayReading> average_array(std::span<const MagneticArraySample> samples, const ScanMotion& motion,
                                         const SensorSuite& suite, int samples_per_reading);
 
-/// Variance of a component of a reading by its own magnetometer, µT²: noise, and what the calibration leaves, which is
-/// independent of the other magnetometers (offset; rotation and matrix, relative to the field).
+/// Variance of a component of a reading by its own magnetometer, µT²: noise, and what the calibration leaves (offset;
+/// rotation and matrix, relative to the field). Independent of the other magnetometers.
 double sensor_variance_ut2(const MeanReading& reading, const SensorSuite& suite);
 
 /// Inflation of the variance of a map's error if samples `spacing_m` apart share it over `correlation_m`: (1 + ρ)/(1 −

@@ -13,7 +13,7 @@ struct MagneticMapOptions {
   FieldMethod method = FieldMethod::sliding_gpr;
   double resolution_m = 0.1;      ///< spacing of the map's nodes
   std::vector<double> heights_m;  ///< map z of the layers; empty: one, at the survey's mean sensor height
-  double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: 0.71 of the fitted signal sigma
+  double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: 0.71 of the signal sigma, and the offsets
   double tile_m = 6.4;            ///< side of the file's tiles, rounded to a multiple of 16 nodes
   double held_out_block_m = 6.0;  ///< every tenth block of way is held out as a test; 0: no test
   /// Prior sigmas of each magnetometer's constant error in its own axes, and of the offset of their clock
@@ -29,7 +29,7 @@ struct MagneticMapOptions {
     visitor.field("resolution_m", resolution_m, "spacing of the map's nodes");
     visitor.field("heights_m", heights_m, "map z of the layers; empty: one at the survey's mean sensor height");
     visitor.field("max_sigma_ut", max_sigma_ut,
-                  "nodes with larger sigma have no field; 0: 0.71 of the fitted signal sigma");
+                  "nodes with larger sigma have no field; 0: 0.71 of the signal sigma, and the offsets");
     visitor.field("tile_m", tile_m, "side of the image's tiles, rounded to a multiple of 16 nodes");
     visitor.field("held_out_block_m", held_out_block_m,
                   "length of blocks of way; every tenth block is held out to test the regression; 0: no test");

@@ -274,7 +274,7 @@ void add_map_magnetic(CLI::App& parent, int* code) {
                       "s-gpr: each component separately (default); curl-free: one potential for all three");
   command->add_option("--resolution", call->resolution_m, "spacing of the map's nodes, metres (default 0.1)");
   command->add_option("--max-sigma-ut", call->max_sigma_ut,
-                      "nodes with larger sigma have no field (default: 0.71 of the fitted signal sigma)");
+                      "nodes with larger sigma have no field (default: 0.71 of the signal sigma, and the offsets)");
   at_least_one(command->add_option("--threads", call->threads,
                                    "number of threads (default: all); the map does not depend on it"));
   files.input(command->add_option("--config", call->configurations,
