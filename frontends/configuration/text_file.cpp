@@ -2,14 +2,13 @@
 
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "core/error.h"
-#include "frontends/configuration/aside.h"
 #include "frontends/configuration/missing_file.h"
+#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 
@@ -44,23 +43,9 @@ std::string read_text_file(const std::string& path) {
 }
 
 void write_text_file(const std::string& path, const std::string& text) {
-  const std::string aside = aside_name(path);
-  {
-    std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
-    stream << text;
-    stream.close();
-    if (!stream) {
-      const std::string reason = std::strerror(errno);
-      std::remove(aside.c_str());
-      throw InputError(path + ": cannot be written (" + reason + ")");
-    }
-  }
-  std::error_code code;
-  std::filesystem::rename(aside, path, code);
-  if (code) {
-    std::remove(aside.c_str());
-    throw InputError(path + ": cannot be written (" + code.message() + ")");
-  }
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
 }
 
 }  // namespace lodestone

@@ -2,44 +2,42 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <utility>
 
 #include "core/error.h"
-#include "frontends/configuration/aside.h"
 
 namespace lodestone {
 
 static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float), "three floats without padding, as the file has them");
 static_assert(sizeof(Vector3) == 3 * sizeof(double), "three doubles without padding, as the file has them");
 
-PointCloudWriter::PointCloudWriter(std::string path, Vector3 origin_m)
-    : path_(std::move(path)), aside_(aside_name(path_)), origin_m_(std::move(origin_m)) {
-  const std::string ending = std::filesystem::path(path_).extension().string();
-  is_ply_ = ending == ".ply";
-  if (!is_ply_ && ending != ".pcd") {
-    throw InputError(fmt::format("{}: expected a name ending in .pcd or .ply, found '{}'", path_, ending));
+namespace {
+
+bool is_ply(const std::string& path, const Vector3& origin_m) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending == ".ply") return true;
+  if (ending != ".pcd") {
+    throw InputError(fmt::format("{}: expected a name ending in .pcd or .ply, found '{}'", path, ending));
   }
-  if (!is_ply_ && !origin_m_.isZero(0.0)) {
-    throw InputError(path_ +
+  if (!origin_m.isZero(0.0)) {
+    throw InputError(path +
                      ": a PCD has floats, which are too coarse for these coordinates; expected a name ending "
                      "in .ply");
   }
-  stream_.open(aside_, std::ios::binary | std::ios::trunc);
-  if (!stream_) fail();
-  stream_ << header();
+  return false;
 }
 
-PointCloudWriter::~PointCloudWriter() {
-  if (!stream_.is_open()) return;
-  stream_.close();
-  std::remove(aside_.c_str());
+template <class Position>
+std::string_view bytes_of(std::span<const Position> positions) {
+  return {reinterpret_cast<const char*>(positions.data()), positions.size_bytes()};
 }
 
-void PointCloudWriter::fail() const {
-  std::remove(aside_.c_str());
-  throw InputError(path_ + ": cannot be written; check the folder and the free space");
+}  // namespace
+
+PointCloudWriter::PointCloudWriter(const std::string& path, Vector3 origin_m)
+    : origin_m_(std::move(origin_m)), is_ply_(is_ply(path, origin_m_)), file_(path) {
+  file_.write(header());
 }
 
 /// The number of points has leading zeros, so that the header's length does not depend on it.
@@ -61,22 +59,15 @@ void PointCloudWriter::add(std::span<const Eigen::Vector3f> positions) {
   if (is_ply_) {
     piece_.clear();
     for (const Eigen::Vector3f& position : positions) piece_.emplace_back(position.cast<double>() + origin_m_);
-    stream_.write(reinterpret_cast<const char*>(piece_.data()),
-                  static_cast<std::streamsize>(piece_.size() * sizeof(Vector3)));
+    file_.write(bytes_of<Vector3>(piece_));
   } else {
-    stream_.write(reinterpret_cast<const char*>(positions.data()),
-                  static_cast<std::streamsize>(positions.size_bytes()));
+    file_.write(bytes_of(positions));
   }
-  if (!stream_) fail();
 }
 
 void PointCloudWriter::commit() {
-  stream_.seekp(0);
-  stream_ << header();
-  stream_.close();
-  std::error_code code;
-  if (stream_) std::filesystem::rename(aside_, path_, code);
-  if (!stream_ || code) fail();
+  file_.rewrite(0, header());
+  file_.commit();
 }
 
 void write_point_cloud(const std::string& path, const std::vector<Eigen::Vector3f>& points) {

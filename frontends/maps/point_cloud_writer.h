@@ -2,12 +2,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <fstream>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/geometry/so3.h"
+#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 
@@ -18,10 +18,7 @@ class PointCloudWriter {
  public:
   /// `origin_m` is added to all positions. A PCD must not have one: floats are centimetres apart at coordinates of a
   /// country.
-  explicit PointCloudWriter(std::string path, Vector3 origin_m = Vector3::Zero());
-  ~PointCloudWriter();
-  PointCloudWriter(const PointCloudWriter&) = delete;
-  PointCloudWriter& operator=(const PointCloudWriter&) = delete;
+  explicit PointCloudWriter(const std::string& path, Vector3 origin_m = Vector3::Zero());
 
   void add(std::span<const Eigen::Vector3f> positions);
 
@@ -31,14 +28,11 @@ class PointCloudWriter {
   std::int64_t count() const { return count_; }
 
  private:
-  [[noreturn]] void fail() const;
   std::string header() const;
 
-  std::string path_;
-  std::string aside_;
   Vector3 origin_m_;
   bool is_ply_;
-  std::ofstream stream_;
+  OutputFile file_;
   std::int64_t count_ = 0;
   std::vector<Vector3> piece_;
 };

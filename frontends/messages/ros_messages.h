@@ -14,12 +14,6 @@
 /// The messages that Lodestone reads and writes, as plain structs, for both ROS versions.
 namespace lodestone::ros1 {
 
-/// A bag cannot be opened, read or written. The message is one line with the file's name.
-class BagError : public InputError {
- public:
-  explicit BagError(const std::string& message) : InputError(message) {}
-};
-
 /// The bytes of a message are inconsistent. The caller adds file, topic and time.
 class MalformedMessage : public std::runtime_error {
  public:

@@ -20,7 +20,8 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/table.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 

@@ -16,7 +16,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

@@ -16,7 +16,7 @@
 #include "tools/experiments/table_files.h"
 #include "tools/plotting/forest_plot.h"
 #include "tools/table.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone::ablation {
 

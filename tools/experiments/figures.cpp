@@ -17,7 +17,7 @@
 #include "tools/plotting/plan_figures.h"
 #include "tools/plotting/run_folder.h"
 #include "tools/simulate/world_queries.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone::reproduce {
 

@@ -15,7 +15,7 @@
 #include "tools/experiments/table_files.h"
 #include "tools/report/report.h"
 #include "tools/table.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone::reproduce {
 

@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone::reproduce {
 

@@ -19,7 +19,8 @@
 #include "tools/origin_option.h"
 #include "tools/progress.h"
 #include "tools/writers/estimate_files.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
+#include "tools/writers/output_folder.h"
 #include "tools/writers/path_below.h"
 
 namespace lodestone {

@@ -13,7 +13,8 @@
 #include "tools/commands.h"
 #include "tools/init/platform_draft.h"
 #include "tools/progress.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

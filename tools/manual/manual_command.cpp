@@ -6,7 +6,7 @@
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/manual/manual_pages.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 

@@ -24,7 +24,7 @@
 #include "tools/map/survey_drives.h"
 #include "tools/origin_option.h"
 #include "tools/progress.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

@@ -24,7 +24,7 @@
 #include "tools/plotting/pictures.h"
 #include "tools/progress.h"
 #include "tools/simulate/map_truth.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

@@ -16,7 +16,8 @@
 #include "tools/commands.h"
 #include "tools/map/changed_places.h"
 #include "tools/map/difference_picture.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

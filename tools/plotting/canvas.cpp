@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "tools/plotting/drawing_files.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 

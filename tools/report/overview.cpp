@@ -12,7 +12,7 @@
 #include "frontends/maps/point_cloud_writer.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 

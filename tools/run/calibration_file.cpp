@@ -7,7 +7,7 @@
 #include <map>
 
 #include "core/angles.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 

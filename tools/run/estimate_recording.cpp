@@ -3,6 +3,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "core/error.h"
 #include "frontends/configuration/text_file.h"
 
 namespace lodestone {
@@ -54,7 +55,12 @@ PassRecord pass_of(std::string_view text) {
 }  // namespace
 
 void EstimateRecorder::write(std::string_view bytes) {
-  file_.write(bytes);
+  if (!failure_.empty()) return;
+  try {
+    file_.write(bytes);
+  } catch (const InputError& error) {
+    failure_ = error.what();  // the run goes on; finish() reports this
+  }
   hash_ = hash_of(bytes, hash_);
 }
 
@@ -67,7 +73,8 @@ void EstimateRecorder::finish(const PassRecord& pass) {
   const std::string text = text_of(pass);
   write(text);
   const End end{text.size(), hash_};
-  file_.write(bytes_of(end));
+  write(bytes_of(end));
+  if (!failure_.empty()) throw InputError(failure_);
   file_.commit();
 }
 

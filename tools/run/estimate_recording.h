@@ -9,7 +9,7 @@
 #include "core/work_times.h"
 #include "estimators/estimator.h"
 #include "tools/run/run_identity.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 
@@ -44,6 +44,7 @@ class EstimateRecorder final : public EstimateSink {
 
   OutputFile file_;
   std::uint64_t hash_ = kHashOfNothing;
+  std::string failure_;  // why no more bytes are written
 };
 
 /// The content of a recording.

@@ -4,7 +4,7 @@
 
 #include "core/evaluation/errors.h"
 #include "tools/plotting/stale_map_picture.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 

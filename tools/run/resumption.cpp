@@ -12,7 +12,7 @@
 #include "frontends/configuration/text_file.h"
 #include "tools/commands.h"
 #include "tools/run/estimate_recording.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 

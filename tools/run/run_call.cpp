@@ -34,7 +34,7 @@
 #include "tools/run/resumption.h"
 #include "tools/run/stale_results.h"
 #include "tools/writers/estimate_files.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 

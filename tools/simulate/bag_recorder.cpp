@@ -45,15 +45,6 @@ std::vector<Field> livox_fields() {
           {"timestamp", 18, Field::float64}};
 }
 
-template <class Call>
-void as_input_error(Call&& call) {
-  try {
-    call();
-  } catch (const ros1::BagError& error) {
-    throw InputError(error.what());
-  }
-}
-
 std::array<double, 3> as_array(const Vector3& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -186,17 +177,17 @@ LidarMessageLayout message_layout(ScanFormat format) {
 }
 
 BagRecorder::BagRecorder(const std::string& path, Topics topics, ScanFormat format) {
-  as_input_error([&] { implementation_ = std::make_unique<Implementation>(path, std::move(topics), format); });
+  implementation_ = std::make_unique<Implementation>(path, std::move(topics), format);
 }
 
 BagRecorder::~BagRecorder() = default;
 
 void BagRecorder::write(const Measurement& measurement) {
-  as_input_error([&] { std::visit([&](const auto& value) { implementation_->write(value); }, measurement); });
+  std::visit([&](const auto& value) { implementation_->write(value); }, measurement);
 }
 
 void BagRecorder::close() {
-  as_input_error([&] { implementation_->writer.close(); });
+  implementation_->writer.close();
 }
 
 }  // namespace lodestone::simulation

@@ -14,7 +14,7 @@
 #include "tools/commands.h"
 #include "tools/simulate/magnetic_field.h"
 #include "tools/simulate/world.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

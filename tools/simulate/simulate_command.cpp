@@ -21,7 +21,7 @@
 #include "tools/simulate/obstacles.h"
 #include "tools/simulate/reality_yaml.h"
 #include "tools/simulate/simulation_source.h"
-#include "tools/writers/output_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

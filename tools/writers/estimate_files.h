@@ -6,7 +6,7 @@
 
 #include "estimators/estimator.h"
 #include "tools/writers/lost_intervals.h"
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 

@@ -5,14 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <map>
 
 #include "core/error.h"
-#include "frontends/configuration/aside.h"
+#include "frontends/configuration/output_file.h"
 #include "frontends/logs/mcap/mcap_records.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/topic_list.h"
@@ -68,9 +64,11 @@ struct WrittenChannel {
 }  // namespace
 
 struct McapWriter::Implementation {
-  std::string path, aside;
-  Codec codec = Codec::none;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, std::fclose};
+  Implementation(const std::string& path_in, Codec codec_in) : path(path_in), file(path_in), codec(codec_in) {}
+
+  std::string path;
+  OutputFile file;
+  Codec codec;
   std::uint64_t offset = 0;
   Content chunk;
   std::uint64_t chunk_begin = 0, chunk_end = 0, begin = 0, end = 0, messages = 0;
@@ -80,12 +78,8 @@ struct McapWriter::Implementation {
   Content chunk_indexes;
   std::uint32_t chunks = 0;
 
-  [[noreturn]] void fail() const {
-    throw InputError(
-        fmt::format("{}: cannot be written: {}; free disk space or choose another --out", path, std::strerror(errno)));
-  }
   void put(std::span<const std::uint8_t> bytes) {
-    if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
+    file.write(bytes);
     offset += bytes.size();
   }
   void put(std::uint8_t opcode, const Content& content) {
@@ -174,22 +168,13 @@ void McapWriter::Implementation::put_summary() {
   put(mcap::Opcode::footer, Content().number(summary).number(std::uint64_t{0}).number(std::uint32_t{0}));
 }
 
-McapWriter::McapWriter(const std::string& path, Codec codec) : implementation_(std::make_unique<Implementation>()) {
-  Implementation& self = *implementation_;
-  self.path = path;
-  self.aside = aside_name(path);
-  self.codec = codec;
-  self.file.reset(std::fopen(self.aside.c_str(), "wb"));
-  if (self.file == nullptr) self.fail();
-  self.put_magic();
-  self.put(mcap::Opcode::header, Content().text("ros2").text("lodestone"));
+McapWriter::McapWriter(const std::string& path, Codec codec)
+    : implementation_(std::make_unique<Implementation>(path, codec)) {
+  implementation_->put_magic();
+  implementation_->put(mcap::Opcode::header, Content().text("ros2").text("lodestone"));
 }
 
-McapWriter::~McapWriter() {
-  if (implementation_->file == nullptr) return;
-  implementation_->file.reset();
-  std::remove(implementation_->aside.c_str());
-}
+McapWriter::~McapWriter() = default;
 
 void McapWriter::write(const TopicInfo& topic, const RawMessage& message) {
   Implementation& self = *implementation_;
@@ -219,13 +204,7 @@ void McapWriter::close() {
   self.end_chunk();
   self.put_summary();
   self.put_magic();
-  if (std::fflush(self.file.get()) != 0) self.fail();
-  std::error_code error;
-  std::filesystem::rename(self.aside, self.path, error);
-  if (error)
-    throw InputError(
-        fmt::format("{}: cannot be written: {}; free disk space or choose another --out", self.path, error.message()));
-  self.file.reset();
+  self.file.commit();
 }
 
 }  // namespace lodestone

@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <map>
 #include <tuple>
 #include <vector>
 
-#include "frontends/configuration/aside.h"
+#include "core/error.h"
+#include "frontends/configuration/output_file.h"
 #include "frontends/logs/ros1/bag_record.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/message_writing.h"
@@ -19,6 +16,7 @@
 namespace lodestone::ros1 {
 namespace {
 
+constexpr const char* magic = "#ROSBAG V2.0\n";
 constexpr std::size_t chunk_bytes = 768 * 1024;  // as in rosbag's recorder
 constexpr std::size_t file_header_bytes = 4096;  // with padding for the final values
 
@@ -66,9 +64,11 @@ std::string codec_name(Codec codec) {
 }  // namespace
 
 struct BagWriter::Implementation {
-  std::string path, aside;
-  Codec codec = Codec::none;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, std::fclose};
+  Implementation(const std::string& path_in, Codec codec_in) : path(path_in), file(path_in), codec(codec_in) {}
+
+  std::string path;
+  OutputFile file;
+  Codec codec;
   std::uint64_t offset = 0;
   std::map<std::tuple<std::string, std::string, std::string, bool>, std::uint32_t>
       connections;  ///< by topic, type, publisher
@@ -78,24 +78,21 @@ struct BagWriter::Implementation {
   std::map<std::uint32_t, std::string> indexes;  ///< index of its messages, by connection
   Time chunk_begin = 0, chunk_end = 0;
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw BagError(fmt::format("{}: cannot write the bag: {}; free disk space or choose another --out", path, what));
-  }
   void put(const std::string& bytes) {
-    if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail(std::strerror(errno));
+    file.write(bytes);
     offset += bytes.size();
   }
-  void put_file_header(std::uint64_t index_start) {
+  std::string file_header(std::uint64_t index_start) const {
     const std::map<std::string, std::string> header{
         {"chunk_count", number(chunks)},
         {"conn_count", number(static_cast<std::uint32_t>(connections.size()))},
         {"index_pos", number(index_start)},
         {"op", operation(BagOperation::file_header)}};
-    put(record(header, std::string(file_header_bytes - fields(header).size(), ' ')));
+    return record(header, std::string(file_header_bytes - fields(header).size(), ' '));
   }
   void check_time(Time time) const {
     if (time >= 0 && time / 1'000'000'000 <= 0xFFFFFFFFLL) return;
-    fail(fmt::format("a stamp of {} ns does not fit ROS time: expected 0 to 2^32 s", time));
+    throw InputError(fmt::format("{}: a stamp of {} ns does not fit ROS time: expected 0 to 2^32 s", path, time));
   }
   std::uint32_t connection_of(const TopicInfo& topic, const Publisher* publisher);
   void end_chunk();
@@ -151,62 +148,31 @@ void BagWriter::Implementation::end_chunk() {
   indexes.clear();
 }
 
-BagWriter::BagWriter(const std::string& path, Codec codec) : implementation_(std::make_unique<Implementation>()) {
-  Implementation& self = *implementation_;
-  self.path = path;
-  self.aside = aside_name(path);
-  self.codec = codec;
-  self.file.reset(std::fopen(self.aside.c_str(), "wb"));
-  if (self.file == nullptr) self.fail(std::strerror(errno));
-  self.put("#ROSBAG V2.0\n");
-  self.put_file_header(0);
+BagWriter::BagWriter(const std::string& path, Codec codec)
+    : implementation_(std::make_unique<Implementation>(path, codec)) {
+  implementation_->put(magic);
+  implementation_->put(implementation_->file_header(0));
 }
 
-BagWriter::~BagWriter() {
-  if (implementation_->file == nullptr) return;
-  implementation_->file.reset();
-  std::remove(implementation_->aside.c_str());
-}
-
-namespace {
+BagWriter::~BagWriter() = default;
 
 template <class Message>
-void write_known(BagWriter& writer, const std::string& topic, Time record_time, const Message& message) {
+void BagWriter::write(const std::string& topic, Time record_time, const Message& message) {
+  implementation_->check_time(message.stamp);
   Ros1WireWriter wire;
   writing::write(wire, message);
   const std::vector<std::uint8_t> bytes = wire.take();
   TopicInfo info;
   info.name = topic;
   info.type = writing::type_of(message);
-  writer.write(info, record_time, bytes.data(), bytes.size());
+  write(info, record_time, bytes.data(), bytes.size());
 }
 
-}  // namespace
-
-void BagWriter::write(const std::string& topic, Time record_time, const PointCloudMessage& message) {
-  implementation_->check_time(message.stamp);
-  write_known(*this, topic, record_time, message);
-}
-
-void BagWriter::write(const std::string& topic, Time record_time, const LivoxMessage& message) {
-  implementation_->check_time(message.stamp);
-  write_known(*this, topic, record_time, message);
-}
-
-void BagWriter::write(const std::string& topic, Time record_time, const ImuMessage& message) {
-  implementation_->check_time(message.stamp);
-  write_known(*this, topic, record_time, message);
-}
-
-void BagWriter::write(const std::string& topic, Time record_time, const MagneticFieldMessage& message) {
-  implementation_->check_time(message.stamp);
-  write_known(*this, topic, record_time, message);
-}
-
-void BagWriter::write(const std::string& topic, Time record_time, const OdometryMessage& message) {
-  implementation_->check_time(message.stamp);
-  write_known(*this, topic, record_time, message);
-}
+template void BagWriter::write(const std::string&, Time, const PointCloudMessage&);
+template void BagWriter::write(const std::string&, Time, const LivoxMessage&);
+template void BagWriter::write(const std::string&, Time, const ImuMessage&);
+template void BagWriter::write(const std::string&, Time, const MagneticFieldMessage&);
+template void BagWriter::write(const std::string&, Time, const OdometryMessage&);
 
 void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size,
                       const Publisher* publisher) {
@@ -216,7 +182,7 @@ void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8
   if (described.md5.empty()) {
     const MessageType type = message_type(topic.type);
     if (type == MessageType::other) {
-      throw BagError(self.path + ": topic " + topic.name + ": the type " + topic.type +
+      throw InputError(self.path + ": topic " + topic.name + ": the type " + topic.type +
                      " has no known definition; the bag cannot contain it");
     }
     // Livox' first driver writes the same message under another name.
@@ -242,13 +208,8 @@ void BagWriter::close() {
   const std::uint64_t index_start = self.offset;
   self.put(self.connection_records);
   self.put(self.chunk_infos);
-  if (std::fseek(self.file.get(), 13, SEEK_SET) != 0) self.fail(std::strerror(errno));
-  self.put_file_header(index_start);
-  if (std::fflush(self.file.get()) != 0) self.fail(std::strerror(errno));
-  std::error_code error;
-  std::filesystem::rename(self.aside, self.path, error);
-  if (error) self.fail(error.message());
-  self.file.reset();
+  self.file.rewrite(static_cast<long>(std::string_view(magic).size()), self.file_header(index_start));
+  self.file.commit();
 }
 
 }  // namespace lodestone::ros1

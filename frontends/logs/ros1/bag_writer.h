@@ -13,26 +13,24 @@ namespace lodestone::ros1 {
 /// incomplete bag is visible; without close() the file is deleted.
 class BagWriter {
  public:
-  /// `codec`: none, lz4 or bz2. Throws BagError if the folder cannot be written.
+  /// `codec`: none, lz4 or bz2. Throws InputError if the folder cannot be written.
   BagWriter(const std::string& path, Codec codec);
   ~BagWriter();
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
 
   /// `record_time` (ns, > 0) is the time of arrival, which determines the order of reading. For a scan, it is the
-  /// scan's end, whatever the header's stamp is. Throws BagError, also if a stamp does not fit ROS time (0 to 2³² s).
-  void write(const std::string& topic, Time record_time, const PointCloudMessage& message);
-  void write(const std::string& topic, Time record_time, const LivoxMessage& message);
-  void write(const std::string& topic, Time record_time, const ImuMessage& message);
-  void write(const std::string& topic, Time record_time, const MagneticFieldMessage& message);
-  void write(const std::string& topic, Time record_time, const OdometryMessage& message);
+  /// scan's end, whatever the header's stamp is. Throws InputError, also if a stamp does not fit ROS time (0 to 2³² s).
+  /// `Message`: one of PointCloud, Livox, Imu, MagneticField, Odometry.
+  template <class Message>
+  void write(const std::string& topic, Time record_time, const Message& message);
 
   /// A serialized message of any type. Checksum and definition are those of the topic, or of a known type. Throws
-  /// BagError if the type is unknown too. Each publisher has its own connection.
+  /// InputError if the type is unknown too. Each publisher has its own connection.
   void write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size,
              const Publisher* publisher = nullptr);
 
-  /// Writes the index and renames the file. Throws BagError. No further messages can be written.
+  /// Writes the index and renames the file. Throws InputError. No further messages can be written.
   void close();
 
  private:

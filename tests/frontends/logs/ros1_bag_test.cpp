@@ -112,10 +112,10 @@ TEST(BagWriterTest, LeavesNothingBehindWithoutClose) {
 
 TEST(BagWriterTest, RefusesWhatItCannotWrite) {
   const TemporaryFolder folder;
-  EXPECT_THAT(message_of<BagError>([&] { BagWriter(folder / "absent/log.bag", Codec::none); }),
+  EXPECT_THAT(message_of<InputError>([&] { BagWriter(folder / "absent/log.bag", Codec::none); }),
               HasSubstr("absent/log.bag"));
   BagWriter writer(folder / "log.bag", Codec::none);
-  EXPECT_THAT(message_of<BagError>([&] {
+  EXPECT_THAT(message_of<InputError>([&] {
                 writer.write("/imu", start, ImuMessage{-5, "imu", {}, {}});
               }),
               HasSubstr("does not fit ROS time"));

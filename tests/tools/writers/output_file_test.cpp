@@ -1,4 +1,5 @@
-#include "tools/writers/output_file.h"
+#include "frontends/configuration/output_file.h"
+#include "tools/writers/output_folder.h"
 
 #include <gtest/gtest.h>
 

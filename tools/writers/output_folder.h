@@ -1,31 +1,9 @@
 #pragma once
 
-#include <cstdio>
 #include <filesystem>
 #include <string>
-#include <string_view>
 
 namespace lodestone {
-
-/// A file that appears under its name when it is complete: it is written under a temporary name and renamed by
-/// `commit`. Without `commit`, the destructor deletes it. Throws InputError if the folder cannot be written.
-class OutputFile {
- public:
-  explicit OutputFile(std::filesystem::path path);
-  ~OutputFile();
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-
-  void write(std::string_view text);
-
-  /// Closes and renames. Throws InputError if the disk is full.
-  void commit();
-
- private:
-  std::filesystem::path path_;
-  std::filesystem::path aside_;
-  std::FILE* file_ = nullptr;
-};
 
 /// Throws InputError if a folder of results cannot be created or written, before a long computation. Creates nothing.
 void check_folder(const std::filesystem::path& folder);

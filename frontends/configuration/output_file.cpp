@@ -1,0 +1,58 @@
+#include "frontends/configuration/output_file.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "core/error.h"
+#include "frontends/configuration/aside.h"
+
+namespace lodestone {
+
+OutputFile::OutputFile(std::filesystem::path path)
+    : path_(std::move(path)), aside_(aside_name(path_.string())), file_(std::fopen(aside_.c_str(), "wb")) {
+  if (file_ == nullptr) {
+    throw InputError(
+        fmt::format("{}: cannot be written: {}; choose another name or folder", path_.string(), std::strerror(errno)));
+  }
+}
+
+OutputFile::~OutputFile() {
+  if (file_ == nullptr) return;
+  std::fclose(file_);
+  std::error_code ignored;
+  std::filesystem::remove(aside_, ignored);
+}
+
+void OutputFile::fail(const std::string& reason) {
+  if (file_ != nullptr) std::fclose(std::exchange(file_, nullptr));
+  std::error_code ignored;
+  std::filesystem::remove(aside_, ignored);
+  throw InputError(fmt::format("{}: cannot be written completely: {}; free disk space or choose another folder",
+                               path_.string(), reason));
+}
+
+void OutputFile::write(std::string_view bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail(std::strerror(errno));
+}
+
+void OutputFile::write(std::span<const std::uint8_t> bytes) {
+  write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+void OutputFile::rewrite(long offset, std::string_view bytes) {
+  if (std::fseek(file_, offset, SEEK_SET) != 0) fail(std::strerror(errno));
+  write(bytes);
+}
+
+void OutputFile::commit() {
+  if (std::fclose(std::exchange(file_, nullptr)) != 0) fail(std::strerror(errno));
+  std::error_code error;
+  std::filesystem::rename(aside_, path_, error);
+  if (error) fail(error.message());
+}
+
+}  // namespace lodestone
