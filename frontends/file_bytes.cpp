@@ -59,17 +59,4 @@ void FileBytes::read(std::uint64_t offset, std::span<std::uint8_t> bytes) const 
   }
 }
 
-void require_descriptors(const std::string& path, std::size_t count) {
-  std::vector<int> held;
-  while (held.size() < count) {
-    const int descriptor = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) break;
-    held.push_back(descriptor);
-  }
-  const int why = errno;
-  for (const int descriptor : held) ::close(descriptor);
-  errno = why;
-  if (held.size() < count) refuse_to_open(path);
-}
-
 }  // namespace lodestone

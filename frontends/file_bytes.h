@@ -43,8 +43,4 @@ inline std::uint8_t little_endian<std::uint8_t>(const std::uint8_t* bytes) {
   return *bytes;
 }
 
-/// Throws InputError with `path` if the process cannot open `count` more files. For libraries that open files
-/// themselves and report a misleading error.
-void require_descriptors(const std::string& path, std::size_t count);
-
 }  // namespace lodestone

@@ -143,7 +143,6 @@ StartCandidates StartSearch::find(const StartScan& scan, const ArrayReading* arr
   const double height_m = height_above_floor(scan);
   const std::vector<SearchPoint> points = search_points(scan, kSearchRange_m, kSearchPoints);
   const std::vector<Eigen::Vector3f> judged = above_floor(scan);
-  result.search_points = static_cast<int>(points.size());
 
   PlaceSearchResult by_lidar = search_.best(points);
   result.complete = by_lidar.complete;

@@ -23,8 +23,7 @@ struct StartCandidate {
 /// All candidates, best first.
 struct StartCandidates {
   std::vector<StartCandidate> found;
-  int search_points = 0;  ///< points of the scan above the floor
-  bool complete = true;   ///< false: the search over the cloud map stopped early
+  bool complete = true;  ///< false: the search over the cloud map stopped early
 };
 
 /// Evaluates LiDAR and field likelihood of one scan at one pose.

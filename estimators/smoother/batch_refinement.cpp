@@ -107,10 +107,8 @@ void BatchRefinement::renew_factors(SlidingWindow& window) {
 
 std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
   std::vector<std::size_t> result;
-  last_move_m_ = 0.0;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     const Pose pose = window.seen_pose(k);
-    last_move_m_ = std::max(last_move_m_, (pose.position - keyframes_[k]->associated.position).norm());
     if (keyframes_[k]->moved(pose, kMoved_m, kTurned_deg)) result.push_back(k);
   }
   return result;

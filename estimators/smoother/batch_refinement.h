@@ -35,10 +35,6 @@ class BatchRefinement {
   /// `progress` stops the refinement, returns the window's estimates.
   std::vector<Estimate> refine(const Progress& progress);
 
-  /// Number of rounds of the last refinement, and the largest move in its last round, metres.
-  int rounds() const { return rounds_; }
-  double last_move_m() const { return last_move_m_; }
-
  private:
   std::vector<Estimate> estimates() const;
   void build(SlidingWindow& window) const;
@@ -53,7 +49,6 @@ class BatchRefinement {
   std::vector<std::vector<Vector3>> biases_;
   CalibrationEstimate calibration_;
   int rounds_ = 0;
-  double last_move_m_ = 0.0;
 };
 
 }  // namespace lodestone

@@ -11,6 +11,7 @@
 #include "core/warnings.h"
 #include "estimators/calibration/magnetometer_calibrator.h"
 #include "frontends/configuration/options.h"
+#include "frontends/configuration/output_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/synchronizer/bag_source.h"
@@ -20,7 +21,6 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "frontends/configuration/output_file.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {

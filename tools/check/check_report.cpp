@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/table.h"
 #include "frontends/configuration/output_file.h"
+#include "tools/table.h"
 
 namespace lodestone {
 

@@ -9,6 +9,7 @@
 #include "core/nearest_name.h"
 #include "frontends/configuration/kitti_trajectory.h"
 #include "frontends/configuration/options.h"
+#include "frontends/configuration/output_file.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/logs/ros2/bag_folder_writer.h"
@@ -19,7 +20,6 @@
 #include "tools/origin_option.h"
 #include "tools/progress.h"
 #include "tools/writers/estimate_files.h"
-#include "frontends/configuration/output_file.h"
 #include "tools/writers/output_folder.h"
 #include "tools/writers/path_below.h"
 

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "core/error.h"
+#include "frontends/configuration/output_file.h"
 #include "frontends/configuration/platform.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/init/platform_draft.h"
 #include "tools/progress.h"
-#include "frontends/configuration/output_file.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {

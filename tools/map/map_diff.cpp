@@ -10,13 +10,13 @@
 
 #include "core/error.h"
 #include "core/magnetometer/magnetic_difference.h"
+#include "frontends/configuration/output_file.h"
 #include "frontends/maps/magnetic_difference_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/map/changed_places.h"
 #include "tools/map/difference_picture.h"
-#include "frontends/configuration/output_file.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/plotting/drawing_files.h"
 #include "frontends/configuration/output_file.h"
+#include "tools/plotting/drawing_files.h"
 
 namespace lodestone {
 

@@ -8,8 +8,8 @@
 #include "core/warnings.h"
 #include "core/work_times.h"
 #include "estimators/estimator.h"
-#include "tools/run/run_identity.h"
 #include "frontends/configuration/output_file.h"
+#include "tools/run/run_identity.h"
 
 namespace lodestone {
 

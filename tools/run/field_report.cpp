@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontends/configuration/output_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/table.h"
-#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 

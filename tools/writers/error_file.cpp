@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "core/evaluation/errors.h"
+#include "frontends/configuration/output_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/writers/csv_table.h"
-#include "frontends/configuration/output_file.h"
 
 namespace lodestone {
 

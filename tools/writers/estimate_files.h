@@ -5,8 +5,8 @@
 #include <string>
 
 #include "estimators/estimator.h"
-#include "tools/writers/lost_intervals.h"
 #include "frontends/configuration/output_file.h"
+#include "tools/writers/lost_intervals.h"
 
 namespace lodestone {
 

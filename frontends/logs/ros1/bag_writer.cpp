@@ -183,7 +183,7 @@ void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8
     const MessageType type = message_type(topic.type);
     if (type == MessageType::other) {
       throw InputError(self.path + ": topic " + topic.name + ": the type " + topic.type +
-                     " has no known definition; the bag cannot contain it");
+                       " has no known definition; the bag cannot contain it");
     }
     // Livox' first driver writes the same message under another name.
     if (type == MessageType::livox) described.type = "livox_ros_driver2/CustomMsg";

@@ -18,7 +18,7 @@
 #include "frontends/synchronizer/synchronizer.h"
 #include "tests/benchmarks/kidnapped/site_maps.h"
 #include "tests/benchmarks/starts.h"
-#include "tools/simulate/random_starts.h"
+#include "tests/estimators/initialization/random_starts.h"
 
 namespace lodestone {
 namespace {

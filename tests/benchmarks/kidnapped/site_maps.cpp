@@ -12,8 +12,8 @@
 #include "frontends/maps/point_cloud_file.h"
 #include "frontends/maps/point_cloud_writer.h"
 #include "frontends/synchronizer/survey.h"
+#include "tests/estimators/initialization/random_starts.h"
 #include "tools/simulate/cloud_map.h"
-#include "tools/simulate/random_starts.h"
 
 namespace lodestone {
 namespace {

@@ -14,8 +14,8 @@
 #include "core/error.h"
 #include "frontends/maps/tiled_plane_map.h"
 #include "frontends/synchronizer/synchronizer.h"
+#include "tests/estimators/initialization/random_starts.h"
 #include "tests/estimators/room.h"
-#include "tools/simulate/random_starts.h"
 
 namespace lodestone {
 namespace {

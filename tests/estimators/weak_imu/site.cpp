@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/simulate/random_starts.h"
+#include "tests/estimators/initialization/random_starts.h"
 
 namespace lodestone::weak_imu {
 

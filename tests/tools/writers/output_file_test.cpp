@@ -1,5 +1,4 @@
 #include "frontends/configuration/output_file.h"
-#include "tools/writers/output_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +6,7 @@
 
 #include "core/error.h"
 #include "tests/tools/program_runner.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/simulate/random_starts.h"
+#include "tests/estimators/initialization/random_starts.h"
 
 #include <algorithm>
 #include <cmath>
