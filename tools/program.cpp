@@ -93,20 +93,20 @@ int run_program(int argument_count, char** arguments, const std::string& revisio
   app.parse_complete_callback(
       [&]() { spdlog::debug("{}: {}", version, fmt::join(arguments + 1, arguments + argument_count, " ")); });
   int code = exit_code::done;
-  add_simulate_command(app, &code);
-  add_convert_command(app, &code);
-  add_shift_command(app, &code);
-  add_init_command(app, &code);
+  add_simulate_command(app);
+  add_convert_command(app);
+  add_shift_command(app);
+  add_init_command(app);
   add_check_command(app, &code);
-  add_map_command(app, &code);
-  add_calibrate_command(app, &code);
+  add_map_command(app);
+  add_calibrate_command(app);
   add_run_command(app, &code);
-  add_evaluate_command(app, &code);
-  add_report_command(app, &code);
-  add_export_command(app, &code);
+  add_evaluate_command(app);
+  add_report_command(app);
+  add_export_command(app);
   add_reproduce_command(app, &code);
   add_ablate_command(app, &code);
-  add_manual_command(app, version, &code);
+  add_manual_command(app, version);
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {

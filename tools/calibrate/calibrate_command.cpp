@@ -156,7 +156,7 @@ void calibrate(const CalibrateCall& call) {
   fmt::print("wrote {}\n", places.string());
 }
 
-void add_magnetometers(CLI::App& parent, int* code) {
+void add_magnetometers(CLI::App& parent) {
   const auto call = std::make_shared<CalibrateCall>();
   CLI::App* command = parent.add_subcommand(
       "magnetometers",
@@ -193,22 +193,19 @@ Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out 
   lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml \
       --magnetic /tmp/tunnel/field.yaml --trajectory /tmp/tunnel/truth.tum \
       --out /tmp/tunnel/calibrated/platform.yaml --set hard_iron_sigma_ut=50)");
-  command->callback([call, code]() {
-    calibrate(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { calibrate(*call); });
 }
 
 }  // namespace
 
-void add_calibrate_command(CLI::App& app, int* code) {
+void add_calibrate_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("calibrate", "Calibrate sensors from a log");
   command->require_subcommand(1);
   command->footer(R"(
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
   lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml
   lodestone calibrate magnetometers --help)");
-  add_magnetometers(*command, code);
+  add_magnetometers(*command);
 }
 
 }  // namespace lodestone

@@ -144,7 +144,7 @@ void convert(const ConvertCall& call) {
 
 }  // namespace
 
-void add_convert_command(CLI::App& app, int* code) {
+void add_convert_command(CLI::App& app) {
   const auto call = std::make_shared<ConvertCall>();
   CLI::App* command =
       app.add_subcommand("convert", "Write a log of any kind as a ROS 1 bag, an MCAP file or an SQLite bag");
@@ -166,10 +166,7 @@ void add_convert_command(CLI::App& app, int* code) {
   command->add_option("--from", call->from_s,
                       "omit earlier messages except latched ones; seconds after the log's first message");
   command->add_option("--to", call->to_s, "omit messages from this time on; seconds after the log's first message");
-  command->callback([call, code] {
-    convert(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { convert(*call); });
 }
 
 }  // namespace lodestone

@@ -19,7 +19,7 @@ Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out 
 
 }  // namespace
 
-void add_evaluate_command(CLI::App& app, int* code) {
+void add_evaluate_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("evaluate", "Compare a trajectory with the ground truth: ATE, RPE, heading, NEES");
   command->footer(kEvaluateExamples);
@@ -50,10 +50,9 @@ void add_evaluate_command(CLI::App& app, int* code) {
   files.input(command->add_option("--covariance", call->covariance, "covariance.csv of the estimate, for NEES"));
   files.output(command->add_option("--errors", call->errors, "write the errors over time to this CSV file"));
   command->add_flag("--json", *json, "print JSON instead of a table");
-  command->callback([call, json, code]() {
+  command->callback([call, json] {
     const Comparison comparison = compare(*call);
     std::fputs((*json ? to_json(comparison) : to_table(comparison)).c_str(), stdout);
-    *code = exit_code::done;
   });
 }
 

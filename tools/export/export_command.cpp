@@ -17,7 +17,7 @@ Examples, with the files of `lodestone run ... --out /tmp/tunnel/run` (see lodes
 
 }  // namespace
 
-void add_export_command(CLI::App& app, int* code) {
+void add_export_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("export", "Write the results of a run for Foxglove, RViz and other programs");
   command->footer(kExportExamples);
   const auto call = std::make_shared<ExportCall>();
@@ -39,10 +39,7 @@ void add_export_command(CLI::App& app, int* code) {
       ->needs(log);
   files.output(command->add_option("--out", call->out, "the file or folder to write (default: RUN/export...)"));
   command->add_flag("--force", call->force, "replace the file of --out if it exists");
-  command->callback([call, code]() {
-    execute(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { execute(*call); });
 }
 
 }  // namespace lodestone

@@ -86,7 +86,7 @@ void write_drafted_platform(const InitCall& call) {
 
 }  // namespace
 
-void add_init_command(CLI::App& app, int* code) {
+void add_init_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("init", "Write a platform file from the logs of a robot");
   command->footer(kInitExamples);
   const auto call = std::make_shared<InitCall>();
@@ -101,10 +101,7 @@ void add_init_command(CLI::App& app, int* code) {
   files.input(command->add_option("--imu-noise", call->imu_noise,
                                   "take the noise of the IMU from a file of Kalibr, allan_variance_ros or imu_utils"));
   command->add_flag("--force", call->force, "replace the platform file if it exists");
-  command->callback([call, code]() {
-    write_drafted_platform(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { write_drafted_platform(*call); });
 }
 
 }  // namespace lodestone

@@ -1,4 +1,3 @@
-#include "tools/map/map_cloud.h"
 
 #include <fmt/format.h>
 
@@ -196,7 +195,7 @@ void map_cloud(const MapCloudCall& call) {
 
 }  // namespace
 
-void add_map_cloud(CLI::App& map, int* code) {
+void add_map_cloud(CLI::App& map) {
   const auto call = std::make_shared<MapCloudCall>();
   CLI::App* command = map.add_subcommand(
       "cloud", "Build a cloud map from the scans of survey drives with known trajectories, without moving objects");
@@ -222,10 +221,7 @@ Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out 
       --out /tmp/tunnel/map.pcd
   lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/coarse.pcd --voxel-m 0.1 --max-range 30 --keep-moving)");
-  command->callback([call, code]() {
-    map_cloud(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { map_cloud(*call); });
 }
 
 }  // namespace lodestone

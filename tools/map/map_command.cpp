@@ -16,14 +16,10 @@
 #include "frontends/synchronizer/survey.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
-#include "tools/map/map_cloud.h"
-#include "tools/map/map_diff.h"
-#include "tools/map/map_import.h"
 #include "tools/map/survey_doubts.h"
 #include "tools/map/survey_drives.h"
 #include "tools/plotting/pictures.h"
 #include "tools/progress.h"
-#include "tools/simulate/map_truth.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {
@@ -255,7 +251,7 @@ void map_magnetic(const MapMagneticCall& call) {
   fmt::print("wrote {}\n", call.platform_out);
 }
 
-void add_map_magnetic(CLI::App& parent, int* code) {
+void add_map_magnetic(CLI::App& parent) {
   const auto call = std::make_shared<MapMagneticCall>();
   CLI::App* command = parent.add_subcommand("magnetic",
                                             "Build a grid map of the ambient magnetic field from a survey drive, by "
@@ -290,15 +286,12 @@ Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out 
       --resolution 0.2 --set regression.window_points=200
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
       --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/curl_free.yaml --method curl-free)");
-  command->callback([call, code]() {
-    map_magnetic(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { map_magnetic(*call); });
 }
 
 }  // namespace
 
-void add_map_command(CLI::App& app, int* code) {
+void add_map_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("map", "Build cloud maps; build, import and compare magnetic maps");
   command->require_subcommand(1);
   command->footer(R"(
@@ -309,11 +302,11 @@ Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out 
       --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/map.pcd
   lodestone map diff /tmp/tunnel/field.yaml /tmp/tunnel/coarse.yaml --out /tmp/tunnel/change
   lodestone map magnetic --help)");
-  add_map_cloud(*command, code);
-  add_map_magnetic(*command, code);
-  add_map_import(*command, code);
-  add_map_diff(*command, code);
-  add_map_truth(*command, code);
+  add_map_cloud(*command);
+  add_map_magnetic(*command);
+  add_map_import(*command);
+  add_map_diff(*command);
+  add_map_truth(*command);
 }
 
 }  // namespace lodestone

@@ -1,4 +1,3 @@
-#include "tools/map/map_diff.h"
 
 #include <fmt/format.h>
 
@@ -161,7 +160,7 @@ void map_diff(const MapDiffCall& call) {
 
 }  // namespace
 
-void add_map_diff(CLI::App& map, int* code) {
+void add_map_diff(CLI::App& map) {
   const auto call = std::make_shared<MapDiffCall>();
   CLI::App* command = map.add_subcommand(
       "diff", "Compare two magnetic maps of one site at the nodes of the first: significant changes and their places");
@@ -184,10 +183,7 @@ void add_map_diff(CLI::App& map, int* code) {
 Examples:
   lodestone map diff spring.yaml autumn.yaml --out /tmp/change
   lodestone map diff spring.yaml autumn.yaml --out /tmp/change --threshold-ut 3 --level 0.01)");
-  command->callback([call, code]() {
-    map_diff(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { map_diff(*call); });
 }
 
 }  // namespace lodestone

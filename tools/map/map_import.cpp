@@ -1,4 +1,3 @@
-#include "tools/map/map_import.h"
 
 #include <fmt/format.h>
 
@@ -88,7 +87,7 @@ void map_import(const MapImportCall& call) {
 
 }  // namespace
 
-void add_map_import(CLI::App& map, int* code) {
+void add_map_import(CLI::App& map) {
   const auto call = std::make_shared<MapImportCall>();
   CLI::App* command = map.add_subcommand(
       "import", "Build a magnetic map from another program's table of grid positions and field vectors");
@@ -114,10 +113,7 @@ void add_map_import(CLI::App& map, int* code) {
 Examples:
   lodestone map import field.csv --out /tmp/imported/field.yaml
   lodestone map import field.csv --out /tmp/imported/field.yaml --unit nanotesla --sigma-ut 0.5)");
-  command->callback([call, code]() {
-    map_import(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { map_import(*call); });
 }
 
 }  // namespace lodestone

@@ -26,7 +26,7 @@ struct ReportCall {
 
 }  // namespace
 
-void add_report_command(CLI::App& app, int* code) {
+void add_report_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("report", "Write a report of a run as one HTML file that requires no network");
   command->footer(kReportExamples);
   const auto call = std::make_shared<ReportCall>();
@@ -34,12 +34,11 @@ void add_report_command(CLI::App& app, int* code) {
   files.input(command->add_option("DIR", call->folder, "--out folder of `lodestone run` or `lodestone reproduce`"))
       ->required();
   files.output(command->add_option("--out", call->out, "the file to write (default: DIR/report.html)"));
-  command->callback([call, code]() {
+  command->callback([call] {
     const std::filesystem::path out =
         call->out.empty() ? std::filesystem::path(call->folder) / "report.html" : std::filesystem::path(call->out);
     const std::size_t size = write_report(call->folder, out);
     fmt::print("report: {} ({:.1f} MB)\n", out.string(), static_cast<double>(size) * 1e-6);
-    *code = exit_code::done;
   });
 }
 

@@ -83,7 +83,7 @@ void shift(const ShiftCall& call) {
 
 }  // namespace
 
-void add_shift_command(CLI::App& app, int* code) {
+void add_shift_command(CLI::App& app) {
   const auto call = std::make_shared<ShiftCall>();
   CLI::App* command =
       app.add_subcommand("shift", "Shift a georeferenced map or trajectory to an origin at the site, or back");
@@ -96,10 +96,7 @@ void add_shift_command(CLI::App& app, int* code) {
       .output(command->add_option("--out", call->out, "the file to write: .pcd or .ply, .yaml, .tum"),
               CommandFiles::with_endings({".tif"}))
       ->required();
-  command->callback([call, code] {
-    shift(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { shift(*call); });
 }
 
 }  // namespace lodestone

@@ -1,4 +1,3 @@
-#include "tools/simulate/map_truth.h"
 
 #include <fmt/format.h>
 
@@ -66,7 +65,7 @@ void map_truth(const MapTruthCall& call) {
 
 }  // namespace
 
-void add_map_truth(CLI::App& map, int* code) {
+void add_map_truth(CLI::App& map) {
   const auto call = std::make_shared<MapTruthCall>();
   CLI::App* command = map.add_subcommand(
       "truth", "Write a simulated world's true field at the nodes of a map; `map diff` then gives the map's error");
@@ -86,10 +85,7 @@ void add_map_truth(CLI::App& map, int* code) {
 Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone map magnetic` write:
   lodestone map truth config/worlds/tunnel.yaml --like /tmp/tunnel/field.yaml --out /tmp/tunnel/true_field.yaml
   lodestone map diff /tmp/tunnel/true_field.yaml /tmp/tunnel/field.yaml --out /tmp/tunnel/map_error)");
-  command->callback([call, code]() {
-    map_truth(*call);
-    *code = exit_code::done;
-  });
+  command->callback([call] { map_truth(*call); });
 }
 
 }  // namespace lodestone

@@ -183,7 +183,7 @@ void simulate(const SimulateOptions& options) {
 
 }  // namespace
 
-void add_simulate_command(CLI::App& app, int* code) {
+void add_simulate_command(CLI::App& app) {
   const auto options = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand(
       "simulate", "Simulate a robot's drive through a world: write its log, ground truth, cloud map and survey");
@@ -235,10 +235,7 @@ void add_simulate_command(CLI::App& app, int* code) {
       "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/real --reality field\n"
       "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/faulty "
       "--set 'faults=[{kind: hard_iron, magnetometer: front_0, offset_ut: [12, -5, 8]}]'");
-  command->callback([options, code] {
-    simulate(*options);
-    *code = exit_code::done;
-  });
+  command->callback([options] { simulate(*options); });
 }
 
 }  // namespace lodestone
