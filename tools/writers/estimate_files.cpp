@@ -5,6 +5,7 @@
 #include "core/work_times.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/writers/covariance_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 
