@@ -15,8 +15,6 @@ namespace lodestone {
 
 namespace {
 
-using DynamicMatrix = Eigen::MatrixXd;
-
 /// A scan is displaced by regions: cells of eight cubes up to the first distance from the robot, of eight such cells up
 /// to the second, of eight of those beyond. At a distance, a displacement differs anyway from the robot's.
 constexpr std::array<double, 2> kRegionsUpTo_m{25.0, 60.0};
@@ -36,9 +34,9 @@ constexpr int kPasses = 3;
 /// Least share of the information that is not spurious: keeps the pose defined.
 constexpr double kLeastReal = 0.01;
 
-/// Sigmas of a pose that a scan does not observe.
+/// Sigmas of a pose that a scan does not observe, and of a displacement that only errors of normals seem to show.
 constexpr double kUnknownTurn_rad = 0.1;
-constexpr double kUnknownPosition_m = 1.0;
+constexpr double kUnknown_m2 = 1.0;
 
 struct Region {
   Matrix6x3 coupling = Matrix6x3::Zero();
@@ -107,8 +105,9 @@ Matrix6 share_of(const Matrix6& seen, const Matrix6& all) {
 }
 
 /// The generalized least squares of one scan: the displacement of each region is eliminated along the axes in which
-/// the scan measures it, with λ the information there and R its covariance. M = B (Λ + R⁻¹)⁻¹ is what
-/// displacements take from the pose. With D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹ D.
+/// the scan measures it, with λ the information there and R its covariance; it is unknown where mostly errors of
+/// normals show it. M = B (Λ + R⁻¹)⁻¹ is what displacements take from the pose. D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹
+/// D.
 class BentMap {
  public:
   BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2)
@@ -182,7 +181,7 @@ class BentMap {
   }
 
   void find_directions() {
-    std::vector<double> weights;
+    std::vector<double> weights, moved_m2;
     for (std::size_t i = 0; i < regions_.size(); ++i) {
       Region& region = regions_[i];
       region.apart_m2 = cube_variance_m2_;
@@ -196,15 +195,17 @@ class BentMap {
         const DisplacedAxis direction{i, region.center, eigen.eigenvectors().col(k)};
         double variance_m2 = region.apart_m2;
         for (const Part& part : parts_) variance_m2 += part.variance_m2 * part.displacement.variance(direction);
+        const double all = eigen.eigenvalues()[k];
         const double spurious = direction.axis.dot(region.spurious.bottomRows<3>() * direction.axis);
-        const double real = eigen.eigenvalues()[k] - kNormalNoiseMargin * spurious;
-        if (!(real * variance_m2 > kLeastShare)) continue;
+        const double real = all - kNormalNoiseMargin * spurious;
+        if (!((real < 0.0 ? all * kUnknown_m2 : real * variance_m2) > kLeastShare)) continue;
         directions_.push_back(direction);
-        weights.push_back(eigen.eigenvalues()[k]);
+        weights.push_back(all);
+        moved_m2.push_back(real < 0.0 ? kUnknown_m2 : 0.0);
       }
     }
     weight_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), static_cast<Eigen::Index>(weights.size()));
-    moved_m2_ = Eigen::VectorXd::Zero(weight_.size());
+    moved_m2_ = Eigen::Map<const Eigen::VectorXd>(moved_m2.data(), weight_.size());
   }
 
   /// What was moved since the survey contradicts everything else. With V = R + D, residuals e of the axes at the best
@@ -216,9 +217,9 @@ class BentMap {
     if (count == 0) return false;
     const Eigen::VectorXd spread = weight_.cwiseInverse();
     const Eigen::VectorXd residual = spread.cwiseProduct(residual_ + coupling_.transpose() * sure_pose_);
-    const DynamicMatrix root = factor_.matrixL().solve(DynamicMatrix::Identity(count, count));  // V^-1 = root' root
+    const Eigen::MatrixXd root = factor_.matrixL().solve(Eigen::MatrixXd::Identity(count, count));  // V^-1 = root' root
     const Eigen::VectorXd weighed = factor_.solve(residual);
-    const DynamicMatrix shown = factor_.solve(spread.asDiagonal() * coupling_.transpose());  // V^-1 A
+    const Eigen::MatrixXd shown = factor_.solve(spread.asDiagonal() * coupling_.transpose());  // V^-1 A
     bool found = false;
     for (Eigen::Index k = 0; k < count; ++k) {
       const double alone = root.col(k).squaredNorm();
@@ -236,7 +237,7 @@ class BentMap {
     const auto count = static_cast<Eigen::Index>(directions_.size());
     coupling_.resize(6, count);
     residual_.resize(count);
-    errors_ = DynamicMatrix::Zero(count, count);
+    errors_ = Eigen::MatrixXd::Zero(count, count);
     for (Eigen::Index k = 0; const DisplacedAxis& direction : directions_) {
       const Region& region = regions_[direction.region];
       coupling_.col(k) = region.coupling * direction.axis;
@@ -248,7 +249,7 @@ class BentMap {
   }
 
   void eliminate_displacements() {
-    DynamicMatrix sum = errors_;
+    Eigen::MatrixXd sum = errors_;
     sum.diagonal() += moved_m2_;
     factor_.compute(sum);
     taken_ = eliminated(coupling_.transpose()).transpose();
@@ -259,9 +260,9 @@ class BentMap {
   }
 
   /// (Λ + R⁻¹)⁻¹ times columns.
-  DynamicMatrix eliminated(const DynamicMatrix& columns) const {
+  Eigen::MatrixXd eliminated(const Eigen::MatrixXd& columns) const {
     if (columns.rows() == 0) return columns;
-    const DynamicMatrix scaled = weight_.cwiseInverse().asDiagonal() * columns;
+    const Eigen::MatrixXd scaled = weight_.cwiseInverse().asDiagonal() * columns;
     return scaled - weight_.cwiseInverse().asDiagonal() * factor_.solve(scaled);
   }
 
@@ -269,7 +270,7 @@ class BentMap {
   void observe() {
     const Matrix6 taken = taken_ * coupling_.transpose();
     Matrix6 noise = scan_.information - taken - taken.transpose() + taken_ * weight_.asDiagonal() * taken_.transpose();
-    const DynamicMatrix left = coupling_ - taken_ * weight_.asDiagonal();  // of what a region alone is displaced by
+    const Eigen::MatrixXd left = coupling_ - taken_ * weight_.asDiagonal();  // of what a region alone is displaced by
     noise.noalias() += left * moved_m2_.asDiagonal() * left.transpose();
     Matrix6 reduced = scan_.information - taken;
     Matrix6 spurious = scan_.spurious;
@@ -280,8 +281,7 @@ class BentMap {
     }
     // Information that is added where the scan has none is spurious, too.
     Vector6 unknown;
-    unknown << Vector3::Constant(1.0 / (kUnknownTurn_rad * kUnknownTurn_rad)),
-        Vector3::Constant(1.0 / (kUnknownPosition_m * kUnknownPosition_m));
+    unknown << Vector3::Constant(1.0 / (kUnknownTurn_rad * kUnknownTurn_rad)), Vector3::Constant(1.0 / kUnknown_m2);
     noise.diagonal() += unknown;
     reduced.diagonal() += unknown;
     spurious.diagonal() += unknown;
@@ -320,11 +320,11 @@ class BentMap {
   std::vector<DisplacedAxis> directions_;
   Eigen::VectorXd weight_;               // Λ
   Eigen::VectorXd moved_m2_;             // variances of what contradicts all else
-  DynamicMatrix errors_;                 // R + D, without moved_m2_
-  DynamicMatrix coupling_;               // B
-  DynamicMatrix taken_;                  // M
+  Eigen::MatrixXd errors_;               // R + D, without moved_m2_
+  Eigen::MatrixXd coupling_;             // B
+  Eigen::MatrixXd taken_;                // M
   Eigen::VectorXd residual_;             // Σ w n r along the directions
-  Eigen::LLT<DynamicMatrix> factor_;     // of R + D, with moved_m2_
+  Eigen::LLT<Eigen::MatrixXd> factor_;   // of R + D, with moved_m2_
   Matrix6 all_ = Matrix6::Zero();        // of the pose, without displacements
   Matrix6 inverse_ = Matrix6::Zero();    // of the information with them
   Matrix6 seen_ = Matrix6::Zero();       // inverse covariance of the best pose by the noise of the points
@@ -337,6 +337,7 @@ std::pair<std::vector<Vector3>, Vector6> BentMap::displacement(const Matrix6& sh
   const Eigen::VectorXd along = -eliminated(residual_ + coupling_.transpose() * sure_pose_);
   std::vector<Vector3> of_regions(regions_.size(), Vector3::Zero());
   for (std::size_t k = 0; k < directions_.size(); ++k) {
+    if (moved_m2_[static_cast<Eigen::Index>(k)] >= kUnknown_m2) continue;
     of_regions[directions_[k].region] += along[static_cast<Eigen::Index>(k)] * directions_[k].axis;
   }
   std::vector<Vector3> result;
