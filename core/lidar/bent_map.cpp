@@ -31,8 +31,7 @@ constexpr double kLeastExcess = 0.01;    // of the variance: less is rounding
 constexpr double kLeastCompared = 0.01;  // share of an axis' information that the other axes can be compared with
 constexpr int kPasses = 3;
 
-/// Least share of the information that is not spurious: keeps the pose defined.
-constexpr double kLeastReal = 0.01;
+constexpr double kLeastReal = 0.01;  // least share of the information that is not spurious: keeps the pose defined
 
 /// Sigmas of a pose that a scan does not observe, and of a displacement that only errors of normals seem to show.
 constexpr double kUnknownTurn_rad = 0.1;
