@@ -24,6 +24,12 @@ bool is_unknown(HealthReason reason) {
   return reason == HealthReason::covariance || reason == HealthReason::unobserved;
 }
 
+Pose pose_at_end(const StartHypothesis& found, const ScanBundle& first) {
+  Pose moved = found.T_map_imu;
+  moved.position += to_seconds(first.scan.end - first.scan.start) * found.velocity;
+  return moved;
+}
+
 bool contradicts_maps(HealthReason reason) {
   return reason == HealthReason::scan_off_map || reason == HealthReason::field_off_map;
 }
@@ -101,7 +107,7 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
   keep(bundle);
   if (kept_.empty()) return;
   const std::optional<StartHypothesis> found = search();
-  if (found && !confirms_estimator(*found)) start_again(*found, sink);
+  if (found && !confirms_estimator(*found) && outweighs_estimator(*found)) start_again(*found, sink);
 }
 
 void Supervised::suspect(Time now) {
@@ -161,7 +167,7 @@ void Supervised::keep(const ScanBundle& bundle) {
     kept_.clear();
     return;
   }
-  kept_.push_back({bundle, newest_.state.T_map_imu});
+  kept_.push_back({bundle, newest_});
   const Time oldest = bundle.scan.end - from_seconds(input_.options.search.data_s);
   const auto is_useless = [&](const ScanBundle& kept) { return kept.scan.points.empty() || kept.scan.start < oldest; };
   while (!kept_.empty() && is_useless(kept_.front().bundle)) kept_.pop_front();
@@ -186,11 +192,20 @@ std::optional<StartHypothesis> Supervised::search() {
 /// The search found what the running estimator says: it is the maps that have changed.
 bool Supervised::confirms_estimator(const StartHypothesis& found) const {
   if (stopped_ || is_unknown(newest_.reason)) return false;
-  const Kept& first = kept_.front();
-  Pose moved = found.T_map_imu;  // to the end of the scan
-  moved.position += to_seconds(first.bundle.scan.end - first.bundle.scan.start) * found.velocity;
-  const Vector6 difference = moved.boxminus(first.T_map_imu);
+  const Vector6 difference = pose_at_end(found, kept_.front().bundle).boxminus(kept_.front().causal.state.T_map_imu);
   return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSamePlace_rad;
+}
+
+/// An estimate that is only in doubt is not left for a place that fits the same scan and readings worse.
+bool Supervised::outweighs_estimator(const StartHypothesis& found) const {
+  if (stopped_ || newest_.health == Health::lost) return true;
+  const Kept& first = kept_.front();
+  Estimate there = first.causal;
+  there.scan_pose.reset();
+  there.state.T_map_imu = pose_at_end(found, first.bundle);
+  there.state.velocity = found.velocity;
+  PlaceJudge judge(input_);
+  return outweighs(judge.judge(first.bundle, there), judge.judge(first.bundle, first.causal));
 }
 
 void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {

@@ -34,7 +34,7 @@ class Supervised final : public Estimator {
 
   struct Kept {
     ScanBundle bundle;
-    Pose T_map_imu;  // causal estimate
+    Estimate causal;
   };
 
   /// A place that a search found; the estimator that began there was not good yet.
@@ -50,6 +50,7 @@ class Supervised final : public Estimator {
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
   bool confirms_estimator(const StartHypothesis& found) const;
+  bool outweighs_estimator(const StartHypothesis& found) const;
   void start_again(const StartHypothesis& found, EstimateSink& sink);
   void settle_search(const char* kind, const char* outcome);
 

@@ -39,11 +39,6 @@ Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
 }
 
-/// How well a scan fits: 1 if all points are on the map, 0 if no more than at places where the robot is not.
-double fit_of(const PlaceEvidence& evidence) {
-  return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
-}
-
 }  // namespace
 
 Verdict judge_covariance(const Estimate& estimate) {

@@ -59,6 +59,14 @@ double share_on_map(std::span<const Eigen::Vector3f> points, const Pose& T_map_i
 
 }  // namespace
 
+double fit_of(const PlaceEvidence& evidence) {
+  return (evidence.scan_share - evidence.decoy_share) / std::max(1.0 - evidence.decoy_share, 0.05);
+}
+
+bool outweighs(const PlaceEvidence& found, const PlaceEvidence& estimate) {
+  return fit_of(found) > fit_of(estimate) && (found.field_odds > 0.0 || !(estimate.field_odds > 0.0));
+}
+
 PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const Estimate& estimate) {
   PlaceEvidence evidence;
   const NavState& state = estimate.state;

@@ -21,6 +21,13 @@ struct PlaceEvidence {
   double field_spread_ut = 0.0;        ///< spread of a component over the magnetic map
 };
 
+/// How well a scan fits: 1 if all points are on the map, 0 if no more than at places where the robot is not.
+double fit_of(const PlaceEvidence& evidence);
+
+/// Whether a place that a search found says more than the running estimate: its scan fits better, and its readings fit
+/// if those of the estimate do.
+bool outweighs(const PlaceEvidence& found, const PlaceEvidence& estimate);
+
 /// Compares scans and readings with the maps, independently of an estimator's association: a fixed sample of the scan's
 /// points, and the newest array reading.
 class PlaceJudge {
