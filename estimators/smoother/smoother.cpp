@@ -180,7 +180,9 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   estimate.diagnostics.wheel_slip = window_->wheel_slip(newest);
   wheel_watch_.add(estimate);
   Estimate causal = estimate;
-  causal.scan_pose = window_->seen_pose(newest);
+  const Pose& mounting = input_.suite.lidar.T_imu_lidar;  // the pose is for points that are transformed with it
+  causal.scan_pose =
+      window_->seen_pose(newest) * keyframes_.back()->lidar_correction.corrected(mounting) * mounting.inverse();
   if (leaves) {
     report(0, covariances[1], sink);
     const WorkTimer marginalizing(Work::marginalize);

@@ -134,6 +134,22 @@ TEST_F(SupervisedInARoom, AnEstimatorAtAWrongPlaceIsLostAndFoundAgain) {
   expect_every_scan_once(result.bests);
 }
 
+// The LiDAR is mounted 3 degrees from what the platform file says. The smoother finds this, and moves scans by it.
+TEST_F(SupervisedInARoom, AScanIsJudgedWhereTheSmootherSeesIt) {
+  EstimatorInput input = room_->input;
+  input.initial_pose = truth_.front().pose;
+  Quaternion& rotation = input.suite.lidar.T_imu_lidar.rotation;
+  rotation = so3::exp({0.03, -0.03, 0.03}) * rotation;
+  input.suite.calibration.lidar.rotation_sigma_deg = 2.0;
+  const auto smoother = make_estimator("smoother", input);
+  const Estimates result = estimate(*smoother, bundles_);
+  double least = 1.0;
+  for (const Estimate& causal : result.causals) least = std::min(least, causal.diagnostics.place_share);
+  EXPECT_GT(least, 0.95);
+  ASSERT_TRUE(smoother->calibration() != nullptr);
+  EXPECT_GT(smoother->calibration()->lidar.correction.turn_rad.norm(), 0.03);  // of 0.052; the rest is not seen
+}
+
 TEST_F(SupervisedInARoom, WithoutAPlaceEachScanIsReportedAsLost) {
   std::vector<ScanBundle> empty = bundles_;
   for (ScanBundle& bundle : empty) bundle.scan.points.clear();
