@@ -16,7 +16,7 @@ OutputFile::OutputFile(std::filesystem::path path)
     : path_(std::move(path)), aside_(aside_name(path_.string())), file_(std::fopen(aside_.c_str(), "wb")) {
   if (file_ == nullptr) {
     throw InputError(
-        fmt::format("{}: cannot be written: {}; choose another name or folder", path_.string(), std::strerror(errno)));
+        fmt::format("{}: cannot be written: {}; choose another --out", path_.string(), std::strerror(errno)));
   }
 }
 
@@ -31,7 +31,7 @@ void OutputFile::fail(const std::string& reason) {
   if (file_ != nullptr) std::fclose(std::exchange(file_, nullptr));
   std::error_code ignored;
   std::filesystem::remove(aside_, ignored);
-  throw InputError(fmt::format("{}: cannot be written completely: {}; free disk space or choose another folder",
+  throw InputError(fmt::format("{}: cannot be written completely: {}; free disk space or choose another --out",
                                path_.string(), reason));
 }
 
