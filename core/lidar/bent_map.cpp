@@ -318,7 +318,7 @@ class BentMap {
   std::vector<Part> parts_;
   std::vector<DisplacedAxis> directions_;
   Eigen::VectorXd weight_;               // Λ
-  Eigen::VectorXd moved_m2_;             // variances of what contradicts all else
+  Eigen::VectorXd moved_m2_;             // variances of what contradicts all else, or is unknown
   Eigen::MatrixXd errors_;               // R + D, without moved_m2_
   Eigen::MatrixXd coupling_;             // B
   Eigen::MatrixXd taken_;                // M
@@ -336,7 +336,7 @@ std::pair<std::vector<Vector3>, Vector6> BentMap::displacement(const Matrix6& sh
   const Eigen::VectorXd along = -eliminated(residual_ + coupling_.transpose() * sure_pose_);
   std::vector<Vector3> of_regions(regions_.size(), Vector3::Zero());
   for (std::size_t k = 0; k < directions_.size(); ++k) {
-    if (moved_m2_[static_cast<Eigen::Index>(k)] >= kUnknown_m2) continue;
+    if (moved_m2_[static_cast<Eigen::Index>(k)] >= kUnknown_m2) continue;  // its points are left as they are
     of_regions[directions_[k].region] += along[static_cast<Eigen::Index>(k)] * directions_[k].axis;
   }
   std::vector<Vector3> result;
