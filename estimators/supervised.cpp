@@ -197,15 +197,14 @@ bool Supervised::confirms_estimator(const StartHypothesis& found) const {
 }
 
 /// An estimate that is only in doubt is not left for a place that fits the same scan and readings worse.
-bool Supervised::outweighs_estimator(const StartHypothesis& found) const {
+bool Supervised::outweighs_estimator(const StartHypothesis& found) {
   if (stopped_ || newest_.health == Health::lost) return true;
   const Kept& first = kept_.front();
   Estimate there = first.causal;
   there.scan_pose.reset();
   there.state.T_map_imu = pose_at_end(found, first.bundle);
   there.state.velocity = found.velocity;
-  PlaceJudge judge(input_);
-  return outweighs(judge.judge(first.bundle, there), judge.judge(first.bundle, first.causal));
+  return outweighs(monitor_.evidence(first.bundle, there), monitor_.evidence(first.bundle, first.causal));
 }
 
 void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {

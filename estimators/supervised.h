@@ -50,7 +50,7 @@ class Supervised final : public Estimator {
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
   bool confirms_estimator(const StartHypothesis& found) const;
-  bool outweighs_estimator(const StartHypothesis& found) const;
+  bool outweighs_estimator(const StartHypothesis& found);
   void start_again(const StartHypothesis& found, EstimateSink& sink);
   void settle_search(const char* kind, const char* outcome);
 

@@ -33,9 +33,9 @@ constexpr int kPasses = 3;
 
 constexpr double kLeastReal = 0.01;  // least share of the information that is not spurious: keeps the pose defined
 
-/// Sigmas of a pose that a scan does not observe, and of a displacement that only errors of normals seem to show.
-constexpr double kUnknownTurn_rad = 0.1;
-constexpr double kUnknown_m2 = 1.0;
+/// Of a pose that a scan does not observe, and of a displacement that mostly errors of normals show.
+constexpr double kUnknownTurn_rad = 0.1;  // sigma
+constexpr double kUnknown_m2 = 1.0;       // variance of a position
 
 struct Region {
   Matrix6x3 coupling = Matrix6x3::Zero();
@@ -104,9 +104,9 @@ Matrix6 share_of(const Matrix6& seen, const Matrix6& all) {
 }
 
 /// The generalized least squares of one scan: the displacement of each region is eliminated along the axes in which
-/// the scan measures it, with λ the information there and R its covariance; it is unknown where mostly errors of
-/// normals show it. M = B (Λ + R⁻¹)⁻¹ is what displacements take from the pose. D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹
-/// D.
+/// the scan measures it, with λ the information there and R its covariance. M = B (Λ + R⁻¹)⁻¹ is what
+/// displacements take from the pose. With D = Λ⁻¹, (Λ + R⁻¹)⁻¹ = D − D (R + D)⁻¹ D. What mostly errors
+/// of normals show is an unknown displacement.
 class BentMap {
  public:
   BentMap(const ScanSums& scan, const Vector3& position, const MapErrorVariances& variances_m2)

@@ -41,6 +41,9 @@ class HealthMonitor {
   /// The newest estimate of a bundle, in order of time: sets its health, and the evidence in its diagnostics.
   void judge(const ScanBundle& bundle, Estimate& causal);
 
+  /// How scan and readings of a bundle agree with the maps at an estimate that is not the newest.
+  PlaceEvidence evidence(const ScanBundle& bundle, const Estimate& estimate) { return judge_.judge(bundle, estimate); }
+
   /// The estimate of a time once it is refined: by its own covariance and the evidence of that time.
   Verdict judge_refined(const Estimate& refined) const;
 

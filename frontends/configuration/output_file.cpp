@@ -21,16 +21,12 @@ OutputFile::OutputFile(std::filesystem::path path)
 }
 
 OutputFile::~OutputFile() {
-  if (file_ == nullptr) return;
-  std::fclose(file_);
+  if (file_ != nullptr) std::fclose(file_);
   std::error_code ignored;
-  std::filesystem::remove(aside_, ignored);
+  if (!aside_.empty()) std::filesystem::remove(aside_, ignored);
 }
 
 void OutputFile::fail(const std::string& reason) {
-  if (file_ != nullptr) std::fclose(std::exchange(file_, nullptr));
-  std::error_code ignored;
-  std::filesystem::remove(aside_, ignored);
   throw InputError(fmt::format("{}: cannot be written completely: {}; free disk space or choose another --out",
                                path_.string(), reason));
 }
@@ -49,10 +45,12 @@ void OutputFile::rewrite(long offset, std::string_view bytes) {
 }
 
 void OutputFile::commit() {
-  if (std::fclose(std::exchange(file_, nullptr)) != 0) fail(std::strerror(errno));
+  const bool broken = std::ferror(file_) != 0;
+  if (std::fclose(std::exchange(file_, nullptr)) != 0 || broken) fail(std::strerror(errno));
   std::error_code error;
   std::filesystem::rename(aside_, path_, error);
   if (error) fail(error.message());
+  aside_.clear();
 }
 
 }  // namespace lodestone

@@ -20,7 +20,8 @@ class BagWriter {
   BagWriter& operator=(const BagWriter&) = delete;
 
   /// `record_time` (ns, > 0) is the time of arrival, which determines the order of reading. For a scan, it is the
-  /// scan's end, whatever the header's stamp is. Throws InputError, also if a stamp does not fit ROS time (0 to 2³² s).
+  /// scan's end, whatever the header's stamp is. Throws InputError, also if a stamp does not fit ROS time (0 to
+  /// 2³² s).
   /// `Message`: one of PointCloud, Livox, Imu, MagneticField, Odometry.
   template <class Message>
   void write(const std::string& topic, Time record_time, const Message& message);

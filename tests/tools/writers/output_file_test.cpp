@@ -1,7 +1,9 @@
 #include "frontends/configuration/output_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <fstream>
 
 #include "core/error.h"
@@ -24,6 +26,26 @@ TEST(OutputFile, AppearsOnlyWhole) {
   file.commit();
   EXPECT_EQ(content_of(folder / "a.txt"), "whole");
   EXPECT_THROW(OutputFile(folder / "nowhere/a.txt"), InputError);
+}
+
+// A limit on file sizes simulates a full disk.
+TEST(OutputFile, AfterAFailedWriteEachFurtherOneFailsAndNothingIsLeft) {
+  const TemporaryFolder folder;
+  rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  {
+    OutputFile file(folder / "a.txt");
+    const std::string large(1 << 16, 'x');
+    EXPECT_THROW(file.write(large), InputError);
+    EXPECT_THROW(file.write(large), InputError);
+    EXPECT_THROW(file.commit(), InputError);
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, ignored);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(OutputFile, AnEmptiedFolderHasNothingOfBefore) {
