@@ -97,15 +97,11 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::
       weights[i] = 1.0 / (readings[i].variance_ut2 + (options.map_sigma ? map_variance[i] : 0.0));
     }
   };
-  const auto rms = [&](const Evaluation& evaluation) {
-    return std::sqrt(evaluation.squared_residual / (3.0 * std::max<double>(static_cast<double>(readings.size()), 1.0)));
-  };
 
   Evaluation now;
   evaluate(readings, weights, predicted, map, options.interpolation, now);  // for the map's variances
   weigh(now.map_variance);
   evaluate(readings, weights, predicted, map, options.interpolation, now);
-  result.predicted_residual_rms_ut = rms(now);
 
   while (!readings.empty() && !result.converged && result.iterations < options.max_iterations) {
     ++result.iterations;
@@ -142,7 +138,8 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::
   result.information = now.information;
   result.gradient = now.gradient;
   result.covariance = (now.information + prior_information).ldlt().solve(Matrix6::Identity());
-  result.residual_rms_ut = rms(now);
+  result.residual_rms_ut =
+      std::sqrt(now.squared_residual / (3.0 * std::max<double>(static_cast<double>(readings.size()), 1.0)));
   report_directions(prior_root, options.unseen_gain, result);
   return result;
 }

@@ -38,10 +38,9 @@ struct MagneticLocalization {
   Matrix6 directions = Matrix6::Identity();
   Vector6 gain = Vector6::Zero();  ///< of each: prior variance over the field's own variance
   int unseen = 0;  ///< number of unobservable directions, the last ones: there the result is the prediction
-  double residual_rms_ut = 0.0;            ///< of measured minus map over the readings used, per component
-  double predicted_residual_rms_ut = 0.0;  ///< the same at the prediction
-  int used = 0;                            ///< readings with field
-  int off_map = 0;                         ///< readings without field, discarded
+  double residual_rms_ut = 0.0;  ///< of measured minus map over the readings used, per component
+  int used = 0;                  ///< readings with field
+  int off_map = 0;               ///< readings without field, discarded
   int iterations = 0;
   bool converged = false;
 };
