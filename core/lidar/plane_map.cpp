@@ -52,8 +52,6 @@ void PlaneMap::insert(std::span<const VoxelPlane> voxels) {
     if (counts(voxel)) {
       table_[slot].plane = static_cast<std::int32_t>(planes_.size());
       planes_.push_back(with_shared_thickness(voxel.plane, thickness_));
-    } else {
-      ++rejected_voxels_;
     }
   }
 }

@@ -54,9 +54,6 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   /// Of the planes of the whole map: the survey's noise and the roughness of surfaces.
   const PlaneThickness& thickness() const { return thickness_; }
 
-  /// Voxels that contain points but no plane.
-  std::int64_t rejected_voxels() const { return rejected_voxels_; }
-
  private:
   struct Slot {
     std::uint64_t key;
@@ -90,7 +87,6 @@ class PlaneMap final : public PlaneMapSource, public std::enable_shared_from_thi
   std::vector<Slot> table_;
   std::uint64_t mask_ = 0;
   PlaneThickness thickness_;
-  std::int64_t rejected_voxels_ = 0;
 };
 
 }  // namespace lodestone
