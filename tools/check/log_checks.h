@@ -10,8 +10,8 @@
 /// Checks that need no map.
 namespace lodestone {
 
-/// Checks each sensor alone: topics, stamps, scans, IMU, magnetometers. Costs little more than reading the sample.
-/// `needed`: a missing topic of any other sensor is only a note.
+/// Checks each sensor alone: topics, stamps, scans, IMU, magnetometers, wheels, and the stated mountings. Costs little
+/// more than reading the sample. `needed`: a missing topic of any other sensor is only a note.
 Findings check_sensors(const LogSample& sample, const Platform& platform, SensorChoice needed = {});
 
 /// Scan odometry of every LiDAR of the sample.
