@@ -1,7 +1,7 @@
 #pragma once
 
 #include "tools/experiments/ablation.h"
-#include "tools/experiments/experiment_call.h"
+#include "tools/experiments/experiment_options.h"
 
 namespace lodestone::ablation {
 

@@ -1,14 +1,31 @@
 #pragma once
 
+#include <optional>
 #include <string>
-
-#include "tools/experiments/experiment_call.h"
+#include <vector>
 
 namespace CLI {
 class App;
 }
 
 namespace lodestone {
+
+namespace reproduce {
+
+/// Command line of `lodestone reproduce` and `lodestone ablate`.
+struct ExperimentCall {
+  std::string experiment;  ///< name or path of an experiment; for `ablate`, of an ablation
+  std::string out;
+  std::vector<std::string> only;
+  std::vector<int> seeds;
+  bool quick = false;
+  bool list = false;
+  bool any_build = false;
+  std::optional<int> jobs;
+  std::string profile;  ///< of Snakemake, for a cluster
+};
+
+}  // namespace reproduce
 
 /// Words in the help of the commands that run experiments.
 struct ExperimentWords {
